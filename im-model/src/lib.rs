@@ -1,1 +1,48 @@
-//! To be written.
+//! Three-phase induction machine: parameters, equations of motion, physical effects, simulation.
+//!
+//! # Conventions
+//!
+//! SI units. Space vectors are complex, amplitude-invariant (peak values), star-equivalent; torque carries 3/2. Stationary frame
+//! α-β, positive sequence a-b-c. `omega_m` is mechanical, rad/s; `omega_e = n_p·omega_m` electrical. Load torque is positive
+//! against positive rotation. Numbers in files and public fields carry their unit in the name.
+//!
+//! # Layers
+//!
+//! [`TParameters`] and [`Effects`](effects::Effects) make a [`Machine`], checked once. [`Plant`] is the machine prepared for
+//! stepping: equations of motion in any [`Scalar`] (`f32`, `f64`, [`Dual`] for exact sensitivities), without allocation or `std`.
+//! [`Bench`] adds what lies around the machine in sampled time: voltage delay and sensors.
+//!
+//! Without the default feature `std` the crate is `no_std`; files, scenarios and recordings need `std`.
+
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
+
+pub mod effects;
+pub mod machines;
+pub mod space_vector;
+pub mod state_space;
+
+mod bench;
+mod dual;
+mod error;
+mod flux_map;
+mod machine;
+mod parameters;
+mod plant;
+mod scalar;
+mod state;
+mod steady_state;
+
+pub use bench::{Bench, Output};
+pub use dual::Dual;
+pub use effects::{EffectId, Effects};
+pub use error::{Bound, ModelError};
+pub use flux_map::{Currents, FluxMap};
+pub use machine::{Machine, ParameterId, Rating};
+pub use num_complex::Complex;
+pub use parameters::{
+    BaseParameter, DerivedConstants, GammaParameters, InverseGammaParameters, KenneConstants, TParameters, WindingParameters,
+};
+pub use plant::{Drive, Evaluation, Ledger, Plant, Powers};
+pub use scalar::Scalar;
+pub use state::State;
+pub use steady_state::{Held, steady_state};

@@ -1,0 +1,139 @@
+//! The machine on its test bench, in sampled time: commands held over the sample and possibly late, sensors in front of the outputs.
+
+use num_complex::Complex;
+use num_traits::Zero;
+
+use crate::effects::EffectId;
+use crate::machine::Machine;
+use crate::plant::{Drive, Plant};
+use crate::scalar::Scalar;
+use crate::state::State;
+
+/// Past commands kept for the voltage delay.
+const HISTORY: usize = 8;
+
+/// What the sensors show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output<T> {
+    /// Stator current, A.
+    pub i_s: Complex<T>,
+    /// Mechanical speed, rad/s.
+    pub omega_m: T,
+}
+
+/// A plant with its voltage path and its sensors, stepped sample by sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Bench<T> {
+    plant: Plant<T>,
+    state: State<T>,
+    sample_time: T,
+    substep: T,
+    substeps: u32,
+    /// Past commands, newest first.
+    commands: [Complex<T>; HISTORY],
+    speed_shown: T,
+    delayed: bool,
+    sensed: bool,
+}
+
+impl<T: Scalar> Bench<T> {
+    /// Puts a machine on the bench in a state. Commands before the start are taken as zero.
+    pub fn new(machine: &Machine<T>, state: State<T>, sample_time_s: f64) -> Self {
+        let plant = Plant::new(machine);
+        let substeps = plant.substeps(sample_time_s);
+        let e = plant.effects();
+        let sensed = [EffectId::CurrentSensorGain, EffectId::CurrentSensorOffset].into_iter().any(|id| e.is_on(id))
+            || e.custom_ids().next().is_some();
+        Self {
+            state,
+            sample_time: T::from_f64(sample_time_s),
+            substep: T::from_f64(sample_time_s / f64::from(substeps)),
+            substeps,
+            commands: [Complex::zero(); HISTORY],
+            speed_shown: state.omega_m,
+            delayed: e.is_on(EffectId::VoltageDelay),
+            sensed,
+            plant,
+        }
+    }
+
+    /// Uses at least `n` steps per sample.
+    pub fn with_substeps(mut self, n: u32) -> Self {
+        if n > self.substeps {
+            self.substeps = n;
+            self.substep = self.sample_time * T::from_f64(1.0 / f64::from(n));
+        }
+        self
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &Plant<T> {
+        &self.plant
+    }
+    /// The state.
+    pub fn state(&self) -> &State<T> {
+        &self.state
+    }
+    /// Changes the state (a sensitivity seed, a disturbance).
+    pub fn state_mut(&mut self) -> &mut State<T> {
+        &mut self.state
+    }
+    /// Steps taken per sample.
+    pub fn substeps(&self) -> u32 {
+        self.substeps
+    }
+    /// Sets what was commanded before the start (a recording that begins in motion).
+    pub fn set_past_command(&mut self, u: Complex<T>) {
+        self.commands = [u; HISTORY];
+    }
+
+    /// What the sensors show now.
+    #[inline(always)]
+    pub fn output(&self) -> Output<T> {
+        let i_s = self.plant.currents(&self.state).i_s;
+        if self.sensed {
+            let e = self.plant.effects();
+            Output { i_s: e.measured_current(i_s), omega_m: e.measured_speed(self.speed_shown) }
+        } else {
+            Output { i_s, omega_m: self.speed_shown }
+        }
+    }
+
+    /// Runs one sample with the command and the load torque held.
+    #[inline(always)]
+    pub fn advance(&mut self, drive: &Drive<T>) {
+        self.advance_observed(drive, |_, _| ());
+    }
+
+    /// As [`advance`](Self::advance); `observe` sees every stage with its weight (see [`Plant::step_observed`]).
+    #[inline(always)]
+    pub fn advance_observed(&mut self, drive: &Drive<T>, mut observe: impl FnMut(T, &crate::plant::Evaluation<T>)) {
+        let u_s = if self.delayed { self.late(drive.u_s) } else { drive.u_s };
+        let before = self.state.omega_m;
+        let mut drive = Drive { u_s, ..*drive };
+        if self.substeps == 1 {
+            self.state = self.plant.step_observed(&self.state, &drive, self.substep, &mut observe);
+        } else {
+            let whole = drive.imposed_speed;
+            for k in 0..self.substeps {
+                if let Some([a, b]) = whole {
+                    let at = |k: u32| a + (b - a) * T::from_f64(f64::from(k) / f64::from(self.substeps));
+                    drive.imposed_speed = Some([at(k), at(k + 1)]);
+                }
+                self.state = self.plant.step_observed(&self.state, &drive, self.substep, &mut observe);
+            }
+        }
+        let now = self.state.omega_m;
+        self.speed_shown = self.plant.effects().speed_sensor_lag.shown(self.speed_shown, before, now, self.sample_time);
+    }
+
+    /// The mean over this sample of the command delayed by D = (n + f)T.
+    fn late(&mut self, u: Complex<T>) -> Complex<T> {
+        self.commands.copy_within(0..HISTORY - 1, 1);
+        self.commands[0] = u;
+        let samples = self.plant.effects().voltage_delay.delay_s / self.sample_time;
+        let n = (samples.value().max(0.0) as usize).min(HISTORY - 2);
+        let f = (samples - T::from_f64(n as f64)).min(T::one());
+        self.commands[n] * (T::one() - f) + self.commands[n + 1] * f
+    }
+}

@@ -1,0 +1,289 @@
+//! Dual numbers: a value and its derivatives with respect to N parameters, carried through every operation.
+//!
+//! (a + ε a')(b + ε b') = ab + ε (a b' + a' b),  ε² = 0.
+//!
+//! Exact forward sensitivities of a simulation come from running it once in `Dual<N>`. Plain arrays on purpose: the compiler
+//! turns the loops over N into vector instructions, and a step costs a few times that of `f64` (see `docs/performance.md`);
+//! a general dual-number library measured about ten times slower here.
+
+use core::cmp::Ordering;
+use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
+
+use num_traits::{Num, One, Zero};
+
+use crate::effects::{CustomEffect, Hooks};
+use crate::scalar::Scalar;
+
+/// A value `re` with N first derivatives `eps`.
+#[derive(Clone, Copy, Debug)]
+pub struct Dual<const N: usize> {
+    /// The value.
+    pub re: f64,
+    /// The derivatives with respect to the N seeded quantities.
+    pub eps: [f64; N],
+}
+
+impl<const N: usize> Dual<N> {
+    /// A constant: no derivative.
+    #[inline]
+    pub const fn constant(re: f64) -> Self {
+        Self { re, eps: [0.0; N] }
+    }
+
+    /// The value `re` with derivative `slope` in direction `index` (nothing is seeded when `index ≥ N`).
+    #[inline]
+    pub fn seeded(re: f64, index: usize, slope: f64) -> Self {
+        let mut x = Self::constant(re);
+        if let Some(e) = x.eps.get_mut(index) {
+            *e = slope;
+        }
+        x
+    }
+
+    /// f(x) with f and f' evaluated at the value.
+    #[inline]
+    fn chain(self, f: f64, df: f64) -> Self {
+        let mut eps = self.eps;
+        for e in &mut eps {
+            *e *= df;
+        }
+        Self { re: f, eps }
+    }
+}
+
+impl<const N: usize> PartialEq for Dual<N> {
+    fn eq(&self, other: &Self) -> bool {
+        self.re == other.re && self.eps == other.eps
+    }
+}
+
+/// Ordered by value.
+impl<const N: usize> PartialOrd for Dual<N> {
+    #[inline]
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        self.re.partial_cmp(&other.re)
+    }
+}
+
+impl<const N: usize> Add for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(mut self, b: Self) -> Self {
+        self.re += b.re;
+        for i in 0..N {
+            self.eps[i] += b.eps[i];
+        }
+        self
+    }
+}
+
+impl<const N: usize> Sub for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(mut self, b: Self) -> Self {
+        self.re -= b.re;
+        for i in 0..N {
+            self.eps[i] -= b.eps[i];
+        }
+        self
+    }
+}
+
+impl<const N: usize> Mul for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        let mut eps = [0.0; N];
+        for i in 0..N {
+            eps[i] = self.re * b.eps[i] + self.eps[i] * b.re;
+        }
+        Self { re: self.re * b.re, eps }
+    }
+}
+
+impl<const N: usize> Div for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, b: Self) -> Self {
+        let inv = 1.0 / b.re;
+        let re = self.re * inv;
+        let mut eps = [0.0; N];
+        for i in 0..N {
+            eps[i] = (self.eps[i] - re * b.eps[i]) * inv;
+        }
+        // The quotient itself is divided once, so that the value is bit-identical to f64's.
+        Self { re: self.re / b.re, eps }
+    }
+}
+
+impl<const N: usize> Rem for Dual<N> {
+    type Output = Self;
+    fn rem(self, b: Self) -> Self {
+        self - b * Self::constant((self.re - self.re % b.re) / b.re)
+    }
+}
+
+impl<const N: usize> Neg for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(mut self) -> Self {
+        self.re = -self.re;
+        for e in &mut self.eps {
+            *e = -*e;
+        }
+        self
+    }
+}
+
+macro_rules! assign {
+    ($($trait:ident $method:ident $op:tt),*) => {$(
+        impl<const N: usize> $trait for Dual<N> {
+            #[inline(always)]
+            fn $method(&mut self, b: Self) {
+                *self = *self $op b;
+            }
+        }
+    )*};
+}
+assign!(AddAssign add_assign +, SubAssign sub_assign -, MulAssign mul_assign *, DivAssign div_assign /, RemAssign rem_assign %);
+
+impl<const N: usize> Zero for Dual<N> {
+    #[inline]
+    fn zero() -> Self {
+        Self::constant(0.0)
+    }
+    #[inline]
+    fn is_zero(&self) -> bool {
+        self.re == 0.0 && self.eps == [0.0; N]
+    }
+}
+
+impl<const N: usize> One for Dual<N> {
+    #[inline]
+    fn one() -> Self {
+        Self::constant(1.0)
+    }
+}
+
+impl<const N: usize> Num for Dual<N> {
+    type FromStrRadixErr = <f64 as Num>::FromStrRadixErr;
+    fn from_str_radix(str: &str, radix: u32) -> Result<Self, Self::FromStrRadixErr> {
+        f64::from_str_radix(str, radix).map(Self::constant)
+    }
+}
+
+impl<const N: usize> Scalar for Dual<N> {
+    #[inline]
+    fn from_f64(x: f64) -> Self {
+        Self::constant(x)
+    }
+    #[inline]
+    fn value(self) -> f64 {
+        self.re
+    }
+    #[inline]
+    fn sqrt(self) -> Self {
+        let s = Scalar::sqrt(self.re);
+        self.chain(s, 0.5 / s)
+    }
+    #[inline]
+    fn sin_cos(self) -> (Self, Self) {
+        let (s, c) = Scalar::sin_cos(self.re);
+        (self.chain(s, c), self.chain(c, -s))
+    }
+    #[inline]
+    fn exp(self) -> Self {
+        let e = Scalar::exp(self.re);
+        self.chain(e, e)
+    }
+    #[inline]
+    fn ln(self) -> Self {
+        self.chain(Scalar::ln(self.re), 1.0 / self.re)
+    }
+    #[inline]
+    fn powf(self, y: Self) -> Self {
+        let p = Scalar::powf(self.re, y.re);
+        if self.re <= 0.0 {
+            return Self::constant(p);
+        }
+        let by_base = p * y.re / self.re;
+        let by_exponent = if y.eps == [0.0; N] { 0.0 } else { p * Scalar::ln(self.re) };
+        let mut eps = [0.0; N];
+        for i in 0..N {
+            eps[i] = by_base * self.eps[i] + by_exponent * y.eps[i];
+        }
+        Self { re: p, eps }
+    }
+    #[inline]
+    fn abs(self) -> Self {
+        if self.re < 0.0 { -self } else { self }
+    }
+    #[inline]
+    fn is_finite(self) -> bool {
+        self.re.is_finite() && self.eps.iter().all(|e| e.is_finite())
+    }
+    #[inline]
+    fn hooks(effect: &'static dyn CustomEffect) -> Option<&'static dyn Hooks<Self>> {
+        dual_hooks::<N>(effect)
+    }
+}
+
+/// User effects take part in the widths that the fitting uses.
+fn dual_hooks<const N: usize>(effect: &'static dyn CustomEffect) -> Option<&'static dyn Hooks<Dual<N>>> {
+    use core::any::Any;
+    // The widths are a closed set; the comparison folds at compile time.
+    macro_rules! width {
+        ($($w:literal),*) => {
+            $(if N == $w {
+                let hooks: &'static dyn Hooks<Dual<$w>> = effect;
+                let boxed: &dyn Any = &hooks;
+                return boxed.downcast_ref::<&'static dyn Hooks<Dual<N>>>().copied();
+            })*
+        };
+    }
+    width!(4, 8, 12);
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn slope(f: impl Fn(Dual<1>) -> Dual<1>, x: f64) -> (f64, f64) {
+        let d = f(Dual::seeded(x, 0, 1.0)).eps[0];
+        let h = 1e-6 * x.abs().max(1.0);
+        let fd = (f(Dual::constant(x + h)).re - f(Dual::constant(x - h)).re) / (2.0 * h);
+        (d, fd)
+    }
+
+    proptest! {
+        #[test]
+        fn derivatives_agree_with_central_differences(x in 0.2..3.0f64, y in 0.5..4.0f64) {
+            let c = |v| Dual::<1>::constant(v);
+            let functions: [&dyn Fn(Dual<1>) -> Dual<1>; 8] = [
+                &|x| x.sqrt(),
+                &|x| x.exp() / (c(1.0) + x * x),
+                &|x| x.ln() * x.sin_cos().0,
+                &|x| x.sin_cos().1 - x * c(y),
+                &|x| x.powf(c(y)),
+                &|x| c(y).powf(x),
+                &|x| (x - c(1.7)).abs() * x,
+                &|x| -x / (x + c(y)),
+            ];
+            for f in functions {
+                let (d, fd) = slope(f, x);
+                if (x - 1.7).abs() > 1e-3 {
+                    prop_assert!((d - fd).abs() < 1e-7 * (1.0 + d.abs()), "{d} {fd}");
+                }
+            }
+        }
+
+        #[test]
+        fn values_are_those_of_f64(a in -5.0..5.0f64, b in 0.1..5.0f64) {
+            let (x, y) = (Dual::<3>::seeded(a, 0, 1.0), Dual::<3>::seeded(b, 1, 1.0));
+            prop_assert_eq!((x * y + x / y - y).re, a * b + a / b - b);
+            prop_assert_eq!((x % y).re, a - b * ((a - a % b) / b));
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! Rotor asymmetry: broken or cracked bars make the rotor resistance depend on direction in the rotor.
+//!
+//! In the rotor frame: drop = R_r i_r + R_r (δ_d + j δ_q) ī_r; seen from the stator the mirror turns with e^{j2θ_e}.
+
+use num_complex::Complex;
+
+use super::effect;
+use crate::error::Bound;
+use crate::space_vector::unit;
+
+effect! {
+    /// Unequal rotor phase resistances, fixed to the rotor.
+    RotorAsymmetry, "rotor_asymmetry",
+    card: super::Card {
+        title: "Rotor asymmetry (broken bars)",
+        what: "The rotor resistance depends on the direction in the rotor: R_r(δ_d + jδ_q) times the mirrored rotor current, turning with the rotor.",
+        shows: "Under load, sidebands at twice the slip frequency around the supply, (1 ± 2s)f, and a torque and speed ripple at 2sf.",
+        rivals: &[
+            ("load_torque_ripple", "fixed to the shaft angle, there at no load too; broken bars follow the slip and vanish without load"),
+            ("stator_asymmetry", "stands still in the stator: backward sequence at −f, whatever the slip"),
+        ],
+        test: "Steady high load, long enough to resolve twice the slip frequency.",
+        place: "rotor winding, turning with the rotor",
+        source: "two-axis model of an asymmetric rotor; sidebands (1 ± 2s)f",
+    },
+    parameters: {
+        /// Resistance unbalance along the rotor's direct axis (phase a at angle zero).
+        unbalance_direct: Strength, default 0.0, "", One, typical 0.01 to 0.25, Bound::Within(-0.69, 0.69);
+        /// Resistance unbalance along the quadrature axis.
+        unbalance_quadrature: Strength, default 0.0, "", One, typical 0.01 to 0.25, Bound::Within(-0.69, 0.69);
+    },
+    hooks: {
+        #[inline(always)]
+        fn rotor_drop(&self, drop: Complex<T>, at: &super::Operating<T>) -> Complex<T> {
+            if self.unbalance_direct.is_zero() && self.unbalance_quadrature.is_zero() {
+                return drop;
+            }
+            let twice = (at.n_p + at.n_p) * at.theta_m;
+            drop + Complex::new(self.unbalance_direct, self.unbalance_quadrature) * unit(twice) * at.i_r.conj() * at.r_r
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! Rotor heating: the cage warms with its losses and its resistance rises.
+//!
+//! R_r(ϑ) = R_r (1 + α ϑ),  dϑ/dt = a P_r − ϑ/τ,  P_r = (3/2) R_r(ϑ) |i_r|²
+//!
+//! a = 1/C is the inverse heat capacity: the steady thermal resistance is aτ. In a recording much shorter than τ only a is seen.
+
+use super::effect;
+use crate::error::Bound;
+
+effect! {
+    /// Temperature of the rotor cage; one thermal mass, cooled to where it started.
+    RotorHeating, "rotor_heating",
+    card: super::Card {
+        title: "Rotor heating",
+        what: "Cage loss warms the rotor cage: R_r rises by 0.40 % per kelvin. One thermal mass with heat capacity C and cooling time constant τ.",
+        shows: "Slip for the same torque grows over seconds to minutes under load; a speed and torque-current error that drifts with the rotor losses, none at no load.",
+        rivals: &[
+            ("stator_heating", "shows at low speed without load too; rotor heating only under load, as slip"),
+            ("rotor_skin_effect", "follows slip frequency at once and is gone when running; heating stays"),
+        ],
+        test: "Hold rated load at constant speed for a minute: the slip grows at constant torque.",
+        place: "cage temperature (adds one state)",
+        source: "one-body thermal model; aluminium α = 0.0040 1/K at 20 °C",
+    },
+    parameters: {
+        /// Inverse heat capacity: temperature rise per joule of loss.
+        inverse_heat_capacity_k_per_j: Strength, default 0.0, "K/J", RotorHeating, typical 0.05 to 20.0, Bound::NotNegative;
+        /// Cooling time constant.
+        time_constant_s: Shape, default 20.0, "s", One, typical 3.0 to 3000.0, Bound::Within(0.1, 1e5);
+        /// Temperature coefficient of the resistance.
+        temperature_coefficient_per_k: Fixed, default 0.0040, "1/K", One, typical 0.0036 to 0.0045, Bound::Positive;
+    },
+    hooks: {}
+}

@@ -1,0 +1,33 @@
+//! Rotor skin effect: at high slip frequency the bar current crowds to the top of the slot.
+//!
+//! A two-branch (double-cage) rotor: rotor drop = R_r i_r + k R_r (i_r − z),  dz/dt = jω_e z + (i_r − z)/τ  (stator frame).
+//!
+//! z is the rotor current seen through the bar's diffusion time τ. At low slip z = i_r and the base machine remains; at high
+//! slip the resistance is R_r(1 + k). Equal to a branch L_b + R_b in parallel with R_t = R_r(1+k): R_b = R_t/k, L_b = τ(R_t + R_b).
+
+use super::effect;
+use crate::error::Bound;
+
+effect! {
+    /// Current displacement in deep bars or a double cage.
+    RotorSkinEffect, "rotor_skin_effect",
+    card: super::Card {
+        title: "Rotor skin effect (deep bars)",
+        what: "Rotor resistance rises from R_r to R_r(1+k) and rotor leakage falls as slip frequency exceeds 1/(2πτ): a second cage.",
+        shows: "Starting torque and locked-rotor power higher than running tests predict; errors at high slip (start, reversal, plugging), none at running slip.",
+        rivals: &[
+            ("leakage_flux_saturation", "acts with current, whatever the slip; skin effect with slip frequency, whatever the current"),
+            ("rotor_heating", "slow and stays after the start; skin effect follows slip at once"),
+        ],
+        test: "A start or reversal with the full range of slip, at reduced current; or locked rotor at two frequencies.",
+        place: "extra rotor branch (adds one complex state)",
+        source: "double-cage equivalent; cf. the three-branch Y_r(s) of Kwon et al., Table V",
+    },
+    parameters: {
+        /// Relative rise of the rotor resistance at high slip frequency.
+        resistance_rise: Strength, default 0.0, "", One, typical 0.2 to 4.0, Bound::NotNegative;
+        /// Diffusion time of the bar.
+        time_constant_s: Shape, default 3e-3, "s", One, typical 1e-3 to 1e-2, Bound::Within(1e-4, 1.0);
+    },
+    hooks: {}
+}

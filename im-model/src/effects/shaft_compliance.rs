@@ -1,0 +1,49 @@
+//! Shaft compliance: the load turns on a spring.
+//!
+//! (1−f) J dω_m/dt = τ_e − τ_brake − τ_c,  f J dω_L/dt = τ_c − τ_L,  dφ/dt = ω_m − ω_L,
+//! τ_c = f J (ω_a² φ + 2ζω_a (ω_m − ω_L)).
+//!
+//! f is the load's share of the inertia, ω_a the antiresonance (the load swinging on a held rotor); K = f J ω_a². The resonance
+//! lies at ω_a/√(1−f).
+
+use super::effect;
+use crate::error::Bound;
+use crate::scalar::Scalar;
+
+effect! {
+    /// Two masses on an elastic shaft or coupling; load torque acts on the far one.
+    ShaftCompliance, "shaft_compliance",
+    card: super::Card {
+        title: "Shaft compliance (two masses)",
+        what: "Motor and load are joined by a spring with damping: the load's share f of the inertia swings at ω_a against a held rotor.",
+        shows: "Speed rings at the torsional resonance after torque steps; acceleration above resonance is that of the motor alone.",
+        rivals: &[
+            ("load_torque_ripple", "its frequency follows speed; the resonance stays"),
+            ("speed_sensor_lag", "smooths the speed; compliance makes it ring"),
+        ],
+        test: "Load or torque steps, fast against the resonance.",
+        place: "shaft (adds two states)",
+        source: "two-mass drive train",
+    },
+    parameters: {
+        /// The load's share of the inertia.
+        load_inertia_fraction: Strength, default 0.0, "", One, typical 0.05 to 0.9, Bound::Within(0.0, 0.99);
+        /// Frequency at which the load swings on a held rotor.
+        antiresonance_rad_s: Shape, default 120.0, "rad/s", One, typical 20.0 to 600.0, Bound::Within(1.0, 1e4);
+        /// Damping ratio of that swing.
+        damping_ratio: Shape, default 0.03, "", One, typical 0.002 to 0.2, Bound::Within(0.0, 2.0);
+    },
+    hooks: {}
+}
+
+impl<T: Scalar> ShaftCompliance<T> {
+    /// Spring stiffness, Nm/rad, of a shaft whose total inertia is `inertia`.
+    pub fn stiffness_nm_per_rad(&self, inertia: T) -> T {
+        self.load_inertia_fraction * inertia * self.antiresonance_rad_s * self.antiresonance_rad_s
+    }
+
+    /// Damping, N m s/rad.
+    pub fn damping_nm_s_per_rad(&self, inertia: T) -> T {
+        T::from_f64(2.0) * self.load_inertia_fraction * inertia * self.damping_ratio * self.antiresonance_rad_s
+    }
+}

@@ -1,0 +1,41 @@
+//! Stator asymmetry: unequal phase resistances.
+//!
+//! Drop = R_s i_s + R_s (δ_α + j δ_β) ī_s. Phase resistances R_s(1 + δ_a), … with zero mean deviation give
+//! δ_α + j δ_β = (δ_a + a δ_b + a² δ_c)/3: 2δ_α + 1 is phase a's resistance over the mean.
+
+use num_complex::Complex;
+
+use super::effect;
+use crate::error::Bound;
+
+effect! {
+    /// Unequal stator phase resistances: a bad joint, an early turn fault, unequal cables.
+    StatorAsymmetry, "stator_asymmetry",
+    card: super::Card {
+        title: "Stator asymmetry",
+        what: "The phase resistances differ: R_s(δ_α + jδ_β) times the mirrored current is dropped in addition.",
+        shows: "Negative-sequence current in proportion to load current, largest at low speed; torque ripple at twice the supply frequency.",
+        rivals: &[
+            ("current_sensor_gain", "the same relative unbalance at every speed and no torque ripple"),
+            ("rotor_asymmetry", "sidebands at twice the slip frequency; stator asymmetry stands still in the stator"),
+        ],
+        test: "Load at low speed, then at high speed; or direct current in three directions at standstill.",
+        place: "stator winding",
+        source: "symmetrical components of a three-phase winding with floating star point",
+    },
+    parameters: {
+        /// Resistance unbalance, α part.
+        unbalance_alpha: Strength, default 0.0, "", One, typical 0.005 to 0.15, Bound::Within(-0.49, 0.49);
+        /// Resistance unbalance, β part.
+        unbalance_beta: Strength, default 0.0, "", One, typical 0.005 to 0.15, Bound::Within(-0.49, 0.49);
+    },
+    hooks: {
+        #[inline(always)]
+        fn stator_drop(&self, drop: Complex<T>, at: &super::Operating<T>) -> Complex<T> {
+            if self.unbalance_alpha.is_zero() && self.unbalance_beta.is_zero() {
+                return drop;
+            }
+            drop + Complex::new(self.unbalance_alpha, self.unbalance_beta) * at.i_s.conj() * at.r_s
+        }
+    }
+}

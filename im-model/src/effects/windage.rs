@@ -1,0 +1,34 @@
+//! Windage: fan and air friction, τ = c ω|ω|.
+
+use super::effect;
+use crate::error::Bound;
+
+effect! {
+    /// Torque of the fan and of the air, quadratic in speed.
+    Windage, "windage",
+    card: super::Card {
+        title: "Windage",
+        what: "Fan and air take a torque c ω|ω| against motion.",
+        shows: "Speed error that grows with the square of speed, at any flux; power missing with the cube of speed.",
+        rivals: &[
+            ("coulomb_friction", "the same at every speed; windage vanishes at low speed"),
+            ("iron_loss", "needs flux and shows in the current; windage does not change when flux is stepped at constant speed"),
+        ],
+        test: "Coasting down from full speed, or no-load speed steps up to the highest speed.",
+        place: "torque balance",
+        source: "aerodynamic drag of a rotating body, cubic power law",
+    },
+    parameters: {
+        /// Torque over squared speed.
+        coefficient_nm_s2: Strength, default 0.0, "Nm s²/rad²", TorquePerSpeedSquared, typical 0.005 to 0.3, Bound::NotNegative;
+    },
+    hooks: {
+        #[inline(always)]
+        fn braking_torque(&self, torque: T, at: &super::Operating<T>) -> T {
+            if self.coefficient_nm_s2.is_zero() {
+                return torque;
+            }
+            torque + self.coefficient_nm_s2 * at.omega_m * at.omega_m.abs()
+        }
+    }
+}

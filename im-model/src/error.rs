@@ -1,0 +1,68 @@
+//! What can be wrong with the numbers that describe a machine.
+
+use thiserror::Error;
+
+/// A quantity outside its physical range. The text names the quantity, its value and the bound.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum ModelError {
+    /// A quantity is not finite, or outside its bound.
+    #[error("{quantity} = {value} must be {bound}")]
+    OutOfBounds {
+        /// Name of the quantity with its unit, as in files.
+        quantity: &'static str,
+        /// The offending value.
+        value: f64,
+        /// What is allowed.
+        bound: Bound,
+    },
+    /// L_m² ≥ L_s L_r: the windings would be coupled more than perfectly.
+    #[error("magnetizing inductance squared {squared} H² must be below L_s·L_r = {product} H²: leakage would not be positive")]
+    CouplingNotPhysical {
+        /// L_m², H².
+        squared: f64,
+        /// L_s L_r, H².
+        product: f64,
+    },
+    /// No steady state was found at the requested operating point.
+    #[error("no steady state at {frequency_hz} Hz with load torque {torque_nm} Nm: the machine cannot carry it")]
+    NoSteadyState {
+        /// Supply frequency, Hz.
+        frequency_hz: f64,
+        /// Requested load torque, Nm.
+        torque_nm: f64,
+    },
+}
+
+/// The range that a quantity must lie in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// Finite and > 0.
+    Positive,
+    /// Finite and ≥ 0.
+    NotNegative,
+    /// Within the closed interval.
+    Within(f64, f64),
+}
+
+impl core::fmt::Display for Bound {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Positive => f.write_str("positive and finite"),
+            Self::NotNegative => f.write_str("zero or positive, and finite"),
+            Self::Within(a, b) => write!(f, "from {a} to {b}"),
+        }
+    }
+}
+
+impl Bound {
+    /// Checks `value`; the error carries `quantity`.
+    pub fn check(self, quantity: &'static str, value: f64) -> Result<(), ModelError> {
+        let ok = value.is_finite()
+            && match self {
+                Self::Positive => value > 0.0,
+                Self::NotNegative => value >= 0.0,
+                Self::Within(a, b) => (a..=b).contains(&value),
+            };
+        if ok { Ok(()) } else { Err(ModelError::OutOfBounds { quantity, value, bound: self }) }
+    }
+}

@@ -1,0 +1,234 @@
+//! The machine: base parameters, pole pairs, effects, rating. Valid by construction.
+
+use crate::effects::{EffectId, Effects, ParameterInfo, ScaleOf};
+use crate::error::{Bound, ModelError};
+use crate::parameters::{BaseParameter, TParameters};
+use crate::scalar::Scalar;
+
+/// A machine whose parameters and effects have been checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Machine<T> {
+    parameters: TParameters<T>,
+    pole_pairs: u32,
+    effects: Effects<T>,
+}
+
+impl<T: Scalar> Machine<T> {
+    /// Checks everything: base parameters positive and finite, 1 to 100 pole pairs, effects within bounds.
+    pub fn try_new(parameters: TParameters<T>, pole_pairs: u32, effects: Effects<T>) -> Result<Self, ModelError> {
+        parameters.validate()?;
+        Bound::Within(1.0, 100.0).check("pole_pairs", f64::from(pole_pairs))?;
+        effects.validate()?;
+        Ok(Self { parameters, pole_pairs, effects })
+    }
+
+    /// The linear machine.
+    pub fn base(parameters: TParameters<T>, pole_pairs: u32) -> Result<Self, ModelError> {
+        Self::try_new(parameters, pole_pairs, Effects::none())
+    }
+
+    /// The same machine with other effects.
+    pub fn with_effects(&self, effects: Effects<T>) -> Result<Self, ModelError> {
+        Self::try_new(self.parameters, self.pole_pairs, effects)
+    }
+
+    /// The same machine with other base parameters.
+    pub fn with_parameters(&self, parameters: TParameters<T>) -> Result<Self, ModelError> {
+        Self::try_new(parameters, self.pole_pairs, self.effects)
+    }
+
+    /// The base parameters.
+    pub fn parameters(&self) -> &TParameters<T> {
+        &self.parameters
+    }
+    /// The effects.
+    pub fn effects(&self) -> &Effects<T> {
+        &self.effects
+    }
+    /// n_p.
+    pub fn pole_pairs(&self) -> u32 {
+        self.pole_pairs
+    }
+
+    /// Reads any parameter.
+    pub fn get(&self, id: ParameterId) -> T {
+        match id {
+            ParameterId::Base(p) => self.parameters.values()[p as usize],
+            ParameterId::Effect(e, k) => self.effects.get(e, k),
+        }
+    }
+
+    /// A copy in another scalar type, with `f` giving every parameter: how sensitivities are seeded.
+    pub fn map<U: Scalar>(&self, mut f: impl FnMut(ParameterId, f64) -> U) -> Machine<U> {
+        let mut values = [U::zero(); 7];
+        for (v, p) in values.iter_mut().zip(BaseParameter::ALL) {
+            let id = ParameterId::Base(p);
+            *v = f(id, self.get(id).value());
+        }
+        let mut effects = self.effects.cast::<U>();
+        for e in self.effects.ids() {
+            for k in 0..e.parameters().len() {
+                let id = ParameterId::Effect(e, k);
+                effects.set(e, k, f(id, self.get(id).value()));
+            }
+        }
+        Machine { parameters: TParameters::from_values(values), pole_pairs: self.pole_pairs, effects }
+    }
+
+    /// The same machine in another scalar type.
+    pub fn cast<U: Scalar>(&self) -> Machine<U> {
+        self.map(|_, x| U::from_f64(x))
+    }
+}
+
+impl Machine<f64> {
+    /// The same machine with some parameters changed, checked again.
+    pub fn with(&self, changes: &[(ParameterId, f64)]) -> Result<Self, ModelError> {
+        let m = self.map(|id, x| changes.iter().rev().find(|(c, _)| *c == id).map_or(x, |(_, v)| *v));
+        Self::try_new(m.parameters, m.pole_pairs, m.effects)
+    }
+}
+
+/// Names any parameter of a machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum ParameterId {
+    /// A base parameter.
+    Base(BaseParameter),
+    /// Parameter `1` of effect `0`.
+    Effect(EffectId, usize),
+}
+
+impl ParameterId {
+    /// The key in files.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Base(p) => p.key(),
+            Self::Effect(e, k) => e.parameters()[k].key,
+        }
+    }
+    /// The unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Base(p) => p.unit(),
+            Self::Effect(e, k) => e.parameters()[k].unit,
+        }
+    }
+    /// What is known about a parameter of an effect.
+    pub fn info(self) -> Option<&'static ParameterInfo> {
+        match self {
+            Self::Base(_) => None,
+            Self::Effect(e, k) => Some(&e.parameters()[k]),
+        }
+    }
+    /// The hard limit.
+    pub fn bound(self) -> Bound {
+        match self {
+            Self::Base(p) => p.bound(),
+            Self::Effect(e, k) => e.parameters()[k].bound,
+        }
+    }
+}
+
+impl core::fmt::Display for ParameterId {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Base(p) => f.write_str(p.key()),
+            Self::Effect(e, k) => write!(f, "{e}.{}", e.parameters()[*k].key),
+        }
+    }
+}
+
+/// What the machine is built for: the measures of typical sizes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rating {
+    /// Torque, Nm.
+    pub torque_nm: f64,
+    /// Supply frequency, Hz.
+    pub electrical_frequency_hz: f64,
+    /// Phase voltage, peak, star-equivalent, V.
+    pub phase_voltage_peak_v: f64,
+    /// Rotor flux linkage, Vs.
+    pub rotor_flux_vs: f64,
+}
+
+impl Rating {
+    /// Checks every quantity.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        Bound::Positive.check("torque_nm", self.torque_nm)?;
+        Bound::Positive.check("electrical_frequency_hz", self.electrical_frequency_hz)?;
+        Bound::Positive.check("phase_voltage_peak_v", self.phase_voltage_peak_v)?;
+        Bound::Positive.check("rotor_flux_vs", self.rotor_flux_vs)
+    }
+
+    /// A plausible rating when none is given: 50 Hz, one volt-second of flux scaled so that the magnetizing current is a third of
+    /// the current at rated slip, and the torque of a slip of R_r at 4 %.
+    pub fn guess(p: &TParameters<f64>, pole_pairs: u32) -> Self {
+        let w = 2.0 * core::f64::consts::PI * 50.0;
+        // Rated flux such that the slip current at 4 % is about twice the magnetizing current is a property of the machine's
+        // size, not of its parameters; 0.95 Vs is that of 400-V machines at 50 Hz.
+        let flux = 0.95;
+        let slip = 0.04 * w;
+        let torque = 1.5 * f64::from(pole_pairs) * flux * flux * slip / p.rotor_resistance_ohm;
+        Self { torque_nm: torque, electrical_frequency_hz: 50.0, phase_voltage_peak_v: flux * w * 1.08, rotor_flux_vs: flux }
+    }
+
+    /// Synchronous mechanical speed, rad/s.
+    pub fn synchronous_speed_rad_s(&self, pole_pairs: u32) -> f64 {
+        2.0 * core::f64::consts::PI * self.electrical_frequency_hz / f64::from(pole_pairs)
+    }
+
+    /// Peak phase current at rated torque and flux, A.
+    pub fn current_peak_a(&self, p: &TParameters<f64>, pole_pairs: u32) -> f64 {
+        let i_g = p.inverse_gamma();
+        // Rotor flux in inverse-Γ is smaller by L_m/L_r.
+        let flux = self.rotor_flux_vs * p.magnetizing_inductance_h / p.rotor_inductance_h();
+        let torque_current = self.torque_nm / (1.5 * f64::from(pole_pairs) * flux);
+        let magnetizing = flux / i_g.magnetizing_inductance_h;
+        Scalar::sqrt(torque_current * torque_current + magnetizing * magnetizing)
+    }
+
+    /// The unit of `scale` for this machine.
+    pub fn unit_of(&self, scale: ScaleOf, p: &TParameters<f64>, pole_pairs: u32) -> f64 {
+        let i = self.current_peak_a(p, pole_pairs);
+        let w = self.synchronous_speed_rad_s(pole_pairs);
+        match scale {
+            ScaleOf::One => 1.0,
+            ScaleOf::Voltage => self.phase_voltage_peak_v,
+            ScaleOf::Current => i,
+            ScaleOf::Flux => self.rotor_flux_vs,
+            ScaleOf::Torque => self.torque_nm,
+            ScaleOf::TorquePerSpeedSquared => self.torque_nm / (w * w),
+            ScaleOf::Conductance => i / self.phase_voltage_peak_v,
+            ScaleOf::Speed => w,
+            ScaleOf::StatorHeating => 1.0 / (1.5 * p.stator_resistance_ohm * i * i),
+            ScaleOf::RotorHeating => 1.0 / (1.5 * p.rotor_resistance_ohm * i * i),
+        }
+    }
+}
+
+impl Effects<f64> {
+    /// Effects off, with defaults and fixed parameters scaled to a machine.
+    pub fn scaled(rating: &Rating, p: &TParameters<f64>, pole_pairs: u32) -> Self {
+        let mut e = Self::none();
+        e.rescale(rating, p, pole_pairs);
+        e
+    }
+
+    /// Sets every parameter of the effects that are off to its default for a machine.
+    pub fn rescale(&mut self, rating: &Rating, p: &TParameters<f64>, pole_pairs: u32) {
+        let ids: [Option<EffectId>; 32] = {
+            let mut a = [None; 32];
+            for (slot, id) in a.iter_mut().zip(self.ids()) {
+                *slot = Some(id);
+            }
+            a
+        };
+        for id in ids.into_iter().flatten() {
+            if !self.is_on(id) {
+                for (k, info) in id.parameters().iter().enumerate() {
+                    self.set(id, k, info.default * rating.unit_of(info.scale, p, pole_pairs));
+                }
+            }
+        }
+    }
+}

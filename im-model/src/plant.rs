@@ -1,0 +1,404 @@
+//! Equations of motion of the machine with its effects, in the stator frame, and the fixed-step integration.
+//!
+//! dψ_s/dt = u_s − R_s i_s,   dψ_r/dt = jω_e ψ_r − R_r i_r,   τ_e = (3/2) n_p Im(ψ_r ī_r),   J dω_m/dt = τ_e − D ω_m − τ_L
+//!
+//! and the terms of the effects at their places. Every power is accounted for: [`Powers`] sums to the rate of the stored energy.
+
+use num_complex::Complex;
+
+use crate::effects::{EffectId, Effects, MAX_CUSTOM, Operating};
+use crate::error::ModelError;
+use crate::flux_map::{Currents, FluxMap};
+use crate::machine::Machine;
+use crate::parameters::TParameters;
+use crate::scalar::Scalar;
+use crate::space_vector::{cross, dot, j, norm2, unit};
+use crate::state::{Parts, State};
+
+/// What drives the machine during a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive<T> {
+    /// Commanded stator voltage, V.
+    pub u_s: Complex<T>,
+    /// Load torque, Nm, positive against positive rotation.
+    pub tau_load: T,
+    /// When given, the rotor turns at this speed (rad/s at the start and at the end of the step) whatever the torque.
+    pub imposed_speed: Option<[T; 2]>,
+}
+
+impl<T: Scalar> Drive<T> {
+    /// Voltage and load torque, speed free.
+    pub fn new(u_s: Complex<T>, tau_load: T) -> Self {
+        Self { u_s, tau_load, imposed_speed: None }
+    }
+}
+
+/// Powers at an instant, W; a loss is positive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Powers<T> {
+    /// Taken in at the commanded voltage.
+    pub electrical_input: T,
+    /// Between command and terminals (inverter, gain).
+    pub inverter_loss: T,
+    /// Stator winding.
+    pub stator_copper: T,
+    /// Rotor winding, both cages.
+    pub rotor_copper: T,
+    /// Iron.
+    pub iron: T,
+    /// Friction, windage, ripple and what user effects brake.
+    pub friction: T,
+    /// Damping in the shaft.
+    pub shaft_damping: T,
+    /// Given to the load.
+    pub load: T,
+}
+
+impl<T: Scalar> Powers<T> {
+    /// The values, in the order of the fields.
+    pub fn values(&self) -> [T; 8] {
+        [
+            self.electrical_input,
+            self.inverter_loss,
+            self.stator_copper,
+            self.rotor_copper,
+            self.iron,
+            self.friction,
+            self.shaft_damping,
+            self.load,
+        ]
+    }
+
+    /// Input less losses and load: what goes into fields, masses and springs.
+    pub fn net(&self) -> T {
+        let [input, rest @ ..] = self.values();
+        rest.into_iter().fold(input, |p, loss| p - loss)
+    }
+}
+
+/// Rates of change, and what else is known at the same instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Evaluation<T> {
+    /// d/dt of the state.
+    pub rates: State<T>,
+    /// Currents and magnetizing flux.
+    pub currents: Currents<T>,
+    /// Electromagnetic torque, Nm.
+    pub torque: T,
+    /// Powers.
+    pub powers: Powers<T>,
+}
+
+/// A valid machine prepared for stepping. Plain data, no allocation; steps cannot fail.
+#[derive(Clone, Copy, Debug)]
+pub struct Plant<T> {
+    parameters: TParameters<T>,
+    effects: Effects<T>,
+    map: FluxMap<T>,
+    parts: Parts,
+    n_p: T,
+    torque_factor: T,
+    /// 1/J, or 1/((1−f)J) with a compliant shaft.
+    inv_inertia: T,
+    /// Temperatures are tracked: R depends on them.
+    heated: [bool; 2],
+}
+
+impl<T: Scalar> Plant<T> {
+    /// Prepares a machine.
+    pub fn new(machine: &Machine<T>) -> Self {
+        let (p, effects) = (*machine.parameters(), *machine.effects());
+        let parts = Parts::of(&effects);
+        let inertia = if parts.shaft {
+            p.inertia_kg_m2 * (T::one() - effects.shaft_compliance.load_inertia_fraction)
+        } else {
+            p.inertia_kg_m2
+        };
+        let n_p = T::from_f64(f64::from(machine.pole_pairs()));
+        Self {
+            parameters: p,
+            effects,
+            map: FluxMap::new(&p, &effects),
+            parts,
+            n_p,
+            torque_factor: T::from_f64(1.5) * n_p,
+            inv_inertia: T::one() / inertia,
+            heated: [effects.is_on(EffectId::StatorHeating), effects.is_on(EffectId::RotorHeating)],
+        }
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> &TParameters<T> {
+        &self.parameters
+    }
+    /// The effects.
+    pub fn effects(&self) -> &Effects<T> {
+        &self.effects
+    }
+    pub(crate) fn parts(&self) -> Parts {
+        self.parts
+    }
+    /// Pole pairs, as a number.
+    pub fn n_p(&self) -> T {
+        self.n_p
+    }
+
+    /// Currents in a state.
+    #[inline]
+    pub fn currents(&self, x: &State<T>) -> Currents<T> {
+        self.map.currents(x.psi_s, x.psi_r, x.psi_fe, &self.effects)
+    }
+
+    /// Electromagnetic torque in a state, Nm.
+    pub fn torque(&self, x: &State<T>) -> T {
+        self.torque_factor * cross(self.currents(x).i_r, x.psi_r)
+    }
+
+    /// Rates, torque and powers at a state.
+    #[inline(always)]
+    pub fn evaluate(&self, x: &State<T>, drive: &Drive<T>) -> Evaluation<T> {
+        let (p, e) = (&self.parameters, &self.effects);
+        let currents = self.map.currents(x.psi_s, x.psi_r, x.psi_fe, e);
+        let Currents { i_s, i_r, psi_m } = currents;
+
+        let r_s = if self.heated[0] {
+            p.stator_resistance_ohm * (T::one() + e.stator_heating.temperature_coefficient_per_k * x.stator_rise_k)
+        } else {
+            p.stator_resistance_ohm
+        };
+        let r_r = if self.heated[1] {
+            p.rotor_resistance_ohm * (T::one() + e.rotor_heating.temperature_coefficient_per_k * x.rotor_rise_k)
+        } else {
+            p.rotor_resistance_ohm
+        };
+        let at = Operating { i_s, i_r, psi_m, omega_m: x.omega_m, theta_m: x.theta_m, r_s, r_r, n_p: self.n_p, own: [T::zero(); 2] };
+
+        let u_s = e.applied_voltage(drive.u_s, i_s);
+        let stator_drop = e.stator_drop(i_s * r_s, &at, &x.own);
+        let mut rotor_drop = e.rotor_drop(i_r * r_r, &at, &x.own);
+
+        let mut rates = State::default();
+        let three_halves = T::from_f64(1.5);
+        let omega_e = self.n_p * x.omega_m;
+
+        // Power stored in the bars does not leave: it is taken out of the rotor's copper loss below.
+        let mut into_bars = T::zero();
+        if self.parts.skin {
+            let skin = &e.rotor_skin_effect;
+            let inner = i_r - x.i_bar;
+            let rise = skin.resistance_rise * p.rotor_resistance_ohm;
+            rotor_drop += inner * rise;
+            rates.i_bar = j(x.i_bar) * omega_e + inner * (T::one() / skin.time_constant_s);
+            into_bars = rise * dot(inner, x.i_bar);
+        }
+        let mut iron = T::zero();
+        if self.parts.iron {
+            let law = &e.iron_loss;
+            rates.psi_fe = (psi_m - x.psi_fe) * (T::one() / law.diffusion_time_s);
+            iron = three_halves * law.conductance_s * norm2(rates.psi_fe);
+        }
+
+        rates.psi_s = u_s - stator_drop;
+        rates.psi_r = j(x.psi_r) * omega_e - rotor_drop;
+
+        let torque = self.torque_factor * cross(i_r, x.psi_r);
+        let viscous = p.viscous_friction_nm_s_per_rad * x.omega_m;
+        let braking = e.braking_torque(viscous, &at, &x.own);
+        let mut shaft_damping = T::zero();
+        let (tau_shaft, omega_load) = if self.parts.shaft {
+            let law = &e.shaft_compliance;
+            let slide = x.omega_m - x.omega_load;
+            let spring = law.stiffness_nm_per_rad(p.inertia_kg_m2) * x.twist;
+            let damper = law.damping_nm_s_per_rad(p.inertia_kg_m2) * slide;
+            shaft_damping = damper * slide;
+            rates.twist = slide;
+            rates.omega_load = (spring + damper - drive.tau_load) / (law.load_inertia_fraction * p.inertia_kg_m2);
+            (spring + damper, x.omega_load)
+        } else {
+            (drive.tau_load, x.omega_m)
+        };
+        rates.omega_m = (torque - braking - tau_shaft) * self.inv_inertia;
+        rates.theta_m = x.omega_m;
+
+        let stator_copper = three_halves * dot(stator_drop, i_s);
+        let rotor_copper = three_halves * (dot(rotor_drop, i_r) - into_bars);
+        if self.parts.thermal {
+            let (s, r) = (&e.stator_heating, &e.rotor_heating);
+            if self.heated[0] {
+                rates.stator_rise_k =
+                    s.inverse_heat_capacity_k_per_j * stator_copper - x.stator_rise_k * (T::one() / s.time_constant_s);
+            }
+            if self.heated[1] {
+                rates.rotor_rise_k =
+                    r.inverse_heat_capacity_k_per_j * rotor_copper - x.rotor_rise_k * (T::one() / r.time_constant_s);
+            }
+        }
+        if self.parts.own {
+            for (k, c) in e.custom.iter().enumerate() {
+                if let Some(c) = c {
+                    rates.own[k] = c.hooks().own_rates(&c.values, &Operating { own: x.own[k], ..at });
+                }
+            }
+        }
+
+        let powers = Powers {
+            electrical_input: three_halves * dot(drive.u_s, i_s),
+            inverter_loss: three_halves * dot(drive.u_s - u_s, i_s),
+            stator_copper,
+            rotor_copper,
+            iron,
+            friction: braking * x.omega_m,
+            shaft_damping,
+            load: drive.tau_load * omega_load,
+        };
+        Evaluation { rates, currents, torque, powers }
+    }
+
+    /// One fourth-order Runge-Kutta step of length `h`, s, with inputs held.
+    #[inline]
+    pub fn step(&self, x: &State<T>, drive: &Drive<T>, h: T) -> State<T> {
+        self.step_observed(x, drive, h, |_, _| ())
+    }
+
+    /// As [`step`](Self::step); `observe(weight, evaluation)` sees the four stages with their quadrature weights (sum `h`), so
+    /// that integrals of powers are taken with the same rule as the state.
+    #[inline(always)]
+    pub fn step_observed(
+        &self,
+        x: &State<T>,
+        drive: &Drive<T>,
+        h: T,
+        mut observe: impl FnMut(T, &Evaluation<T>),
+    ) -> State<T> {
+        let half = h * T::from_f64(0.5);
+        let (sixth, third) = (h * T::from_f64(1.0 / 6.0), h * T::from_f64(1.0 / 3.0));
+        let mut next = *x;
+        let mut stage = |at: State<T>, fraction: f64, weight: T| {
+            let mut at = at;
+            if let Some([a, b]) = drive.imposed_speed {
+                at.omega_m = a + (b - a) * T::from_f64(fraction);
+            }
+            let e = self.evaluate(&at, drive);
+            observe(weight, &e);
+            next.accumulate(&e.rates, weight, self.parts);
+            e.rates
+        };
+        let k1 = stage(*x, 0.0, sixth);
+        let k2 = stage(x.advanced(&k1, half, self.parts), 0.5, third);
+        let k3 = stage(x.advanced(&k2, half, self.parts), 0.5, third);
+        stage(x.advanced(&k3, h, self.parts), 1.0, sixth);
+        if let Some([_, b]) = drive.imposed_speed {
+            next.omega_m = b;
+        }
+        next
+    }
+
+    /// Rates in a frame at electrical angle `theta` turning with `omega_k`, rad/s; state and voltage are given in that frame.
+    pub fn rates_in_frame(&self, x: &State<T>, drive: &Drive<T>, theta: T, omega_k: T) -> State<T> {
+        let still = x.in_frame(-theta);
+        let drive = Drive { u_s: drive.u_s * unit(theta), ..*drive };
+        let mut rates = self.evaluate(&still, &drive).rates.in_frame(theta);
+        rates.psi_s -= j(x.psi_s) * omega_k;
+        rates.psi_r -= j(x.psi_r) * omega_k;
+        rates.psi_fe -= j(x.psi_fe) * omega_k;
+        rates.i_bar -= j(x.i_bar) * omega_k;
+        rates
+    }
+
+    /// Energy in fields, masses and springs, J.
+    pub fn stored_energy(&self, x: &State<T>) -> T {
+        let (p, e) = (&self.parameters, &self.effects);
+        let half = T::from_f64(0.5);
+        let mut w = self.map.energy(x.psi_s, x.psi_r, x.psi_fe, e);
+        if self.parts.skin {
+            let skin = &e.rotor_skin_effect;
+            // (3/2)·½ L_b|i_b|², i_b = z·k/(1+k), L_b = τR_r(1+k)²/k
+            w += T::from_f64(0.75) * skin.time_constant_s * skin.resistance_rise * p.rotor_resistance_ohm * norm2(x.i_bar);
+        }
+        w += half * x.omega_m * x.omega_m / self.inv_inertia;
+        if self.parts.shaft {
+            let law = &e.shaft_compliance;
+            w += half * law.load_inertia_fraction * p.inertia_kg_m2 * x.omega_load * x.omega_load;
+            w += half * law.stiffness_nm_per_rad(p.inertia_kg_m2) * x.twist * x.twist;
+        }
+        w
+    }
+
+    /// An estimate of the fastest rate in the machine, 1/s, that a step must resolve: h ≤ 1/rate is accurate, h > 2.7/rate unstable.
+    pub fn fastest_rate(&self) -> f64 {
+        let p = self.parameters.cast::<f64>();
+        let e = &self.effects;
+        let leakage = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
+        let drop = e.leakage_flux_saturation.drop.value();
+        let rise = if self.parts.skin { e.rotor_skin_effect.resistance_rise.value() } else { 0.0 };
+        let mut rate = (p.stator_resistance_ohm + p.rotor_resistance_ohm * (1.0 + rise)) * (1.0 + drop) / leakage;
+        if !e.inverter_nonlinearity.is_zero_strength() {
+            let slope = e.inverter_nonlinearity.voltage_v.value() / e.inverter_nonlinearity.zero_crossing_current_a.value();
+            rate = rate.max((p.stator_resistance_ohm + p.rotor_resistance_ohm + slope) * (1.0 + drop) / leakage);
+        }
+        if self.parts.iron {
+            rate = rate.max(1.0 / e.iron_loss.diffusion_time_s.value());
+        }
+        if self.parts.skin {
+            rate = rate.max(1.0 / e.rotor_skin_effect.time_constant_s.value());
+        }
+        if self.parts.shaft {
+            let f = e.shaft_compliance.load_inertia_fraction.value();
+            rate = rate.max(e.shaft_compliance.antiresonance_rad_s.value() / (1.0 - f).sqrt());
+        }
+        if !e.coulomb_friction.torque_nm.is_zero() {
+            let c = &e.coulomb_friction;
+            let slope = c.torque_nm.value() * (1.0 + c.stribeck_rise.value()) / c.smoothing_speed_rad_s.value();
+            rate = rate.max(slope * self.inv_inertia.value());
+        }
+        rate
+    }
+
+    /// How many steps a sample of length `sample_time_s` needs: each at most 0.8/[`fastest_rate`](Self::fastest_rate).
+    pub fn substeps(&self, sample_time_s: f64) -> u32 {
+        let n = (sample_time_s * self.fastest_rate() / 0.8).max(1.0);
+        // Rounded up by hand: f64::ceil is not in core.
+        let whole = n.min(1e6) as u32;
+        if f64::from(whole) < n { whole + 1 } else { whole }
+    }
+
+    /// The number of own states that belong to user effects.
+    pub const OWN_STATES: usize = 2 * MAX_CUSTOM;
+}
+
+/// Integrals of the powers over a run, J: the energy balance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ledger<T> {
+    /// Integrals of [`Powers`], in the order of its fields.
+    pub energies: [T; 8],
+    /// Stored energy at the start.
+    pub stored_before: T,
+}
+
+impl<T: Scalar> Ledger<T> {
+    /// Starts a ledger at a state.
+    pub fn new(plant: &Plant<T>, x: &State<T>) -> Self {
+        Self { energies: [T::zero(); 8], stored_before: plant.stored_energy(x) }
+    }
+
+    /// Adds an evaluation with its weight, s.
+    pub fn add(&mut self, weight: T, e: &Evaluation<T>) {
+        for (sum, p) in self.energies.iter_mut().zip(e.powers.values()) {
+            *sum += p * weight;
+        }
+    }
+
+    /// Input less losses, load and what is stored now, J: zero but for integration error.
+    pub fn imbalance(&self, plant: &Plant<T>, x: &State<T>) -> T {
+        let [input, rest @ ..] = self.energies;
+        rest.into_iter().fold(input, |w, loss| w - loss) - (plant.stored_energy(x) - self.stored_before)
+    }
+}
+
+/// A machine checked and prepared in one call.
+impl<T: Scalar> TryFrom<(TParameters<T>, u32, Effects<T>)> for Plant<T> {
+    type Error = ModelError;
+    fn try_from((p, pole_pairs, effects): (TParameters<T>, u32, Effects<T>)) -> Result<Self, ModelError> {
+        Ok(Self::new(&Machine::try_new(p, pole_pairs, effects)?))
+    }
+}

@@ -1,0 +1,110 @@
+//! The one number type bound of the workspace: `f32` in firmware, `f64` on the host, [`Dual`](crate::Dual) for sensitivities.
+
+use core::fmt::Debug;
+use core::ops::Neg;
+
+use num_traits::NumAssign;
+
+use crate::effects::{CustomEffect, Hooks};
+
+/// A real number that the equations of motion can be written in.
+///
+/// Implemented for `f32`, `f64` and [`Dual`](crate::Dual). [`is_zero`](num_traits::Zero::is_zero) is true only when the value
+/// *and all its derivatives* vanish: this is how an effect knows that it is switched off.
+pub trait Scalar:
+    NumAssign + Neg<Output = Self> + PartialOrd + Copy + Debug + Send + Sync + 'static
+{
+    /// The constant `x`.
+    fn from_f64(x: f64) -> Self;
+    /// The value without derivatives.
+    fn value(self) -> f64;
+    /// √x.
+    fn sqrt(self) -> Self;
+    /// (sin x, cos x), x in rad.
+    fn sin_cos(self) -> (Self, Self);
+    /// eˣ.
+    fn exp(self) -> Self;
+    /// ln x.
+    fn ln(self) -> Self;
+    /// xʸ for x ≥ 0; zero at x = 0 for y > 0.
+    fn powf(self, y: Self) -> Self;
+    /// |x|.
+    fn abs(self) -> Self;
+    /// The hooks of a user's effect for this number type; `None` where the type does not take part.
+    fn hooks(_effect: &'static dyn CustomEffect) -> Option<&'static dyn Hooks<Self>> {
+        None
+    }
+
+    /// Whether the value is neither infinite nor NaN.
+    fn is_finite(self) -> bool {
+        self.value().is_finite()
+    }
+    /// The smaller of two numbers.
+    fn min(self, other: Self) -> Self {
+        if other < self { other } else { self }
+    }
+    /// The larger of two numbers.
+    fn max(self, other: Self) -> Self {
+        if other > self { other } else { self }
+    }
+}
+
+macro_rules! scalar {
+    ($t:ty, $sqrt:ident, $sincos:ident, $exp:ident, $ln:ident, $pow:ident) => {
+        impl Scalar for $t {
+            #[inline]
+            fn from_f64(x: f64) -> Self {
+                x as $t
+            }
+            #[inline]
+            fn value(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                #[cfg(feature = "std")]
+                return <$t>::sqrt(self);
+                #[cfg(not(feature = "std"))]
+                libm::$sqrt(self)
+            }
+            #[inline]
+            fn sin_cos(self) -> (Self, Self) {
+                #[cfg(feature = "std")]
+                return <$t>::sin_cos(self);
+                #[cfg(not(feature = "std"))]
+                libm::$sincos(self)
+            }
+            #[inline]
+            fn exp(self) -> Self {
+                #[cfg(feature = "std")]
+                return <$t>::exp(self);
+                #[cfg(not(feature = "std"))]
+                libm::$exp(self)
+            }
+            #[inline]
+            fn ln(self) -> Self {
+                #[cfg(feature = "std")]
+                return <$t>::ln(self);
+                #[cfg(not(feature = "std"))]
+                libm::$ln(self)
+            }
+            #[inline]
+            fn powf(self, y: Self) -> Self {
+                #[cfg(feature = "std")]
+                return <$t>::powf(self, y);
+                #[cfg(not(feature = "std"))]
+                libm::$pow(self, y)
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                <$t>::abs(self)
+            }
+            #[inline]
+            fn hooks(effect: &'static dyn CustomEffect) -> Option<&'static dyn Hooks<Self>> {
+                Some(effect)
+            }
+        }
+    };
+}
+scalar!(f32, sqrtf, sincosf, expf, logf, powf);
+scalar!(f64, sqrt, sincos, exp, log, pow);
