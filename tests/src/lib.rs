@@ -1,1 +1,5 @@
-//! To be written.
+//! Judges of the workspace: what the other crates claim is tried here on data they did not make.
+//!
+//! [`hidden`] is a simulator of its own, kept apart from the model crate on purpose.
+
+pub mod hidden;
