@@ -53,7 +53,7 @@ effects! {
     /// Size: windage torque at synchronous speed over rated torque.
     Windage "windage" true [0.02, 0.05, 0.12],
     /// Size: lost phase voltage over rated phase voltage.
-    InverterNonlinearity "inverter_nonlinearity" true [0.0015, 0.006, 0.025],
+    InverterNonlinearity "inverter_nonlinearity" true [0.0015, 0.005, 0.02],
     /// Size: samples by which the voltage is late.
     VoltageDelay "voltage_delay" true [0.3, 0.7, 1.5],
     /// Size: fraction by which the voltage is off.
@@ -73,7 +73,7 @@ effects! {
     /// Size: torque ripple over rated torque.
     LoadTorqueRipple "load_torque_ripple" true [0.015, 0.04, 0.1],
     /// Size: relative change of the main inductance from tooth to slot.
-    RotorSlotting "rotor_slotting" false [0.006, 0.015, 0.04],
+    RotorSlotting "rotor_slotting" false [0.008, 0.02, 0.06],
     /// Size: coercive current over rated magnetizing current.
     HysteresisLoss "hysteresis_loss" false [0.02, 0.05, 0.12],
     /// Size: stray-load loss at rated current and speed over rated power.

@@ -135,9 +135,13 @@ impl Manoeuvre {
         let rated_hz = m.rated_frequency_hz;
         // The ramp takes at most 60 % of rated torque.
         let steepest = 0.6 * m.rated_torque_nm / (m.inertia_kg_m2 * std::f64::consts::TAU) * f64::from(m.pole_pairs);
-        let hz_per_s = steepest.min(rated_hz / if slow { 2.0 } else { 0.6 }) * chance.between(0.7, 1.0);
+        // Open-loop passage through standstill is safe with a soft slip only: others fall out of step.
+        let slip = m.rated_torque_nm * m.rotor_resistance_ohm
+            / (1.5 * f64::from(m.pole_pairs) * m.rated_rotor_flux_vs.powi(2) * m.rated_electrical_rad_s());
+        let reversing = part == Part::Holdout && slip > 0.035 && chance.one_of(2) == 1;
+        let gentle = if reversing { 0.5 } else { 1.0 };
+        let hz_per_s = gentle * steepest.min(rated_hz / if slow { 2.0 } else { 0.6 }) * chance.between(0.7, 1.0);
         let every = if slow { 0.12 } else { 0.25 };
-        let reversing = part == Part::Holdout && chance.one_of(2) == 1;
         let first = rated_hz * chance.between(0.35, 1.0);
         let wish = Steps::random(chance, 1.5 * every, every, first, |chance| {
             let sign = if reversing && chance.between(0.0, 1.0) < 0.3 { -1.0 } else { 1.0 };
@@ -159,7 +163,7 @@ impl Manoeuvre {
         let load_nm = (0..rows)
             .map(|k| {
                 // What the flux can carry; the boost falls short at low frequency.
-                let carry = (factor[k] * factor[k]).min(1.0) * (0.45 + 0.55 * (3.0 * frequency_hz[k].abs() / rated_hz).min(1.0));
+                let carry = (factor[k] * factor[k]).min(1.0) * (0.1 + 0.9 * (4.0 * frequency_hz[k].abs() / rated_hz).min(1.0));
                 load[k] * carry * m.rated_torque_nm
             })
             .collect();

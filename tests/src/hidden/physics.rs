@@ -343,8 +343,8 @@ fn recordings_stay_within_reach() {
                 assert_eq!(table.rows(), 20_000);
                 let peak = (0..table.rows()).map(|k| table.i_alpha_a[k].hypot(table.i_beta_a[k])).fold(0.0, f64::max);
                 let fastest = table.omega_m_rad_s.iter().fold(0.0_f64, |top, w| top.max(w.abs()));
-                // Pull-out would show as six times rated current, or as a machine driven backwards by its load.
-                assert!(peak < 6.0 * m.rated_current_a(), "{} {part:?}: {peak} A", m.name);
+                // Pull-out would show as five times rated current, or as a machine driven backwards by its load.
+                assert!(peak < 4.5 * m.rated_current_a(), "{} {part:?}: {peak} A", m.name);
                 assert!(fastest < 1.3 * m.synchronous_speed_rad_s(), "{} {part:?}: {fastest} rad/s", m.name);
                 assert!(fastest > 0.25 * m.synchronous_speed_rad_s(), "{} {part:?}: {fastest} rad/s", m.name);
             }
@@ -401,4 +401,20 @@ fn follows_the_modelica_run() {
     // The reference was computed at a tolerance of 1e-6, its switches have 10 µΩ, and it is sampled before and after an event at 0.1 s.
     assert!(speed_error < 0.05 && current_error < 2e-3 * current_peak, "{speed_error} {current_error}");
     assert!((motion.x[at::SPEED] - 150.8438).abs() < 1e-3, "{}", motion.x[at::SPEED]);
+}
+
+#[test]
+fn any_three_strong_effects_run_together() {
+    let mut chance = super::chance::Chance::new(9, "triples");
+    for seed in 0..24 {
+        let kinds = [(); 3].map(|()| (E::ALL[chance.one_of(E::ALL.len())], Strength::Strong));
+        let mut case = Case::new(chance.one_of(Machine::COUNT), &kinds, seed);
+        case.sampling = Some(Sampling { sample_s: 1e-4, duration_s: 0.6 });
+        let limit = 8.0 * case.true_machine().rated_current_a();
+        for part in [Part::Train1, Part::Train2] {
+            let table = case.recording(part);
+            assert!(table.i_alpha_a.iter().chain(&table.i_beta_a).all(|i| i.abs() < limit), "{kinds:?} on {}", case.machine);
+            assert!(table.columns().iter().all(|column| column.iter().all(|value| value.is_finite())));
+        }
+    }
 }

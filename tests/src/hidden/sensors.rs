@@ -60,7 +60,7 @@ pub struct Noise {
 
 impl Default for Noise {
     fn default() -> Self {
-        Self { current: 0.003, speed: 0.0006, load: 0.0035, colour: 0.0, quantum: 0.0 }
+        Self { current: 0.003, speed: 0.0006, load: 0.0025, colour: 0.0, quantum: 0.0 }
     }
 }
 
