@@ -13,18 +13,24 @@ fn machine(set: impl Fn(&mut Effects<f64>)) -> Machine<f64> {
     Machine::try_new(m.parameters(), m.pole_pairs, e).unwrap()
 }
 
-/// A thousand samples at 10 kHz of a running machine, reported per sample by criterion's throughput.
-fn samples<T: Scalar>(bench: &mut Bench<T>) -> T {
-    for k in 0..1000 {
-        let angle = 0.0314 * f64::from(k);
-        let u = Complex::new(T::from_f64(320.0 * angle.cos()), T::from_f64(320.0 * angle.sin()));
-        bench.advance(&Drive::new(black_box(u), T::from_f64(10.0)));
+/// The voltage of a thousand samples at 10 kHz.
+fn voltage<T: Scalar>() -> Vec<Complex<T>> {
+    let u = |k: i32| (0.0314 * f64::from(k)).sin_cos();
+    (0..1000).map(|k| Complex::new(T::from_f64(320.0 * u(k).1), T::from_f64(320.0 * u(k).0))).collect()
+}
+
+/// A thousand samples of a running machine: read a microsecond as a nanosecond per sample.
+fn samples<T: Scalar>(bench: &mut Bench<T>, voltage: &[Complex<T>]) -> T {
+    let tau = black_box(T::from_f64(10.0));
+    for &u in voltage {
+        bench.advance(&Drive::new(u, tau));
     }
     bench.output().omega_m
 }
 
 fn step(c: &mut Criterion) {
     let mut group = c.benchmark_group("rk4_sample_x1000");
+    let u = voltage();
     let strong = |e: &mut Effects<f64>| e.main_flux_saturation.excess = 0.5;
     let all = |e: &mut Effects<f64>| {
         e.main_flux_saturation.excess = 0.5;
@@ -54,13 +60,20 @@ fn step(c: &mut Criterion) {
     let start = |m: &Machine<f64>| im_model::steady_state(m, 320.0, 50.0, im_model::Held::Load(10.0)).unwrap();
     let at_start = |m: &Machine<f64>| Bench::new(m, start(m), 1e-4);
     println!("steps per sample: base {}, all effects {}", at_start(&base).substeps(), at_start(&full).substeps());
-    group.bench_function("base", |b| b.iter_batched_ref(|| at_start(&base), samples, criterion::BatchSize::SmallInput));
-    group.bench_function("main_flux_saturation", |b| {
-        b.iter_batched_ref(|| at_start(&saturated), samples, criterion::BatchSize::SmallInput);
+    group.bench_function("base", |b| {
+        b.iter_batched_ref(|| at_start(&base), |bench| samples(bench, &u), criterion::BatchSize::SmallInput)
     });
-    group.bench_function("all_effects", |b| b.iter_batched_ref(|| at_start(&full), samples, criterion::BatchSize::SmallInput));
+    group.bench_function("main_flux_saturation", |b| {
+        b.iter_batched_ref(|| at_start(&saturated), |bench| samples(bench, &u), criterion::BatchSize::SmallInput);
+    });
+    group.bench_function("all_effects", |b| {
+        b.iter_batched_ref(|| at_start(&full), |bench| samples(bench, &u), criterion::BatchSize::SmallInput)
+    });
     let single = Bench::new(&base.cast::<f32>(), State::default(), 1e-4);
-    group.bench_function("base_f32", |b| b.iter_batched_ref(|| single, samples, criterion::BatchSize::SmallInput));
+    let u = voltage();
+    group.bench_function("base_f32", |b| {
+        b.iter_batched_ref(|| single, |bench| samples(bench, &u), criterion::BatchSize::SmallInput)
+    });
     let dual = Bench::new(
         &base.map(|id, x| {
             let k = [0, 1, 2, 4, 5, 6].iter().position(|&k| id == im_model::ParameterId::Base(im_model::BaseParameter::ALL[k]));
@@ -69,7 +82,10 @@ fn step(c: &mut Criterion) {
         State::default(),
         1e-4,
     );
-    group.bench_function("base_dual8", |b| b.iter_batched_ref(|| dual, samples, criterion::BatchSize::SmallInput));
+    let u = voltage();
+    group.bench_function("base_dual8", |b| {
+        b.iter_batched_ref(|| dual, |bench| samples(bench, &u), criterion::BatchSize::SmallInput)
+    });
     group.finish();
 }
 

@@ -27,7 +27,7 @@ pub struct Bench<T> {
     plant: Plant<T>,
     state: State<T>,
     sample_time: T,
-    substep: T,
+    substep: f64,
     substeps: u32,
     /// Past commands, newest first.
     commands: [Complex<T>; HISTORY],
@@ -47,7 +47,7 @@ impl<T: Scalar> Bench<T> {
         Self {
             state,
             sample_time: T::from_f64(sample_time_s),
-            substep: T::from_f64(sample_time_s / f64::from(substeps)),
+            substep: sample_time_s / f64::from(substeps),
             substeps,
             commands: [Complex::zero(); HISTORY],
             speed_shown: state.omega_m,
@@ -61,7 +61,7 @@ impl<T: Scalar> Bench<T> {
     pub fn with_substeps(mut self, n: u32) -> Self {
         if n > self.substeps {
             self.substeps = n;
-            self.substep = self.sample_time * T::from_f64(1.0 / f64::from(n));
+            self.substep = self.sample_time.value() / f64::from(n);
         }
         self
     }
@@ -107,7 +107,7 @@ impl<T: Scalar> Bench<T> {
 
     /// As [`advance`](Self::advance); `observe` sees every stage with its weight (see [`Plant::step_observed`]).
     #[inline(always)]
-    pub fn advance_observed(&mut self, drive: &Drive<T>, mut observe: impl FnMut(T, &crate::plant::Evaluation<T>)) {
+    pub fn advance_observed(&mut self, drive: &Drive<T>, mut observe: impl FnMut(f64, &crate::plant::Evaluation<T>)) {
         let u_s = if self.delayed { self.late(drive.u_s) } else { drive.u_s };
         let before = self.state.omega_m;
         let mut drive = Drive { u_s, ..*drive };
@@ -117,7 +117,7 @@ impl<T: Scalar> Bench<T> {
             let whole = drive.imposed_speed;
             for k in 0..self.substeps {
                 if let Some([a, b]) = whole {
-                    let at = |k: u32| a + (b - a) * T::from_f64(f64::from(k) / f64::from(self.substeps));
+                    let at = |k: u32| a + (b - a).scale(f64::from(k) / f64::from(self.substeps));
                     drive.imposed_speed = Some([at(k), at(k + 1)]);
                 }
                 self.state = self.plant.step_observed(&self.state, &drive, self.substep, &mut observe);

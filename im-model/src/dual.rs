@@ -41,7 +41,7 @@ impl<const N: usize> Dual<N> {
     }
 
     /// f(x) with f and f' evaluated at the value.
-    #[inline]
+    #[inline(always)]
     fn chain(self, f: f64, df: f64) -> Self {
         let mut eps = self.eps;
         for e in &mut eps {
@@ -181,6 +181,10 @@ impl<const N: usize> Scalar for Dual<N> {
     fn value(self) -> f64 {
         self.re
     }
+    #[inline(always)]
+    fn scale(self, k: f64) -> Self {
+        self.chain(self.re * k, k)
+    }
     #[inline]
     fn sqrt(self) -> Self {
         let s = Scalar::sqrt(self.re);
@@ -241,7 +245,7 @@ fn dual_hooks<const N: usize>(effect: &'static dyn CustomEffect) -> Option<&'sta
             })*
         };
     }
-    width!(4, 8, 12);
+    width!(4, 6, 8, 12);
     None
 }
 

@@ -28,6 +28,8 @@ mod flux_map;
 mod machine;
 mod parameters;
 mod plant;
+#[cfg(feature = "std")]
+mod recording;
 mod scalar;
 mod state;
 mod steady_state;
@@ -43,6 +45,8 @@ pub use parameters::{
     BaseParameter, DerivedConstants, GammaParameters, InverseGammaParameters, KenneConstants, TParameters, WindingParameters,
 };
 pub use plant::{Drive, Evaluation, Ledger, Plant, Powers};
+#[cfg(feature = "std")]
+pub use recording::Recording;
 pub use scalar::Scalar;
 pub use state::State;
 pub use steady_state::{Held, steady_state};

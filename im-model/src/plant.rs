@@ -102,6 +102,8 @@ pub struct Plant<T> {
     inv_inertia: T,
     /// Temperatures are tracked: R depends on them.
     heated: [bool; 2],
+    /// Nothing is on outside the flux-current map: the short path is taken.
+    plain: bool,
 }
 
 impl<T: Scalar> Plant<T> {
@@ -124,6 +126,7 @@ impl<T: Scalar> Plant<T> {
             torque_factor: T::from_f64(1.5) * n_p,
             inv_inertia: T::one() / inertia,
             heated: [effects.is_on(EffectId::StatorHeating), effects.is_on(EffectId::RotorHeating)],
+            plain: effects.active().all(|id| !acts_in_equations(id)),
         }
     }
 
@@ -155,27 +158,35 @@ impl<T: Scalar> Plant<T> {
     }
 
     /// Rates, torque and powers at a state.
-    #[inline(always)]
     pub fn evaluate(&self, x: &State<T>, drive: &Drive<T>) -> Evaluation<T> {
+        if self.plain { self.evaluate_as::<true>(x, drive) } else { self.evaluate_as::<false>(x, drive) }
+    }
+
+    /// `PLAIN` lets the compiler leave out every place but the flux-current map; the arithmetic that remains is the same.
+    #[inline(always)]
+    fn evaluate_as<const PLAIN: bool>(&self, x: &State<T>, drive: &Drive<T>) -> Evaluation<T> {
+        let parts = if PLAIN { Parts::default() } else { self.parts };
+        let heated = if PLAIN { [false; 2] } else { self.heated };
         let (p, e) = (&self.parameters, &self.effects);
         let currents = self.map.currents(x.psi_s, x.psi_r, x.psi_fe, e);
         let Currents { i_s, i_r, psi_m } = currents;
 
-        let r_s = if self.heated[0] {
+        let r_s = if heated[0] {
             p.stator_resistance_ohm * (T::one() + e.stator_heating.temperature_coefficient_per_k * x.stator_rise_k)
         } else {
             p.stator_resistance_ohm
         };
-        let r_r = if self.heated[1] {
+        let r_r = if heated[1] {
             p.rotor_resistance_ohm * (T::one() + e.rotor_heating.temperature_coefficient_per_k * x.rotor_rise_k)
         } else {
             p.rotor_resistance_ohm
         };
-        let at = Operating { i_s, i_r, psi_m, omega_m: x.omega_m, theta_m: x.theta_m, r_s, r_r, n_p: self.n_p, own: [T::zero(); 2] };
+        let at =
+            Operating { i_s, i_r, psi_m, omega_m: x.omega_m, theta_m: x.theta_m, r_s, r_r, n_p: self.n_p, own: [T::zero(); 2] };
 
-        let u_s = e.applied_voltage(drive.u_s, i_s);
-        let stator_drop = e.stator_drop(i_s * r_s, &at, &x.own);
-        let mut rotor_drop = e.rotor_drop(i_r * r_r, &at, &x.own);
+        let u_s = if PLAIN { drive.u_s } else { e.applied_voltage(drive.u_s, i_s) };
+        let stator_drop = if PLAIN { i_s * r_s } else { e.stator_drop(i_s * r_s, &at, &x.own) };
+        let mut rotor_drop = if PLAIN { i_r * r_r } else { e.rotor_drop(i_r * r_r, &at, &x.own) };
 
         let mut rates = State::default();
         let three_halves = T::from_f64(1.5);
@@ -183,7 +194,7 @@ impl<T: Scalar> Plant<T> {
 
         // Power stored in the bars does not leave: it is taken out of the rotor's copper loss below.
         let mut into_bars = T::zero();
-        if self.parts.skin {
+        if parts.skin {
             let skin = &e.rotor_skin_effect;
             let inner = i_r - x.i_bar;
             let rise = skin.resistance_rise * p.rotor_resistance_ohm;
@@ -192,7 +203,7 @@ impl<T: Scalar> Plant<T> {
             into_bars = rise * dot(inner, x.i_bar);
         }
         let mut iron = T::zero();
-        if self.parts.iron {
+        if parts.iron {
             let law = &e.iron_loss;
             rates.psi_fe = (psi_m - x.psi_fe) * (T::one() / law.diffusion_time_s);
             iron = three_halves * law.conductance_s * norm2(rates.psi_fe);
@@ -203,9 +214,9 @@ impl<T: Scalar> Plant<T> {
 
         let torque = self.torque_factor * cross(i_r, x.psi_r);
         let viscous = p.viscous_friction_nm_s_per_rad * x.omega_m;
-        let braking = e.braking_torque(viscous, &at, &x.own);
+        let braking = if PLAIN { viscous } else { e.braking_torque(viscous, &at, &x.own) };
         let mut shaft_damping = T::zero();
-        let (tau_shaft, omega_load) = if self.parts.shaft {
+        let (tau_shaft, omega_load) = if parts.shaft {
             let law = &e.shaft_compliance;
             let slide = x.omega_m - x.omega_load;
             let spring = law.stiffness_nm_per_rad(p.inertia_kg_m2) * x.twist;
@@ -222,18 +233,18 @@ impl<T: Scalar> Plant<T> {
 
         let stator_copper = three_halves * dot(stator_drop, i_s);
         let rotor_copper = three_halves * (dot(rotor_drop, i_r) - into_bars);
-        if self.parts.thermal {
+        if parts.thermal {
             let (s, r) = (&e.stator_heating, &e.rotor_heating);
-            if self.heated[0] {
+            if heated[0] {
                 rates.stator_rise_k =
                     s.inverse_heat_capacity_k_per_j * stator_copper - x.stator_rise_k * (T::one() / s.time_constant_s);
             }
-            if self.heated[1] {
+            if heated[1] {
                 rates.rotor_rise_k =
                     r.inverse_heat_capacity_k_per_j * rotor_copper - x.rotor_rise_k * (T::one() / r.time_constant_s);
             }
         }
-        if self.parts.own {
+        if parts.own {
             for (k, c) in e.custom.iter().enumerate() {
                 if let Some(c) = c {
                     rates.own[k] = c.hooks().own_rates(&c.values, &Operating { own: x.own[k], ..at });
@@ -256,38 +267,50 @@ impl<T: Scalar> Plant<T> {
 
     /// One fourth-order Runge-Kutta step of length `h`, s, with inputs held.
     #[inline]
-    pub fn step(&self, x: &State<T>, drive: &Drive<T>, h: T) -> State<T> {
+    pub fn step(&self, x: &State<T>, drive: &Drive<T>, h: f64) -> State<T> {
         self.step_observed(x, drive, h, |_, _| ())
     }
 
     /// As [`step`](Self::step); `observe(weight, evaluation)` sees the four stages with their quadrature weights (sum `h`), so
     /// that integrals of powers are taken with the same rule as the state.
     #[inline(always)]
-    pub fn step_observed(
+    pub fn step_observed(&self, x: &State<T>, drive: &Drive<T>, h: f64, observe: impl FnMut(f64, &Evaluation<T>)) -> State<T> {
+        if self.plain && drive.imposed_speed.is_none() {
+            self.step_as::<true>(x, drive, h, observe)
+        } else {
+            self.step_as::<false>(x, drive, h, observe)
+        }
+    }
+
+    #[inline(always)]
+    fn step_as<const PLAIN: bool>(
         &self,
         x: &State<T>,
         drive: &Drive<T>,
-        h: T,
-        mut observe: impl FnMut(T, &Evaluation<T>),
+        h: f64,
+        mut observe: impl FnMut(f64, &Evaluation<T>),
     ) -> State<T> {
-        let half = h * T::from_f64(0.5);
-        let (sixth, third) = (h * T::from_f64(1.0 / 6.0), h * T::from_f64(1.0 / 3.0));
+        let parts = if PLAIN { Parts::default() } else { self.parts };
+        let (half, sixth, third) = (0.5 * h, h / 6.0, h / 3.0);
         let mut next = *x;
-        let mut stage = |at: State<T>, fraction: f64, weight: T| {
-            let mut at = at;
-            if let Some([a, b]) = drive.imposed_speed {
-                at.omega_m = a + (b - a) * T::from_f64(fraction);
-            }
-            let e = self.evaluate(&at, drive);
-            observe(weight, &e);
-            next.accumulate(&e.rates, weight, self.parts);
-            e.rates
-        };
-        let k1 = stage(*x, 0.0, sixth);
-        let k2 = stage(x.advanced(&k1, half, self.parts), 0.5, third);
-        let k3 = stage(x.advanced(&k2, half, self.parts), 0.5, third);
-        stage(x.advanced(&k3, h, self.parts), 1.0, sixth);
-        if let Some([_, b]) = drive.imposed_speed {
+        // Unrolled by hand: as a closure the compiler keeps it a call and copies whole states through memory.
+        macro_rules! stage {
+            ($at:expr, $fraction:literal, $weight:expr) => {{
+                let mut at: State<T> = $at;
+                if let (false, Some([a, b])) = (PLAIN, drive.imposed_speed) {
+                    at.omega_m = a + (b - a).scale($fraction);
+                }
+                let e = self.evaluate_as::<PLAIN>(&at, drive);
+                observe($weight, &e);
+                next.accumulate(&e.rates, $weight, parts);
+                e.rates
+            }};
+        }
+        let k1 = stage!(*x, 0.0, sixth);
+        let k2 = stage!(x.advanced(&k1, half, parts), 0.5, third);
+        let k3 = stage!(x.advanced(&k2, half, parts), 0.5, third);
+        stage!(x.advanced(&k3, h, parts), 1.0, sixth);
+        if let (false, Some([_, b])) = (PLAIN, drive.imposed_speed) {
             next.omega_m = b;
         }
         next
@@ -366,6 +389,19 @@ impl<T: Scalar> Plant<T> {
     pub const OWN_STATES: usize = 2 * MAX_CUSTOM;
 }
 
+/// Whether an effect has a place in the equations of motion other than the flux-current map: not sensors, not the sampled delay.
+fn acts_in_equations(id: EffectId) -> bool {
+    !matches!(
+        id,
+        EffectId::MainFluxSaturation
+            | EffectId::LeakageFluxSaturation
+            | EffectId::VoltageDelay
+            | EffectId::CurrentSensorGain
+            | EffectId::CurrentSensorOffset
+            | EffectId::SpeedSensorLag
+    )
+}
+
 /// Integrals of the powers over a run, J: the energy balance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ledger<T> {
@@ -382,9 +418,9 @@ impl<T: Scalar> Ledger<T> {
     }
 
     /// Adds an evaluation with its weight, s.
-    pub fn add(&mut self, weight: T, e: &Evaluation<T>) {
+    pub fn add(&mut self, weight: f64, e: &Evaluation<T>) {
         for (sum, p) in self.energies.iter_mut().zip(e.powers.values()) {
-            *sum += p * weight;
+            *sum += p.scale(weight);
         }
     }
 

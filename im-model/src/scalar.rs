@@ -11,13 +11,13 @@ use crate::effects::{CustomEffect, Hooks};
 ///
 /// Implemented for `f32`, `f64` and [`Dual`](crate::Dual). [`is_zero`](num_traits::Zero::is_zero) is true only when the value
 /// *and all its derivatives* vanish: this is how an effect knows that it is switched off.
-pub trait Scalar:
-    NumAssign + Neg<Output = Self> + PartialOrd + Copy + Debug + Send + Sync + 'static
-{
+pub trait Scalar: NumAssign + Neg<Output = Self> + PartialOrd + Copy + Debug + Send + Sync + 'static {
     /// The constant `x`.
     fn from_f64(x: f64) -> Self;
     /// The value without derivatives.
     fn value(self) -> f64;
+    /// x·k for a constant k: cheaper than a product where derivatives are carried along.
+    fn scale(self, k: f64) -> Self;
     /// √x.
     fn sqrt(self) -> Self;
     /// (sin x, cos x), x in rad.
@@ -59,6 +59,10 @@ macro_rules! scalar {
             #[inline]
             fn value(self) -> f64 {
                 f64::from(self)
+            }
+            #[inline(always)]
+            fn scale(self, k: f64) -> Self {
+                self * k as $t
             }
             #[inline]
             fn sqrt(self) -> Self {

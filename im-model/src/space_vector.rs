@@ -92,7 +92,9 @@ mod tests {
 
     #[test]
     fn positive_sequence_turns_forward() {
-        let at = |t: f64| from_phases([t.cos(), (t - 2.0 * core::f64::consts::FRAC_PI_3).cos(), (t + 2.0 * core::f64::consts::FRAC_PI_3).cos()]);
+        let at = |t: f64| {
+            from_phases([t.cos(), (t - 2.0 * core::f64::consts::FRAC_PI_3).cos(), (t + 2.0 * core::f64::consts::FRAC_PI_3).cos()])
+        };
         let x = at(0.3);
         assert_relative_eq!(x.re, 0.3f64.cos(), epsilon = 1e-12);
         assert_relative_eq!(x.im, 0.3f64.sin(), epsilon = 1e-12);

@@ -81,7 +81,7 @@ impl Parts {
 impl<T: Scalar> State<T> {
     /// self + h·rates on the parts in use; the other parts stay as they are.
     #[inline(always)]
-    pub(crate) fn advanced(&self, rates: &Self, h: T, parts: Parts) -> Self {
+    pub(crate) fn advanced(&self, rates: &Self, h: f64, parts: Parts) -> Self {
         let mut x = *self;
         x.accumulate(rates, h, parts);
         x
@@ -89,15 +89,15 @@ impl<T: Scalar> State<T> {
 
     /// self += h·rates on the parts in use.
     #[inline(always)]
-    pub(crate) fn accumulate(&mut self, rates: &Self, h: T, parts: Parts) {
+    pub(crate) fn accumulate(&mut self, rates: &Self, h: f64, parts: Parts) {
         let add = |x: &mut Complex<T>, r: Complex<T>| {
-            x.re += r.re * h;
-            x.im += r.im * h;
+            x.re += r.re.scale(h);
+            x.im += r.im.scale(h);
         };
         add(&mut self.psi_s, rates.psi_s);
         add(&mut self.psi_r, rates.psi_r);
-        self.omega_m += rates.omega_m * h;
-        self.theta_m += rates.theta_m * h;
+        self.omega_m += rates.omega_m.scale(h);
+        self.theta_m += rates.theta_m.scale(h);
         if parts.iron {
             add(&mut self.psi_fe, rates.psi_fe);
         }
@@ -105,16 +105,16 @@ impl<T: Scalar> State<T> {
             add(&mut self.i_bar, rates.i_bar);
         }
         if parts.shaft {
-            self.omega_load += rates.omega_load * h;
-            self.twist += rates.twist * h;
+            self.omega_load += rates.omega_load.scale(h);
+            self.twist += rates.twist.scale(h);
         }
         if parts.thermal {
-            self.stator_rise_k += rates.stator_rise_k * h;
-            self.rotor_rise_k += rates.rotor_rise_k * h;
+            self.stator_rise_k += rates.stator_rise_k.scale(h);
+            self.rotor_rise_k += rates.rotor_rise_k.scale(h);
         }
         if parts.own {
             for (x, r) in self.own.iter_mut().flatten().zip(rates.own.iter().flatten()) {
-                *x += *r * h;
+                *x += r.scale(h);
             }
         }
     }
@@ -131,12 +131,6 @@ impl<T: Scalar> State<T> {
     /// The state seen from a frame at electrical angle `theta`: complex parts turned by −theta.
     pub fn in_frame(&self, theta: T) -> Self {
         let turn = crate::space_vector::unit(-theta);
-        Self {
-            psi_s: self.psi_s * turn,
-            psi_r: self.psi_r * turn,
-            psi_fe: self.psi_fe * turn,
-            i_bar: self.i_bar * turn,
-            ..*self
-        }
+        Self { psi_s: self.psi_s * turn, psi_r: self.psi_r * turn, psi_fe: self.psi_fe * turn, i_bar: self.i_bar * turn, ..*self }
     }
 }

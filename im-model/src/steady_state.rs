@@ -164,9 +164,7 @@ fn solve(machine: &Machine<f64>, u: f64, omega: f64, held: Held, start: State<f6
 }
 
 fn pack<T: crate::Scalar>(x: &State<T>) -> [T; N] {
-    [
-        x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.psi_fe.re, x.psi_fe.im, x.i_bar.re, x.i_bar.im, x.omega_m, x.twist,
-    ]
+    [x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.psi_fe.re, x.psi_fe.im, x.i_bar.re, x.i_bar.im, x.omega_m, x.twist]
 }
 
 fn unpack<T: crate::Scalar>(v: [T; N]) -> State<T> {
