@@ -1,0 +1,183 @@
+//! One run as the fitting sees it.
+
+use im_model::{Complex, Recording, State};
+use thiserror::Error;
+
+/// What a channel shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ChannelKind {
+    /// The projection of the stator current on a direction: Re(i e^{−jφ}), φ in rad. α is 0, β is π/2, phase b is 2π/3.
+    Current {
+        /// φ, rad.
+        direction_rad: f64,
+    },
+    /// The mechanical speed.
+    Speed,
+}
+
+/// One measured signal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Name with unit, as in files: `i_alpha_A`.
+    pub name: String,
+    /// What it shows.
+    pub kind: ChannelKind,
+    /// One value per row.
+    pub values: Vec<f64>,
+    /// Rows that may be used; all when absent.
+    pub valid: Option<Vec<bool>>,
+    /// Standard deviation of its noise, in its unit: the weight in the fit.
+    pub sigma: f64,
+}
+
+impl Channel {
+    /// Whether row `k` counts.
+    #[inline]
+    pub fn is_valid(&self, k: usize) -> bool {
+        self.valid.as_ref().is_none_or(|v| v[k])
+    }
+
+    /// Number of rows that count.
+    pub fn count(&self) -> usize {
+        self.valid.as_ref().map_or(self.values.len(), |v| v.iter().filter(|x| **x).count())
+    }
+}
+
+/// How a run starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// At rest, unmagnetized, cold.
+    Rest,
+    /// In this state; [`initial_state`](super::initial_state) makes its fluxes and speed free.
+    State(State<f64>),
+}
+
+impl Start {
+    /// The state.
+    pub fn state(&self) -> State<f64> {
+        match self {
+            Self::Rest => State::default(),
+            Self::State(x) => *x,
+        }
+    }
+}
+
+/// Inputs and measured channels of one run, all of the same length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Experiment {
+    /// Name for messages.
+    pub name: String,
+    /// Sampling time, s.
+    pub sample_time_s: f64,
+    /// Voltage held over the sample that begins at the row, V.
+    pub u_s: Vec<Complex<f64>>,
+    /// Load torque, Nm; zero where nothing is known.
+    pub tau_load: Vec<f64>,
+    /// Speed imposed on the rotor, rad/s: the mechanics are then not simulated.
+    pub imposed_speed: Option<Vec<f64>>,
+    /// What was measured.
+    pub channels: Vec<Channel>,
+    /// How it starts.
+    pub start: Start,
+}
+
+/// An experiment that does not fit together.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ExperimentError {
+    /// Signals of unequal length.
+    #[error("{experiment}: {signal} has {found} rows, the voltage has {expected}")]
+    Length {
+        /// Which experiment.
+        experiment: String,
+        /// Which signal.
+        signal: String,
+        /// Its rows.
+        found: usize,
+        /// Rows of the voltage.
+        expected: usize,
+    },
+    /// Nothing to fit to.
+    #[error("{experiment}: no channel has a usable row")]
+    Empty {
+        /// Which experiment.
+        experiment: String,
+    },
+    /// A noise level that is not positive.
+    #[error("{experiment}: the noise of {signal} is {sigma}; it must be positive and finite")]
+    Sigma {
+        /// Which experiment.
+        experiment: String,
+        /// Which signal.
+        signal: String,
+        /// The value.
+        sigma: f64,
+    },
+}
+
+impl Experiment {
+    /// The α and β currents and the speed of a canonical recording, with the given noise (A, rad/s).
+    pub fn from_recording(r: &Recording, sigma_current_a: [f64; 2], sigma_speed_rad_s: f64) -> Self {
+        let channel = |name: &str, kind, values, sigma| Channel { name: name.into(), kind, values, valid: None, sigma };
+        let current = |direction_rad| ChannelKind::Current { direction_rad };
+        Self {
+            name: r.name.clone(),
+            sample_time_s: r.sample_time_s,
+            u_s: r.u_s.clone(),
+            tau_load: r.tau_load.clone().unwrap_or_else(|| vec![0.0; r.len()]),
+            imposed_speed: None,
+            channels: vec![
+                channel("i_alpha_A", current(0.0), r.i_s.iter().map(|i| i.re).collect(), sigma_current_a[0]),
+                channel(
+                    "i_beta_A",
+                    current(core::f64::consts::FRAC_PI_2),
+                    r.i_s.iter().map(|i| i.im).collect(),
+                    sigma_current_a[1],
+                ),
+                channel("omega_m_rad_s", ChannelKind::Speed, r.omega_m.clone(), sigma_speed_rad_s),
+            ],
+            start: Start::Rest,
+        }
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.u_s.len()
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.u_s.is_empty()
+    }
+
+    /// Number of residuals: usable rows over all channels.
+    pub fn count(&self) -> usize {
+        self.channels.iter().map(Channel::count).sum()
+    }
+
+    /// Checks lengths, noise levels, and that there is something to fit to.
+    pub fn validate(&self) -> Result<(), ExperimentError> {
+        let expected = self.len();
+        let experiment = || self.name.clone();
+        let length = |signal: &str, found: usize| {
+            if found == expected {
+                Ok(())
+            } else {
+                Err(ExperimentError::Length { experiment: experiment(), signal: signal.into(), found, expected })
+            }
+        };
+        length("tau_load_Nm", self.tau_load.len())?;
+        if let Some(w) = &self.imposed_speed {
+            length("imposed speed", w.len())?;
+        }
+        for c in &self.channels {
+            length(&c.name, c.values.len())?;
+            if let Some(v) = &c.valid {
+                length(&c.name, v.len())?;
+            }
+            if !(c.sigma > 0.0 && c.sigma.is_finite()) {
+                return Err(ExperimentError::Sigma { experiment: experiment(), signal: c.name.clone(), sigma: c.sigma });
+            }
+        }
+        if self.count() == 0 { Err(ExperimentError::Empty { experiment: experiment() }) } else { Ok(()) }
+    }
+}

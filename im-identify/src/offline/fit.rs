@@ -1,0 +1,359 @@
+//! Levenberg-Marquardt over all experiments at once.
+
+use im_model::{Machine, ModelError, State};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use thiserror::Error;
+
+use super::experiment::{Experiment, ExperimentError};
+use super::free::{Free, Target, component};
+use super::simulate::{linearize_to, residuals_to};
+
+/// Why a fit could not be made.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum FitError {
+    /// An experiment does not fit together.
+    #[error(transparent)]
+    Experiment(#[from] ExperimentError),
+    /// The machine left its physical range.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The simulation of the starting parameters is not finite.
+    #[error("{experiment}: the simulation with the starting parameters diverges; check units, pole pairs and the sampling time")]
+    Diverges {
+        /// Which experiment.
+        experiment: String,
+    },
+}
+
+/// How hard to try.
+#[derive(Clone, Debug)]
+pub struct FitOptions {
+    /// Largest number of accepted steps.
+    pub iterations: usize,
+    /// Stop when the cost falls by less than this fraction.
+    pub tolerance: f64,
+    /// Fractions of the recordings to fit first: short horizons keep poor starts from getting lost.
+    pub horizons: Vec<f64>,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { iterations: 40, tolerance: 1e-8, horizons: vec![0.08, 0.3] }
+    }
+}
+
+impl FitOptions {
+    /// For a start that is already near: no short horizons.
+    pub fn near() -> Self {
+        Self { horizons: Vec::new(), tolerance: 1e-6, ..Self::default() }
+    }
+}
+
+/// The result of a fit.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The fitted machine.
+    pub machine: Machine<f64>,
+    /// Initial states, one per experiment.
+    pub starts: Vec<State<f64>>,
+    /// What was free.
+    pub free: Vec<Free>,
+    /// Sum of squared residuals in units of σ².
+    pub cost: f64,
+    /// Number of residuals.
+    pub count: usize,
+    /// Covariance of the search variables for unit noise: (JᵀJ)⁻¹, P×P.
+    pub covariance: DMatrix<f64>,
+    /// Accepted steps.
+    pub iterations: usize,
+    /// Whether the last step was below the tolerance.
+    pub converged: bool,
+}
+
+impl Fit {
+    /// Mean squared residual in units of σ²: 1.0 is the noise floor.
+    pub fn chi2_per_sample(&self) -> f64 {
+        self.cost / self.count as f64
+    }
+
+    /// The values of the free parameters.
+    pub fn values(&self) -> Vec<f64> {
+        self.free.iter().map(|f| current(f, &self.machine, &self.starts)).collect()
+    }
+
+    /// Standard deviations of the free parameters, inflated by the residual where that is above the noise.
+    pub fn standard_deviations(&self) -> Vec<f64> {
+        let inflation = self.chi2_per_sample().max(1.0).sqrt();
+        self.free
+            .iter()
+            .enumerate()
+            .map(|(k, f)| {
+                f.slope(current(f, &self.machine, &self.starts)).abs() * self.covariance[(k, k)].max(0.0).sqrt() * inflation
+            })
+            .collect()
+    }
+
+    /// Correlation of two free parameters.
+    pub fn correlation(&self, a: usize, b: usize) -> f64 {
+        let c = &self.covariance;
+        c[(a, b)] / (c[(a, a)] * c[(b, b)]).sqrt()
+    }
+
+    /// Free parameters that the data do not determine: standard deviation beyond `limit` of the value (log) or of the scale.
+    pub fn undetermined(&self, limit: f64) -> Vec<usize> {
+        let inflation = self.chi2_per_sample().max(1.0).sqrt();
+        (0..self.free.len())
+            .filter(|&k| {
+                let sd = self.covariance[(k, k)].sqrt() * inflation;
+                sd.is_nan() || sd > limit
+            })
+            .collect()
+    }
+}
+
+fn current(f: &Free, machine: &Machine<f64>, starts: &[State<f64>]) -> f64 {
+    match &f.target {
+        Target::Machine(ids) => machine.get(ids[0]),
+        Target::Initial { experiment, component: k } => component(&starts[*experiment], *k),
+    }
+}
+
+/// The machine and the starts after a step `v` of the search variables.
+fn moved(
+    machine: &Machine<f64>,
+    starts: &[State<f64>],
+    free: &[Free],
+    v: &DVector<f64>,
+) -> Result<(Machine<f64>, Vec<State<f64>>), ModelError> {
+    let mut changes = Vec::with_capacity(free.len() + 1);
+    let mut starts = starts.to_vec();
+    for (f, &v) in free.iter().zip(v.iter()) {
+        match &f.target {
+            Target::Machine(ids) => changes.extend(ids.iter().map(|&id| (id, f.value(machine.get(id), v)))),
+            Target::Initial { experiment, component: k } => {
+                let x = &mut starts[*experiment];
+                let p = f.value(component(x, *k), v);
+                match k {
+                    0 => x.psi_s.re = p,
+                    1 => x.psi_s.im = p,
+                    2 => x.psi_r.re = p,
+                    3 => x.psi_r.im = p,
+                    _ => {
+                        x.omega_m = p;
+                        x.omega_load = p;
+                    }
+                }
+            }
+        }
+    }
+    Ok((machine.with(&changes)?, starts))
+}
+
+/// Sum of squared residuals of a machine over the experiments, in units of σ².
+pub fn cost(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> f64 {
+    cost_to(machine, experiments, starts, 1.0)
+}
+
+fn rows(e: &Experiment, fraction: f64) -> usize {
+    ((e.len() as f64 * fraction) as usize).clamp(e.len().min(2), e.len())
+}
+
+fn cost_to(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>], fraction: f64) -> f64 {
+    experiments
+        .par_iter()
+        .zip(starts)
+        .map(|(e, x)| residuals_to(machine, e, x, rows(e, fraction)).iter().flatten().map(|r| r * r).sum::<f64>())
+        .sum()
+}
+
+/// JᵀJ of the slopes, per experiment kept for later products with new residuals.
+struct Slopes {
+    per_experiment: Vec<Vec<Vec<Vec<f64>>>>,
+    normal: DMatrix<f64>,
+}
+
+fn dot(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x.iter().zip(y).map(|(p, q)| p * q).sum::<f64>()).sum()
+}
+
+impl Slopes {
+    fn gradient(&self, residuals: &[Vec<Vec<f64>>]) -> DVector<f64> {
+        let p = self.normal.nrows();
+        DVector::from_fn(p, |k, _| self.per_experiment.iter().zip(residuals).map(|(s, r)| dot(&s[k], r)).sum())
+    }
+}
+
+fn slopes(
+    machine: &Machine<f64>,
+    experiments: &[Experiment],
+    starts: &[State<f64>],
+    free: &[Free],
+    fraction: f64,
+) -> (Slopes, Vec<Vec<Vec<f64>>>) {
+    let parts: Vec<_> = experiments
+        .par_iter()
+        .enumerate()
+        .map(|(k, e)| linearize_to(machine, e, &starts[k], k, free, rows(e, fraction)))
+        .collect();
+    let (residuals, per_experiment): (Vec<_>, Vec<_>) = parts.into_iter().map(|l| (l.residuals, l.slopes)).unzip();
+    let p = free.len();
+    let mut normal = DMatrix::zeros(p, p);
+    for s in &per_experiment {
+        for a in 0..p {
+            for b in 0..=a {
+                let x = dot(&s[a], &s[b]);
+                normal[(a, b)] += x;
+                if a != b {
+                    normal[(b, a)] += x;
+                }
+            }
+        }
+    }
+    (Slopes { per_experiment, normal }, residuals)
+}
+
+/// Fits the free parameters to all experiments, starting from `machine` and the experiments' own starts.
+pub fn fit(machine: &Machine<f64>, experiments: &[Experiment], free: &[Free], options: &FitOptions) -> Result<Fit, FitError> {
+    for e in experiments {
+        e.validate()?;
+    }
+    let mut here = Point { machine: *machine, starts: experiments.iter().map(|e| e.start.state()).collect(), cost: 0.0 };
+    for &fraction in &options.horizons {
+        // A rough answer is enough to start the next horizon from.
+        descend(&mut here, experiments, free, fraction, options.iterations.min(12), 1e-3)?;
+    }
+    let end = descend(&mut here, experiments, free, 1.0, options.iterations, options.tolerance)?;
+    // Slopes from a short step before the minimum are those of the minimum, for the covariance.
+    let normal = end.normal.unwrap_or_else(|| slopes(&here.machine, experiments, &here.starts, free, 1.0).0.normal);
+    Ok(Fit {
+        covariance: inverse(&normal),
+        machine: here.machine,
+        starts: here.starts,
+        free: free.to_vec(),
+        cost: here.cost,
+        count: experiments.iter().map(Experiment::count).sum(),
+        iterations: end.accepted,
+        converged: end.converged,
+    })
+}
+
+/// How a descent ended; `normal` is JᵀJ where it was taken within a short step of the end.
+struct End {
+    accepted: usize,
+    converged: bool,
+    normal: Option<DMatrix<f64>>,
+}
+
+struct Point {
+    machine: Machine<f64>,
+    starts: Vec<State<f64>>,
+    cost: f64,
+}
+
+/// A step of the search variables over which slopes hardly change.
+const SHORT: f64 = 0.03;
+
+/// Levenberg-Marquardt from `here` over the first `fraction` of every recording.
+fn descend(
+    here: &mut Point,
+    experiments: &[Experiment],
+    free: &[Free],
+    fraction: f64,
+    iterations: usize,
+    tolerance: f64,
+) -> Result<End, FitError> {
+    let p = free.len();
+    here.cost = cost_to(&here.machine, experiments, &here.starts, fraction);
+    if !here.cost.is_finite() {
+        let bad = experiments
+            .iter()
+            .zip(&here.starts)
+            .find(|(e, x)| residuals_to(&here.machine, e, x, rows(e, fraction)).iter().flatten().any(|r| !r.is_finite()));
+        return Err(FitError::Diverges { experiment: bad.map_or_else(String::new, |(e, _)| e.name.clone()) });
+    }
+    if p == 0 {
+        return Ok(End { accepted: 0, converged: true, normal: None });
+    }
+    let mut damping = 1e-3;
+    let mut kept: Option<Slopes> = None;
+    let mut accepted = 0;
+    while accepted < iterations {
+        // Slopes are kept while steps are small: then only the residual is simulated anew.
+        let fresh = kept.is_none();
+        let (s, residuals) = match kept.take() {
+            Some(s) => {
+                let r = experiments
+                    .par_iter()
+                    .zip(&here.starts)
+                    .map(|(e, x)| residuals_to(&here.machine, e, x, rows(e, fraction)))
+                    .collect();
+                (s, r)
+            }
+            None => slopes(&here.machine, experiments, &here.starts, free, fraction),
+        };
+        let gradient = s.gradient(&residuals);
+        let mut gained = None;
+        for _ in 0..14 {
+            let Some(step) = damped_step(&s.normal, &gradient, damping) else {
+                damping *= 10.0;
+                continue;
+            };
+            let Ok((machine, starts)) = moved(&here.machine, &here.starts, free, &step) else {
+                damping *= 10.0;
+                continue;
+            };
+            let cost = cost_to(&machine, experiments, &starts, fraction);
+            if cost.is_finite() && cost < here.cost {
+                let gain = (here.cost - cost) / here.cost;
+                *here = Point { machine, starts, cost };
+                damping = (damping * 0.1).max(1e-12);
+                gained = Some((gain, step.amax()));
+                break;
+            }
+            // No better point along a direction this short: the minimum, to rounding.
+            if step.amax() < 1e-9 || damping > 1e10 {
+                break;
+            }
+            damping *= 10.0;
+        }
+        match gained {
+            Some((gain, size)) => {
+                accepted += 1;
+                let short = size < SHORT;
+                if gain < tolerance {
+                    return Ok(End { accepted, converged: true, normal: short.then_some(s.normal) });
+                }
+                if short {
+                    kept = Some(s);
+                }
+            }
+            None if fresh => return Ok(End { accepted, converged: true, normal: Some(s.normal) }),
+            // Old slopes no longer lead down: new ones.
+            None => damping = 1e-3,
+        }
+    }
+    Ok(End { accepted, converged: false, normal: None })
+}
+
+/// (A + λ diag A) d = g, scaled; steps are limited to a factor e.
+fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
+    let p = gradient.len();
+    let d: Vec<f64> = (0..p).map(|k| normal[(k, k)].sqrt().max(1e-150)).collect();
+    let scaled = DMatrix::from_fn(p, p, |a, b| normal[(a, b)] / (d[a] * d[b]) + if a == b { damping } else { 0.0 });
+    let rhs = DVector::from_fn(p, |k, _| gradient[k] / d[k]);
+    let x = scaled.cholesky()?.solve(&rhs);
+    let step = DVector::from_fn(p, |k, _| (x[k] / d[k]).clamp(-1.0, 1.0));
+    step.iter().all(|x| x.is_finite()).then_some(step)
+}
+
+/// Inverse of a scaled positive semidefinite matrix; directions without information get a huge variance.
+fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
+    let p = normal.nrows();
+    let d: Vec<f64> = (0..p).map(|k| normal[(k, k)].sqrt()).collect();
+    let scaled = DMatrix::from_fn(p, p, |a, b| if d[a] * d[b] > 0.0 { normal[(a, b)] / (d[a] * d[b]) } else { 0.0 });
+    let eigen = scaled.symmetric_eigen();
+    let inv = DVector::from_iterator(p, eigen.eigenvalues.iter().map(|&l| 1.0 / l.max(1e-14)));
+    let m = &eigen.eigenvectors * DMatrix::from_diagonal(&inv) * eigen.eigenvectors.transpose();
+    DMatrix::from_fn(p, p, |a, b| m[(a, b)] / (d[a].max(1e-150) * d[b].max(1e-150)))
+}

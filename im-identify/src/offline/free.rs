@@ -1,0 +1,138 @@
+//! What a fit may change.
+
+use im_model::effects::Role;
+use im_model::{BaseParameter, Bound, EffectId, Machine, ParameterId, Rating, State};
+
+/// The quantity that a free parameter moves.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Target {
+    /// Parameters of the machine that move together (by the same factor, or the same amount).
+    Machine(Vec<ParameterId>),
+    /// Component `component` of the initial state of experiment `experiment`: ψ_s (0, 1), ψ_r (2, 3), ω_m (4).
+    Initial {
+        /// Which experiment.
+        experiment: usize,
+        /// Which component.
+        component: usize,
+    },
+}
+
+/// How the search variable v moves the quantity p.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Transform {
+    /// p = p₀ eᵛ: positive quantities.
+    Log,
+    /// p = p₀ + s v, with a scale s: quantities that may be zero or negative.
+    Linear(f64),
+}
+
+/// A free parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Free {
+    /// What it moves.
+    pub target: Target,
+    /// How.
+    pub transform: Transform,
+    /// Smallest and largest value allowed (of the first quantity of the target).
+    pub limits: (f64, f64),
+}
+
+impl Free {
+    /// The parameter that names it; `None` for initial states.
+    pub fn id(&self) -> Option<ParameterId> {
+        match &self.target {
+            Target::Machine(ids) => ids.first().copied(),
+            Target::Initial { .. } => None,
+        }
+    }
+
+    /// A name for messages.
+    pub fn name(&self) -> String {
+        match &self.target {
+            Target::Machine(ids) => ids.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and "),
+            Target::Initial { experiment, component } => {
+                let part = ["psi_s_alpha_Vs", "psi_s_beta_Vs", "psi_r_alpha_Vs", "psi_r_beta_Vs", "omega_m_rad_s"][*component];
+                format!("initial {part} of run {}", experiment + 1)
+            }
+        }
+    }
+
+    /// The value at search variable `v`, from `origin`, kept within the limits.
+    pub fn value(&self, origin: f64, v: f64) -> f64 {
+        let p = match self.transform {
+            Transform::Log => origin * v.exp(),
+            Transform::Linear(s) => origin + s * v,
+        };
+        p.clamp(self.limits.0, self.limits.1)
+    }
+
+    /// dp/dv at value `p`.
+    pub fn slope(&self, p: f64) -> f64 {
+        match self.transform {
+            Transform::Log => p,
+            Transform::Linear(s) => s,
+        }
+    }
+}
+
+/// The base parameters that recordings can determine: R_s, R_r, the two leakages by one factor (their ratio cannot be seen in a
+/// linear machine), L_m, J and D.
+pub fn base_parameters() -> Vec<Free> {
+    use BaseParameter as P;
+    let free = |ids: &[P]| Free {
+        target: Target::Machine(ids.iter().map(|p| ParameterId::Base(*p)).collect()),
+        transform: Transform::Log,
+        limits: (1e-12, 1e12),
+    };
+    vec![
+        free(&[P::StatorResistance]),
+        free(&[P::RotorResistance]),
+        free(&[P::StatorLeakageInductance, P::RotorLeakageInductance]),
+        free(&[P::MagnetizingInductance]),
+        free(&[P::Inertia]),
+        free(&[P::ViscousFriction]),
+    ]
+}
+
+/// The strength and shape parameters of an effect, scaled to the machine.
+pub fn effect_parameters(effect: EffectId, machine: &Machine<f64>, rating: &Rating) -> Vec<Free> {
+    let infos = effect.parameters().iter().enumerate().filter(|(_, info)| info.role != Role::Fixed);
+    infos
+        .map(|(k, info)| {
+            let unit = rating.unit_of(info.scale, machine.parameters(), machine.pole_pairs());
+            // Shapes that are positive by nature move by factors and stay near usual sizes, where they mean something.
+            let positive = info.role == Role::Shape && info.typical.0 > 0.0;
+            let (transform, usual) = if positive {
+                (Transform::Log, (info.typical.0 * unit / 4.0, info.typical.1 * unit * 4.0))
+            } else {
+                (Transform::Linear(info.typical.1.max(1e-12) * unit), (f64::NEG_INFINITY, f64::INFINITY))
+            };
+            let hard = match info.bound {
+                Bound::Positive => (f64::MIN_POSITIVE, f64::MAX),
+                Bound::NotNegative => (0.0, f64::MAX),
+                Bound::Within(a, b) => (a, b),
+            };
+            Free {
+                target: Target::Machine(vec![ParameterId::Effect(effect, k)]),
+                transform,
+                limits: (hard.0.max(usual.0), hard.1.min(usual.1)),
+            }
+        })
+        .collect()
+}
+
+/// The five components of an experiment's initial state, for recordings that begin in motion; scales in Vs and rad/s.
+pub fn initial_state(experiment: usize, flux_vs: f64, speed_rad_s: f64) -> Vec<Free> {
+    (0..5)
+        .map(|component| Free {
+            target: Target::Initial { experiment, component },
+            transform: Transform::Linear(if component == 4 { speed_rad_s } else { flux_vs } * 0.1),
+            limits: (-1e9, 1e9),
+        })
+        .collect()
+}
+
+/// Reads component `k` of an initial state.
+pub(super) fn component(x: &State<f64>, k: usize) -> f64 {
+    [x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.omega_m][k]
+}

@@ -1,0 +1,14 @@
+//! Off-line fitting: output error driven by the recorded voltage, Levenberg-Marquardt with exact forward sensitivities.
+//!
+//! An [`Experiment`] is what is known of a run: inputs, measured channels with their noise, how it starts. A [`Free`] parameter is
+//! what may change. [`fit`] finds the machine that explains all experiments at once.
+
+mod experiment;
+mod fit;
+mod free;
+mod simulate;
+
+pub use experiment::{Channel, ChannelKind, Experiment, ExperimentError, Start};
+pub use fit::{Fit, FitError, FitOptions, cost, fit};
+pub use free::{Free, Target, Transform, base_parameters, effect_parameters, initial_state};
+pub use simulate::{Linearized, linearize, predict, residuals};
