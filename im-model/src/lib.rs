@@ -21,11 +21,17 @@ pub mod machines;
 pub mod space_vector;
 pub mod state_space;
 
+#[cfg(feature = "std")]
+mod atomic_file;
 mod bench;
 mod dual;
 mod error;
+#[cfg(feature = "std")]
+mod file_error;
 mod flux_map;
 mod machine;
+#[cfg(feature = "std")]
+mod motor_file;
 mod parameters;
 mod plant;
 #[cfg(feature = "std")]
@@ -33,13 +39,19 @@ mod recording;
 mod scalar;
 mod state;
 mod steady_state;
+#[cfg(feature = "std")]
+mod toml_reader;
 
 pub use bench::{Bench, Output};
 pub use dual::Dual;
 pub use effects::{EffectId, Effects};
 pub use error::{Bound, ModelError};
+#[cfg(feature = "std")]
+pub use file_error::{FileError, Problem};
 pub use flux_map::{Currents, FluxMap};
 pub use machine::{Machine, ParameterId, Rating};
+#[cfg(feature = "std")]
+pub use motor_file::MotorFile;
 pub use num_complex::Complex;
 pub use parameters::{
     BaseParameter, DerivedConstants, GammaParameters, InverseGammaParameters, KenneConstants, TParameters, WindingParameters,

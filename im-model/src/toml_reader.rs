@@ -1,0 +1,190 @@
+//! Reading TOML key by key, so that every error can point at its line.
+
+use std::ops::Range;
+
+use toml::de::{DeTable, DeValue};
+
+use crate::error::Bound;
+use crate::file_error::{FileError, Problem};
+
+/// The text of a file, parsed.
+pub(crate) struct Document<'a> {
+    label: &'a str,
+    text: &'a str,
+    root: toml::Spanned<DeTable<'a>>,
+}
+
+impl<'a> Document<'a> {
+    /// Parses; `label` names the file in messages.
+    pub fn parse(text: &'a str, label: &'a str) -> Result<Self, FileError> {
+        match DeTable::parse(text) {
+            Ok(root) => Ok(Self { label, text, root }),
+            Err(e) => {
+                let line = e.span().map(|s| line_of(text, s.start));
+                let reason = format!("not TOML: {}", e.message().trim().replace('\n', ", "));
+                Err(FileError::new(label, line, None, Problem::Syntax { reason }))
+            }
+        }
+    }
+
+    /// The top of the file, where only `known` keys may stand.
+    pub fn top(&self, known: &[&'static str]) -> Result<Table<'_>, FileError> {
+        Table::open(self, String::new(), None, self.root.get_ref(), known)
+    }
+}
+
+/// The line, from 1, of a byte position.
+fn line_of(text: &str, at: usize) -> usize {
+    1 + text.as_bytes().iter().take(at).filter(|&&b| b == b'\n').count()
+}
+
+/// A table whose keys are all known.
+pub(crate) struct Table<'a> {
+    document: &'a Document<'a>,
+    /// Full name, as in the header.
+    pub name: String,
+    line: Option<usize>,
+    table: &'a DeTable<'a>,
+}
+
+impl<'a> Table<'a> {
+    fn open(
+        document: &'a Document<'a>,
+        name: String,
+        line: Option<usize>,
+        table: &'a DeTable<'a>,
+        known: &[&'static str],
+    ) -> Result<Self, FileError> {
+        let this = Self { document, name, line, table };
+        // The first in the file, for the table's own order is another.
+        let unknown = table.keys().filter(|k| !known.contains(&k.get_ref().as_ref())).min_by_key(|k| k.span().start);
+        match unknown {
+            None => Ok(this),
+            Some(key) => {
+                let nearest = nearest(key.get_ref(), known.iter().copied());
+                let problem = Problem::UnknownKey { table: this.name.clone(), nearest, known: known.to_vec() };
+                Err(this.error(Some(key.span()), Some(key.get_ref()), problem))
+            }
+        }
+    }
+
+    fn error(&self, at: Option<Range<usize>>, key: Option<&str>, problem: Problem) -> FileError {
+        let line = at.map(|s| line_of(self.document.text, s.start)).or(self.line);
+        FileError::new(self.document.label, line, key, problem)
+    }
+
+    fn find(&self, key: &str) -> Option<(Range<usize>, &'a DeValue<'a>)> {
+        self.table.iter().find(|(k, _)| k.get_ref().as_ref() == key).map(|(k, v)| (k.span(), v.get_ref()))
+    }
+
+    /// An error about `key`.
+    pub fn fail(&self, key: &'static str, problem: Problem) -> FileError {
+        self.error(self.find(key).map(|(span, _)| span), Some(key), problem)
+    }
+
+    /// An error that something else was expected at `key`.
+    pub fn unexpected(&self, key: &'static str, found: impl Into<String>, expected: impl Into<String>) -> FileError {
+        self.fail(key, Problem::Unexpected { found: found.into(), expected: expected.into() })
+    }
+
+    /// An error that `key` is missing.
+    pub fn missing(&self, key: &'static str, expected: impl Into<String>) -> FileError {
+        self.error(None, Some(key), Problem::MissingKey { table: self.name.clone(), expected: expected.into() })
+    }
+
+    /// A table within, with only `known` keys.
+    pub fn table(&self, key: &'static str, known: &[&'static str]) -> Result<Option<Table<'a>>, FileError> {
+        let Some((span, value)) = self.find(key) else { return Ok(None) };
+        let name = if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) };
+        match value {
+            DeValue::Table(t) => {
+                Table::open(self.document, name, Some(line_of(self.document.text, span.start)), t, known).map(Some)
+            }
+            other => Err(self.unexpected(key, describe(other), format!("a table: [{name}]"))),
+        }
+    }
+
+    /// A number within `bound`.
+    pub fn number(&self, key: &'static str, bound: Bound) -> Result<Option<f64>, FileError> {
+        let Some((_, value)) = self.find(key) else { return Ok(None) };
+        let x = number(value).ok_or_else(|| self.unexpected(key, describe(value), format!("a number, {bound}")))?;
+        bound.check(key, x).map_err(|e| self.fail(key, Problem::Value(e)))?;
+        Ok(Some(x))
+    }
+
+    /// A whole number within the closed range.
+    pub fn whole(&self, key: &'static str, range: (u64, u64)) -> Result<Option<u64>, FileError> {
+        let Some((_, value)) = self.find(key) else { return Ok(None) };
+        let x = match value {
+            DeValue::Integer(i) => u64::from_str_radix(i.as_str(), i.radix()).ok().filter(|x| (range.0..=range.1).contains(x)),
+            _ => None,
+        };
+        x.map(Some)
+            .ok_or_else(|| self.unexpected(key, describe(value), format!("a whole number from {} to {}", range.0, range.1)))
+    }
+
+    /// A text.
+    pub fn text(&self, key: &'static str) -> Result<Option<&'a str>, FileError> {
+        match self.find(key) {
+            None => Ok(None),
+            Some((_, DeValue::String(s))) => Ok(Some(s)),
+            Some((_, other)) => Err(self.unexpected(key, describe(other), "text in quotes")),
+        }
+    }
+}
+
+fn number(value: &DeValue<'_>) -> Option<f64> {
+    match value {
+        DeValue::Float(f) => f.as_str().parse().ok(),
+        DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).ok().map(|x| x as f64),
+        _ => None,
+    }
+}
+
+fn describe(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::String(s) => format!("the text \"{s}\""),
+        DeValue::Integer(i) => i.to_string(),
+        DeValue::Float(f) => f.to_string(),
+        DeValue::Boolean(b) => b.to_string(),
+        DeValue::Datetime(d) => d.to_string(),
+        DeValue::Array(_) => "a list".to_owned(),
+        DeValue::Table(_) => "a table".to_owned(),
+    }
+}
+
+/// The candidate that `word` is most likely a slip of, if any is like it.
+pub(crate) fn nearest<'k>(word: &str, candidates: impl Iterator<Item = &'k str>) -> Option<&'k str> {
+    candidates
+        .map(|c| (edits(word, c), c))
+        .filter(|(d, c)| *d <= word.chars().count().max(c.chars().count()) / 3)
+        .min_by_key(|(d, _)| *d)
+        .map(|(_, c)| c)
+}
+
+/// Levenshtein's distance.
+fn edits(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut corner = i;
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let replaced = corner + usize::from(x != *y);
+            corner = row[j + 1];
+            row[j + 1] = replaced.min(corner + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// A number that reads back as the same bits.
+pub(crate) fn exact(x: f64) -> String {
+    // The shortest text that round-trips; always with a point or an exponent, so that TOML reads a float.
+    format!("{x:?}")
+}
+
+/// A text in quotes.
+pub(crate) fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
