@@ -1,0 +1,37 @@
+//! How long designs take: a 5-state design (target 20 ms) and a box with 8 vertices (target 200 ms), exact checks included.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use im_design::kubota::{KubotaRequest, least_norm};
+use im_design::thau_box::{BoxRegion, design};
+use im_design::{Machine, Plant, thau};
+use std::hint::black_box;
+
+fn designs(criterion: &mut Criterion) {
+    let plant = Plant::Machine(Machine::kwon_table_iv());
+    criterion.bench_function("thau, 5 states, optimum and centred gain", |b| {
+        b.iter(|| thau::maximize(black_box(plant), 1e-3));
+    });
+    let c = plant.constants::<f64>();
+    let request = KubotaRequest { speed_rad_per_s: [-190.0, 190.0], rate_per_s: 1.0, flux_weight: c.beta * c.beta };
+    criterion.bench_function("kubota, 4 states, least-norm schedule", |b| {
+        b.iter(|| least_norm(black_box(plant), &request));
+    });
+    let plant = Plant::Machine(Machine::jadot_table_i());
+    let region = BoxRegion {
+        frame_rad_per_s: [150.0, 314.0],
+        slip_rad_per_s: [-5.0, 5.0],
+        flux_d_wb: [0.85, 0.95],
+        flux_q_wb: [0.0; 2],
+        current_d_a: [0.0; 2],
+        current_q_a: [0.0; 2],
+    };
+    assert_eq!(region.vertices().len(), 8);
+    criterion.bench_function("observer over a box, 8 vertices", |b| {
+        b.iter(|| design(black_box(plant), &region, 1.0, 1e5));
+    });
+    let (_, certificate) = design(plant, &region, 1.0, 1e5).expect("feasible");
+    criterion.bench_function("exact check of that box", |b| b.iter(|| black_box(&certificate).check()));
+}
+
+criterion_group!(benches, designs);
+criterion_main!(benches);

@@ -1,0 +1,157 @@
+//! Least current for a torque.
+
+use super::circuit::AirGap;
+use crate::error::DesignError;
+
+/// A point of the maximum-torque-per-ampere curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Optimum {
+    /// Torque, N m.
+    pub torque_n_m: f64,
+    /// Rms stator current, A.
+    pub current_rms_a: f64,
+    /// Slip frequency, electrical rad/s.
+    pub slip_rad_per_s: f64,
+    /// Peak air-gap flux linkage, Wb.
+    pub flux_wb: f64,
+}
+
+/// Slip frequencies searched, electrical rad/s.
+const SLIP: [f64; 2] = [0.02, 500.0];
+/// Peak air-gap flux linkages searched, Wb.
+const FLUX: [f64; 2] = [1e-7, 50.0];
+
+/// λ_m at a current and slip, (26): the operating point of largest torque when saturation allows several.
+fn flux_at(circuit: &impl AirGap, current: f64, slip: f64) -> Option<(f64, f64)> {
+    let excess = |log_flux: f64| circuit.operate(log_flux.exp(), slip).0 - current;
+    let (low, high) = (FLUX[0].ln(), FLUX[1].ln());
+    let steps = 48;
+    let at = |k: u32| low + (high - low) * f64::from(k) / f64::from(steps);
+    let mut best: Option<(f64, f64)> = None;
+    let mut left = excess(low);
+    for k in 0..steps {
+        let right = excess(at(k + 1));
+        if left <= 0.0 && right > 0.0 {
+            let flux = bisect(at(k), at(k + 1), excess).exp();
+            let torque = circuit.operate(flux, slip).1;
+            if best.is_none_or(|(_, t)| torque > t) {
+                best = Some((flux, torque));
+            }
+        }
+        left = right;
+    }
+    best
+}
+
+/// Zero of a function that is negative at `low` and positive at `high`, to the last bits.
+fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if f(middle) <= 0.0 { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// The slip of largest torque at an rms current.
+///
+/// # Errors
+/// [`DesignError::Infeasible`] when the circuit carries no such current at any flux.
+pub fn for_current(circuit: &impl AirGap, current_rms_a: f64) -> Result<Optimum, DesignError> {
+    crate::sliding::positive("current_rms_a", current_rms_a)?;
+    let torque = |log_slip: f64| flux_at(circuit, current_rms_a, log_slip.exp()).map_or(f64::NEG_INFINITY, |(_, t)| t);
+    let (low, high) = (SLIP[0].ln(), SLIP[1].ln());
+    let steps = 40;
+    let at = |k: i32| low + (high - low) * f64::from(k) / f64::from(steps);
+    let scan = (0..=steps).map(|k| (k, torque(at(k))));
+    let best = scan.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(k, _)| k);
+    // Golden section around the best of the scan.
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut a, mut b) = (at((best - 1).max(0)), at((best + 1).min(steps)));
+    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
+    let (mut fc, mut fd) = (torque(c), torque(d));
+    while b - a > 1e-7 {
+        if fc > fd {
+            (b, d, fd) = (d, c, fc);
+            c = b - golden * (b - a);
+            fc = torque(c);
+        } else {
+            (a, c, fc) = (c, d, fd);
+            d = a + golden * (b - a);
+            fd = torque(d);
+        }
+    }
+    let slip_rad_per_s = (0.5 * (a + b)).exp();
+    let (flux_wb, torque_n_m) = flux_at(circuit, current_rms_a, slip_rad_per_s).ok_or_else(|| DesignError::Infeasible {
+        constraint: format!("a current of {current_rms_a} A in this circuit"),
+        feasible: "a smaller current".into(),
+    })?;
+    Ok(Optimum { torque_n_m, current_rms_a, slip_rad_per_s, flux_wb })
+}
+
+/// The least current for a torque.
+///
+/// # Errors
+/// [`DesignError::Infeasible`] with the largest torque the circuit gives when this one is out of reach.
+pub fn for_torque(circuit: &impl AirGap, torque_n_m: f64) -> Result<Optimum, DesignError> {
+    crate::sliding::positive("torque_n_m", torque_n_m)?;
+    let mut low = 1e-3;
+    while for_current(circuit, low)?.torque_n_m > torque_n_m {
+        low *= 0.1;
+    }
+    let mut high = low * 10.0;
+    let mut reached = 0.0f64;
+    loop {
+        match for_current(circuit, high) {
+            Ok(o) if o.torque_n_m >= torque_n_m => break,
+            Ok(o) if high < 1e7 => reached = reached.max(o.torque_n_m),
+            _ => {
+                return Err(DesignError::Infeasible {
+                    constraint: format!("{torque_n_m} N m from this circuit"),
+                    feasible: format!("about {reached:.4} N m"),
+                });
+            }
+        }
+        (low, high) = (high, high * 3.0);
+    }
+    // Torque over current is smooth and close to a power: regula falsi (Illinois) on logarithms converges in a few steps.
+    let gap = |log_current: f64| -> Result<f64, DesignError> {
+        Ok((for_current(circuit, log_current.exp())?.torque_n_m / torque_n_m).ln())
+    };
+    let (mut a, mut b) = (low.ln(), high.ln());
+    let (mut fa, mut fb) = (gap(a)?, gap(b)?);
+    let mut x = b;
+    for _ in 0..60 {
+        x = (a * fb - b * fa) / (fb - fa);
+        let fx = gap(x)?;
+        if fx.abs() < 1e-11 {
+            break;
+        }
+        if fx * fb < 0.0 {
+            (a, fa) = (b, fb);
+        } else {
+            fa *= 0.5;
+        }
+        (b, fb) = (x, fx);
+    }
+    for_current(circuit, x.exp())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::circuit::TCircuit;
+    use super::*;
+
+    /// Linear T circuit: at constant current torque peaks at ω_s = R_r/L_r, with T = (3/2)n_p (L_m²/L_r) I_s².
+    #[test]
+    fn linear_machine_peaks_at_the_rotor_corner() {
+        let (l_m, l_lr, r_r) = (0.0915, 0.0042, 0.159);
+        let circuit =
+            TCircuit { inverse_magnetizing: move |_| 1.0 / l_m, rotor_leakage_h: l_lr, rotor_resistance_ohm: r_r, pole_pairs: 2 };
+        let o = for_current(&circuit, 12.0).unwrap();
+        assert!((o.slip_rad_per_s * (l_m + l_lr) / r_r - 1.0).abs() < 1e-5);
+        let torque = 1.5 * 2.0 * l_m * l_m / (l_m + l_lr) * 144.0;
+        assert!((o.torque_n_m / torque - 1.0).abs() < 1e-9);
+        let back = for_torque(&circuit, torque).unwrap();
+        assert!((back.current_rms_a / 12.0 - 1.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,251 @@
+//! Observer gains for a sampling period.
+//!
+//! Under forward Euler e⁺ = (I + h(A_r(ω) − L(ω)C))e, and the certificate is, at both ends of the speed range,
+//!
+//! ```text
+//! [ρ²P          (P + hP(A_r − LC))ᵀ]
+//! [P + hP(A_r − LC)               P]  > 0,   ρ < 1,
+//! ```
+//!
+//! affine in ω with a common P: eᵀPe falls at least by ρ² per sample. For the trapezoidal rule nothing is needed:
+//! with M = (I − hA/2)⁻¹(I + hA/2), MᵀPM − P = h(I − hA/2)⁻ᵀ(AᵀP + PA)(I − hA/2)⁻¹, so a continuous certificate
+//! (kubota, thau_box) holds for the sampled observer at *every* period; the implicit Euler rule likewise.
+
+use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::error::DesignError;
+use crate::exact::Field;
+use crate::kubota::KubotaDesign;
+use crate::linalg;
+use crate::lmi::{Affine, Problem};
+use crate::machine::Constants;
+use crate::matrix::Matrix;
+use crate::model;
+use crate::sliding::positive;
+use serde::{Deserialize, Serialize};
+
+/// A gain affine in the mechanical speed, proven for forward Euler at a period.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SampledDesign {
+    /// Mechanical speeds the proof covers, rad/s.
+    pub speed_rad_per_s: [f64; 2],
+    /// Sampling period h, s.
+    pub period_s: f64,
+    /// ρ: the error shrinks at least by this factor per sample, in the norm of P.
+    pub contraction: f64,
+    /// L₀, 4 × 2, of the continuous observer (it is multiplied by h in the step).
+    pub gain: Matrix<f64>,
+    /// L₁: the gain at speed ω is L₀ + ω L₁.
+    pub gain_per_speed: Matrix<f64>,
+    /// P.
+    pub p: Matrix<f64>,
+}
+
+impl SampledDesign {
+    fn continuous(&self) -> KubotaDesign {
+        KubotaDesign {
+            speed_rad_per_s: self.speed_rad_per_s,
+            rate_per_s: 0.0,
+            gain: self.gain.clone(),
+            gain_per_speed: self.gain_per_speed.clone(),
+            p: self.p.clone(),
+        }
+    }
+
+    /// I + h(A_r(ω) − L(ω)C).
+    pub fn step_matrix<F: Field>(&self, c: &Constants<F>, speed: f64) -> Matrix<F> {
+        &Matrix::identity(4) + &self.continuous().error_matrix(c, speed).scaled(&F::from_f64(self.period_s))
+    }
+}
+
+impl Claim for SampledDesign {
+    fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
+        let shapes = [&self.gain, &self.gain_per_speed].map(|m| (m.rows(), m.cols()));
+        if shapes != [(4, 2); 2] || (self.p.rows(), self.p.cols()) != (4, 4) {
+            return Err("the gains must be 4 × 2 and P 4 × 4".into());
+        }
+        let f = F::from_f64;
+        let p = Matrix::<F>::exact(&self.p);
+        let rho = f(self.contraction);
+        let mut obligations = vec![
+            Obligation::Positive("period".into(), f(self.period_s)),
+            Obligation::Positive("1 - contraction".into(), F::one() - rho.clone()),
+            Obligation::Positive("contraction".into(), rho.clone()),
+            Obligation::Definite("P".into(), p.clone()),
+        ];
+        for speed in self.speed_rad_per_s {
+            let pm = &p * &self.step_matrix(c, speed);
+            let block = Matrix::blocks(&[&[&p.scaled(&(rho.clone() * rho.clone())), &pm.t()], &[&pm, &p]]);
+            obligations.push(Obligation::Definite(format!("contraction at {speed} rad/s"), block));
+        }
+        Ok(obligations)
+    }
+}
+
+/// P, L₀, L₁.
+type Found = (Matrix<f64>, Matrix<f64>, Matrix<f64>);
+type Sealed = (SampledDesign, Certificate);
+
+/// P and, when it is not given, the gain for one period and contraction.
+fn at_period(c: &Constants<f64>, speeds: [f64; 2], period: f64, contraction: f64, fixed: Option<&KubotaDesign>) -> Option<Found> {
+    let scale = Matrix::diagonal(&[1.0 / c.beta, 1.0 / c.beta, 1.0, 1.0]);
+    let inverse = Matrix::diagonal(&[c.beta, c.beta, 1.0, 1.0]);
+    let mut lmi = Problem::new("sampled observer");
+    let (p, t) = (lmi.symmetric(4), lmi.scalar());
+    let unit = speeds.iter().fold(1.0f64, |m, x| m.max(x.abs()));
+    let (y0, y1) = (lmi.matrix(4, 2), lmi.matrix(4, 2));
+    lmi.positive("P ≤ 1", -(&p - &Matrix::identity(4)));
+    lmi.positive("P ≥ t", &p - &t.times(&Matrix::identity(4)));
+    // Subtracting the second block row and column from the first, and scaling by h, leaves the continuous inequality
+    // with a correction of order h, well conditioned however short the period:
+    // [(ρ²−1)P/h − N − Nᵀ   √h Nᵀ; √h N   P] > 0 with N = P(A − LC).
+    let excess = (contraction * contraction - 1.0) / period;
+    for speed in speeds {
+        let scaled = |a: &Matrix<f64>| &(&inverse * a) * &scale;
+        let flow = match fixed {
+            Some(design) => p.right(&scaled(&design.error_matrix(c, speed))),
+            None => {
+                let y = &y0 + &(&y1 * (speed / unit));
+                p.right(&scaled(&model::reduced(c, &speed))) - y.right(&model::reduced_output())
+            }
+        };
+        let first = &(&p * excess) - &flow.plus_transpose() - t.times(&Matrix::identity(4)) * c.eta;
+        let coupling = &flow * period.sqrt();
+        let block = Affine::blocks(&[&[&first, &coupling.transpose()], &[&coupling, &p]]);
+        lmi.positive(format!("contraction at {speed} rad/s"), block);
+    }
+    if fixed.is_some() {
+        // The unknown gain is not used: pin it.
+        let zero = Affine::constant(&Matrix::from_rows(&[[1.0]]));
+        lmi.norm_below("unused", &Affine::blocks(&[&[&y0, &y1]]), &zero);
+    }
+    lmi.maximize(t.clone());
+    let answer = lmi.solve().ok()?;
+    if answer.scalar(&t) <= 0.0 {
+        return None;
+    }
+    let p = answer.value(&p);
+    let (gain, slope) = match fixed {
+        Some(design) => (design.gain.clone(), design.gain_per_speed.clone()),
+        None => {
+            let solve = |y: &Matrix<f64>| &scale * &linalg::solve(&p, y);
+            (solve(&answer.value(&y0)), solve(&answer.value(&y1)).scaled(&(1.0 / unit)))
+        }
+    };
+    Some(((&(&inverse * &p) * &inverse).symmetrized(), gain, slope))
+}
+
+/// A proven design for one period and rate, if there is one.
+fn attempt(
+    plant: Plant,
+    speed_rad_per_s: [f64; 2],
+    period_s: f64,
+    rate_per_s: f64,
+    fixed: Option<&KubotaDesign>,
+) -> Option<Sealed> {
+    let contraction = (-rate_per_s * period_s).exp();
+    let (p, gain, gain_per_speed) = at_period(&plant.constants::<f64>(), speed_rad_per_s, period_s, contraction, fixed)?;
+    let design = SampledDesign { speed_rad_per_s, period_s, contraction, gain, gain_per_speed, p };
+    let certificate = Certificate::seal(plant, design.clone()).ok()?;
+    Some((design, certificate))
+}
+
+/// A gain that contracts by e^(−αh) per sample of forward Euler at period h.
+///
+/// # Errors
+/// [`DesignError::Infeasible`] with the largest period at which the rate can be had.
+pub fn design(plant: Plant, speed_rad_per_s: [f64; 2], period_s: f64, rate_per_s: f64) -> Result<Sealed, DesignError> {
+    positive("period_s", period_s)?;
+    positive("rate_per_s", rate_per_s)?;
+    let attempt = |h: f64| attempt(plant, speed_rad_per_s, h, rate_per_s, None);
+    if let Some(found) = attempt(period_s) {
+        return Ok(found);
+    }
+    let (mut low, mut high) = (0.0, period_s);
+    for _ in 0..20 {
+        let middle = if low == 0.0 { 0.3 * high } else { 0.5 * (low + high) };
+        if attempt(middle).is_some() { low = middle } else { high = middle }
+    }
+    let feasible = if low > 0.0 {
+        format!("this rate at periods up to {:.2} µs, or the trapezoidal rule at any period", 1e6 * low)
+    } else {
+        "a lower rate, or a narrower range of speeds".into()
+    };
+    Err(DesignError::Infeasible { constraint: format!("forward Euler at {period_s} s over the whole speed range"), feasible })
+}
+
+/// The largest period, to 1 %, at which forward Euler keeps a given gain contracting by e^(−αh).
+///
+/// # Errors
+/// [`DesignError::Infeasible`] when no period up to `most_s` down to a millionth of it works.
+pub fn largest_period(plant: Plant, design: &KubotaDesign, rate_per_s: f64, most_s: f64) -> Result<Sealed, DesignError> {
+    positive("most_s", most_s)?;
+    positive("rate_per_s", rate_per_s)?;
+    let attempt = |h: f64| attempt(plant, design.speed_rad_per_s, h, rate_per_s, Some(design));
+    let mut high = most_s;
+    let mut best = attempt(high);
+    while best.is_none() {
+        high *= 0.5;
+        if high < 1e-6 * most_s {
+            return Err(DesignError::Infeasible {
+                constraint: format!("a rate of {rate_per_s} 1/s under forward Euler with this gain"),
+                feasible: "a lower rate, or the trapezoidal rule, which keeps the continuous rate at any period".into(),
+            });
+        }
+        best = attempt(high);
+    }
+    let (mut low, mut top) = (high, (2.0 * high).min(most_s));
+    while top - low > 0.01 * top {
+        let middle = 0.5 * (low + top);
+        match attempt(middle) {
+            Some(found) => (low, best) = (middle, Some(found)),
+            None => top = middle,
+        }
+    }
+    best.ok_or_else(|| DesignError::request("no period was found"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Machine;
+    use crate::kubota::{KubotaRequest, closed_form};
+
+    fn plant() -> Plant {
+        Plant::Machine(Machine::jadot_table_i())
+    }
+
+    #[test]
+    fn a_gain_made_for_the_period_is_certified_and_contracts() {
+        let (design, certificate) = design(plant(), [-160.0, 160.0], 50e-6, 2.0).unwrap();
+        certificate.check().unwrap();
+        let c = plant().constants::<f64>();
+        for speed in [-160.0, -30.0, 0.0, 90.0, 160.0] {
+            let radius = linalg::spectral_radius(&design.step_matrix(&c, speed));
+            assert!(radius <= design.contraction, "{radius} {}", design.contraction);
+        }
+    }
+
+    #[test]
+    fn largest_period_of_the_closed_form_is_where_euler_fails() {
+        let c = plant().constants::<f64>();
+        let largest = |speed_rad_per_s: [f64; 2], flux_weight: f64| {
+            let request = KubotaRequest { speed_rad_per_s, rate_per_s: 3.0, flux_weight };
+            let (continuous, _) = closed_form(plant(), &request).unwrap();
+            let (sampled, certificate) = largest_period(plant(), &continuous, 1.0, 1e-3).unwrap();
+            certificate.check().unwrap();
+            (sampled.period_s, continuous)
+        };
+        // No P can beat the spectrum at one speed: |1 + hs| < 1 for every eigenvalue s.
+        let (narrow, continuous) = largest([155.0, 160.0], c.beta * c.beta);
+        let spectrum = linalg::eigenvalues(&continuous.error_matrix(&c, 160.0));
+        let bound = spectrum.iter().map(|(x, y)| -2.0 * x / (x * x + y * y)).fold(f64::INFINITY, f64::min);
+        assert!(narrow > 0.5 * bound && narrow < bound, "{narrow} {bound}");
+        // One P for any change of speed over the whole range costs an order of magnitude.
+        let (wide, _) = largest([-160.0, 160.0], c.beta * c.beta);
+        assert!(wide > 20e-6 && wide < narrow, "{wide}");
+        // (3) itself, in SI units, is out of any processor's reach.
+        let (plain, _) = largest([-160.0, 160.0], 1.0);
+        assert!(plain < 1e-6 && plain > 1e-8, "{plain}");
+    }
+}

@@ -1,0 +1,172 @@
+//! The observer of Kwon et al. (2005), Section VI: x̂' = A x̂ + B₁u₁ + L(y − C x̂) + B₂u₂(x̂), ‖Δu₂‖ ≤ κ‖e‖.
+//!
+//! Two bounds on the Lipschitz constant κ: the paper's (15), κ < λ_min(Q)/(2‖B₂‖λ_max(P)), and the S-procedure
+//!
+//! ```text
+//! [(A−LC)ᵀP + P(A−LC) + κ²I   PB₂]
+//! [          B₂ᵀP              −I ]  < 0,
+//! ```
+//!
+//! whose optimum over P and L is (D/J)/μ: with e along the speed, Ce = 0 and Δu₂ = (κ‖e‖, 0, 0) give
+//! ė = (−D/J + μκ)e, which no L can stabilize once κ ≥ (D/J)/μ.
+
+use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::error::DesignError;
+use crate::exact::Field;
+use crate::linalg;
+use crate::lmi::{Affine, Problem};
+use crate::machine::Constants;
+use crate::matrix::Matrix;
+use crate::model;
+use serde::{Deserialize, Serialize};
+
+/// The paper's bound (15) with Q = I.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PaperBound {
+    /// P of (14).
+    pub p: Matrix<f64>,
+    /// The bound on κ.
+    pub kappa: f64,
+}
+
+/// κ of (15) for L = 0, Q = I and any printed B₂.
+///
+/// # Errors
+/// [`DesignError::Request`] when A is not stable (friction zero).
+pub fn paper_bound(a: &Matrix<f64>, b2: &Matrix<f64>) -> Result<PaperBound, DesignError> {
+    let unstable = || DesignError::request("(15) needs a stable A: the friction must be positive");
+    let p = linalg::lyapunov(a, &Matrix::identity(a.rows())).ok_or_else(unstable)?;
+    let eigenvalues = linalg::symmetric_eigenvalues(&p);
+    if eigenvalues[0].is_nan() || eigenvalues[0] <= 0.0 {
+        return Err(unstable());
+    }
+    let kappa = 1.0 / (2.0 * linalg::norm2(b2) * eigenvalues[eigenvalues.len() - 1]);
+    Ok(PaperBound { p, kappa })
+}
+
+/// B₂ exactly as Kwon et al. print it, two misprinted entries included; the norm, and with it (15), is not affected.
+pub fn printed_b2() -> Matrix<f64> {
+    Matrix::from_rows(&[[4.907, 0.0, 0.0], [0.0, -2.0, 0.0], [0.0, 0.0, 0.020], [0.0, 195.861, 0.0], [0.0, 0.0, -1.959]])
+}
+
+/// A gain with the Lipschitz constant it tolerates.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ThauDesign {
+    /// κ: any u₂ with ‖Δu₂‖ ≤ κ‖e‖ (SI units) leaves the error exponentially stable.
+    pub lipschitz: f64,
+    /// L, 5 × 2, rows (ω, λ_a, λ_b, i_a, i_b), columns (i_a, i_b).
+    pub gain: Matrix<f64>,
+    /// P of the Lyapunov function eᵀPe.
+    pub p: Matrix<f64>,
+}
+
+/// −1 times the block matrix above.
+fn slack<F: Field>(c: &Constants<F>, gain: &Matrix<F>, p: &Matrix<F>, kappa: &F) -> Matrix<F> {
+    let closed = &model::linear_part(c) - &(gain * &model::output());
+    let pb = p * &model::bilinear_input(c);
+    let decay = &(p * &closed).plus_transpose() + &Matrix::identity(5).scaled(&(kappa.clone() * kappa.clone()));
+    Matrix::blocks(&[&[&-&decay, &-&pb], &[&-&pb.t(), &Matrix::identity(3)]])
+}
+
+impl Claim for ThauDesign {
+    fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
+        if (self.gain.rows(), self.gain.cols(), self.p.rows(), self.p.cols()) != (5, 2, 5, 5) {
+            return Err("the gain must be 5 × 2 and P 5 × 5".into());
+        }
+        let p = Matrix::exact(&self.p);
+        let kappa = F::from_f64(self.lipschitz);
+        Ok(vec![
+            Obligation::Positive("Lipschitz constant".into(), kappa.clone()),
+            Obligation::Definite("P".into(), p.clone()),
+            Obligation::Definite("S-procedure".into(), slack(c, &Matrix::exact(&self.gain), &p, &kappa)),
+        ])
+    }
+}
+
+/// (D/J)/μ, above which no gain can work.
+pub fn limit(c: &Constants<f64>) -> f64 {
+    c.friction_rate / c.mu
+}
+
+/// The gain of largest κ by SDP, less `slack` (relative, e.g. 0.001) so that the proof is strict.
+///
+/// # Errors
+/// [`DesignError::Infeasible`] without friction (the limit is then zero); solver failures.
+pub fn maximize(plant: Plant, slack: f64) -> Result<(ThauDesign, Certificate), DesignError> {
+    let c = plant.constants::<f64>();
+    if c.friction_rate <= 0.0 {
+        return Err(DesignError::Infeasible {
+            constraint: "the speed error along C e = 0 decays at D/J".into(),
+            feasible: "only κ = 0 without friction; use a design over a box (thau_box)".into(),
+        });
+    }
+    // κ² = q. States are scaled so that the entries of P are of one order: e = S ẽ.
+    let best = solve(&c, None)?.0;
+    let kappa = (1.0 - slack) * best.max(0.0).sqrt();
+    let (_, p, gain) = solve(&c, Some(kappa * kappa))?;
+    let design = ThauDesign { lipschitz: kappa, gain, p };
+    let certificate = Certificate::seal(plant, design.clone())?;
+    Ok((design, certificate))
+}
+
+/// With `q` none: the largest q = κ². With `q` given: the most strictly feasible P and gain.
+fn solve(c: &Constants<f64>, q: Option<f64>) -> Result<(f64, Matrix<f64>, Matrix<f64>), DesignError> {
+    // A unit of speed error costs p = (D/J)/μ² at the optimum; scale the problem so that q is of order one.
+    let unit = limit(c) * limit(c);
+    let scale = Matrix::diagonal(&[1.0, 1.0, 1.0, c.beta.sqrt(), c.beta.sqrt()]);
+    let inverse = Matrix::from_fn(5, 5, |i, j| if i == j { 1.0 / scale[(i, j)] } else { 0.0 });
+    let a = &(&inverse * &model::linear_part(c)) * &scale;
+    let b = (&inverse * &model::bilinear_input(c)).scaled(&unit.sqrt());
+    let out = &model::output() * &scale;
+    let mut lmi = Problem::new("Thau observer");
+    let (p, y, t) = (lmi.symmetric(5), lmi.matrix(5, 2), lmi.scalar());
+    let decay = (p.right(&a) - y.right(&out)).plus_transpose();
+    let weight = &scale * &scale;
+    let decay = match q {
+        None => decay + t.times(&weight),
+        Some(q) => (decay + &Affine::constant(&weight.scaled(&(q / unit)))) + t.times(&Matrix::identity(5)),
+    };
+    // The scaled P is P/unit, so that P B₂ B₂ᵀ P ≤ … keeps its form with b as above.
+    let pb = p.right(&b);
+    let corner = Affine::constant(&Matrix::identity(3).scaled(&-1.0));
+    lmi.negative("S-procedure", Affine::blocks(&[&[&decay, &pb], &[&pb.transpose(), &corner]]));
+    lmi.positive("P", &p - &Matrix::identity(5).scaled(&1e-6));
+    lmi.positive("bound on P", -(&p - &Matrix::identity(5).scaled(&1e6)));
+    lmi.maximize(t.clone());
+    let answer = lmi.solve()?;
+    let p = answer.value(&p);
+    let gain = &scale * &linalg::solve(&p, &answer.value(&y));
+    let p = (&(&inverse * &p) * &inverse).scaled(&unit).symmetrized();
+    Ok((answer.scalar(&t) * unit, p, gain))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paper_bound_from_the_printed_matrices() {
+        let a = Matrix::from_rows(&[
+            [-0.238, 0.0, 0.0, 0.0, 0.0],
+            [0.0, -11.946, 0.0, 0.109, 0.0],
+            [0.0, 0.0, -11.946, 0.0, 0.109],
+            [0.0, 1169.869, 0.0, -42.044, 0.0],
+            [0.0, 0.0, 1169.869, 0.0, -42.044],
+        ]);
+        let bound = paper_bound(&a, &printed_b2()).unwrap();
+        // "κ < 7.5348 × 10⁻⁵"; the last digit is at the mercy of the three printed decimals of A.
+        assert!((bound.kappa - 7.5348e-5).abs() < 5e-9, "{}", bound.kappa);
+    }
+
+    #[test]
+    fn lmi_reaches_the_limit_and_cannot_pass_it() {
+        let c = Constants::kwon_printed();
+        let (design, certificate) = maximize(Plant::Constants(c), 1e-3).unwrap();
+        assert!((limit(&c) - 0.0485).abs() < 5e-5);
+        assert!(design.lipschitz > 0.995 * limit(&c) && design.lipschitz < limit(&c), "{}", design.lipschitz);
+        certificate.check().unwrap();
+        let beyond = ThauDesign { lipschitz: 1.0001 * limit(&c), ..design };
+        assert!(Certificate::seal(Plant::Constants(c), beyond).is_err());
+    }
+}

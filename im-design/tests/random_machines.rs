@@ -1,0 +1,251 @@
+//! Claims that must hold for every machine, on random machines from 0.4 to 75 kW.
+
+use im_design::certificate::{Certificate, Claim, Design, Obligation};
+use im_design::kubota::{KubotaRequest, best_rate, closed_form, least_norm};
+use im_design::matrix::Matrix;
+use im_design::sliding::{UtkinDesign, derdiyok, utkin};
+use im_design::{Machine, Plant, jadot, kubota_loop, linalg, sampled, thau, thau_box};
+use proptest::prelude::*;
+
+/// Per-unit parameters of standard induction machines, scaled to a power at 400 V, 50 Hz.
+fn machine() -> impl Strategy<Value = Machine> {
+    let power = (400f64.ln()..75e3f64.ln()).prop_map(f64::exp);
+    (power, 1u32..=4, 0.0..1.0f64, 0.0..1.0f64, 0.0..1.0f64, 0.06..0.14f64, 1.5..4.0f64, 0.3..3.0f64).prop_map(
+        |(power, pole_pairs, a, b, friction, leakage, magnetizing, inertia)| {
+            // Base impedance by apparent power; resistances fall with size.
+            let z = 400.0 * 400.0 / (power / 0.7);
+            let l = z / (2.0 * std::f64::consts::PI * 50.0);
+            let small = (power / 1000.0).powf(-0.35).min(1.3);
+            let (l_m, l_leak) = (magnetizing * l, leakage * l);
+            let speed = 2.0 * std::f64::consts::PI * 50.0 / f64::from(pole_pairs);
+            let inertia_kg_m2 = inertia * 0.2 * power / (speed * speed);
+            Machine {
+                stator_resistance_ohm: z * small * (0.02 + 0.06 * a),
+                rotor_resistance_ohm: z * small * (0.02 + 0.05 * b),
+                stator_inductance_h: l_m + l_leak,
+                rotor_inductance_h: l_m + 1.1 * l_leak,
+                mutual_inductance_h: l_m,
+                pole_pairs,
+                inertia_kg_m2,
+                viscous_friction_n_m_s: inertia_kg_m2 * (0.01 + friction),
+            }
+        },
+    )
+}
+
+fn top_speed(machine: &Machine) -> f64 {
+    1.1 * 2.0 * std::f64::consts::PI * 50.0 / f64::from(machine.pole_pairs)
+}
+
+/// Round trip through text; checked as a stranger would.
+fn reread(certificate: &Certificate) -> Certificate {
+    let (read, margins) = Certificate::check_text(&certificate.to_text().unwrap()).unwrap();
+    assert!(margins.iter().all(|m| m.margin > 0.0));
+    read
+}
+
+/// e(t) by the exponential of each constant stretch, e' = A e; returns √(eᵀPe) before and after.
+fn decay(a: &Matrix<f64>, p: &Matrix<f64>, e: &mut Matrix<f64>, time: f64) -> (f64, f64) {
+    let size = |e: &Matrix<f64>| (&(&e.t() * p) * &*e)[(0, 0)].sqrt();
+    let before = size(e);
+    let steps = (a.norm() * time * 4.0).ceil().clamp(1.0, 2e5) as usize;
+    let h = time / steps as f64;
+    for _ in 0..steps {
+        // Taylor to fourth order: the step is a quarter of the inverse norm.
+        let mut term = e.clone();
+        for k in 1..=4 {
+            term = (a * &term).scaled(&(h / f64::from(k)));
+            *e = &*e + &term;
+        }
+    }
+    (before, size(e))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
+
+    #[test]
+    fn kubotas_condition_is_always_feasible(machine in machine(), share in 0.0..0.95f64) {
+        let plant = Plant::Machine(machine);
+        let c = plant.constants::<f64>();
+        let w = top_speed(&machine);
+        let request = KubotaRequest { speed_rad_per_s: [-w, w], rate_per_s: share * c.eta, flux_weight: 1.0 };
+        let (closed, certificate) = closed_form(plant, &request).unwrap();
+        reread(&certificate);
+        let weighted = KubotaRequest { flux_weight: c.beta * c.beta, ..request };
+        reread(&closed_form(plant, &weighted).unwrap().1);
+        let (least, certificate) = least_norm(plant, &weighted).unwrap();
+        reread(&certificate);
+        prop_assert!(least.gain_at(w).norm() <= closed.gain_at(w).norm());
+    }
+
+    #[test]
+    fn errors_decay_at_least_at_the_certified_rate_while_speed_jumps(
+        machine in machine(), start in prop::array::uniform4(-1.0..1.0f64), jumps in prop::collection::vec(-1.0..1.0f64, 4)
+    ) {
+        let plant = Plant::Machine(machine);
+        let c = plant.constants::<f64>();
+        let w = top_speed(&machine);
+        let request = KubotaRequest { speed_rad_per_s: [-w, w], rate_per_s: 0.5 * c.eta, flux_weight: c.beta * c.beta };
+        let (design, certificate) = least_norm(plant, &request).unwrap();
+        reread(&certificate);
+        let mut e = Matrix::from_fn(4, 1, |i, _| start[i] * if i < 2 { 1.0 / c.beta } else { 1.0 });
+        for jump in jumps {
+            let time = 2e-3;
+            let (before, after) = decay(&design.error_matrix(&c, jump * w), &design.p, &mut e, time);
+            prop_assert!(after <= before * (-design.rate_per_s * time).exp() * (1.0 + 1e-9));
+        }
+    }
+
+    #[test]
+    fn altered_certificates_are_refused(machine in machine(), which in 0usize..8, relative in 1e-12..1e-3f64) {
+        let plant = Plant::Machine(machine);
+        let c = plant.constants::<f64>();
+        let request = KubotaRequest { speed_rad_per_s: [-100.0, 100.0], rate_per_s: 0.9 * c.eta, flux_weight: 1.0 };
+        let (design, certificate) = closed_form(plant, &request).unwrap();
+        let mut altered = certificate.clone();
+        let mut changed = design.clone();
+        changed.gain[(which / 2, which % 2)] += relative * (1.0 + design.gain.norm());
+        altered.design = changed.into();
+        prop_assert!(altered.check().is_err(), "any alteration is visible");
+        // With digest and margins forged as well, only what is still true passes: a rate above η never is.
+        let forged = im_design::kubota::KubotaDesign { rate_per_s: c.eta * (1.0 + relative), ..design };
+        prop_assert!(Certificate::seal(plant, forged).is_err());
+    }
+
+    #[test]
+    fn switching_gains_are_proven(machine in machine(), flux in 0.3..1.5f64, error in 0.0..0.3f64) {
+        let plant = Plant::Machine(machine);
+        let c = plant.constants::<f64>();
+        let w = top_speed(&machine);
+        reread(&derdiyok(plant, w, flux, 1.0).unwrap().1);
+        let region = UtkinDesign {
+            speed_max_rad_per_s: w,
+            flux_min_wb: flux,
+            flux_error_max_wb: error * flux,
+            current_error_max_a: 0.5 * error * c.beta * flux,
+            current_max_a: 3.0 * flux / machine.mutual_inductance_h,
+            omega0_rad_per_s: 0.0,
+            root_bound: 0.0,
+        };
+        let (design, certificate) = utkin(plant, &region).unwrap();
+        reread(&certificate);
+        prop_assert!(design.omega0_rad_per_s >= w);
+    }
+
+    #[test]
+    fn thau_reaches_the_limit_or_the_flux_binds(machine in machine()) {
+        let plant = Plant::Machine(machine);
+        let c = plant.constants::<f64>();
+        let (design, certificate) = thau::maximize(plant, 1e-2).unwrap();
+        reread(&certificate);
+        prop_assert!(design.lipschitz < thau::limit(&c));
+        let beyond = thau::ThauDesign { lipschitz: thau::limit(&c) * 1.0001, ..design };
+        prop_assert!(Certificate::seal(plant, beyond).is_err());
+    }
+
+    #[test]
+    fn any_box_below_friction(machine in machine(), flux in 0.1..3.0f64, share in 0.1..0.9f64) {
+        let plant = Plant::Machine(machine);
+        let c = plant.constants::<f64>();
+        let rate = share * c.friction_rate.min(c.eta);
+        reread(&thau_box::any_box(plant, 2.0 * top_speed(&machine), flux, rate).unwrap().1);
+    }
+
+    #[test]
+    fn mended_loop_is_stable_at_random_points(
+        machine in machine(), speed in -1.0..1.0f64, slip in -1.0..1.0f64, gain in 0.01..10.0f64, rho in 0.02..10.0f64
+    ) {
+        let plant = Plant::Machine(machine);
+        let c = plant.constants::<f64>();
+        let at = kubota_loop::Point {
+            speed_rad_per_s: speed * top_speed(&machine),
+            slip_rad_per_s: 5.0 * slip * c.eta,
+            flux_wb: 0.9,
+        };
+        prop_assume!((c.n_p * at.speed_rad_per_s + at.slip_rad_per_s).abs() > 0.5);
+        let unit = 1.0 / (c.n_p * c.beta * 0.9).powi(2);
+        let (k_p, k_i) = (gain * unit * c.gamma, gain * unit * c.gamma * c.gamma);
+        let gains = kubota_loop::mended(plant, rho, 0.0, k_p, k_i).unwrap();
+        prop_assert!(gains.decay(plant, at) > 0.0, "{}", gains.decay(plant, at));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 10, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_gain_for_a_period_contracts(machine in machine()) {
+        let plant = Plant::Machine(machine);
+        let c = plant.constants::<f64>();
+        let w = top_speed(&machine);
+        let (design, certificate) = sampled::design(plant, [-w, w], 20e-6, 0.2 * c.eta).unwrap();
+        reread(&certificate);
+        for speed in [-w, 0.3 * w, w] {
+            prop_assert!(linalg::spectral_radius(&design.step_matrix(&c, speed)) <= design.contraction);
+        }
+    }
+
+    #[test]
+    fn passivity_based_loop_is_proven(machine in machine()) {
+        let plant = Plant::Machine(machine);
+        let c = plant.constants::<f64>();
+        let w = c.n_p * top_speed(&machine);
+        let request = jadot::JadotRequest {
+            electrical_speed_rad_per_s: [-w, w],
+            slip_rad_per_s: [-2.0 * c.eta, 2.0 * c.eta],
+            flux_wb: 0.9,
+            current_bandwidth_rad_per_s: 2.0 * c.gamma + 300.0,
+            speed_bandwidth_rad_per_s: 2.0 * c.eta,
+            damping: 0.8,
+        };
+        let (design, certificate) = jadot::design(plant, &request).unwrap();
+        reread(&certificate);
+        prop_assert!(design.electrical_rate_per_s > 0.0 && design.outer_rate_per_s > 0.0);
+    }
+
+    #[test]
+    fn a_turning_box_is_certified(machine in machine()) {
+        let plant = Plant::Machine(machine);
+        let c = plant.constants::<f64>();
+        let w = c.n_p * top_speed(&machine);
+        let region = thau_box::BoxRegion {
+            frame_rad_per_s: [0.6 * w, w],
+            slip_rad_per_s: [-0.5 * c.eta, 0.5 * c.eta],
+            flux_d_wb: [0.85, 0.95],
+            flux_q_wb: [-0.03, 0.03],
+            current_d_a: [0.0; 2],
+            current_q_a: [0.0; 2],
+        };
+        let (design, certificate) = thau_box::fastest(plant, &region, 5.0 * c.eta, 1e6).unwrap();
+        reread(&certificate);
+        prop_assert!(design.rate_per_s > 0.0);
+    }
+}
+
+/// A common P also proves more than the P of the design: the best rate is never below it.
+#[test]
+fn best_rate_is_at_least_the_one_designed_for() {
+    let plant = Plant::Machine(Machine::jadot_table_i());
+    let c = plant.constants::<f64>();
+    let request = KubotaRequest { speed_rad_per_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: c.beta * c.beta };
+    let (design, _) = closed_form(plant, &request).unwrap();
+    let (best, certificate) = best_rate(plant, &design).unwrap();
+    reread(&certificate);
+    assert!(best.rate_per_s > 3.0, "{}", best.rate_per_s);
+}
+
+/// The obligations over floats and over rationals are the same matrices.
+#[test]
+fn floats_and_rationals_state_the_same() {
+    let plant = Plant::Machine(Machine::jadot_table_i());
+    let request = KubotaRequest { speed_rad_per_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: 1.0 };
+    let design: Design = closed_form(plant, &request).unwrap().0.into();
+    let floats = design.obligations(&plant.constants::<f64>()).unwrap();
+    let rationals = design.obligations(&plant.constants::<im_design::exact::Rational>()).unwrap();
+    for pair in floats.iter().zip(&rationals) {
+        if let (Obligation::Definite(_, a), Obligation::Definite(_, b)) = pair {
+            assert!((a - &b.to_f64()).norm() < 1e-9 * a.norm());
+        }
+    }
+}
