@@ -61,10 +61,50 @@ pub enum Problem {
         /// What should.
         expected: String,
     },
-    /// A table of samples that is not a recording. The text says what was found and what to do.
-    Samples {
-        /// What was found, what was expected and what to do.
-        reason: String,
+    /// No rows of samples, or nothing at all.
+    NoRows {
+        /// What is there instead.
+        found: &'static str,
+    },
+    /// A column that must be there.
+    MissingColumn {
+        /// The columns that are there.
+        present: Vec<String>,
+        /// The present column most like it, if any is.
+        nearest: Option<String>,
+    },
+    /// A column that stands twice.
+    DuplicateColumn {
+        /// Their places, from 1.
+        places: [usize; 2],
+    },
+    /// A row with too few or too many fields.
+    RowLength {
+        /// Fields found.
+        found: usize,
+        /// Columns in the header.
+        expected: usize,
+        /// Whether nothing follows it.
+        last: bool,
+    },
+    /// A field that is not a finite number.
+    NotANumber {
+        /// What stands there.
+        found: String,
+    },
+    /// Time does not advance from this row's predecessor.
+    TimeNotForward {
+        /// Time of the predecessor, s.
+        before_s: f64,
+        /// Time of this row, s.
+        now_s: f64,
+    },
+    /// Time advances unevenly.
+    TimeUneven {
+        /// The step to this row, s.
+        step_s: f64,
+        /// The usual step, s.
+        usual_s: f64,
     },
 }
 
@@ -102,9 +142,50 @@ impl fmt::Display for FileError {
             Problem::MissingKey { table, expected } => write!(f, "{key} is missing {}: {expected}", place(table)),
             Problem::Value(e) => write!(f, "{e}"),
             Problem::Unexpected { found, expected } => write!(f, "{key} is {found}, expected {expected}"),
-            Problem::Samples { reason } => f.write_str(reason),
+            Problem::NoRows { found } => write!(f, "{found}, expected a line of column names and rows of numbers below"),
+            Problem::MissingColumn { present, nearest } => {
+                write!(f, "column {key} is missing")?;
+                if let Some(nearest) = nearest {
+                    write!(f, "; is {nearest} meant for it? Rename it")?;
+                }
+                write!(f, "; the file has {}", present.join(", "))
+            }
+            Problem::DuplicateColumn { places: [a, b] } => {
+                write!(f, "column {key} stands twice, as columns {a} and {b}; drop or rename one")
+            }
+            Problem::RowLength { found, expected, last: true } if found < expected => {
+                write!(f, "the file ends within this row: {found} of {expected} fields; delete the line")
+            }
+            Problem::RowLength { found, expected, .. } => {
+                write!(f, "the row has {found} fields, the header {expected}; repair the row or cut the recording there")
+            }
+            Problem::NotANumber { found } if found.is_empty() => {
+                write!(f, "{key} is empty, expected a number; repair the row or cut the recording there")
+            }
+            Problem::NotANumber { found } => {
+                write!(
+                    f,
+                    "{key} is {found}, expected a finite number with a decimal point; repair the row or cut the recording there"
+                )
+            }
+            Problem::TimeNotForward { before_s, now_s } => write!(
+                f,
+                "{key} = {now_s} after {before_s}: time must advance from row to row; sort the rows, or write {key} with more digits"
+            ),
+            Problem::TimeUneven { step_s, usual_s } => write!(
+                f,
+                "{key} advances by {} s here, by {} s elsewhere: rows are missing or the sampling time changes; cut the recording \
+                 there, or resample it evenly",
+                rounded(*step_s),
+                rounded(*usual_s)
+            ),
         }
     }
 }
 
 impl std::error::Error for FileError {}
+
+/// Six digits are enough for a message.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.5e}").parse().unwrap_or(x)
+}

@@ -36,6 +36,8 @@ mod parameters;
 mod plant;
 #[cfg(feature = "std")]
 mod recording;
+#[cfg(feature = "std")]
+mod recording_csv;
 mod scalar;
 mod state;
 mod steady_state;
