@@ -396,6 +396,33 @@ mod tests {
     }
 
     #[test]
+    fn the_largest_box_at_a_rate_is_wider_than_the_one_asked_for() {
+        let plant = Plant::Machine(Machine::jadot_table_i());
+        let small = region().scaled(0.2);
+        let (design, certificate) = largest_box(plant, &small, 20.0, 1.0, 1e5).unwrap();
+        certificate.check().unwrap();
+        let width = |[low, high]: [f64; 2]| high - low;
+        assert!(width(design.region.frame_rad_per_s) > 2.0 * width(small.frame_rad_per_s));
+    }
+
+    #[test]
+    fn the_torque_may_be_modelled_with_the_measured_current() {
+        let plant = Plant::Machine(Machine::jadot_table_i());
+        let region = BoxRegion {
+            frame_rad_per_s: [200.0, 300.0],
+            slip_rad_per_s: [-4.0, 4.0],
+            flux_d_wb: [0.9, 1.0],
+            flux_q_wb: [-0.02, 0.02],
+            current_d_a: [5.0, 7.0],
+            current_q_a: [-4.0, 4.0],
+        };
+        assert_eq!(region.vertices().len(), 64);
+        let (design, certificate) = fastest(plant, &region, 50.0, 1e5).unwrap();
+        certificate.check().unwrap();
+        assert!(design.rate_per_s > 0.5, "{}", design.rate_per_s);
+    }
+
+    #[test]
     fn an_impossible_rate_says_what_is_possible() {
         let plant = Plant::Machine(Machine::jadot_table_i());
         let error = design(plant, &region(), 1e4, 1e5).unwrap_err();

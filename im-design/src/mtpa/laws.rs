@@ -244,7 +244,7 @@ pub fn fit_log(circuit: &impl AirGap, torque_n_m: [f64; 2], tolerance: f64) -> R
 
 #[cfg(test)]
 mod tests {
-    use super::super::circuit::Aqdm;
+    use super::super::circuit::{Aqdm, of_machine};
     use super::*;
 
     fn torques(low: f64, high: f64) -> impl Iterator<Item = f64> {
@@ -268,6 +268,22 @@ mod tests {
         assert!(CurrentLaw::KWON.at(9.0) / light.current_rms_a > 1.05);
         let heavy = for_torque(&circuit, 450.0).unwrap();
         assert!(SlipLaw::KWON.at(450.0) / heavy.slip_rad_per_s > 2.0);
+    }
+
+    /// A machine model with main-flux saturation: the same laws from its `motor.toml`.
+    #[test]
+    fn a_saturated_machine_model_has_its_own_laws() {
+        let named = im_model::machines::MOTULATOR_2_2_KW;
+        let mut effects = im_model::Effects::none();
+        effects.main_flux_saturation.excess = 0.4;
+        let base = im_model::Machine::base(named.parameters(), named.pole_pairs).unwrap();
+        let saturated = base.with_effects(effects).unwrap();
+        let (linear, curved) = (of_machine(&base), of_machine(&saturated));
+        let torque = 20.0;
+        let (a, b) = (for_torque(&linear, torque).unwrap(), for_torque(&curved, torque).unwrap());
+        assert!(b.current_rms_a > a.current_rms_a && b.slip_rad_per_s > a.slip_rad_per_s && b.flux_wb < a.flux_wb);
+        let law = fit_log(&curved, [0.1, 30.0], 0.01).unwrap();
+        assert!((law.current_at(torque) / b.current_rms_a - 1.0).abs() < 0.01);
     }
 
     #[test]

@@ -8,6 +8,6 @@ pub mod circuit;
 pub mod laws;
 pub mod optimum;
 
-pub use circuit::{AirGap, Aqdm, TCircuit};
+pub use circuit::{AirGap, Aqdm, TCircuit, of_machine};
 pub use laws::{CurrentLaw, LogLaw, SlipLaw};
 pub use optimum::{Optimum, for_current, for_torque};
