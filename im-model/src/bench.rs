@@ -127,6 +127,16 @@ impl<T: Scalar> Bench<T> {
         self.speed_shown = self.plant.effects().speed_sensor_lag.shown(self.speed_shown, before, now, self.sample_time);
     }
 
+    /// Runs one sample whose voltage is not held: `integrate` carries the state over the sample, given the command that the voltage
+    /// delay leaves of `command`. The speed sensor sees the change.
+    pub fn advance_with(&mut self, command: Complex<T>, integrate: impl FnOnce(&Plant<T>, &mut State<T>, Complex<T>)) {
+        let late = if self.delayed { self.late(command) } else { command };
+        let before = self.state.omega_m;
+        integrate(&self.plant, &mut self.state, late);
+        let now = self.state.omega_m;
+        self.speed_shown = self.plant.effects().speed_sensor_lag.shown(self.speed_shown, before, now, self.sample_time);
+    }
+
     /// The mean over this sample of the command delayed by D = (n + f)T.
     fn late(&mut self, u: Complex<T>) -> Complex<T> {
         self.commands.copy_within(0..HISTORY - 1, 1);

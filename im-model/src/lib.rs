@@ -18,6 +18,7 @@
 
 pub mod effects;
 pub mod machines;
+pub mod simulation;
 pub mod space_vector;
 pub mod state_space;
 

@@ -528,7 +528,7 @@ mod tests {
             seed in prop::collection::vec(-1e9..1e9f64, 60),
             tiny in -300..0i32,
         ) {
-            let x = |k: usize| seed[k % 60] * if k % 7 == 0 { 10f64.powi(tiny) } else { 1.0 };
+            let x = |k: usize| seed[k % 60] * if k.is_multiple_of(7) { 10f64.powi(tiny) } else { 1.0 };
             let r = Recording {
                 name: "run.csv".into(),
                 start_s: f64::from(start) / 8.0,

@@ -6,6 +6,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::error::Bound;
 use crate::file_error::{FileError, Problem};
+use crate::simulation::Profile;
 
 /// The text of a file, parsed.
 pub(crate) struct Document<'a> {
@@ -112,6 +113,40 @@ impl<'a> Table<'a> {
         Ok(Some(x))
     }
 
+    /// Whether the key stands here.
+    pub fn has(&self, key: &str) -> bool {
+        self.find(key).is_some()
+    }
+
+    /// A quantity over time: a number, or a list of points `[t, x]` in the order of time.
+    pub fn profile(&self, key: &'static str) -> Result<Option<Profile>, FileError> {
+        const EXPECTED: &str = "a number, or points [[t_s, value], …] in the order of time; two at one time make a step";
+        let Some((_, value)) = self.find(key) else { return Ok(None) };
+        let wrong = |found: String| self.unexpected(key, found, EXPECTED);
+        let pair = |point: &DeValue<'_>| match point {
+            DeValue::Array(p) if p.len() == 2 => Some([number(p[0].get_ref())?, number(p[1].get_ref())?]),
+            _ => None,
+        };
+        let points = match value {
+            DeValue::Array(list) => list
+                .iter()
+                .map(|p| pair(p.get_ref()).ok_or_else(|| wrong(format!("a list that holds {}", describe(p.get_ref())))))
+                .collect::<Result<Vec<_>, _>>()?,
+            other => vec![[0.0, number(other).ok_or_else(|| wrong(describe(other)))?]],
+        };
+        Profile::points(points).map(Some).map_err(|e| self.unexpected(key, format!("not a profile ({e})"), EXPECTED))
+    }
+
+    /// One of several words.
+    pub fn choice<V: Copy>(&self, key: &'static str, words: &[(&'static str, V)]) -> Result<Option<V>, FileError> {
+        let Some((_, value)) = self.find(key) else { return Ok(None) };
+        let DeValue::String(word) = value else { return Err(self.unexpected(key, describe(value), one_of(words))) };
+        match words.iter().find(|(w, _)| w == word) {
+            Some((_, v)) => Ok(Some(*v)),
+            None => Err(self.unexpected(key, describe(value), one_of(words))),
+        }
+    }
+
     /// A whole number within the closed range.
     pub fn whole(&self, key: &'static str, range: (u64, u64)) -> Result<Option<u64>, FileError> {
         let Some((_, value)) = self.find(key) else { return Ok(None) };
@@ -131,6 +166,11 @@ impl<'a> Table<'a> {
             Some((_, other)) => Err(self.unexpected(key, describe(other), "text in quotes")),
         }
     }
+}
+
+fn one_of<V>(words: &[(&'static str, V)]) -> String {
+    let quoted: Vec<String> = words.iter().map(|(w, _)| format!("\"{w}\"")).collect();
+    format!("one of {}", quoted.join(", "))
 }
 
 fn number(value: &DeValue<'_>) -> Option<f64> {
