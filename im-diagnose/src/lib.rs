@@ -1,1 +1,9 @@
-//! To be written.
+//! The main job: compare the model with measurements, see where it fails, learn which physical effect is missing, add it, and watch
+//! the error fall.
+
+pub mod case;
+pub mod diagnosis;
+pub mod leftover;
+pub mod noise;
+pub mod refine;
+pub mod score;

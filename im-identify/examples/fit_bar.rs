@@ -36,6 +36,7 @@ fn main() {
         u_s: rows.iter().map(|r| Complex::new(r[1], r[2])).collect(),
         tau_load: column(6),
         imposed_speed: None,
+        speed_pull: None,
         channels: vec![
             channel("i_alpha_A", current(0.0), 3, 0.05),
             channel("i_beta_A", current(std::f64::consts::FRAC_PI_2), 4, 0.05),

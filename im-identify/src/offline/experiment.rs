@@ -75,6 +75,8 @@ pub struct Experiment {
     pub tau_load: Vec<f64>,
     /// Speed imposed on the rotor, rad/s: the mechanics are then not simulated.
     pub imposed_speed: Option<Vec<f64>>,
+    /// Draws the simulated speed towards these values, rad/s, at a rate, 1/s ([`Drive::speed_pull`](im_model::Drive)).
+    pub speed_pull: Option<(Vec<f64>, f64)>,
     /// What was measured.
     pub channels: Vec<Channel>,
     /// How it starts.
@@ -125,6 +127,7 @@ impl Experiment {
             u_s: r.u_s.clone(),
             tau_load: r.tau_load.clone().unwrap_or_else(|| vec![0.0; r.len()]),
             imposed_speed: None,
+            speed_pull: None,
             channels: vec![
                 channel("i_alpha_A", current(0.0), r.i_s.iter().map(|i| i.re).collect(), sigma_current_a[0]),
                 channel(
@@ -168,6 +171,9 @@ impl Experiment {
         length("tau_load_Nm", self.tau_load.len())?;
         if let Some(w) = &self.imposed_speed {
             length("imposed speed", w.len())?;
+        }
+        if let Some((w, _)) = &self.speed_pull {
+            length("speed pull", w.len())?;
         }
         for c in &self.channels {
             length(&c.name, c.values.len())?;

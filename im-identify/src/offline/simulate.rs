@@ -48,6 +48,9 @@ fn run<T: Scalar>(
             let next = w[(k + 1).min(w.len() - 1)];
             drive.imposed_speed = Some([T::from_f64(w[k]), T::from_f64(next)]);
         }
+        if let Some((w, rate)) = &experiment.speed_pull {
+            drive.speed_pull = Some([T::from_f64(w[k]), T::from_f64(*rate)]);
+        }
         bench.advance(&drive);
     }
 }

@@ -1,0 +1,94 @@
+//! What is to be explained: a motor as its papers give it, recordings to learn from, and one held out.
+
+use im_identify::offline::{Experiment, Start};
+use im_model::{MotorFile, Recording};
+
+use crate::noise::white_sigma;
+
+/// A motor with its recordings.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The motor as it is known: the starting point.
+    pub motor: MotorFile,
+    /// Recordings to fit and diagnose with.
+    pub train: Vec<Experiment>,
+    /// A recording that no fit sees.
+    pub holdout: Option<Experiment>,
+}
+
+impl Case {
+    /// From canonical recordings; the noise of each sensor is estimated from all of them together.
+    pub fn new(motor: MotorFile, train: &[Recording], holdout: Option<&Recording>) -> Self {
+        let experiments = |r: &Recording| Experiment::from_recording(r, [1.0, 1.0], 1.0);
+        let mut case = Self { motor, train: train.iter().map(experiments).collect(), holdout: holdout.map(experiments) };
+        case.estimate_noise();
+        for e in case.train.iter_mut().chain(&mut case.holdout) {
+            e.start = start_of(e);
+        }
+        case
+    }
+
+    /// Sets the noise of every channel from the roughness of a fit's residuals, all runs together.
+    pub fn set_noise_from(&mut self, fit: &im_identify::offline::Fit, fitted: &[Experiment]) {
+        let rough: Vec<Vec<f64>> = fitted
+            .iter()
+            .zip(&fit.starts)
+            .map(|(e, x)| {
+                let r = im_identify::offline::residuals(&fit.machine, e, x);
+                e.channels
+                    .iter()
+                    .zip(&r)
+                    .map(|(c, r)| {
+                        let used: Vec<f64> = r.iter().enumerate().filter(|(k, _)| c.is_valid(*k)).map(|(_, v)| *v).collect();
+                        c.sigma * white_sigma(&used)
+                    })
+                    .collect()
+            })
+            .collect();
+        let mut all: Vec<&mut im_identify::offline::Channel> =
+            self.train.iter_mut().chain(&mut self.holdout).flat_map(|e| &mut e.channels).collect();
+        let names: Vec<String> = all.iter().map(|c| c.name.clone()).collect();
+        let known: Vec<(String, f64)> = names.iter().cloned().zip(rough.into_iter().flatten()).collect();
+        for c in &mut all {
+            let mut found: Vec<f64> = known.iter().filter(|(n, _)| *n == c.name).map(|(_, s)| *s).collect();
+            found.sort_by(f64::total_cmp);
+            // A residual cannot be rougher than the sensor: the smaller of both estimates.
+            if let Some(&s) = found.get(found.len() / 2)
+                && s > 0.0
+            {
+                c.sigma = c.sigma.min(s);
+            }
+        }
+    }
+
+    /// Sets the noise of every channel from the data: the median over the recordings that have it.
+    pub fn estimate_noise(&mut self) {
+        let names: Vec<String> =
+            self.train.iter().chain(&self.holdout).flat_map(|e| e.channels.iter().map(|c| c.name.clone())).collect();
+        for name in names {
+            let mut found: Vec<f64> = self
+                .train
+                .iter()
+                .chain(&self.holdout)
+                .flat_map(|e| &e.channels)
+                .filter(|c| c.name == name)
+                .map(|c| white_sigma(&valid_values(c)))
+                .collect();
+            found.sort_by(f64::total_cmp);
+            let sigma = found[found.len() / 2].max(1e-9);
+            for c in self.train.iter_mut().chain(&mut self.holdout).flat_map(|e| &mut e.channels).filter(|c| c.name == name) {
+                c.sigma = sigma;
+            }
+        }
+    }
+}
+
+fn valid_values(c: &im_identify::offline::Channel) -> Vec<f64> {
+    c.values.iter().enumerate().filter(|(k, _)| c.is_valid(*k)).map(|(_, v)| *v).collect()
+}
+
+/// At rest when the first measurements are within the noise of zero.
+fn start_of(e: &Experiment) -> Start {
+    let _ = e;
+    Start::Rest
+}

@@ -1,0 +1,362 @@
+//! The answer: verdict, effects, rivals, errors before and after, and the files that carry it.
+
+use std::collections::BTreeMap;
+
+use im_identify::offline::{Experiment, FitError, FitOptions, residuals};
+use im_model::{EffectId, Machine, MotorFile, ParameterId, State};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use crate::case::Case;
+use crate::leftover::{Dependence, dependences};
+use crate::refine::{Course, Model, Options, Refinement, mean_square};
+use crate::score::{strengths, threshold};
+
+/// What the data say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The base model explains the recordings.
+    Adequate,
+    /// Effects of the library are missing, and named.
+    MissingEffects,
+    /// Something is missing, but two or more effects explain it alike.
+    Confounded,
+    /// The recordings do not excite what would have to be seen.
+    Inconclusive,
+    /// Something is missing that the library does not hold.
+    Unexplained,
+}
+
+impl Verdict {
+    /// The word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::MissingEffects => "missing_effects",
+            Self::Confounded => "confounded",
+            Self::Inconclusive => "inconclusive",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// Error of a model on a set of recordings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Errors {
+    /// Mean squared residual in σ²: 1.0 is the noise floor.
+    pub chi2_per_sample: f64,
+    /// Root mean square per channel, in its unit.
+    pub rmse: BTreeMap<String, f64>,
+    /// Fit percent per channel: 100 (1 − ‖e‖/‖y − mean y‖).
+    pub fit_percent: BTreeMap<String, f64>,
+}
+
+/// One step of the refinement.
+#[derive(Clone, Debug)]
+pub struct Step {
+    /// Effects in the model.
+    pub effects: Vec<EffectId>,
+    /// The fitted machine.
+    pub machine: Machine<f64>,
+    /// Initial states of the training recordings.
+    pub starts: Vec<State<f64>>,
+    /// Error on the training recordings.
+    pub train: Errors,
+    /// Error on the held-out recording.
+    pub holdout: Option<Errors>,
+}
+
+/// How a candidate stands after the first round.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// The effect.
+    pub effect: EffectId,
+    /// Its score and the threshold for it.
+    pub score: f64,
+    /// Above it the effect is significant among all candidates.
+    pub threshold: f64,
+    /// Size predicted, in the unit of the leading strength.
+    pub predicted_size: f64,
+    /// What of it a refit cannot imitate, 0 to 1.
+    pub keep: f64,
+    /// Smallest size that would be found, in the same unit.
+    pub detectable_size: f64,
+    /// Largest usual size, in the same unit.
+    pub usual_size: f64,
+    /// Unit.
+    pub unit: &'static str,
+    /// What follows.
+    pub conclusion: String,
+    /// The effect whose signature is most alike, and the cosine between the two.
+    pub most_alike: Option<(EffectId, f64)>,
+}
+
+/// A parameter before and after.
+#[derive(Clone, Debug)]
+pub struct ParameterChange {
+    /// Which.
+    pub id: ParameterId,
+    /// As given.
+    pub before: f64,
+    /// As refined.
+    pub after: f64,
+    /// Standard deviation.
+    pub std: f64,
+}
+
+/// The whole answer.
+#[derive(Clone, Debug)]
+pub struct Diagnosis {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Effects, in order of addition.
+    pub effects: Vec<EffectId>,
+    /// For each, those that explain the data as well.
+    pub alternatives: Vec<Vec<EffectId>>,
+    /// All candidates, best first.
+    pub ranking: Vec<Candidate>,
+    /// The refitted base model, then one step per effect.
+    pub steps: Vec<Step>,
+    /// Parameters before and after.
+    pub parameters: Vec<ParameterChange>,
+    /// The motor with the effects added and everything refitted.
+    pub refined: MotorFile,
+    /// What the last model's residual still depends on.
+    pub leftover: Vec<Dependence>,
+    /// Noise per channel, in its unit.
+    pub noise: BTreeMap<String, f64>,
+    /// The case as analysed, with the noise as estimated.
+    pub case: Case,
+    /// The course of the loop, for those who want every number.
+    pub course: Course,
+}
+
+/// Errors of a machine on experiments.
+pub fn errors(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Errors {
+    let r: Vec<_> = experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
+    let mut sums: BTreeMap<String, [f64; 5]> = BTreeMap::new();
+    for (e, r) in experiments.iter().zip(&r) {
+        for (c, r) in e.channels.iter().zip(r) {
+            let s = sums.entry(c.name.clone()).or_default();
+            for (k, x) in r.iter().enumerate().filter(|(k, _)| c.is_valid(*k)) {
+                let y = c.values[k];
+                s[0] += 1.0;
+                s[1] += x * x;
+                s[2] += x * x * c.sigma * c.sigma;
+                s[3] += y;
+                s[4] += y * y;
+            }
+        }
+    }
+    let n: f64 = sums.values().map(|s| s[0]).sum();
+    Errors {
+        chi2_per_sample: sums.values().map(|s| s[1]).sum::<f64>() / n,
+        rmse: sums.iter().map(|(k, s)| (k.clone(), (s[2] / s[0]).sqrt())).collect(),
+        fit_percent: sums
+            .iter()
+            .map(|(k, s)| {
+                let spread = (s[4] - s[3] * s[3] / s[0]).max(1e-300);
+                (k.clone(), 100.0 * (1.0 - (s[2] / spread).sqrt()))
+            })
+            .collect(),
+    }
+}
+
+/// Runs the whole loop on a case and decides.
+pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
+    let significance = options.significance;
+    let before = case.motor.clone();
+    let (loop_, base) = Refinement::new(case, options)?;
+    let course = loop_.run(base)?;
+    let steps: Vec<Step> = course.models.par_iter().map(|m| step(&loop_, m)).collect();
+    let last = &course.models[course.models.len() - 1];
+    let leftover = dependences(&last.fit.machine, &last.fit.starts, loop_.pulled());
+    let ranking = ranking(&loop_, &course, significance);
+    let verdict = verdict(&course, &ranking, &leftover);
+    let machine = steps[steps.len() - 1].machine;
+    let refined = MotorFile { machine, ..before.clone() };
+    let parameters = changes(&before, &refined, last);
+    let case = loop_.case().clone();
+    let noise = case.train.iter().flat_map(|e| &e.channels).map(|c| (c.name.clone(), c.sigma)).collect();
+    Ok(Diagnosis {
+        verdict,
+        effects: last.effects.clone(),
+        alternatives: course.alternatives.clone(),
+        ranking,
+        steps,
+        parameters,
+        refined,
+        leftover,
+        noise,
+        case,
+        course,
+    })
+}
+
+/// The model of a step fitted once more without help from the measured speed: what a user's own simulation will show.
+fn step(loop_: &Refinement, model: &Model) -> Step {
+    let case = loop_.case();
+    let options = FitOptions { iterations: 15, tolerance: 1e-5, horizons: Vec::new() };
+    let helped = (model.fit.machine, model.fit.starts.clone());
+    let (machine, starts) = match loop_.fit_unaided(&model.fit.machine, &model.effects, &options) {
+        // Where the unaided simulation falls out of step, its minimum means nothing.
+        Ok(f) if mean_square_all(&f.machine, loop_.pulled(), &f.starts) < 1.2 * model.train() => (f.machine, f.starts),
+        _ => helped,
+    };
+    Step {
+        effects: model.effects.clone(),
+        train: errors(&machine, &case.train, &starts),
+        holdout: case.holdout.as_ref().map(|h| errors(&machine, std::slice::from_ref(h), &[h.start.state()])),
+        machine,
+        starts,
+    }
+}
+
+fn mean_square_all(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> f64 {
+    let n: usize = experiments.iter().map(Experiment::count).sum();
+    experiments.iter().zip(starts).map(|(e, x)| mean_square(machine, e, x) * e.count() as f64).sum::<f64>() / n as f64
+}
+
+fn ranking(loop_: &Refinement, course: &Course, significance: f64) -> Vec<Candidate> {
+    let Some(first) = course.rounds.first() else { return Vec::new() };
+    let m = first.scores.len().max(1);
+    let last = &course.models[course.models.len() - 1];
+    first
+        .scores
+        .iter()
+        .map(|s| {
+            let lead = strengths(s.effect)
+                .into_iter()
+                .zip(&s.predicted)
+                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+                .map_or((0, 0.0), |(k, x)| (k, *x));
+            let info = &s.effect.parameters()[lead.0];
+            let usual = info.typical.1 * loop_.unit_of(info.scale);
+            let threshold = threshold(s.freedom, significance / m as f64);
+            let alike = first
+                .scores
+                .iter()
+                .filter(|o| o.effect != s.effect && o.signature.len() == s.signature.len())
+                .map(|o| (o.effect, cosine(&s.signature, &o.signature)))
+                .max_by(|a, b| a.1.total_cmp(&b.1));
+            let conclusion = if let Some(k) = last.effects.iter().position(|e| *e == s.effect) {
+                let rivals: Vec<&str> = course.alternatives[k].iter().map(|e| e.name()).collect();
+                if rivals.is_empty() { "added".into() } else { format!("added; cannot be told from {}", rivals.join(", ")) }
+            } else if course.alternatives.iter().flatten().any(|e| *e == s.effect) {
+                "explains the data as well as an effect added".into()
+            } else if s.detectable > usual {
+                "not excited: these recordings cannot show it at any usual size".into()
+            } else if !first.significant.contains(&s.effect) {
+                "not needed".into()
+            } else if !loop_.possible(s) {
+                "would need an impossible sign: a symptom of something else".into()
+            } else if last.effects.is_empty() {
+                "significant, but the held-out recording does not confirm it".into()
+            } else {
+                "explained by what was added".into()
+            };
+            Candidate {
+                effect: s.effect,
+                score: s.score,
+                threshold,
+                predicted_size: lead.1,
+                keep: s.keep,
+                detectable_size: s.detectable,
+                usual_size: usual,
+                unit: info.unit,
+                conclusion,
+                most_alike: alike,
+            }
+        })
+        .collect()
+}
+
+fn cosine(a: &[f64], b: &[f64]) -> f64 {
+    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(p, q)| p * q).sum::<f64>();
+    (dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()).abs()
+}
+
+/// Excess over the noise floor below which a model is as good as its sensors.
+const NEGLIGIBLE: f64 = 0.1;
+
+fn verdict(course: &Course, ranking: &[Candidate], leftover: &[Dependence]) -> Verdict {
+    let (first, last) = (&course.models[0], &course.models[course.models.len() - 1]);
+    let error = |m: &Model| m.holdout.unwrap_or(0.0).max(m.train());
+    let (before, after) = (error(first) - 1.0, error(last) - 1.0);
+    let structured = leftover.first().is_some_and(|d| d.log_p > 6.0);
+    if !last.effects.is_empty() {
+        let share_left = after / before.max(1e-9);
+        return if after > NEGLIGIBLE && share_left > 0.1 && structured {
+            Verdict::Unexplained
+        } else if course.alternatives.iter().any(|a| !a.is_empty()) {
+            Verdict::Confounded
+        } else {
+            Verdict::MissingEffects
+        };
+    }
+    let unexcited = ranking.iter().filter(|c| c.detectable_size > c.usual_size).count();
+    if after > NEGLIGIBLE && structured {
+        Verdict::Unexplained
+    } else if 3 * unexcited > ranking.len() {
+        Verdict::Inconclusive
+    } else {
+        Verdict::Adequate
+    }
+}
+
+fn changes(before: &MotorFile, after: &MotorFile, last: &Model) -> Vec<ParameterChange> {
+    let values = last.fit.values();
+    let std = last.fit.standard_deviations();
+    let mut out = Vec::new();
+    for (k, f) in last.fit.free.iter().enumerate() {
+        if let im_identify::offline::Target::Machine(ids) = &f.target {
+            let relative = std[k] / values[k].abs().max(1e-300);
+            for &id in ids {
+                let (b, a) = (before.machine.get(id), after.machine.get(id));
+                let sd = if ids.len() > 1 { relative * a.abs() } else { std[k] };
+                out.push(ParameterChange { id, before: b, after: a, std: sd });
+            }
+        }
+    }
+    out
+}
+
+impl Diagnosis {
+    /// `diagnosis.json`, in the shape that others read.
+    pub fn to_json(&self) -> Value {
+        let finite = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
+        let errors =
+            |e: &Errors| json!({"chi2_per_sample": finite(e.chi2_per_sample), "rmse": e.rmse, "fit_percent": e.fit_percent});
+        let names = |v: &[EffectId]| v.iter().map(|e| e.name()).collect::<Vec<_>>();
+        let alternatives: BTreeMap<&str, Vec<&str>> =
+            self.effects.iter().zip(&self.alternatives).map(|(e, a)| (e.name(), names(a))).collect();
+        json!({
+            "schema": 1,
+            "verdict": self.verdict.name(),
+            "effects": names(&self.effects),
+            "alternatives": alternatives,
+            "ranking": self.ranking.iter().map(|c| json!({
+                "effect": c.effect.name(),
+                "score": finite(c.score),
+                "threshold": finite(c.threshold),
+                "predicted_size": finite(c.predicted_size),
+                "keep": finite(c.keep),
+                "detectable_size": finite(c.detectable_size),
+                "unit": c.unit,
+                "conclusion": c.conclusion,
+            })).collect::<Vec<_>>(),
+            "steps": self.steps.iter().map(|s| json!({
+                "effects": names(&s.effects),
+                "train": errors(&s.train),
+                "holdout": s.holdout.as_ref().map(errors),
+            })).collect::<Vec<_>>(),
+            "parameters": self.parameters.iter().map(|p| (p.id.to_string(), json!({
+                "before": finite(p.before), "after": finite(p.after), "std": finite(p.std), "unit": p.id.unit(),
+            }))).collect::<serde_json::Map<_, _>>(),
+            "leftover": self.leftover.iter().take(6).map(|d| json!({
+                "depends_on": d.variable.label(), "part": d.part.label(), "log10_p": -d.log_p, "size": d.size, "curve": d.curve,
+            })).collect::<Vec<_>>(),
+            "noise": self.noise,
+        })
+    }
+}

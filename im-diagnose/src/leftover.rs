@@ -1,0 +1,242 @@
+//! What the leftover depends on: the residual of a model against flux, current, speed, slip, angles and time, without naming a cause.
+//!
+//! The tests run on whitened residuals, so that a slow drift of coloured noise is no finding; the curves shown are of the raw ones.
+
+use im_identify::offline::{ChannelKind, Experiment, residuals};
+use im_model::space_vector::unit;
+use im_model::{Bench, Complex, Drive, Machine, State};
+
+use crate::score::{log_p, whiteners};
+
+/// What a residual may depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variable {
+    /// Magnitude of the magnetizing flux, Vs.
+    Flux,
+    /// Magnitude of the stator current, A.
+    Current,
+    /// Mechanical speed, rad/s.
+    Speed,
+    /// Slip frequency, Hz.
+    Slip,
+    /// Time, s.
+    Time,
+    /// Rotor angle: a ripple of this order per revolution.
+    RotorAngle(i32),
+    /// Angle of the stator current: a ripple of this order per electrical period, as with switching and sensor faults.
+    CurrentAngle(i32),
+}
+
+impl Variable {
+    /// Name with unit.
+    pub fn label(self) -> String {
+        match self {
+            Self::Flux => "magnetizing flux, Vs".into(),
+            Self::Current => "stator current, A".into(),
+            Self::Speed => "speed, rad/s".into(),
+            Self::Slip => "slip frequency, Hz".into(),
+            Self::Time => "time, s".into(),
+            Self::RotorAngle(n) => format!("rotor angle, {n} per revolution"),
+            Self::CurrentAngle(n) => format!("current angle, {n} per period"),
+        }
+    }
+}
+
+/// What part of the residual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Current along the magnetizing flux.
+    FluxCurrent,
+    /// Current across the flux: the torque-producing one.
+    TorqueCurrent,
+    /// Speed.
+    Speed,
+}
+
+impl Part {
+    /// Name with unit.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::FluxCurrent => "current along the flux, A",
+            Self::TorqueCurrent => "current across the flux, A",
+            Self::Speed => "speed, rad/s",
+        }
+    }
+}
+
+/// A dependence found.
+#[derive(Clone, Debug)]
+pub struct Dependence {
+    /// On what.
+    pub variable: Variable,
+    /// Of what.
+    pub part: Part,
+    /// −log₁₀ of its p-value, corrected for all that was tried.
+    pub log_p: f64,
+    /// The shape: value of the variable, mean residual there, its standard error. For angles: over one ripple, in rad.
+    pub curve: Vec<[f64; 3]>,
+    /// Root mean square of the curve, in the part's unit.
+    pub size: f64,
+}
+
+const BINS: usize = 12;
+/// Highest ripple order looked for, per revolution.
+const ORDERS: i32 = 60;
+
+/// The dependences that stand out, strongest first.
+pub fn dependences(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment]) -> Vec<Dependence> {
+    let raw: Vec<Vec<Vec<f64>>> = experiments.iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
+    let noise = whiteners(experiments, &raw);
+    let mut series = Series::default();
+    for ((e, x), (raw, noise)) in experiments.iter().zip(starts).zip(raw.iter().zip(&noise)) {
+        let find = |kind| e.channels.iter().position(|c| c.kind == kind);
+        let current = |direction_rad| find(ChannelKind::Current { direction_rad });
+        let (Some(a), Some(b)) = (current(0.0), current(std::f64::consts::FRAC_PI_2)) else { continue };
+        let white: Vec<Vec<f64>> = raw.iter().zip(noise).map(|(r, w)| w.apply(r)).collect();
+        let speed = find(ChannelKind::Speed);
+        series.add(machine, e, x, [a, b], speed, raw, &white);
+    }
+    series.find()
+}
+
+/// Signals of all runs, row by row.
+#[derive(Default)]
+struct Series {
+    variables: Vec<[f64; 5]>,
+    /// e^{jθ_m}, e^{jθ_i}.
+    angles: Vec<[Complex<f64>; 2]>,
+    /// Raw and whitened residuals per part.
+    raw: Vec<[f64; 3]>,
+    white: Vec<[f64; 3]>,
+}
+
+impl Series {
+    #[allow(clippy::too_many_arguments)]
+    fn add(
+        &mut self,
+        machine: &Machine<f64>,
+        e: &Experiment,
+        start: &State<f64>,
+        [a, b]: [usize; 2],
+        speed: Option<usize>,
+        raw: &[Vec<f64>],
+        white: &[Vec<f64>],
+    ) {
+        let mut bench = Bench::new(machine, *start, e.sample_time_s);
+        for k in 0..e.len() {
+            let x = *bench.state();
+            let currents = bench.plant().currents(&x);
+            let psi = currents.psi_m;
+            let direction = if psi.norm() > 1e-6 { psi.conj() / psi.norm() } else { Complex::new(1.0, 0.0) };
+            let turned = |r: &[Vec<f64>], weigh: bool| {
+                let s = |c: usize| if weigh { e.channels[c].sigma } else { 1.0 };
+                let i = Complex::new(r[a][k] * s(a), r[b][k] * s(b)) * direction;
+                [i.re, i.im, speed.map_or(0.0, |c| r[c][k] * s(c))]
+            };
+            // ω_slip = R_r Im(i_r ψ̄_r)/|ψ_r|² is the slip of the rotor flux.
+            let flux2 = x.psi_r.norm_sqr().max(1e-6);
+            let slip =
+                machine.parameters().rotor_resistance_ohm * (currents.i_r.re * x.psi_r.im - currents.i_r.im * x.psi_r.re) / flux2;
+            self.variables.push([
+                psi.norm(),
+                currents.i_s.norm(),
+                x.omega_m,
+                slip / std::f64::consts::TAU,
+                e.sample_time_s * k as f64,
+            ]);
+            let i = currents.i_s;
+            self.angles.push([unit(x.theta_m), if i.norm() > 1e-9 { i / i.norm() } else { Complex::new(1.0, 0.0) }]);
+            self.raw.push(turned(raw, true));
+            self.white.push(turned(white, false));
+            let mut drive = Drive::new(e.u_s[k], e.tau_load[k]);
+            if let Some((w, rate)) = &e.speed_pull {
+                drive.speed_pull = Some([w[k], *rate]);
+            }
+            if let Some(w) = &e.imposed_speed {
+                drive.imposed_speed = Some([w[k], w[(k + 1).min(w.len() - 1)]]);
+            }
+            bench.advance(&drive);
+        }
+    }
+
+    fn find(&self) -> Vec<Dependence> {
+        let parts = [Part::FluxCurrent, Part::TorqueCurrent, Part::Speed];
+        let named = [Variable::Flux, Variable::Current, Variable::Speed, Variable::Slip, Variable::Time];
+        let n = self.raw.len();
+        if n < 50 * BINS {
+            return Vec::new();
+        }
+        let tried = (named.len() * parts.len()) as f64 + 3.0 * f64::from(ORDERS) * 2.0;
+        let mut found = Vec::new();
+        for (p, &part) in parts.iter().enumerate() {
+            let variance = self.white.iter().map(|w| w[p] * w[p]).sum::<f64>() / n as f64;
+            if variance <= 0.0 {
+                continue;
+            }
+            for (v, &variable) in named.iter().enumerate() {
+                let edges = edges(self.variables.iter().map(|x| x[v]).collect());
+                let bin = |x: f64| edges.iter().take_while(|e| x > **e).count();
+                let mut sums = [[0.0; 5]; BINS];
+                for (x, (w, r)) in self.variables.iter().zip(self.white.iter().zip(&self.raw)) {
+                    let s = &mut sums[bin(x[v])];
+                    s[0] += 1.0;
+                    s[1] += w[p];
+                    s[2] += r[p];
+                    s[3] += r[p] * r[p];
+                    s[4] += x[v];
+                }
+                let used: Vec<&[f64; 5]> = sums.iter().filter(|s| s[0] > 20.0).collect();
+                if used.len() < 3 {
+                    continue;
+                }
+                let chi2: f64 = used.iter().map(|s| s[1] * s[1] / (s[0] * variance)).sum();
+                let curve: Vec<[f64; 3]> = used
+                    .iter()
+                    .map(|s| {
+                        let mean = s[2] / s[0];
+                        [s[4] / s[0], mean, ((s[3] / s[0] - mean * mean).max(0.0) / s[0]).sqrt()]
+                    })
+                    .collect();
+                found.push(self.dependence(variable, part, log_p(chi2, used.len()) - tried.log10(), curve));
+            }
+            for (which, orders) in [(0usize, 1..=ORDERS), (1, 1..=12)] {
+                let variable = |m| if which == 0 { Variable::RotorAngle(m) } else { Variable::CurrentAngle(m) };
+                let mut power = vec![Complex::new(0.0, 0.0); *orders.end() as usize];
+                let mut shape = power.clone();
+                for (a, (w, r)) in self.angles.iter().zip(self.white.iter().zip(&self.raw)) {
+                    let step = a[which].conj();
+                    let mut turn = step;
+                    for (s, z) in power.iter_mut().zip(&mut shape) {
+                        *s += turn * w[p];
+                        *z += turn * r[p];
+                        turn *= step;
+                    }
+                }
+                let best = (0..power.len()).max_by(|&i, &j| power[i].norm_sqr().total_cmp(&power[j].norm_sqr())).unwrap_or(0);
+                let chi2 = 2.0 * power[best].norm_sqr() / (n as f64 * variance);
+                let amplitude = shape[best] * (2.0 / n as f64);
+                let curve = (0..24)
+                    .map(|k| {
+                        let angle = std::f64::consts::TAU * f64::from(k) / 24.0;
+                        [angle, (amplitude * unit(angle)).re, 0.0]
+                    })
+                    .collect();
+                found.push(self.dependence(variable(best as i32 + 1), part, log_p(chi2, 2) - tried.log10(), curve));
+            }
+        }
+        found.retain(|d| d.log_p > 3.0);
+        found.sort_by(|a, b| b.log_p.total_cmp(&a.log_p));
+        found
+    }
+
+    fn dependence(&self, variable: Variable, part: Part, log_p: f64, curve: Vec<[f64; 3]>) -> Dependence {
+        let size = (curve.iter().map(|c| c[1] * c[1]).sum::<f64>() / curve.len().max(1) as f64).sqrt();
+        Dependence { variable, part, log_p, curve, size }
+    }
+}
+
+/// Inner edges of bins that hold equally many rows.
+fn edges(mut x: Vec<f64>) -> Vec<f64> {
+    x.sort_by(f64::total_cmp);
+    (1..BINS).map(|k| x[k * x.len() / BINS]).collect()
+}

@@ -1,0 +1,328 @@
+//! The loop: fit, score, refit the leading candidates, add, drop, swap, validate, decide.
+
+use im_identify::offline::{
+    ChannelKind, Experiment, Fit, FitError, FitOptions, Free, base_parameters, effect_parameters, fit, residuals,
+};
+use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
+use rayon::prelude::*;
+
+use crate::case::Case;
+use crate::score::{Score, ScoreContext, strengths, threshold, whiteners};
+
+/// What the loop may do.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Family-wise error rate of the score tests.
+    pub significance: f64,
+    /// How many leading candidates are refitted per round.
+    pub leading: usize,
+    /// Most effects added.
+    pub most_effects: usize,
+    /// Least improvement worth an effect, in noise floors (mean squared residual over its floor).
+    pub least_gain: f64,
+    /// Least improvement worth an effect, as a fraction of the base model's excess over the noise floor: below it, the effect may only
+    /// be mending the form of a stronger one.
+    pub least_share: f64,
+    /// Effects considered; all of the library and the motor's own when empty.
+    pub candidates: Vec<EffectId>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { significance: 0.01, leading: 5, most_effects: 4, least_gain: 0.01, least_share: 3e-3, candidates: Vec::new() }
+    }
+}
+
+/// A fitted model in the course of the loop.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// Effects added, in order.
+    pub effects: Vec<EffectId>,
+    /// The fit on the training recordings.
+    pub fit: Fit,
+    /// Minus twice the log-likelihood with coloured noise, up to a constant.
+    pub evidence: f64,
+    /// Mean squared residual of the held-out recording in σ².
+    pub holdout: Option<f64>,
+}
+
+impl Model {
+    /// Mean squared training residual in σ².
+    pub fn train(&self) -> f64 {
+        self.fit.chi2_per_sample()
+    }
+}
+
+/// How a candidate fared in a round.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// The effect tried.
+    pub effect: EffectId,
+    /// The model with it.
+    pub model: Model,
+}
+
+/// One round of the loop.
+#[derive(Clone, Debug)]
+pub struct Round {
+    /// Scores of all candidates, best first.
+    pub scores: Vec<Score>,
+    /// Effects whose score is significant.
+    pub significant: Vec<EffectId>,
+    /// Refits of the leading candidates, best first.
+    pub trials: Vec<Trial>,
+}
+
+/// The course of the loop.
+#[derive(Clone, Debug)]
+pub struct Course {
+    /// The refitted base model and the models after each addition that was kept.
+    pub models: Vec<Model>,
+    /// The rounds.
+    pub rounds: Vec<Round>,
+    /// For every effect of the final model, those that explain the data as well in its place.
+    pub alternatives: Vec<Vec<EffectId>>,
+}
+
+/// Runs the loop on a case.
+pub struct Refinement {
+    case: Case,
+    /// The training recordings with the speed drawn towards the measured one: what is fitted and scored while the model may be wrong.
+    pulled: Vec<Experiment>,
+    options: Options,
+    rating: Rating,
+    base: Machine<f64>,
+    candidates: Vec<EffectId>,
+}
+
+impl Refinement {
+    /// Prepares the loop: fits the base model, and takes the noise of the sensors from what is rough in its residuals.
+    pub fn new(mut case: Case, options: Options) -> Result<(Self, Model), FitError> {
+        let MotorFile { machine, rating, .. } = case.motor.clone();
+        let mut effects = *machine.effects();
+        effects.rescale(&rating, machine.parameters(), machine.pole_pairs());
+        // Iron diffuses no faster than the sampling can follow.
+        let longest = case.train.iter().map(|e| e.sample_time_s).fold(0.0, f64::max);
+        if !effects.is_on(EffectId::IronLoss) {
+            effects.iron_loss.diffusion_time_s = effects.iron_loss.diffusion_time_s.max(0.5 * longest);
+        }
+        let candidates = if options.candidates.is_empty() { effects.ids().collect() } else { options.candidates.clone() };
+        let base = machine.with_effects(effects)?;
+        case.estimate_noise();
+        let mut me = Self { pulled: pulled(&case.train), case, options, rating, base, candidates };
+        let first = me.model(&me.base, &[], &FitOptions { tolerance: 1e-5, ..FitOptions::default() })?;
+        // The voltage's own roughness shows in the currents: only in the residual is the roughness all noise.
+        me.case.set_noise_from(&first.fit, &me.pulled);
+        me.pulled = pulled(&me.case.train);
+        let model = me.model(&first.fit.machine, &[], &FitOptions::near())?;
+        Ok((me, model))
+    }
+
+    /// The case, with the noise as estimated.
+    pub fn case(&self) -> &Case {
+        &self.case
+    }
+
+    /// The training recordings with the speed drawn towards the measured one.
+    pub fn pulled(&self) -> &[Experiment] {
+        &self.pulled
+    }
+
+    /// The machine's own measure of a scale.
+    pub fn unit_of(&self, scale: im_model::effects::ScaleOf) -> f64 {
+        self.rating.unit_of(scale, self.base.parameters(), self.base.pole_pairs())
+    }
+
+    /// Fits effects to the training recordings without drawing the speed.
+    pub fn fit_unaided(&self, machine: &Machine<f64>, effects: &[EffectId], options: &FitOptions) -> Result<Fit, FitError> {
+        fit(machine, &self.case.train, &self.free(machine, effects), options)
+    }
+
+    fn free(&self, machine: &Machine<f64>, effects: &[EffectId]) -> Vec<Free> {
+        let mut free = base_parameters();
+        let own: Vec<EffectId> = self.base.effects().active().collect();
+        for &e in own.iter().chain(effects) {
+            free.extend(effect_parameters(e, machine, &self.rating));
+        }
+        free
+    }
+
+    /// Fits `effects` from `machine`.
+    pub fn model(&self, machine: &Machine<f64>, effects: &[EffectId], options: &FitOptions) -> Result<Model, FitError> {
+        let fit = fit(machine, &self.pulled, &self.free(machine, effects), options)?;
+        let r: Vec<_> = self.pulled.iter().zip(&fit.starts).map(|(e, x)| residuals(&fit.machine, e, x)).collect();
+        let evidence = evidence(&self.pulled, &r);
+        let holdout = self.case.holdout.as_ref().map(|h| {
+            let h = &pulled(std::slice::from_ref(h))[0];
+            mean_square(&fit.machine, h, &h.start.state())
+        });
+        Ok(Model { effects: effects.to_vec(), fit, evidence, holdout })
+    }
+
+    /// Scores of all candidates not yet in the model, best first.
+    pub fn scores(&self, model: &Model) -> Vec<Score> {
+        let fit = &model.fit;
+        let context = ScoreContext::new(&fit.machine, &fit.starts, &self.pulled, &self.rating, &fit.free);
+        let open: Vec<EffectId> = self.candidates.iter().copied().filter(|&e| !fit.machine.effects().is_on(e)).collect();
+        let mut scores: Vec<Score> = open.par_iter().filter_map(|&e| context.score(e)).collect();
+        scores.sort_by(|a, b| b.log_p.total_cmp(&a.log_p).then(b.score.total_cmp(&a.score)));
+        scores
+    }
+
+    /// Holm: effects whose null hypothesis falls, with `scores` sorted best first.
+    pub fn significant(&self, scores: &[Score]) -> Vec<EffectId> {
+        let m = scores.len();
+        scores
+            .iter()
+            .enumerate()
+            .take_while(|(k, s)| s.log_p > -(self.options.significance / (m - k) as f64).log10())
+            .map(|(_, s)| s.effect)
+            .collect()
+    }
+
+    /// Refits with one more effect, from what its score predicts.
+    pub fn trial(&self, model: &Model, score: &Score) -> Option<Trial> {
+        let machine = self.seeded(&model.fit.machine, score)?;
+        let mut effects = model.effects.clone();
+        effects.push(score.effect);
+        let quick = FitOptions { iterations: 10, tolerance: 1e-3, horizons: Vec::new() };
+        let model = self.model(&machine, &effects, &quick).ok()?;
+        Some(Trial { effect: score.effect, model })
+    }
+
+    /// The machine with the effect at the size predicted, within reason.
+    fn seeded(&self, machine: &Machine<f64>, score: &Score) -> Option<Machine<f64>> {
+        let e = score.effect;
+        let unit = |k: usize| self.rating.unit_of(e.parameters()[k].scale, machine.parameters(), machine.pole_pairs());
+        let mut set: Vec<(ParameterId, f64)> = score.shape.iter().map(|&(k, v)| (ParameterId::Effect(e, k), v)).collect();
+        let mut largest: f64 = 0.0;
+        for (&k, &size) in strengths(e).iter().zip(&score.predicted) {
+            let (lo, hi) = e.parameters()[k].typical;
+            let reach = 1.5 * hi * unit(k);
+            let mut x = size.clamp(-reach, reach);
+            if e.parameters()[k].bound.check("", x).is_err() {
+                x = 0.3 * lo * unit(k);
+            }
+            largest = largest.max(x.abs());
+            set.push((ParameterId::Effect(e, k), x));
+        }
+        (largest > 0.0).then(|| machine.with(&set).ok()).flatten()
+    }
+
+    /// Whether every strength that the score predicts has a sign that the effect can have.
+    pub fn possible(&self, score: &Score) -> bool {
+        strengths(score.effect)
+            .iter()
+            .zip(&score.predicted)
+            .all(|(&k, x)| *x >= 0.0 || score.effect.parameters()[k].bound.check("", *x).is_ok())
+    }
+
+    fn worthwhile(&self, base: &Model, before: &Model, after: &Model) -> bool {
+        let n = after.fit.count as f64;
+        let k = (after.fit.free.len().saturating_sub(before.fit.free.len())) as f64;
+        let penalty = k * n.ln() + 2.0 * (self.candidates.len() as f64).ln();
+        let gain = before.evidence - after.evidence;
+        let least = self.options.least_gain.max(self.options.least_share * (base.train() - 1.0));
+        let fits = gain > penalty && before.train() - after.train() > least;
+        // The held-out recording must gain a fair part of what the training recordings gained.
+        let validated = match (before.holdout, after.holdout) {
+            (Some(b), Some(a)) => b - a > 0.2 * (before.train() - after.train()).max(0.0),
+            _ => true,
+        };
+        fits && validated
+    }
+
+    /// The whole course from the base model.
+    pub fn run(&self, base: Model) -> Result<Course, FitError> {
+        let mut models = vec![base];
+        let mut rounds: Vec<Round> = Vec::new();
+        loop {
+            let here = &models[models.len() - 1];
+            let scores = self.scores(here);
+            let significant = self.significant(&scores);
+            let leading: Vec<&Score> = scores
+                .iter()
+                .filter(|s| significant.contains(&s.effect) && self.possible(s))
+                .take(self.options.leading)
+                .collect();
+            let mut trials: Vec<Trial> = leading.par_iter().filter_map(|s| self.trial(here, s)).collect();
+            trials.sort_by(|a, b| a.model.fit.cost.total_cmp(&b.model.fit.cost));
+            let chosen = trials.iter().find(|t| self.worthwhile(&models[0], here, &t.model)).map(|t| t.model.clone());
+            rounds.push(Round { scores, significant, trials });
+            match chosen {
+                Some(m) if models.len() <= self.options.most_effects => {
+                    let polished = self.model(&m.fit.machine, &m.effects, &FitOptions::near())?;
+                    models.push(polished);
+                }
+                _ => break,
+            }
+        }
+        let alternatives = self.alternatives(&models, &rounds);
+        Ok(Course { models, rounds, alternatives })
+    }
+
+    /// For every effect of the final model: those that, in its place, leave nearly the same error.
+    fn alternatives(&self, models: &[Model], rounds: &[Round]) -> Vec<Vec<EffectId>> {
+        let last = &models[models.len() - 1];
+        (0..last.effects.len())
+            .map(|k| {
+                let own = last.effects[k];
+                let explained = (models[k].train() - models[k + 1].train()).max(0.0);
+                let near = |t: &&Trial| {
+                    t.effect != own
+                        && !last.effects.contains(&t.effect)
+                        && t.model.train() - models[k + 1].train() < 0.2 * explained
+                };
+                let rivals: Vec<&Trial> = rounds[k].trials.iter().filter(near).collect();
+                rivals
+                    .par_iter()
+                    .filter(|t| {
+                        let Some(score) = rounds[k].scores.iter().find(|s| s.effect == t.effect) else { return false };
+                        let mut effects = *last.fit.machine.effects();
+                        effects.switch_off(own);
+                        effects.rescale(&self.rating, last.fit.machine.parameters(), last.fit.machine.pole_pairs());
+                        let Ok(without) = last.fit.machine.with_effects(effects) else { return false };
+                        let Some(seeded) = self.seeded(&without, score) else { return false };
+                        let set: Vec<EffectId> = last.effects.iter().map(|&e| if e == own { t.effect } else { e }).collect();
+                        let options = FitOptions { iterations: 20, tolerance: 1e-4, horizons: Vec::new() };
+                        self.model(&seeded, &set, &options).is_ok_and(|m| {
+                            let worse = m.train() - last.train();
+                            worse < (0.03 * explained).max(12.0 / last.fit.count as f64)
+                        })
+                    })
+                    .map(|t| t.effect)
+                    .collect()
+            })
+            .collect()
+    }
+}
+
+/// Rate at which the speed is drawn to the measured one, 1/s: slower than the electrical transients, faster than pulling out.
+const PULL_PER_S: f64 = 30.0;
+
+/// Copies of experiments with the speed drawn towards the measured one, where it is measured.
+fn pulled(experiments: &[Experiment]) -> Vec<Experiment> {
+    experiments
+        .iter()
+        .map(|e| {
+            let speed = e.channels.iter().find(|c| c.kind == ChannelKind::Speed && c.valid.is_none());
+            Experiment { speed_pull: speed.map(|c| (c.values.clone(), PULL_PER_S)), ..e.clone() }
+        })
+        .collect()
+}
+
+/// −2 log L of residuals under an autoregressive noise model per channel, up to a constant.
+pub fn evidence(experiments: &[Experiment], residuals: &[Vec<Vec<f64>>]) -> f64 {
+    let w = whiteners(experiments, residuals);
+    experiments.iter().zip(&w).flat_map(|(e, w)| e.channels.iter().zip(w).map(|(c, w)| c.count() as f64 * w.variance.ln())).sum()
+}
+
+/// Mean squared residual of one experiment, in σ².
+pub fn mean_square(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> f64 {
+    residuals(machine, e, start).iter().flatten().map(|r| r * r).sum::<f64>() / e.count() as f64
+}
+
+/// The score that is significant for a single candidate among `m`.
+pub fn score_threshold(freedom: usize, significance: f64, m: usize) -> f64 {
+    threshold(freedom, significance / m as f64)
+}

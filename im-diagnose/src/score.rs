@@ -1,0 +1,298 @@
+//! Projected score tests: what each effect of the library could explain of the residual that no refit of the present parameters can.
+//!
+//! r whitened residual, J whitened slopes of the present parameters, G the effect's signature (one column per strength),
+//! P = I − J(JᵀJ)⁻¹Jᵀ:   S = (GᵀPr)ᵀ (GᵀPG)⁻¹ (GᵀPr) ~ χ²_k when the effect is absent.
+//!
+//! Signatures are secants: the change of the outputs at the size that would matter, over that size. They exist where derivatives at
+//! zero strength do not (a shaft with a little compliance is stiff), and cost one plain simulation each.
+
+use im_identify::offline::{Experiment, Linearized, linearize, predict};
+use im_model::effects::Role;
+use im_model::{EffectId, Machine, ParameterId, Rating, State};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::noise::Whitener;
+
+/// Score of one effect at its best shape.
+#[derive(Clone, Debug)]
+pub struct Score {
+    /// The effect.
+    pub effect: EffectId,
+    /// χ² score, best over the shapes tried.
+    pub score: f64,
+    /// Degrees of freedom: the number of strengths.
+    pub freedom: usize,
+    /// −log₁₀ of the p-value, corrected for the shapes tried.
+    pub log_p: f64,
+    /// What of the signature a refit of the present parameters cannot imitate: ‖PG‖²/‖G‖² of the leading strength.
+    pub keep: f64,
+    /// Sizes that the score predicts, one per strength, in the parameter's unit.
+    pub predicted: Vec<f64>,
+    /// Smallest size of the leading strength that would be found, in its unit.
+    pub detectable: f64,
+    /// The shape it was found at: parameter index and value.
+    pub shape: Vec<(usize, f64)>,
+    /// The projected signature of the leading strength, thinned, for comparing effects.
+    pub signature: Vec<f64>,
+}
+
+/// Everything a score needs at the present machine.
+pub struct ScoreContext<'a> {
+    experiments: &'a [Experiment],
+    starts: &'a [State<f64>],
+    machine: Machine<f64>,
+    rating: &'a Rating,
+    predictions: Vec<Vec<Vec<f64>>>,
+    whiteners: Vec<Vec<Whitener>>,
+    residual: Vec<f64>,
+    /// Orthonormal basis of the whitened slopes.
+    basis: DMatrix<f64>,
+    /// Root mean square of the raw residual, in σ.
+    raw_rms: f64,
+    /// Variance of the whitened residual.
+    variance: f64,
+}
+
+/// Highest order of the noise model.
+pub const NOISE_ORDER: usize = 8;
+
+/// Noise models per experiment and channel from residuals; channels of the same kind over all experiments share one.
+pub fn whiteners(experiments: &[Experiment], residuals: &[Vec<Vec<f64>>]) -> Vec<Vec<Whitener>> {
+    experiments
+        .iter()
+        .map(|e| {
+            e.channels
+                .iter()
+                .map(|c| {
+                    let alike: Vec<&[f64]> = experiments
+                        .iter()
+                        .zip(residuals)
+                        .flat_map(|(e2, r)| {
+                            e2.channels.iter().zip(r).filter(|(c2, _)| c2.name == c.name).map(|(_, r)| r.as_slice())
+                        })
+                        .collect();
+                    Whitener::fit(&alike, NOISE_ORDER)
+                })
+                .collect()
+        })
+        .collect()
+}
+
+/// Whitens per channel and strings everything into one column.
+fn column(signals: &[Vec<Vec<f64>>], whiteners: &[Vec<Whitener>]) -> Vec<f64> {
+    signals.iter().zip(whiteners).flat_map(|(s, w)| s.iter().zip(w).flat_map(|(x, w)| w.apply(x)).collect::<Vec<_>>()).collect()
+}
+
+impl<'a> ScoreContext<'a> {
+    /// Prepares the scores at `machine`, whose parameters `free` have been fitted.
+    pub fn new(
+        machine: &Machine<f64>,
+        starts: &'a [State<f64>],
+        experiments: &'a [Experiment],
+        rating: &'a Rating,
+        free: &[im_identify::offline::Free],
+    ) -> Self {
+        let linear: Vec<Linearized> =
+            experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
+        let residuals: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.residuals.clone()).collect();
+        let whiteners = whiteners(experiments, &residuals);
+        let residual = column(&residuals, &whiteners);
+        let rows = residual.len();
+        let columns: Vec<Vec<f64>> = (0..free.len())
+            .into_par_iter()
+            .map(|p| column(&linear.iter().map(|l| l.slopes[p].clone()).collect::<Vec<_>>(), &whiteners))
+            .collect();
+        let basis = orthonormal(columns, rows);
+        let predictions = experiments.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
+        let count: usize = experiments.iter().map(Experiment::count).sum();
+        let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
+        let mut context = Self {
+            experiments,
+            starts,
+            machine: *machine,
+            rating,
+            predictions,
+            whiteners,
+            residual,
+            basis,
+            raw_rms,
+            variance: 1.0,
+        };
+        let residual = std::mem::take(&mut context.residual);
+        context.residual = context.projected(residual);
+        context.variance = context.residual.iter().map(|r| r * r).sum::<f64>() / count as f64;
+        context
+    }
+
+    /// The noise models.
+    pub fn whiteners(&self) -> &[Vec<Whitener>] {
+        &self.whiteners
+    }
+
+    fn projected(&self, x: Vec<f64>) -> Vec<f64> {
+        let v = DVector::from_vec(x);
+        let onto = self.basis.tr_mul(&v);
+        (v - &self.basis * onto).data.into()
+    }
+
+    /// Change of all outputs, in σ, when parameters are set so; `None` where the simulation diverges.
+    fn change(&self, set: &[(ParameterId, f64)]) -> Option<Vec<Vec<Vec<f64>>>> {
+        let machine = self.machine.with(set).ok()?;
+        let mut out = Vec::with_capacity(self.experiments.len());
+        for ((e, x), before) in self.experiments.iter().zip(self.starts).zip(&self.predictions) {
+            let after = predict(&machine, e, x);
+            let mut d = Vec::with_capacity(after.len());
+            for ((a, b), c) in after.iter().zip(before).zip(&e.channels) {
+                let w = 1.0 / c.sigma;
+                let x: Vec<f64> = (0..a.len()).map(|k| if c.is_valid(k) { (a[k] - b[k]) * w } else { 0.0 }).collect();
+                if !x.iter().all(|v| v.is_finite()) {
+                    return None;
+                }
+                d.push(x);
+            }
+            out.push(d);
+        }
+        Some(out)
+    }
+
+    /// The signature of strength `k` per unit, at a shape.
+    fn secant(&self, effect: EffectId, k: usize, shape: &[(usize, f64)]) -> Option<Vec<f64>> {
+        let info = &effect.parameters()[k];
+        let unit = self.rating.unit_of(info.scale, self.machine.parameters(), self.machine.pole_pairs());
+        let mut size = (info.typical.0 * info.typical.1).sqrt() * unit;
+        let count: usize = self.experiments.iter().map(Experiment::count).sum();
+        for _ in 0..8 {
+            let mut set: Vec<(ParameterId, f64)> = shape.iter().map(|&(i, v)| (ParameterId::Effect(effect, i), v)).collect();
+            set.push((ParameterId::Effect(effect, k), size));
+            let Some(d) = self.change(&set) else {
+                size *= 0.1;
+                continue;
+            };
+            let rms = (d.iter().flatten().flatten().map(|x| x * x).sum::<f64>() / count as f64).sqrt();
+            // Far beyond the residual the secant is not the slope any more.
+            let wanted = self.raw_rms.max(1.0);
+            if rms > 4.0 * wanted {
+                size *= (wanted / rms).max(0.01);
+                continue;
+            }
+            let mut g = column(&d, &self.whiteners);
+            for x in &mut g {
+                *x /= size;
+            }
+            return Some(g);
+        }
+        None
+    }
+
+    /// Scores one effect over its shapes.
+    pub fn score(&self, effect: EffectId) -> Option<Score> {
+        let shapes = shapes(effect, &self.machine, self.rating);
+        let tried = shapes.len();
+        let strengths: Vec<usize> = strengths(effect);
+        let mut best: Option<Score> = None;
+        for shape in shapes {
+            let Some(raw) = strengths.iter().map(|&k| self.secant(effect, k, &shape)).collect::<Option<Vec<_>>>() else {
+                continue;
+            };
+            let norms: Vec<f64> = raw.iter().map(|g| g.iter().map(|x| x * x).sum::<f64>()).collect();
+            let columns: Vec<Vec<f64>> = raw.into_iter().map(|g| self.projected(g)).collect();
+            let n = columns.len();
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+            let gram = DMatrix::from_fn(n, n, |a, b| dot(&columns[a], &columns[b]));
+            let b = DVector::from_fn(n, |a, _| dot(&columns[a], &self.residual));
+            if (0..n).any(|k| norms[k] <= 0.0 || gram[(k, k)] <= 1e-12 * norms[k]) {
+                continue;
+            }
+            let Some(chol) = gram.clone().cholesky() else { continue };
+            let x = chol.solve(&b);
+            let score = (b.dot(&x) / self.variance).max(0.0);
+            let lead = (0..n).max_by(|&p, &q| (gram[(p, p)] * x[p] * x[p]).total_cmp(&(gram[(q, q)] * x[q] * x[q]))).unwrap_or(0);
+            if best.as_ref().is_none_or(|s| score > s.score) {
+                let threshold = threshold(n, 0.01 / (EffectId::ALL.len() * tried) as f64);
+                let stride = (columns[lead].len() / 4000).max(1);
+                best = Some(Score {
+                    effect,
+                    score,
+                    freedom: n,
+                    log_p: (log_p(score, n) - (tried as f64).log10()).max(0.0),
+                    keep: gram[(lead, lead)] / norms[lead],
+                    predicted: x.iter().copied().collect(),
+                    detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / gram[(lead, lead)].sqrt(),
+                    shape,
+                    signature: columns[lead].iter().step_by(stride).copied().collect(),
+                });
+            }
+        }
+        best
+    }
+}
+
+/// Indices of the strengths of an effect.
+pub fn strengths(effect: EffectId) -> Vec<usize> {
+    effect.parameters().iter().enumerate().filter(|(_, p)| p.role == Role::Strength).map(|(k, _)| k).collect()
+}
+
+/// The shapes to try: the default, and the ends of the usual range of the leading shape parameter.
+fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating) -> Vec<Vec<(usize, f64)>> {
+    let unit = |k: usize| {
+        let info = &effect.parameters()[k];
+        rating.unit_of(info.scale, machine.parameters(), machine.pole_pairs())
+    };
+    let present = |k: usize| machine.get(ParameterId::Effect(effect, k));
+    let lead = effect.parameters().iter().position(|p| p.role == Role::Shape && p.typical.0 > 0.0);
+    if effect == EffectId::LoadTorqueRipple {
+        // The order is not estimated but tried.
+        return [1.0, 2.0].into_iter().map(|n| vec![(2, n)]).collect();
+    }
+    let Some(k) = lead else { return vec![vec![]] };
+    let (lo, hi) = effect.parameters()[k].typical;
+    let (lo, hi) = (lo * unit(k), hi * unit(k));
+    let middle = present(k);
+    let points = if effect == EffectId::ShaftCompliance {
+        // A resonance is narrow: a finer grid.
+        (0..7).map(|i| lo * (hi / lo).powf(f64::from(i) / 6.0)).collect()
+    } else {
+        vec![(lo * middle).sqrt(), middle, (hi * middle).sqrt()]
+    };
+    points.into_iter().map(|x| vec![(k, x)]).collect()
+}
+
+/// −log₁₀ P(χ²_k > x), also far beyond where the tail underflows.
+pub fn log_p(x: f64, freedom: usize) -> f64 {
+    let k = freedom as f64;
+    let tail = ChiSquared::new(k).map_or(1.0, |d| d.sf(x));
+    if tail > 1e-250 {
+        return -tail.log10();
+    }
+    // Leading term of the tail: (x/2)^{k/2−1} e^{−x/2}/Γ(k/2).
+    let half = 0.5 * x;
+    (half - (0.5 * k - 1.0) * half.ln() + statrs::function::gamma::ln_gamma(0.5 * k)) / std::f64::consts::LN_10
+}
+
+/// The value that χ²_k exceeds with probability `p`.
+pub fn threshold(freedom: usize, p: f64) -> f64 {
+    ChiSquared::new(freedom as f64).map_or(f64::INFINITY, |d| d.inverse_cdf(1.0 - p))
+}
+
+/// Modified Gram-Schmidt with normalization; columns that vanish are dropped.
+fn orthonormal(columns: Vec<Vec<f64>>, rows: usize) -> DMatrix<f64> {
+    let mut kept: Vec<DVector<f64>> = Vec::new();
+    for c in columns {
+        let mut v = DVector::from_vec(c);
+        let before = v.norm();
+        // Twice is enough for orthogonality to rounding.
+        for _ in 0..2 {
+            for q in &kept {
+                let d = q.dot(&v);
+                v.axpy(-d, q, 1.0);
+            }
+        }
+        let norm = v.norm();
+        if norm > 1e-9 * before && norm > 0.0 {
+            kept.push(v / norm);
+        }
+    }
+    if kept.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&kept) }
+}
