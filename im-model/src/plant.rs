@@ -24,12 +24,15 @@ pub struct Drive<T> {
     pub tau_load: T,
     /// When given, the rotor turns at this speed (rad/s at the start and at the end of the step) whatever the torque.
     pub imposed_speed: Option<[T; 2]>,
+    /// When given as (ω, k), the speed is drawn towards ω, rad/s, at the rate k, 1/s: dω_m/dt gains k(ω − ω_m). Comparing with a
+    /// recording, this keeps a wrong model from pulling out of step, and leaves its torque errors visible as speed errors.
+    pub speed_pull: Option<[T; 2]>,
 }
 
 impl<T: Scalar> Drive<T> {
     /// Voltage and load torque, speed free.
     pub fn new(u_s: Complex<T>, tau_load: T) -> Self {
-        Self { u_s, tau_load, imposed_speed: None }
+        Self { u_s, tau_load, imposed_speed: None, speed_pull: None }
     }
 }
 
@@ -229,6 +232,9 @@ impl<T: Scalar> Plant<T> {
             (drive.tau_load, x.omega_m)
         };
         rates.omega_m = (torque - braking - tau_shaft) * self.inv_inertia;
+        if let Some([target, rate]) = drive.speed_pull {
+            rates.omega_m += (target - x.omega_m) * rate;
+        }
         rates.theta_m = x.omega_m;
 
         let stator_copper = three_halves * dot(stator_drop, i_s);
