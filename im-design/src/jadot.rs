@@ -30,7 +30,8 @@ use crate::sliding::positive;
 use serde::{Deserialize, Serialize};
 
 /// What is asked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct JadotRequest {
     /// Electrical rotor speeds ω_r = n_p ω to cover, rad/s.
     pub electrical_speed_rad_per_s: [f64; 2],

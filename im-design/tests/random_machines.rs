@@ -53,7 +53,7 @@ fn reread(certificate: &Certificate) -> Certificate {
 
 /// e(t) by the exponential of each constant stretch, e' = A e; returns √(eᵀPe) before and after.
 fn decay(a: &Matrix<f64>, p: &Matrix<f64>, e: &mut Matrix<f64>, time: f64) -> (f64, f64) {
-    let size = |e: &Matrix<f64>| (&(&e.t() * p) * &*e)[(0, 0)].sqrt();
+    let size = |e: &Matrix<f64>| (&(&e.t() * p) * e)[(0, 0)].sqrt();
     let before = size(e);
     let steps = (a.norm() * time * 4.0).ceil().clamp(1.0, 2e5) as usize;
     let h = time / steps as f64;

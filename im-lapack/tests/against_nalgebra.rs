@@ -1,5 +1,9 @@
 //! Each exported symbol, called as a C or Fortran program would, against nalgebra.
+//!
+//! Safety, for every block below: all pointers come from slices that hold the sizes passed along, and no output overlaps
+//! an input.
 #![cfg(feature = "pure-rust")]
+#![allow(clippy::undocumented_unsafe_blocks)]
 
 use core::ffi::{c_char, c_int};
 use im_lapack as _;
