@@ -1,2 +1,34 @@
-//! To be written.
-fn main() {}
+//! The program `im`: a thin shell over the crates. One file per command in [`commands`].
+//!
+//! Exit status: 0 done, 1 bad input (one message that says where and what to do), 2 usage.
+
+mod commands;
+mod failure;
+mod terminal;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Simulate three-phase induction machines, compare the model with measurements, and find the physics it lacks.
+#[derive(Parser)]
+#[command(name = "im", version, max_term_width = 100, arg_required_else_help = true, after_help = AFTER_HELP)]
+struct Cli {
+    #[command(subcommand)]
+    command: commands::Command,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  im simulate --motor examples/motor.toml --scenario examples/scenario_dol.toml -o run.csv
+  im effects show iron_loss
+
+Exit status: 0 done, 1 bad input, 2 wrong usage.";
+
+fn main() -> ExitCode {
+    // Wrong usage ends here, with status 2.
+    match Cli::parse().command.run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}

@@ -8,7 +8,7 @@
 //!
 //! # Layers
 //!
-//! [`TParameters`] and [`Effects`](effects::Effects) make a [`Machine`], checked once. [`Plant`] is the machine prepared for
+//! [`TParameters`] and [`Effects`] make a [`Machine`], checked once. [`Plant`] is the machine prepared for
 //! stepping: equations of motion in any [`Scalar`] (`f32`, `f64`, [`Dual`] for exact sensitivities), without allocation or `std`.
 //! [`Bench`] adds what lies around the machine in sampled time: voltage delay and sensors.
 //!

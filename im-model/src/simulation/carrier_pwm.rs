@@ -95,6 +95,27 @@ mod tests {
         }
     }
 
+    /// Firmware's numbers: the mean is met to single precision.
+    #[test]
+    fn single_precision_suffices() {
+        struct Sum(Complex<f32>);
+        impl Fed<f32> for Sum {
+            fn i_s(&self) -> Complex<f32> {
+                Complex::new(1.0, 0.0)
+            }
+            fn hold(&mut self, u_s: Complex<f32>, duration: f32) {
+                self.0 += u_s * duration;
+            }
+        }
+        let (bridge, pwm) = (Bridge::ideal(600.0f32), CarrierPwm { half_period_s: 50e-6f32 });
+        let (mut legs, mut sum) = (Legs::default(), Sum(Complex::new(0.0, 0.0)));
+        let u = Complex::new(123.0, -45.0);
+        let duty = CarrierPwm::duty_cycles(&bridge, u);
+        pwm.half_period(&bridge, &mut legs, duty, true, &mut sum);
+        pwm.half_period(&bridge, &mut legs, duty, false, &mut sum);
+        assert!((sum.0 / 100e-6 - u).norm() < 1e-3, "{}", sum.0 / 100e-6);
+    }
+
     #[test]
     fn full_and_empty_duty_cycles_do_not_switch() {
         let bridge = Bridge { dead_time_s: 5e-6, ..Bridge::ideal(600.0) };

@@ -14,6 +14,8 @@ mod delta_modulator;
 mod supply;
 
 #[cfg(feature = "std")]
+mod internals_csv;
+#[cfg(feature = "std")]
 mod profile;
 #[cfg(feature = "std")]
 mod run;

@@ -32,8 +32,8 @@ pub enum SimulationError {
     Model(#[from] ModelError),
     /// The sampling time is not a whole multiple of the inverter's period.
     #[error(
-        "the sampling time {sample_time_s} s holds {periods} periods of {period_s} s of the inverter, expected a whole number: \
-         half carrier periods of carrier modulation, decisions of delta modulation"
+        "a sample of {sample_time_s} s holds {periods:.3} periods of {period_s:.4e} s of the inverter, expected a whole number (the \
+         period is half a carrier period, or that of the delta modulator)"
     )]
     PeriodDoesNotDivide {
         /// Sampling time, s.
@@ -127,6 +127,9 @@ impl<'a> Simulation<'a> {
             Inverter::Averaged { dc_voltage_v } => dc_voltage_v.unwrap_or(0.0),
             Inverter::CarrierPwm(_, b) | Inverter::DeltaModulation(_, b) => b.dc_voltage_v,
         };
+        if matches!(s.source, Source::Mains(_)) && s.inverter != (Inverter::Averaged { dc_voltage_v: None }) {
+            return Err(SimulationError::Mismatch("the mains feed the machine directly: there is no inverter to describe"));
+        }
         let (start, past) = self.start()?;
         let mut bench = Bench::new(self.machine, start, t_s);
         bench.set_past_command(past);
@@ -231,6 +234,9 @@ impl<'a> Simulation<'a> {
                     return Err(SimulationError::Mismatch("a current reference needs delta modulation as the inverter"));
                 }
             };
+            if !(applied.re.is_finite() && applied.im.is_finite()) {
+                return Err(SimulationError::Diverged { time_s: t });
+            }
             u_before = applied;
             u_sum += applied;
             if (k + 1) % every == 0 || k + 1 == n {

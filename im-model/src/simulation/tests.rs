@@ -272,6 +272,11 @@ fn what_does_not_fit_is_refused() {
     assert!(error(Scenario { duration_s: f64::NAN, ..drive(30.0, 0.1) }).starts_with("duration_s = NaN must be"));
     let start = Start::SteadyState(Held::Load(1e4));
     assert!(error(Scenario { start, ..drive(30.0, 0.1) }).contains("no steady state"));
+    let mains = Scenario { inverter: delta, ..Scenario::direct_on_line(320.0, 50.0, 0.1) };
+    assert!(error(mains).contains("no inverter to describe"));
+    let nothing = Recorded { u: Complex::new(f64::NAN, 0.0), n: 10 }.recording();
+    let bridge = pwm(5e-5, Bridge::ideal(U_DC));
+    assert!(error(Scenario { source: Source::Recording(nothing), inverter: bridge, ..drive(0.0, 0.1) }).contains("finite range"));
     let gone = Start::State(State { omega_m: f64::NAN, ..State::default() });
     assert!(error(Scenario { start: gone, ..drive(30.0, 0.1) }).contains("finite range at t = 0 s"));
 }

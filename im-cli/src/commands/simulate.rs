@@ -1,0 +1,119 @@
+//! `im simulate`: a machine through a scenario, to a recording.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use im_model::simulation::{Run, Scenario, Simulation, SimulationError};
+use im_model::{MotorFile, Recording};
+use serde_json::json;
+
+use crate::failure::Failure;
+use crate::terminal::{Progress, rounded};
+
+/// Arguments.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Example:
+  im simulate --motor examples/motor.toml --scenario examples/scenario_dol.toml -o run.csv
+
+The recording has the columns t_s, u_alpha_V, u_beta_V, i_alpha_A, i_beta_A, omega_m_rad_s
+and tau_load_Nm: the voltage is the average commanded over the sample that begins at t_s.")]
+pub struct Args {
+    /// The machine: a motor.toml
+    #[arg(long, value_name = "FILE")]
+    motor: PathBuf,
+    /// What happens to it: a scenario.toml
+    #[arg(long, value_name = "FILE")]
+    scenario: PathBuf,
+    /// Where to write the recording, as CSV; - for stdout
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Write torque, fluxes, speeds and temperatures inside the machine too, as CSV
+    #[arg(long, value_name = "FILE")]
+    internals: Option<PathBuf>,
+    /// Seed of the sensor noise, instead of the scenario's
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Print the summary as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let motor = MotorFile::read(&args.motor)?;
+    let mut scenario = Scenario::read(&args.scenario)?;
+    if let Some(seed) = args.seed {
+        scenario.sensors.seed = seed;
+    }
+    let mut progress = Progress::new("simulating");
+    let mut tell = |done, all| progress.tell(done, all);
+    let mut simulation = Simulation::new(&motor.machine, &scenario).with_progress(&mut tell);
+    if args.internals.is_some() {
+        simulation = simulation.with_internals();
+    }
+    let result = simulation.run();
+    progress.then("writing");
+    let to_stdout = args.output.as_os_str() == "-";
+    if to_stdout || result.is_err() {
+        // Two writers on one terminal would garble each other.
+        progress.finish();
+    }
+    let run = result.map_err(|e| refused(args, &e))?;
+    if to_stdout {
+        let mut out = io::BufWriter::new(io::stdout().lock());
+        run.recording.to_csv(&mut out)?;
+        out.flush()?;
+    } else {
+        run.recording.write_csv(&args.output)?;
+    }
+    if let Some(path) = &args.internals {
+        run.write_internals_csv(path)?;
+    }
+    progress.finish();
+    if to_stdout { Ok(()) } else { Ok(summary(args, &motor, &run)?) }
+}
+
+fn refused(args: &Args, e: &SimulationError) -> Failure {
+    let file = args.scenario.display();
+    Failure::Input(match e {
+        SimulationError::NoController(name) => {
+            format!("{file}: this program has no controller named {name}; use the library to run your own")
+        }
+        _ => format!("{file}: {e}"),
+    })
+}
+
+fn summary(args: &Args, motor: &MotorFile, run: &Run) -> io::Result<()> {
+    let r = &run.recording;
+    let speed = run.state.omega_m;
+    let peak = r.i_s.iter().map(|i| i.norm()).fold(0.0, f64::max);
+    let file = args.output.display();
+    let mut out = io::stdout().lock();
+    if args.json {
+        let summary = json!({
+            "schema": 1,
+            "output": file.to_string(),
+            "machine": motor.name,
+            "effects": motor.machine.effects().active().map(|id| id.name()).collect::<Vec<_>>(),
+            "rows": r.len(),
+            "sample_time_s": r.sample_time_s,
+            "duration_s": duration(r),
+            "peak_current_a": peak,
+            "final_speed_rad_s": speed,
+        });
+        return writeln!(out, "{summary}");
+    }
+    let rpm = speed * 60.0 / (2.0 * core::f64::consts::PI);
+    writeln!(out, "{file}: {} rows, {} s at {} Hz", r.len(), rounded(duration(r)), rounded(1.0 / r.sample_time_s))?;
+    writeln!(out, "final speed {speed:.2} rad/s ({rpm:.1} rpm), peak current {peak:.1} A")?;
+    if let Some(path) = &args.internals {
+        writeln!(out, "{}: torque, fluxes, speeds, temperatures at the same rows", path.display())?;
+    }
+    Ok(())
+}
+
+fn duration(r: &Recording) -> f64 {
+    // Free of the rounding of the product.
+    (r.sample_time_s * r.len() as f64 * 1e9).round() / 1e9
+}

@@ -1,0 +1,162 @@
+//! The program from outside: what it prints, writes and returns.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder of its own for a test, removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("im-cli-{name}-{}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+    fn file(&self, name: &str, text: &str) -> String {
+        let path = self.0.join(name);
+        fs::write(&path, text).unwrap();
+        path.display().to_string()
+    }
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn im(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_im")).args(args).output().unwrap()
+}
+
+fn example(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name).display().to_string()
+}
+
+fn stdout(o: &Output) -> String {
+    String::from_utf8(o.stdout.clone()).unwrap()
+}
+fn stderr(o: &Output) -> String {
+    String::from_utf8(o.stderr.clone()).unwrap()
+}
+
+fn done(args: &[&str]) -> String {
+    let o = im(args);
+    assert_eq!(o.status.code(), Some(0), "{args:?}: {}", stderr(&o));
+    assert_eq!(stderr(&o), "", "a pipe gets no progress bar");
+    stdout(&o)
+}
+
+/// Runs what must be refused as bad input; returns the message.
+fn refused(args: &[&str]) -> String {
+    let o = im(args);
+    assert_eq!(o.status.code(), Some(1), "{args:?}: {}", stderr(&o));
+    assert_eq!(stdout(&o), "");
+    let text = stderr(&o);
+    assert!(text.starts_with("error: ") && !text.contains('\x1b') && !text.contains("panicked"), "{text}");
+    text
+}
+
+#[test]
+fn both_examples_run_and_their_recordings_are_read_again() {
+    let dir = Folder::new("examples");
+    for (scenario, rows) in [("scenario_dol.toml", 10_000), ("scenario_vhz.toml", 30_000)] {
+        let (out, inside) = (dir.path("run.csv"), dir.path("inside.csv"));
+        let args = ["simulate", "--motor", &example("motor.toml"), "--scenario", &example(scenario), "-o", &out];
+        let text = done(&[&args[..], &["--internals", &inside]].concat());
+        assert!(text.contains(&format!("{rows} rows")) && text.contains("rpm"), "{text}");
+        let csv = fs::read_to_string(&out).unwrap();
+        assert!(csv.starts_with("t_s,u_alpha_V,u_beta_V,i_alpha_A,i_beta_A,omega_m_rad_s,tau_load_Nm\n"));
+        assert_eq!(csv.lines().count(), rows + 1);
+        assert_eq!(fs::read_to_string(&inside).unwrap().lines().count(), rows + 1);
+        let again = dir.file("again.toml", "[scenario]\nname = \"again\"\n[recording]\nfile = \"run.csv\"\n");
+        let piped = done(&["simulate", "--motor", &example("motor.toml"), "--scenario", &again, "-o", "-"]);
+        assert_eq!(piped.lines().count(), rows + 1);
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_recording() {
+    let dir = Folder::new("seed");
+    let run = |seed: &str, out: &str| {
+        let out = dir.path(out);
+        let args = ["simulate", "--motor", &example("motor.toml"), "--scenario", &example("scenario_dol.toml")];
+        let text = done(&[&args[..], &["-o", &out, "--seed", seed, "--json"]].concat());
+        assert!(text.contains("\"rows\":10000") && text.contains("\"effects\":[\"iron_loss\"]"), "{text}");
+        fs::read(out).unwrap()
+    };
+    assert_eq!(run("5", "a.csv"), run("5", "b.csv"));
+    assert_ne!(run("5", "a.csv"), run("6", "b.csv"));
+}
+
+#[test]
+fn bad_input_is_refused_with_its_place() {
+    let dir = Folder::new("bad");
+    let motor = fs::read_to_string(example("motor.toml")).unwrap();
+    let scenario = fs::read_to_string(example("scenario_vhz.toml")).unwrap();
+    let out = dir.path("run.csv");
+    let with_motor = |text: &str| {
+        let m = dir.file("motor.toml", text);
+        refused(&["simulate", "--motor", &m, "--scenario", &example("scenario_dol.toml"), "-o", &out])
+    };
+    let with_scenario = |text: &str| {
+        let s = dir.file("scenario.toml", text);
+        refused(&["simulate", "--motor", &example("motor.toml"), "--scenario", &s, "-o", &out])
+    };
+    let text = with_motor(&motor.replace("inductance_h = 0.156", "inductance_h = -0.2"));
+    assert!(text.contains("motor.toml:11: magnetizing_inductance_h = -0.2 must be positive and finite\n"), "{text}");
+    assert!(text.contains(" 11 | magnetizing_inductance_h = -0.2\n    | ^^^^^^^^^^^^^^^^^^^^^^^^\n"), "{text}");
+    let text = with_motor(&motor.replace("[effects.iron_loss]", "[effects.iron_los]"));
+    assert!(text.contains("did you mean iron_loss?"), "{text}");
+    assert!(with_motor("").contains("machine is missing"));
+    assert!(with_motor("\u{0}\u{1}").contains("motor.toml:1: not TOML"));
+    let text = with_scenario(&scenario.replace("carrier_frequency_hz = 10e3", "carrier_frequency_hz = 7e3"));
+    assert!(text.contains("holds 1.400 periods"), "{text}");
+    let text = with_scenario(&scenario.replace("kind = \"carrier_pwm\"", "kind = \"delta_modulation\""));
+    assert!(text.contains("carrier_frequency_hz is given for kind"), "{text}");
+    let controller = "[scenario]\nduration_s = 1\n[controller]\nname = \"x\"\n";
+    assert!(with_scenario(controller).contains("no controller named x"));
+    let recording = "[scenario]\nname = \"again\"\n[recording]\nfile = \"cut.csv\"\n";
+    dir.file("cut.csv", "t_s,u_alpha_V,u_beta_V,i_alpha_A,i_beta_A,omega_m_rad_s\n0,1,2,3,4,5\n0.1,1,,3,4,5\n");
+    let text = with_scenario(recording);
+    assert!(text.contains("cut.csv:3: u_beta_V is empty") && text.contains(" 3 | 0.1,1,,3,4,5\n   |       ^\n"), "{text}");
+    assert!(with_scenario(&recording.replace("cut", "none")).contains("none.csv: cannot read it: no such file"));
+    assert!(!Path::new(&out).exists(), "nothing is written when something is wrong");
+    let nowhere = dir.path("none/run.csv");
+    let args = ["simulate", "--motor", &example("motor.toml"), "--scenario", &example("scenario_dol.toml"), "-o", &nowhere];
+    assert!(refused(&args).contains("cannot write it: no such file or folder"));
+}
+
+#[test]
+fn wrong_usage_ends_with_status_2() {
+    for args in [&[][..], &["simulate"], &["simulat"], &["effects", "show", "iron_los"], &["effects", "show"]] {
+        let o = im(args);
+        assert_eq!(o.status.code(), Some(2), "{args:?}");
+        assert!(!stderr(&o).contains('\x1b'));
+    }
+    assert!(stderr(&im(&["effects", "show", "iron_los"])).contains("'iron_loss'"));
+}
+
+#[test]
+fn every_card_fits_a_terminal_and_is_json_too() {
+    let list = done(&["effects"]);
+    let names: Vec<&str> = list.lines().take_while(|l| !l.is_empty()).filter_map(|l| l.split_whitespace().next()).collect();
+    assert_eq!(names.len(), 18, "{list}");
+    for name in names {
+        for extra in [&[][..], &["--motor", &example("motor.toml")]] {
+            let card = done(&[&["effects", "show", name], extra].concat());
+            assert!(card.lines().all(|l| l.chars().count() <= 80), "{card}");
+            assert!(!card.contains('\x1b') && card.contains(&format!("[effects.{name}]")) && card.contains("Shows"));
+            let json = done(&[&["effects", "show", name, "--json"], extra].concat());
+            let v: serde_json::Value = serde_json::from_str(&json).unwrap();
+            assert_eq!(v["effect"], name);
+            assert!(!v["parameters"].as_array().unwrap().is_empty());
+        }
+    }
+    let all: serde_json::Value = serde_json::from_str(&done(&["effects", "--json"])).unwrap();
+    assert_eq!(all.as_array().unwrap().len(), 18);
+}
