@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::case::Case;
 use crate::leftover::{Dependence, dependences};
-use crate::refine::{Course, Model, Options, Refinement, mean_square};
+use crate::refine::{Course, Model, Options, Refinement, mean_square, pulled};
 use crate::score::{strengths, threshold};
 
 /// What the data say.
@@ -168,7 +168,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     let before = case.motor.clone();
     let (loop_, base) = Refinement::new(case, options)?;
     let course = loop_.run(base)?;
-    let steps: Vec<Step> = course.models.par_iter().map(|m| step(&loop_, m)).collect();
+    let steps = steps(&loop_, &course);
     let last = &course.models[course.models.len() - 1];
     let leftover = dependences(&last.fit.machine, &last.fit.starts, loop_.pulled());
     let ranking = ranking(&loop_, &course, significance);
@@ -193,23 +193,57 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     })
 }
 
-/// The model of a step fitted once more without help from the measured speed: what a user's own simulation will show.
-fn step(loop_: &Refinement, model: &Model) -> Step {
-    let case = loop_.case();
-    let options = FitOptions { iterations: 15, tolerance: 1e-5, horizons: Vec::new() };
-    let helped = (model.fit.machine, model.fit.starts.clone());
-    let (machine, starts) = match loop_.fit_unaided(&model.fit.machine, &model.effects, &options) {
-        // Where the unaided simulation falls out of step, its minimum means nothing.
+/// The recordings as steps are judged on them. Voltage replayed without the drive that made it can be unstable (a slow, loaded machine
+/// falls out of step on the slightest difference); on such recordings every step is judged with the speed drawn towards the measured
+/// one, on all others without help.
+struct Judged {
+    train: Vec<Experiment>,
+    holdout: Option<Experiment>,
+}
+
+/// How much worse the final model may be without help before a recording counts as unstable.
+const UNSTABLE: f64 = 1.2;
+
+impl Judged {
+    /// Recordings that `machine` can follow unaided, to within `factor` of its aided error, stay unaided.
+    fn new(loop_: &Refinement, machine: &Machine<f64>, starts: &[State<f64>], factor: f64) -> Self {
+        let judged = |e: &Experiment, x: &State<f64>| {
+            let aided = pulled(std::slice::from_ref(e)).remove(0);
+            let stable = mean_square(machine, e, x) <= factor * mean_square(machine, &aided, x);
+            if stable { e.clone() } else { aided }
+        };
+        let case = loop_.case();
+        Self {
+            train: case.train.par_iter().zip(starts).map(|(e, x)| judged(e, x)).collect(),
+            holdout: case.holdout.as_ref().map(|h| judged(h, &h.start.state())),
+        }
+    }
+}
+
+/// A model fitted once more as a user's own simulation will run it, and its errors.
+fn step(loop_: &Refinement, model: &Model, refit: &Judged, judged: &Judged) -> Step {
+    let options = FitOptions { iterations: 12, tolerance: 1e-5, horizons: Vec::new() };
+    let (machine, starts) = match loop_.fit_to(&refit.train, &model.fit.machine, &model.effects, &options) {
+        // Where the unaided simulation falls out of step on the way, its minimum means nothing.
         Ok(f) if mean_square_all(&f.machine, loop_.pulled(), &f.starts) < 1.2 * model.train() => (f.machine, f.starts),
-        _ => helped,
+        _ => (model.fit.machine, model.fit.starts.clone()),
     };
     Step {
         effects: model.effects.clone(),
-        train: errors(&machine, &case.train, &starts),
-        holdout: case.holdout.as_ref().map(|h| errors(&machine, std::slice::from_ref(h), &[h.start.state()])),
+        train: errors(&machine, &judged.train, &starts),
+        holdout: judged.holdout.as_ref().map(|h| errors(&machine, std::slice::from_ref(h), &[h.start.state()])),
         machine,
         starts,
     }
+}
+
+fn steps(loop_: &Refinement, course: &Course) -> Vec<Step> {
+    let last = &course.models[course.models.len() - 1];
+    // A first, generous look: what the final model can be fitted on unaided; then the strict one, with that fit.
+    let refit = Judged::new(loop_, &last.fit.machine, &last.fit.starts, 100.0);
+    let end = step(loop_, last, &refit, &refit);
+    let judged = Judged::new(loop_, &end.machine, &end.starts, UNSTABLE);
+    course.models.par_iter().map(|m| step(loop_, m, &refit, &judged)).collect()
 }
 
 fn mean_square_all(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> f64 {

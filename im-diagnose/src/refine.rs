@@ -133,9 +133,15 @@ impl Refinement {
         self.rating.unit_of(scale, self.base.parameters(), self.base.pole_pairs())
     }
 
-    /// Fits effects to the training recordings without drawing the speed.
-    pub fn fit_unaided(&self, machine: &Machine<f64>, effects: &[EffectId], options: &FitOptions) -> Result<Fit, FitError> {
-        fit(machine, &self.case.train, &self.free(machine, effects), options)
+    /// Fits effects to other views of the training recordings.
+    pub fn fit_to(
+        &self,
+        experiments: &[Experiment],
+        machine: &Machine<f64>,
+        effects: &[EffectId],
+        options: &FitOptions,
+    ) -> Result<Fit, FitError> {
+        fit(machine, experiments, &self.free(machine, effects), options)
     }
 
     fn free(&self, machine: &Machine<f64>, effects: &[EffectId]) -> Vec<Free> {
@@ -301,7 +307,7 @@ impl Refinement {
 const PULL_PER_S: f64 = 30.0;
 
 /// Copies of experiments with the speed drawn towards the measured one, where it is measured.
-fn pulled(experiments: &[Experiment]) -> Vec<Experiment> {
+pub fn pulled(experiments: &[Experiment]) -> Vec<Experiment> {
     experiments
         .iter()
         .map(|e| {

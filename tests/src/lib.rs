@@ -2,4 +2,5 @@
 //!
 //! [`hidden`] is a simulator of its own, kept apart from the model crate on purpose.
 
+pub mod campaign;
 pub mod hidden;
