@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum ModelError {
     /// A quantity is not finite, or outside its bound.
-    #[error("{quantity} = {value} must be {bound}")]
+    #[error("{quantity} = {} must be {bound}", Short(*.value))]
     OutOfBounds {
         /// Name of the quantity with its unit, as in files.
         quantity: &'static str,
@@ -46,11 +46,22 @@ pub enum Bound {
 
 impl core::fmt::Display for Bound {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
+        match *self {
             Self::Positive => f.write_str("positive and finite"),
             Self::NotNegative => f.write_str("zero or positive, and finite"),
-            Self::Within(a, b) => write!(f, "from {a} to {b}"),
+            Self::Within(a, b) => write!(f, "from {} to {}", Short(a), Short(b)),
         }
+    }
+}
+
+/// A number as people write it: 0.156, 1e300 rather than three hundred zeros.
+struct Short(f64);
+
+impl core::fmt::Display for Short {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let x = self.0;
+        let size = if x < 0.0 { -x } else { x };
+        if (size > 0.0 && size < 1e-4) || (size >= 1e7 && size.is_finite()) { write!(f, "{x:e}") } else { write!(f, "{x}") }
     }
 }
 

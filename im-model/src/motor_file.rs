@@ -1,30 +1,4 @@
 //! `motor.toml`: a machine with its name, its rating and its effects.
-//!
-//! ```toml
-//! [machine]
-//! name = "pump drive 7"
-//! pole_pairs = 2
-//!
-//! [machine.parameters]                  # star-equivalent, T circuit; all seven
-//! stator_resistance_ohm = 1.5
-//! rotor_resistance_ohm = 0.9
-//! stator_leakage_inductance_h = 0.004
-//! rotor_leakage_inductance_h = 0.004
-//! magnetizing_inductance_h = 0.156
-//! inertia_kg_m2 = 0.045
-//! viscous_friction_nm_s_per_rad = 0.004
-//!
-//! [machine.rating]                      # may be left out: then guessed
-//! torque_nm = 26.0
-//! electrical_frequency_hz = 50.0
-//! phase_voltage_peak_v = 320.0
-//! rotor_flux_vs = 0.95
-//!
-//! [effects.iron_loss]                   # one table for each effect that is on
-//! conductance_s = 0.001
-//! ```
-//!
-//! Parameters of an effect that are left out take the value usual for a machine of this rating; a strength left out is zero.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -39,6 +13,32 @@ use crate::parameters::{BaseParameter, TParameters};
 use crate::toml_reader::{Document, Table, exact, quoted};
 
 /// The content of a `motor.toml`.
+///
+/// ```toml
+/// [machine]
+/// name = "pump drive 7"
+/// pole_pairs = 2
+///
+/// [machine.parameters]                  # star-equivalent, T circuit; all seven
+/// stator_resistance_ohm = 1.5
+/// rotor_resistance_ohm = 0.9
+/// stator_leakage_inductance_h = 0.004
+/// rotor_leakage_inductance_h = 0.004
+/// magnetizing_inductance_h = 0.156
+/// inertia_kg_m2 = 0.045
+/// viscous_friction_nm_s_per_rad = 0.004
+///
+/// [machine.rating]                      # may be left out: then guessed
+/// torque_nm = 26.0
+/// electrical_frequency_hz = 50.0
+/// phase_voltage_peak_v = 320.0
+/// rotor_flux_vs = 0.95
+///
+/// [effects.iron_loss]                   # one table for each effect that is on
+/// conductance_s = 0.001
+/// ```
+///
+/// Parameters of an effect that are left out take the value usual for a machine of this rating; a strength left out is zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotorFile {
     /// What the machine is called.

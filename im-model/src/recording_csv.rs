@@ -1,10 +1,5 @@
 //! Recordings as text: one line of column names, one row per sample.
 //!
-//! `t_s,u_alpha_V,u_beta_V,i_alpha_A,i_beta_A,omega_m_rad_s,tau_load_Nm`, in any order; `tau_load_Nm` may be missing. Phase
-//! quantities are read too: `u_a_V,u_b_V,u_c_V` and `i_a_A,i_b_A,i_c_A`, of which `i_c_A` may be missing (the star point floats:
-//! i_c = −i_a − i_b). Other columns are passed over, as are empty lines and lines that begin with `#`. Columns are separated by
-//! commas, semicolons or tabs; numbers have a decimal point.
-//!
 //! Rows are read one by one into the recording itself, so that memory stays at about the size of the data.
 
 use std::fs::File;
@@ -55,7 +50,11 @@ impl Source {
 }
 
 impl Recording {
-    /// Reads a file.
+    /// Reads a file of one line of column names and one row per sample:
+    /// `t_s,u_alpha_V,u_beta_V,i_alpha_A,i_beta_A,omega_m_rad_s,tau_load_Nm`, in any order; `tau_load_Nm` may be missing. Phase
+    /// quantities are read too: `u_a_V,u_b_V,u_c_V` and `i_a_A,i_b_A,i_c_A`, of which `i_c_A` may be missing (the star point floats:
+    /// i_c = −i_a − i_b). Other columns are passed over, as are empty lines and lines that begin with `#`. Columns are separated by
+    /// commas, semicolons or tabs; numbers have a decimal point.
     ///
     /// # Errors
     /// The file cannot be read, is empty, lacks a column or has one twice, or a row is cut, holds something that is not a finite

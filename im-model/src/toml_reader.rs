@@ -130,7 +130,10 @@ impl<'a> Table<'a> {
         let points = match value {
             DeValue::Array(list) => list
                 .iter()
-                .map(|p| pair(p.get_ref()).ok_or_else(|| wrong(format!("a list that holds {}", describe(p.get_ref())))))
+                .map(|p| {
+                    pair(p.get_ref())
+                        .ok_or_else(|| wrong("a list with something other than a point [t_s, value] in it".to_owned()))
+                })
                 .collect::<Result<Vec<_>, _>>()?,
             other => vec![[0.0, number(other).ok_or_else(|| wrong(describe(other)))?]],
         };

@@ -174,6 +174,9 @@ impl Scenario {
         Bound::Positive.check("duration_s", self.duration_s)?;
         Bound::Within(1.0, 1e9).check("samples in duration_s", self.duration_s / self.sampling_time_s())?;
         Bound::Within(1.0, 1e6).check("record_every", f64::from(self.record_every))?;
+        // What fits in the memory of a workstation.
+        let rows = self.duration_s / self.sampling_time_s() / f64::from(self.record_every);
+        Bound::Within(0.0, 1e8).check("rows (raise record_every): duration_s/sample_time_s/record_every", rows)?;
         Bound::Within(-1e9, 1e9).check("quadratic_nm_s2", self.load.quadratic_nm_s2)?;
         self.sensors.validate()?;
         let nyquist = Bound::Within(0.0, 0.5 / self.sampling_time_s());

@@ -1,67 +1,4 @@
-//! `scenario.toml`.
-//!
-//! ```toml
-//! [scenario]
-//! name = "fan start"            # what the recording is called
-//! duration_s = 1.5
-//! sample_time_s = 1e-4          # 1e-4 if left out
-//! record_every = 1              # row every so many samples; 1 if left out
-//!
-//! # One source:
-//! [mains]                       # direct on line
-//! voltage_peak_v = 325.3        # phase voltage, peak
-//! frequency_hz = 50
-//! closing_s = 0.1               # 0 if left out
-//! phase_deg = 0                 # angle at t = 0
-//!
-//! [volts_per_hertz]
-//! voltage_peak_v = 325.3        # at the rated frequency
-//! frequency_hz = 50             # rated
-//! boost_v = 10                  # at standstill; 0 if left out
-//! ramp_hz_per_s = 100           # fastest change; 1e6 if left out
-//! reference_hz = [[0, 0], [0.5, 50]]
-//!
-//! [current]                     # a rotating current, for delta modulation
-//! amplitude_a = 10
-//! frequency_hz = 5
-//!
-//! [recording]                   # the voltages and the load torque of a recording, again
-//! file = "run.csv"              # beside this file
-//!
-//! [controller]                  # by name, from the crates that have them
-//! name = "…"
-//! speed_rad_s = [[0, 0], [0.5, 150]]
-//! rotor_flux_vs = 0.95
-//! torque_nm = 0
-//!
-//! # What else there is, all of it optional:
-//! [load]
-//! torque_nm = [[0, 0], [1, 0], [1, 10]]   # a number, or points [t_s, value]; two at one time make a step
-//! quadratic_nm_s2 = 0.0007                # adds c ω|ω|
-//! imposed_speed_rad_s = 150               # instead: the rotor turns at this speed whatever the torque
-//!
-//! [inverter]
-//! kind = "averaged"             # or "carrier_pwm" or "delta_modulation"
-//! dc_voltage_v = 560
-//! carrier_frequency_hz = 10e3   # carrier_pwm; a sample is a whole number of half periods
-//! period_s = 1e-4               # delta_modulation; a sample is a whole number of periods
-//! dead_time_s = 2e-6            # the switched kinds; 0 if left out, like the drop of their devices
-//! drop_v = 1.0
-//! on_resistance_ohm = 0.01
-//!
-//! [start]
-//! kind = "rest"                 # or "steady_state", with load_nm or speed_rad_s
-//!
-//! [sensors]
-//! current_noise_a = 0.05        # standard deviations of white noise
-//! speed_noise_rad_s = 0.1
-//! torque_noise_nm = 0.05
-//! current_offset_alpha_a = 0.0
-//! current_offset_beta_a = 0.0
-//! current_step_a = 0.01         # quantization
-//! speed_step_rad_s = 0.0
-//! seed = 1
-//! ```
+//! Reading `scenario.toml`.
 
 use std::path::Path;
 
@@ -82,7 +19,70 @@ const SOURCES: [&str; 5] = ["mains", "volts_per_hertz", "current", "recording", 
 const ANY: Bound = Bound::Within(-1e9, 1e9);
 
 impl Scenario {
-    /// Reads a file; a recording that it names is looked for beside it.
+    /// Reads a `scenario.toml`; a recording that it names is looked for beside it. The file is written like this:
+    ///
+    /// ```toml
+    /// [scenario]
+    /// name = "fan start"            # what the recording is called
+    /// duration_s = 1.5
+    /// sample_time_s = 1e-4          # 1e-4 if left out
+    /// record_every = 1              # row every so many samples; 1 if left out
+    ///
+    /// # One source:
+    /// [mains]                       # direct on line
+    /// voltage_peak_v = 325.3        # phase voltage, peak
+    /// frequency_hz = 50
+    /// closing_s = 0.1               # 0 if left out
+    /// phase_deg = 0                 # angle at t = 0
+    ///
+    /// [volts_per_hertz]
+    /// voltage_peak_v = 325.3        # at the rated frequency
+    /// frequency_hz = 50             # rated
+    /// boost_v = 10                  # at standstill; 0 if left out
+    /// ramp_hz_per_s = 100           # fastest change; 1e6 if left out
+    /// reference_hz = [[0, 0], [0.5, 50]]
+    ///
+    /// [current]                     # a rotating current, for delta modulation
+    /// amplitude_a = 10
+    /// frequency_hz = 5
+    ///
+    /// [recording]                   # the voltages and the load torque of a recording, again
+    /// file = "run.csv"              # beside this file
+    ///
+    /// [controller]                  # by name, from the crates that have them
+    /// name = "…"
+    /// speed_rad_s = [[0, 0], [0.5, 150]]
+    /// rotor_flux_vs = 0.95
+    /// torque_nm = 0
+    ///
+    /// # What else there is, all of it optional:
+    /// [load]
+    /// torque_nm = [[0, 0], [1, 0], [1, 10]]   # a number, or points [t_s, value]; two at one time make a step
+    /// quadratic_nm_s2 = 0.0007                # adds c ω|ω|
+    /// imposed_speed_rad_s = 150               # instead: the rotor turns at this speed whatever the torque
+    ///
+    /// [inverter]
+    /// kind = "averaged"             # or "carrier_pwm" or "delta_modulation"
+    /// dc_voltage_v = 560
+    /// carrier_frequency_hz = 10e3   # carrier_pwm; a sample is a whole number of half periods
+    /// period_s = 1e-4               # delta_modulation; a sample is a whole number of periods
+    /// dead_time_s = 2e-6            # the switched kinds; 0 if left out, like the drop of their devices
+    /// drop_v = 1.0
+    /// on_resistance_ohm = 0.01
+    ///
+    /// [start]
+    /// kind = "rest"                 # or "steady_state", with load_nm or speed_rad_s
+    ///
+    /// [sensors]
+    /// current_noise_a = 0.05        # standard deviations of white noise
+    /// speed_noise_rad_s = 0.1
+    /// torque_noise_nm = 0.05
+    /// current_offset_alpha_a = 0.0
+    /// current_offset_beta_a = 0.0
+    /// current_step_a = 0.01         # quantization
+    /// speed_step_rad_s = 0.0
+    /// seed = 1
+    /// ```
     ///
     /// # Errors
     /// The file or its recording cannot be read, has an unknown key, lacks one, or a value is of the wrong type or outside its
@@ -361,7 +361,7 @@ mod tests {
         assert!(error("[sensors]", "[current]\n[sensors]").contains("current is given beside [mains], expected one source only"));
         assert_eq!(
             error("[1, 10]]", "[1, \"x\"]]"),
-            "s.toml:10: torque_nm is a list that holds a list, expected a number, or points [[t_s, value], …] in the order of time; two \
+            "s.toml:10: torque_nm is a list with something other than a point [t_s, value] in it, expected a number, or points [[t_s, value], …] in the order of time; two \
              at one time make a step"
         );
         assert!(error("[1, 0]", "[3, 0]").starts_with("s.toml:10: torque_nm is not a profile (time_s of a point = 1 must be"));
