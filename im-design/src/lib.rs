@@ -15,7 +15,7 @@
 //! * [`certificate`]: files and their checker;
 //! * [`thau`], [`thau_box`], [`kubota`], [`kubota_loop`], [`sliding`], [`kenne`], [`jadot`], [`sampled`]: designs;
 //! * [`mtpa`]: maximum torque per ampere, from an equivalent circuit with saturation;
-//! * [`request`]: designs by name and region file; [`gains`]: gain sets as TOML and as Rust source.
+//! * [`request`]: designs by name and region file; [`gains`]: gain sets as TOML and as Rust source; [`plot`]: SVG.
 
 pub mod certificate;
 pub mod error;
@@ -31,6 +31,7 @@ pub mod machine;
 pub mod matrix;
 pub mod model;
 pub mod mtpa;
+pub mod plot;
 pub mod request;
 pub mod sampled;
 pub mod sliding;

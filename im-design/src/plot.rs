@@ -1,0 +1,209 @@
+//! Pictures of a design as SVG text, small and without scripts: pole maps, stability maps, curves over torque.
+
+use crate::certificate::Plant;
+use crate::kubota::KubotaDesign;
+use crate::kubota_loop::LoopGains;
+use crate::linalg;
+use crate::mtpa::Optimum;
+use std::fmt::Write;
+
+const WIDTH: f64 = 640.0;
+const HEIGHT: f64 = 420.0;
+const MARGIN: f64 = 60.0;
+const COLOURS: [&str; 4] = ["#1f5fa8", "#c0392b", "#2e8b57", "#8e6bbf"];
+
+/// How the points of a series are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// Joined by a line.
+    Line,
+    /// Crosses, as poles are drawn.
+    Cross,
+}
+
+/// Points with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// Name in the legend.
+    pub name: String,
+    /// Line or crosses.
+    pub mark: Mark,
+    /// x, y.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// A chart of series over linear axes.
+pub fn chart(title: &str, x_label: &str, y_label: &str, series: &[Series]) -> String {
+    let all = || series.iter().flat_map(|s| &s.points).filter(|(x, y)| x.is_finite() && y.is_finite());
+    let [left, right] = bounds(all().map(|p| p.0));
+    let [low, high] = bounds(all().map(|p| p.1));
+    let at = |(x, y): (f64, f64)| {
+        let u = MARGIN + (x - left) / (right - left) * (WIDTH - 2.0 * MARGIN);
+        (u, HEIGHT - MARGIN - (y - low) / (high - low) * (HEIGHT - 2.0 * MARGIN))
+    };
+    let mut svg = frame(title, x_label, y_label, [left, right], [low, high]);
+    for (k, s) in series.iter().enumerate() {
+        let colour = COLOURS[k % COLOURS.len()];
+        let points = s.points.iter().filter(|(x, y)| x.is_finite() && y.is_finite()).map(|p| at(*p));
+        match s.mark {
+            Mark::Line => {
+                let path: Vec<String> = points.map(|(u, v)| format!("{u:.1},{v:.1}")).collect();
+                let path = path.join(" ");
+                let _ = writeln!(svg, r#"<polyline points="{path}" fill="none" stroke="{colour}" stroke-width="1.6"/>"#);
+            }
+            Mark::Cross => {
+                for (u, v) in points {
+                    let (a, b, c, d) = (u - 3.0, v - 3.0, u + 3.0, v + 3.0);
+                    let path = format!("M{a:.1} {b:.1}L{c:.1} {d:.1}M{a:.1} {d:.1}L{c:.1} {b:.1}");
+                    let _ = writeln!(svg, r#"<path d="{path}" stroke="{colour}"/>"#);
+                }
+            }
+        }
+        let v = MARGIN + 14.0 * k as f64;
+        let name = escape(&s.name);
+        let _ = writeln!(svg, r#"<text x="{}" y="{v:.1}" fill="{colour}" text-anchor="end">{name}</text>"#, WIDTH - MARGIN);
+    }
+    svg.push_str("</svg>\n");
+    svg
+}
+
+/// Where the adaptive loop is stable (blue, darker is faster) and unstable (red), over slip and speed.
+pub fn stability_map(
+    plant: Plant,
+    gains: &LoopGains,
+    speed_rad_per_s: [f64; 2],
+    slip_rad_per_s: [f64; 2],
+    flux_wb: f64,
+) -> String {
+    let n = 40;
+    let grid = |[low, high]: [f64; 2]| -> Vec<f64> {
+        (0..n).map(|k| low + (high - low) * (f64::from(k) + 0.5) / f64::from(n)).collect()
+    };
+    let (speeds, slips) = (grid(speed_rad_per_s), grid(slip_rad_per_s));
+    let map = gains.map(plant, &speeds, &slips, flux_wb);
+    let most = map.iter().flatten().fold(1e-9f64, |m, d| m.max(d.abs()));
+    let (w, h) = ((WIDTH - 2.0 * MARGIN) / f64::from(n), (HEIGHT - 2.0 * MARGIN) / f64::from(n));
+    let title = "Decay rate of the adaptive loop: blue stable, red unstable";
+    let mut svg = frame(title, "slip, rad/s", "speed, rad/s", slip_rad_per_s, speed_rad_per_s);
+    for (row, decays) in map.iter().enumerate() {
+        for (column, decay) in decays.iter().enumerate() {
+            let colour = if *decay > 0.0 { COLOURS[0] } else { COLOURS[1] };
+            let opacity = 0.15 + 0.85 * (decay.abs() / most).sqrt();
+            let (x, y) = (MARGIN + w * column as f64, HEIGHT - MARGIN - h * (row + 1) as f64);
+            let _ = writeln!(
+                svg,
+                r#"<rect x="{x:.1}" y="{y:.1}" width="{w:.1}" height="{h:.1}" fill="{colour}" fill-opacity="{opacity:.2}"/>"#
+            );
+        }
+    }
+    svg.push_str("</svg>\n");
+    svg
+}
+
+/// Poles of the error dynamics of Kubota's observer over its speed range.
+pub fn pole_map(plant: Plant, design: &KubotaDesign) -> String {
+    let c = plant.constants::<f64>();
+    let [low, high] = design.speed_rad_per_s;
+    let speeds = (0..=24).map(|k| low + (high - low) * f64::from(k) / 24.0);
+    let points = speeds.flat_map(|w| linalg::eigenvalues(&design.error_matrix(&c, w))).collect();
+    let poles = Series { name: format!("{low} to {high} rad/s"), mark: Mark::Cross, points };
+    chart("Poles of the estimation error", "real part, 1/s", "imaginary part, rad/s", &[poles])
+}
+
+/// A pair of laws over torque, to draw beside the optimum.
+pub struct Law<'a> {
+    /// Name in the legend.
+    pub name: &'a str,
+    /// Rms current for a torque.
+    pub current: &'a dyn Fn(f64) -> f64,
+    /// Slip frequency for a torque.
+    pub slip: &'a dyn Fn(f64) -> f64,
+}
+
+/// Current and slip of the optimum over torque, each with the laws to compare.
+pub fn mtpa_curves(optimum: &[Optimum], laws: &[Law<'_>]) -> [String; 2] {
+    let line = |name: &str, value: &dyn Fn(&Optimum) -> f64| Series {
+        name: name.into(),
+        mark: Mark::Line,
+        points: optimum.iter().map(|o| (o.torque_n_m, value(o))).collect(),
+    };
+    let mut current = vec![line("optimum", &|o| o.current_rms_a)];
+    let mut slip = vec![line("optimum", &|o| o.slip_rad_per_s)];
+    for law in laws {
+        current.push(line(law.name, &|o| (law.current)(o.torque_n_m)));
+        slip.push(line(law.name, &|o| (law.slip)(o.torque_n_m)));
+    }
+    [
+        chart("Least current", "torque, N m", "stator current, A rms", &current),
+        chart("Slip of least current", "torque, N m", "slip frequency, rad/s", &slip),
+    ]
+}
+
+fn bounds(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(x), h.max(x)]);
+    match high - low {
+        span if span > 0.0 && span.is_finite() => [low - 0.03 * span, high + 0.03 * span],
+        _ if low.is_finite() => [low - 1.0, low + 1.0],
+        _ => [0.0, 1.0],
+    }
+}
+
+/// The opening tag, axes, ticks and labels.
+fn frame(title: &str, x_label: &str, y_label: &str, x: [f64; 2], y: [f64; 2]) -> String {
+    let (w, h) = (WIDTH - 2.0 * MARGIN, HEIGHT - 2.0 * MARGIN);
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" font-family=\"sans-serif\" font-size=\"11\">\n\
+         <rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"white\"/>\n\
+         <rect x=\"{MARGIN}\" y=\"{MARGIN}\" width=\"{w}\" height=\"{h}\" fill=\"none\" stroke=\"#888\"/>\n"
+    );
+    for k in 0..=4 {
+        let f = f64::from(k) / 4.0;
+        let (u, v) = (MARGIN + f * w, HEIGHT - MARGIN - f * h);
+        let (tx, ty) = (tick(x[0] + f * (x[1] - x[0])), tick(y[0] + f * (y[1] - y[0])));
+        let below = HEIGHT - MARGIN + 15.0;
+        let beside = MARGIN - 5.0;
+        let _ = writeln!(svg, r#"<text x="{u:.1}" y="{below}" text-anchor="middle">{tx}</text>"#);
+        let _ = writeln!(svg, r#"<text x="{beside}" y="{v:.1}" text-anchor="end">{ty}</text>"#);
+    }
+    let (middle, bottom, half) = (0.5 * WIDTH, HEIGHT - 20.0, 0.5 * HEIGHT);
+    for (x, y, turn, text) in
+        [(middle, 30.0, "", title), (middle, bottom, "", x_label), (15.0, half, "rotate(-90 15 210)", y_label)]
+    {
+        let text = escape(text);
+        let _ = writeln!(svg, r#"<text x="{x}" y="{y}" text-anchor="middle" transform="{turn}">{text}</text>"#);
+    }
+    svg
+}
+
+fn tick(x: f64) -> String {
+    if x != 0.0 && !(1e-2..1e5).contains(&x.abs()) {
+        format!("{x:.1e}")
+    } else {
+        format!("{:.4}", x).trim_end_matches('0').trim_end_matches('.').into()
+    }
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Machine;
+    use crate::kubota::{KubotaRequest, closed_form};
+    use crate::kubota_loop::no_feedback;
+
+    #[test]
+    fn pictures_are_closed_and_show_both_colours() {
+        let plant = Plant::Machine(Machine::jadot_table_i());
+        let map = stability_map(plant, &no_feedback(0.05, 20.0), [1.0, 40.0], [-20.0, 20.0], 0.9);
+        assert!(map.ends_with("</svg>\n") && COLOURS[..2].iter().all(|c| map.contains(c)));
+        let request = KubotaRequest { speed_rad_per_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: 1e4 };
+        let poles = pole_map(plant, &closed_form(plant, &request).unwrap().0);
+        assert_eq!(poles.matches("<path").count(), 100, "four poles at 25 speeds");
+        let point = |t: f64| Optimum { torque_n_m: t, current_rms_a: t.sqrt(), slip_rad_per_s: 1.0, flux_wb: 1.0 };
+        let curves = mtpa_curves(&[point(1.0), point(4.0)], &[Law { name: "law <1 %", current: &|t| t, slip: &|_| f64::NAN }]);
+        assert!(curves.iter().all(|c| c.contains("law &lt;1 %") && !c.contains("NaN")));
+    }
+}
