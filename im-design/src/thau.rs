@@ -7,8 +7,13 @@
 //! [          B₂ᵀP              −I ]  < 0,
 //! ```
 //!
-//! whose optimum over P and L is (D/J)/μ: with e along the speed, Ce = 0 and Δu₂ = (κ‖e‖, 0, 0) give
-//! ė = (−D/J + μκ)e, which no L can stabilize once κ ≥ (D/J)/μ.
+//! No gain tolerates more than min((D/J)/μ, η/n_p), whatever the proof:
+//!
+//! * with e = (s, 0, 0, 0, 0), Ce = 0 and Δu₂ = ((D/J)/μ·s, 0, 0) give ė = 0: a speed error stays for ever, unseen;
+//! * with e = (0, s, 0, 0, 0), Ce = 0 and Δu₂ = (0, −(η/n_p)s, 0) give λ̇ error −ηs + ηs = 0 and i̇ error βηs − βηs = 0:
+//!   a flux error stays for ever, unseen.
+//!
+//! The SDP reaches this limit. For the machine of Kwon et al. the speed binds: (D/J)/μ = 0.0485.
 
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
 use crate::error::DesignError;
@@ -84,9 +89,9 @@ impl Claim for ThauDesign {
     }
 }
 
-/// (D/J)/μ, above which no gain can work.
+/// min((D/J)/μ, η/n_p), from which on no gain can work.
 pub fn limit(c: &Constants<f64>) -> f64 {
-    c.friction_rate / c.mu
+    (c.friction_rate / c.mu).min(c.eta / c.n_p)
 }
 
 /// The gain of largest κ by SDP, less `slack` (relative, e.g. 0.001) so that the proof is strict.
@@ -112,7 +117,7 @@ pub fn maximize(plant: Plant, slack: f64) -> Result<(ThauDesign, Certificate), D
 
 /// With `q` none: the largest q = κ². With `q` given: the most strictly feasible P and gain.
 fn solve(c: &Constants<f64>, q: Option<f64>) -> Result<(f64, Matrix<f64>, Matrix<f64>), DesignError> {
-    // A unit of speed error costs p = (D/J)/μ² at the optimum; scale the problem so that q is of order one.
+    // Scale the problem so that q is of order one.
     let unit = limit(c) * limit(c);
     let scale = Matrix::diagonal(&[1.0, 1.0, 1.0, c.beta.sqrt(), c.beta.sqrt()]);
     let inverse = Matrix::from_fn(5, 5, |i, j| if i == j { 1.0 / scale[(i, j)] } else { 0.0 });

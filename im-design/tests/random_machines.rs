@@ -141,12 +141,13 @@ proptest! {
     }
 
     #[test]
-    fn thau_reaches_the_limit_or_the_flux_binds(machine in machine()) {
+    fn thau_reaches_the_limit_and_never_passes_it(machine in machine()) {
         let plant = Plant::Machine(machine);
         let c = plant.constants::<f64>();
         let (design, certificate) = thau::maximize(plant, 1e-2).unwrap();
         reread(&certificate);
-        prop_assert!(design.lipschitz < thau::limit(&c));
+        let share = design.lipschitz / thau::limit(&c);
+        prop_assert!(share < 1.0 && share > 0.95, "{}", share);
         let beyond = thau::ThauDesign { lipschitz: thau::limit(&c) * 1.0001, ..design };
         prop_assert!(Certificate::seal(plant, beyond).is_err());
     }

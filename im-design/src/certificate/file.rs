@@ -115,6 +115,8 @@ impl Certificate {
         if let Plant::Machine(machine) = &self.plant {
             machine.validate().map_err(|e| CheckError::Malformed(e.to_string()))?;
         }
+        let table = toml::Value::try_from(self).map_err(|e| CheckError::Malformed(e.to_string()))?;
+        refuse_impossible("certificate", &table)?;
         let constants = self.plant.constants::<Rational>();
         decide(&self.design.obligations(&constants).map_err(CheckError::Malformed)?)
     }
@@ -162,5 +164,50 @@ impl Certificate {
     fn content_digest(&self) -> Result<String, CheckError> {
         let text = Certificate { digest: String::new(), ..self.clone() }.to_text()?;
         Ok(Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect())
+    }
+}
+
+/// Numbers that are not finite have no exact value, and a negative rate proves nothing.
+fn refuse_impossible(key: &str, value: &toml::Value) -> Result<(), CheckError> {
+    match value {
+        toml::Value::Float(x) if !x.is_finite() => Err(CheckError::Malformed(format!("{key} = {x} is not finite"))),
+        toml::Value::Float(x) if *x < 0.0 && key.ends_with("rate_per_s") => {
+            Err(CheckError::NotPositive { name: key.into(), value: *x })
+        }
+        toml::Value::Array(items) => items.iter().try_for_each(|item| refuse_impossible(key, item)),
+        toml::Value::Table(table) => table.iter().try_for_each(|(key, item)| refuse_impossible(key, item)),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kubota::{KubotaRequest, closed_form};
+
+    #[test]
+    fn numbers_without_a_value_and_negative_rates_are_refused() {
+        let plant = Plant::Machine(Machine::jadot_table_i());
+        let request = KubotaRequest { speed_rad_per_s: [-100.0, 100.0], rate_per_s: 1.0, flux_weight: 1.0 };
+        let (design, _) = closed_form(plant, &request).unwrap();
+        for rate_per_s in [f64::NAN, f64::NEG_INFINITY, -1.0] {
+            let forged = crate::kubota::KubotaDesign { rate_per_s, ..design.clone() };
+            assert!(Certificate::seal(plant, forged).is_err(), "{rate_per_s}");
+        }
+        let endless = crate::kubota::KubotaDesign { speed_rad_per_s: [-100.0, f64::INFINITY], ..design };
+        assert!(Certificate::seal(plant, endless).is_err());
+    }
+
+    #[test]
+    fn a_file_with_unknown_or_missing_fields_is_not_a_certificate() {
+        let plant = Plant::Machine(Machine::jadot_table_i());
+        let request = KubotaRequest { speed_rad_per_s: [-100.0, 100.0], rate_per_s: 1.0, flux_weight: 1.0 };
+        let text = closed_form(plant, &request).unwrap().1.to_text().unwrap();
+        assert!(Certificate::check_text(&text).is_ok());
+        let refused = |text: &str| matches!(Certificate::check_text(text), Err(CheckError::Malformed(_)));
+        assert!(refused(&text.replacen("schema = 1", "schema = 2", 1)));
+        assert!(refused(&text.replacen("schema = 1", "schema = 1\nextra = 2", 1)));
+        assert!(refused(&text.replacen("rate_per_s", "rate", 1)));
+        assert!(Certificate::check_text(&format!("# a comment changes nothing\n{text}")).is_ok());
     }
 }
