@@ -6,6 +6,8 @@
 //! turns the loops over N into vector instructions, and a step costs a few times that of `f64` (see `docs/performance.md`);
 //! a general dual-number library measured about ten times slower here.
 
+#![allow(clippy::needless_range_loop, reason = "three arrays at one index read best so, and compile best so")]
+
 use core::cmp::Ordering;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
 
@@ -38,16 +40,6 @@ impl<const N: usize> Dual<N> {
             *e = slope;
         }
         x
-    }
-
-    /// f(x) with f and f' evaluated at the value.
-    #[inline(always)]
-    fn chain(self, f: f64, df: f64) -> Self {
-        let mut eps = self.eps;
-        for e in &mut eps {
-            *e *= df;
-        }
-        Self { re: f, eps }
     }
 }
 
@@ -173,6 +165,25 @@ impl<const N: usize> Num for Dual<N> {
 }
 
 impl<const N: usize> Scalar for Dual<N> {
+    type Real = f64;
+    const DERIVATIVES: bool = true;
+
+    #[inline(always)]
+    fn real(self) -> f64 {
+        self.re
+    }
+    #[inline(always)]
+    fn from_real(x: f64) -> Self {
+        Self::constant(x)
+    }
+    #[inline(always)]
+    fn chain(self, f: f64, df: f64) -> Self {
+        let mut eps = self.eps;
+        for e in &mut eps {
+            *e *= df;
+        }
+        Self { re: f, eps }
+    }
     #[inline]
     fn from_f64(x: f64) -> Self {
         Self::constant(x)

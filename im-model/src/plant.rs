@@ -99,10 +99,15 @@ pub struct Plant<T> {
     effects: Effects<T>,
     map: FluxMap<T>,
     parts: Parts,
-    n_p: T,
-    torque_factor: T,
+    n_p: f64,
+    /// (3/2) n_p.
+    torque_factor: f64,
     /// 1/J, or 1/((1−f)J) with a compliant shaft.
     inv_inertia: T,
+    /// 1/(fJ); zero without a compliant shaft.
+    inv_load_inertia: T,
+    /// 1/τ of the iron, the bars, the stator's and the rotor's temperature; zero where not in use.
+    inv_times: [T; 4],
     /// Temperatures are tracked: R depends on them.
     heated: [bool; 2],
     /// Nothing is on outside the flux-current map: the short path is taken.
@@ -119,16 +124,25 @@ impl<T: Scalar> Plant<T> {
         } else {
             p.inertia_kg_m2
         };
-        let n_p = T::from_f64(f64::from(machine.pole_pairs()));
+        let n_p = f64::from(machine.pole_pairs());
+        let inverse = |on: bool, x: T| if on { T::one() / x } else { T::zero() };
+        let heated = [effects.is_on(EffectId::StatorHeating), effects.is_on(EffectId::RotorHeating)];
         Self {
             parameters: p,
             effects,
             map: FluxMap::new(&p, &effects),
             parts,
             n_p,
-            torque_factor: T::from_f64(1.5) * n_p,
+            torque_factor: 1.5 * n_p,
             inv_inertia: T::one() / inertia,
-            heated: [effects.is_on(EffectId::StatorHeating), effects.is_on(EffectId::RotorHeating)],
+            inv_load_inertia: inverse(parts.shaft, effects.shaft_compliance.load_inertia_fraction * p.inertia_kg_m2),
+            inv_times: [
+                inverse(parts.iron, effects.iron_loss.diffusion_time_s),
+                inverse(parts.skin, effects.rotor_skin_effect.time_constant_s),
+                inverse(heated[0], effects.stator_heating.time_constant_s),
+                inverse(heated[1], effects.rotor_heating.time_constant_s),
+            ],
+            heated,
             plain: effects.active().all(|id| !acts_in_equations(id)),
         }
     }
@@ -146,7 +160,7 @@ impl<T: Scalar> Plant<T> {
     }
     /// Pole pairs, as a number.
     pub fn n_p(&self) -> T {
-        self.n_p
+        T::from_f64(self.n_p)
     }
 
     /// Currents in a state.
@@ -157,7 +171,7 @@ impl<T: Scalar> Plant<T> {
 
     /// Electromagnetic torque in a state, Nm.
     pub fn torque(&self, x: &State<T>) -> T {
-        self.torque_factor * cross(self.currents(x).i_r, x.psi_r)
+        cross(self.currents(x).i_r, x.psi_r).scale(self.torque_factor)
     }
 
     /// Rates, torque and powers at a state.
@@ -185,15 +199,14 @@ impl<T: Scalar> Plant<T> {
             p.rotor_resistance_ohm
         };
         let at =
-            Operating { i_s, i_r, psi_m, omega_m: x.omega_m, theta_m: x.theta_m, r_s, r_r, n_p: self.n_p, own: [T::zero(); 2] };
+            Operating { i_s, i_r, psi_m, omega_m: x.omega_m, theta_m: x.theta_m, r_s, r_r, n_p: self.n_p(), own: [T::zero(); 2] };
 
         let u_s = if PLAIN { drive.u_s } else { e.applied_voltage(drive.u_s, i_s) };
         let stator_drop = if PLAIN { i_s * r_s } else { e.stator_drop(i_s * r_s, &at, &x.own) };
         let mut rotor_drop = if PLAIN { i_r * r_r } else { e.rotor_drop(i_r * r_r, &at, &x.own) };
 
         let mut rates = State::default();
-        let three_halves = T::from_f64(1.5);
-        let omega_e = self.n_p * x.omega_m;
+        let omega_e = x.omega_m.scale(self.n_p);
 
         // Power stored in the bars does not leave: it is taken out of the rotor's copper loss below.
         let mut into_bars = T::zero();
@@ -202,20 +215,20 @@ impl<T: Scalar> Plant<T> {
             let inner = i_r - x.i_bar;
             let rise = skin.resistance_rise * p.rotor_resistance_ohm;
             rotor_drop += inner * rise;
-            rates.i_bar = j(x.i_bar) * omega_e + inner * (T::one() / skin.time_constant_s);
+            rates.i_bar = j(x.i_bar) * omega_e + inner * self.inv_times[1];
             into_bars = rise * dot(inner, x.i_bar);
         }
         let mut iron = T::zero();
         if parts.iron {
             let law = &e.iron_loss;
-            rates.psi_fe = (psi_m - x.psi_fe) * (T::one() / law.diffusion_time_s);
-            iron = three_halves * law.conductance_s * norm2(rates.psi_fe);
+            rates.psi_fe = (psi_m - x.psi_fe) * self.inv_times[0];
+            iron = (law.conductance_s * norm2(rates.psi_fe)).scale(1.5);
         }
 
         rates.psi_s = u_s - stator_drop;
         rates.psi_r = j(x.psi_r) * omega_e - rotor_drop;
 
-        let torque = self.torque_factor * cross(i_r, x.psi_r);
+        let torque = cross(i_r, x.psi_r).scale(self.torque_factor);
         let viscous = p.viscous_friction_nm_s_per_rad * x.omega_m;
         let braking = if PLAIN { viscous } else { e.braking_torque(viscous, &at, &x.own) };
         let mut shaft_damping = T::zero();
@@ -226,7 +239,7 @@ impl<T: Scalar> Plant<T> {
             let damper = law.damping_nm_s_per_rad(p.inertia_kg_m2) * slide;
             shaft_damping = damper * slide;
             rates.twist = slide;
-            rates.omega_load = (spring + damper - drive.tau_load) / (law.load_inertia_fraction * p.inertia_kg_m2);
+            rates.omega_load = (spring + damper - drive.tau_load) * self.inv_load_inertia;
             (spring + damper, x.omega_load)
         } else {
             (drive.tau_load, x.omega_m)
@@ -237,17 +250,15 @@ impl<T: Scalar> Plant<T> {
         }
         rates.theta_m = x.omega_m;
 
-        let stator_copper = three_halves * dot(stator_drop, i_s);
-        let rotor_copper = three_halves * (dot(rotor_drop, i_r) - into_bars);
+        let stator_copper = dot(stator_drop, i_s).scale(1.5);
+        let rotor_copper = (dot(rotor_drop, i_r) - into_bars).scale(1.5);
         if parts.thermal {
             let (s, r) = (&e.stator_heating, &e.rotor_heating);
             if heated[0] {
-                rates.stator_rise_k =
-                    s.inverse_heat_capacity_k_per_j * stator_copper - x.stator_rise_k * (T::one() / s.time_constant_s);
+                rates.stator_rise_k = s.inverse_heat_capacity_k_per_j * stator_copper - x.stator_rise_k * self.inv_times[2];
             }
             if heated[1] {
-                rates.rotor_rise_k =
-                    r.inverse_heat_capacity_k_per_j * rotor_copper - x.rotor_rise_k * (T::one() / r.time_constant_s);
+                rates.rotor_rise_k = r.inverse_heat_capacity_k_per_j * rotor_copper - x.rotor_rise_k * self.inv_times[3];
             }
         }
         if parts.own {
@@ -259,8 +270,8 @@ impl<T: Scalar> Plant<T> {
         }
 
         let powers = Powers {
-            electrical_input: three_halves * dot(drive.u_s, i_s),
-            inverter_loss: three_halves * dot(drive.u_s - u_s, i_s),
+            electrical_input: dot(drive.u_s, i_s).scale(1.5),
+            inverter_loss: dot(drive.u_s - u_s, i_s).scale(1.5),
             stator_copper,
             rotor_copper,
             iron,
@@ -298,24 +309,23 @@ impl<T: Scalar> Plant<T> {
     ) -> State<T> {
         let parts = if PLAIN { Parts::default() } else { self.parts };
         let (half, sixth, third) = (0.5 * h, h / 6.0, h / 3.0);
-        let mut next = *x;
+        let (mut next, mut at) = (*x, *x);
         // Unrolled by hand: as a closure the compiler keeps it a call and copies whole states through memory.
         macro_rules! stage {
-            ($at:expr, $fraction:literal, $weight:expr) => {{
-                let mut at: State<T> = $at;
+            ($fraction:literal, $weight:expr $(, then $next_at:expr)?) => {{
                 if let (false, Some([a, b])) = (PLAIN, drive.imposed_speed) {
                     at.omega_m = a + (b - a).scale($fraction);
                 }
                 let e = self.evaluate_as::<PLAIN>(&at, drive);
                 observe($weight, &e);
                 next.accumulate(&e.rates, $weight, parts);
-                e.rates
+                $(at.set_advanced(x, &e.rates, $next_at, parts);)?
             }};
         }
-        let k1 = stage!(*x, 0.0, sixth);
-        let k2 = stage!(x.advanced(&k1, half, parts), 0.5, third);
-        let k3 = stage!(x.advanced(&k2, half, parts), 0.5, third);
-        stage!(x.advanced(&k3, h, parts), 1.0, sixth);
+        stage!(0.0, sixth, then half);
+        stage!(0.5, third, then half);
+        stage!(0.5, third, then h);
+        stage!(1.0, sixth);
         if let (false, Some([_, b])) = (PLAIN, drive.imposed_speed) {
             next.omega_m = b;
         }

@@ -12,10 +12,21 @@ use crate::effects::{CustomEffect, Hooks};
 /// Implemented for `f32`, `f64` and [`Dual`](crate::Dual). [`is_zero`](num_traits::Zero::is_zero) is true only when the value
 /// *and all its derivatives* vanish: this is how an effect knows that it is switched off.
 pub trait Scalar: NumAssign + Neg<Output = Self> + PartialOrd + Copy + Debug + Send + Sync + 'static {
+    /// The number type of the value: the type itself, or what a dual number carries. Iterations run in it.
+    type Real: Scalar<Real = Self::Real>;
+    /// Whether derivatives are carried along.
+    const DERIVATIVES: bool = false;
+
     /// The constant `x`.
     fn from_f64(x: f64) -> Self;
     /// The value without derivatives.
     fn value(self) -> f64;
+    /// The value without derivatives, in its own precision.
+    fn real(self) -> Self::Real;
+    /// The constant `x`, in its own precision.
+    fn from_real(x: Self::Real) -> Self;
+    /// f(x), given f and f' at the value of x: how a function evaluated without derivatives gets them.
+    fn chain(self, f: Self::Real, df: Self::Real) -> Self;
     /// x·k for a constant k: cheaper than a product where derivatives are carried along.
     fn scale(self, k: f64) -> Self;
     /// √x.
@@ -52,6 +63,20 @@ pub trait Scalar: NumAssign + Neg<Output = Self> + PartialOrd + Copy + Debug + S
 macro_rules! scalar {
     ($t:ty, $sqrt:ident, $sincos:ident, $exp:ident, $ln:ident, $pow:ident) => {
         impl Scalar for $t {
+            type Real = Self;
+
+            #[inline(always)]
+            fn real(self) -> Self {
+                self
+            }
+            #[inline(always)]
+            fn from_real(x: Self) -> Self {
+                x
+            }
+            #[inline(always)]
+            fn chain(self, f: Self, _df: Self) -> Self {
+                f
+            }
             #[inline]
             fn from_f64(x: f64) -> Self {
                 x as $t

@@ -79,38 +79,67 @@ impl Parts {
 }
 
 impl<T: Scalar> State<T> {
-    /// self + h·rates on the parts in use; the other parts stay as they are.
+    /// self = from + h·rates on the parts in use; the other parts stay as they are. In place, part by part: states with
+    /// derivatives are too large to be copied in passing.
     #[inline(always)]
-    pub(crate) fn advanced(&self, rates: &Self, h: f64, parts: Parts) -> Self {
-        let mut x = *self;
-        x.accumulate(rates, h, parts);
-        x
+    pub(crate) fn set_advanced(&mut self, from: &Self, rates: &Self, h: f64, parts: Parts) {
+        let real = |x: &mut T, from: T, r: T| *x = from + r.scale(h);
+        let complex = |x: &mut Complex<T>, from: Complex<T>, r: Complex<T>| {
+            x.re = from.re + r.re.scale(h);
+            x.im = from.im + r.im.scale(h);
+        };
+        complex(&mut self.psi_s, from.psi_s, rates.psi_s);
+        complex(&mut self.psi_r, from.psi_r, rates.psi_r);
+        real(&mut self.omega_m, from.omega_m, rates.omega_m);
+        real(&mut self.theta_m, from.theta_m, rates.theta_m);
+        if parts.iron {
+            complex(&mut self.psi_fe, from.psi_fe, rates.psi_fe);
+        }
+        if parts.skin {
+            complex(&mut self.i_bar, from.i_bar, rates.i_bar);
+        }
+        if parts.shaft {
+            real(&mut self.omega_load, from.omega_load, rates.omega_load);
+            real(&mut self.twist, from.twist, rates.twist);
+        }
+        if parts.thermal {
+            real(&mut self.stator_rise_k, from.stator_rise_k, rates.stator_rise_k);
+            real(&mut self.rotor_rise_k, from.rotor_rise_k, rates.rotor_rise_k);
+        }
+        if parts.own {
+            for c in 0..MAX_CUSTOM {
+                for k in 0..2 {
+                    self.own[c][k] = from.own[c][k] + rates.own[c][k].scale(h);
+                }
+            }
+        }
     }
 
     /// self += h·rates on the parts in use.
     #[inline(always)]
     pub(crate) fn accumulate(&mut self, rates: &Self, h: f64, parts: Parts) {
-        let add = |x: &mut Complex<T>, r: Complex<T>| {
+        let real = |x: &mut T, r: T| *x += r.scale(h);
+        let complex = |x: &mut Complex<T>, r: Complex<T>| {
             x.re += r.re.scale(h);
             x.im += r.im.scale(h);
         };
-        add(&mut self.psi_s, rates.psi_s);
-        add(&mut self.psi_r, rates.psi_r);
-        self.omega_m += rates.omega_m.scale(h);
-        self.theta_m += rates.theta_m.scale(h);
+        complex(&mut self.psi_s, rates.psi_s);
+        complex(&mut self.psi_r, rates.psi_r);
+        real(&mut self.omega_m, rates.omega_m);
+        real(&mut self.theta_m, rates.theta_m);
         if parts.iron {
-            add(&mut self.psi_fe, rates.psi_fe);
+            complex(&mut self.psi_fe, rates.psi_fe);
         }
         if parts.skin {
-            add(&mut self.i_bar, rates.i_bar);
+            complex(&mut self.i_bar, rates.i_bar);
         }
         if parts.shaft {
-            self.omega_load += rates.omega_load.scale(h);
-            self.twist += rates.twist.scale(h);
+            real(&mut self.omega_load, rates.omega_load);
+            real(&mut self.twist, rates.twist);
         }
         if parts.thermal {
-            self.stator_rise_k += rates.stator_rise_k.scale(h);
-            self.rotor_rise_k += rates.rotor_rise_k.scale(h);
+            real(&mut self.stator_rise_k, rates.stator_rise_k);
+            real(&mut self.rotor_rise_k, rates.rotor_rise_k);
         }
         if parts.own {
             for (x, r) in self.own.iter_mut().flatten().zip(rates.own.iter().flatten()) {

@@ -4,9 +4,12 @@
 //!
 //! for stator and rotor leakage alike: L_l at small currents, L_l/(1+κ) far above the knee. Monotone for κ ≥ 0; conservative.
 
+use num_complex::Complex;
+
 use super::effect;
 use crate::error::Bound;
 use crate::scalar::Scalar;
+use crate::space_vector::norm2;
 
 effect! {
     /// Saturation of both leakage paths.
@@ -33,15 +36,45 @@ effect! {
     hooks: {}
 }
 
-impl<T: Scalar> LeakageFluxSaturation<T> {
-    /// (φ, dφ/d|ψ_σ|²) at a leakage flux; `inv_l` is 1/L_l.
+/// The saturation of one leakage branch, prepared.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Branch<T> {
+    /// κ/L_l.
+    strength: T,
+    /// 1/(L_l I_k)².
+    scale: T,
+}
+
+impl<T: Scalar> Branch<T> {
+    pub fn real(&self) -> Branch<T::Real> {
+        Branch { strength: self.strength.real(), scale: self.scale.real() }
+    }
+
+    /// (φ − 1) ψ/L_l at a leakage flux, A.
     #[inline(always)]
-    pub(crate) fn factor(&self, psi_squared: T, inv_l: T) -> (T, T) {
-        let scale = inv_l / self.knee_current_a;
-        let scale = scale * scale;
-        let q = psi_squared * scale;
+    pub fn correction(&self, psi: Complex<T>) -> Complex<T> {
+        let q = norm2(psi) * self.scale;
+        psi * (self.strength * q / (T::one() + q))
+    }
+
+    /// The same with its derivative by ψ, a symmetric matrix (αα, αβ, ββ).
+    #[inline(always)]
+    pub fn correction_and_slope(&self, psi: Complex<T>) -> (Complex<T>, [T; 3]) {
+        let q = norm2(psi) * self.scale;
         let d = T::one() / (T::one() + q);
-        (T::one() + self.drop * q * d, self.drop * scale * d * d)
+        let a = self.strength * q * d;
+        let b = self.strength * self.scale * d * d;
+        let b = b + b;
+        (psi * a, [a + b * psi.re * psi.re, b * psi.re * psi.im, a + b * psi.im * psi.im])
+    }
+}
+
+impl<T: Scalar> LeakageFluxSaturation<T> {
+    /// The law for a branch whose 1/L_l is given.
+    #[inline(always)]
+    pub(crate) fn branch(&self, inv_l: T) -> Branch<T> {
+        let scale = inv_l / self.knee_current_a;
+        Branch { strength: self.drop * inv_l, scale: scale * scale }
     }
 
     /// ∫ φ ψ dψ beyond ψ²/2, times 1/L_l: the extra magnetic energy over 3/2, J.

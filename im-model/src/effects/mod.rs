@@ -40,6 +40,7 @@ pub use current_sensor_offset::CurrentSensorOffset;
 pub use custom::{Custom, CustomEffect, CustomId, Hooks, MAX_CUSTOM, MAX_CUSTOM_PARAMETERS};
 pub use inverter_nonlinearity::InverterNonlinearity;
 pub use iron_loss::IronLoss;
+pub(crate) use leakage_flux_saturation::Branch;
 pub use leakage_flux_saturation::LeakageFluxSaturation;
 pub use load_torque_ripple::LoadTorqueRipple;
 pub use main_flux_saturation::MainFluxSaturation;
