@@ -1,0 +1,50 @@
+//! Proof that the machine model links without the standard library and without an allocator: a program of `core` alone with its
+//! own panic handler. Any use of `std` or `alloc` in the crates below would fail to link.
+//!
+//! It starts a machine with every kind of state from standstill and exits with 0 when it runs up.
+
+#![no_std]
+#![no_main]
+
+use core::panic::PanicInfo;
+
+use im_model::{Bench, Complex, Drive, Effects, Machine, State, machines};
+
+// The C runtime that calls `main`, and memcpy.
+#[link(name = "c")]
+unsafe extern "C" {}
+
+#[panic_handler]
+fn halt(_: &PanicInfo<'_>) -> ! {
+    loop {}
+}
+
+/// Speed in rad/s of a machine after a second on the grid, in single precision as in firmware.
+fn run_up() -> Option<f32> {
+    let m = machines::MOTULATOR_2_2_KW;
+    let mut e = Effects::scaled(&m.rating, &m.parameters(), m.pole_pairs);
+    e.main_flux_saturation.excess = 0.5;
+    e.leakage_flux_saturation.drop = 0.3;
+    e.rotor_skin_effect.resistance_rise = 1.0;
+    e.iron_loss.conductance_s = 1e-3;
+    e.rotor_asymmetry.unbalance_direct = 0.02;
+    e.coulomb_friction.torque_nm = 0.2;
+    let machine = Machine::try_new(m.parameters(), m.pole_pairs, e).ok()?.cast::<f32>();
+    let mut bench = Bench::new(&machine, State::default(), 1e-4);
+    let turn = im_model::space_vector::unit(0.031_415_927_f32);
+    let mut u = Complex::new(326.6, 0.0);
+    for _ in 0..10_000 {
+        bench.advance(&Drive::new(u, 1.0));
+        u *= turn;
+    }
+    Some(bench.output().omega_m)
+}
+
+/// Called by the C runtime.
+#[unsafe(no_mangle)]
+pub extern "C" fn main(_argc: i32, _argv: *const *const u8) -> i32 {
+    match run_up() {
+        Some(speed) if (150.0..158.0).contains(&speed) => 0,
+        _ => 1,
+    }
+}
