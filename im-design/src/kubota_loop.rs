@@ -8,8 +8,8 @@
 //! H(p) = p/(p² + (γ + l₂ + η − jn_pω)p + (η − jn_pω)(R_s/σL_s + g)),   g = l₂ + βl₁.
 //! ```
 //!
-//! * T(0) has the sign of ω_e Im det(jω_e). Without gain it is negative, and the loop unstable for *any* K_P, K_I > 0,
-//!   exactly when 0 < ω_e/(n_pω) < (R_s/σL_s)/(γ + η): regenerating at low frequency.
+//! * T(0) has the sign of ω_e Im det(jω_e). Without gain it is negative exactly for 0 < ω_e/(n_pω) < (R_s/σL_s)/(γ + η),
+//!   regenerating at low frequency, and there the loop is unstable for *any* K_P, K_I > 0.
 //! * With g = −R_s/σL_s + (η + jn_pω)/ρ, ρ > 0, the last coefficient is κ = (η² + n_p²ω²)/ρ > 0, and
 //!   1/H = D − jn_pω + p + κ/p with D = γ + l₂ + η > 0: H is positive real, so T is, and the loop is stable for every
 //!   speed, every load and every K_P, K_I > 0, except at ω_e = 0 where speed is unobservable. The gain is affine in ω:
