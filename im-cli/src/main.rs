@@ -4,6 +4,7 @@
 
 mod commands;
 mod failure;
+mod story;
 mod terminal;
 
 use std::process::ExitCode;
@@ -20,6 +21,8 @@ struct Cli {
 
 const AFTER_HELP: &str = "\
 Examples:
+  im demo
+  im diagnose --motor motor.toml --train a.csv --train b.csv --holdout c.csv --out out
   im simulate --motor examples/motor.toml --scenario examples/scenario_dol.toml -o run.csv
   im effects show iron_loss
 

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::case::Case;
 use crate::leftover::{Dependence, dependences};
-use crate::refine::{Course, Model, Options, Refinement, mean_square, pulled};
+use crate::refine::{Course, Model, Options, Refinement, cosine, mean_square, pulled};
 use crate::score::{strengths, threshold};
 
 /// What the data say.
@@ -164,15 +164,24 @@ pub fn errors(machine: &Machine<f64>, experiments: &[Experiment], starts: &[Stat
 
 /// Runs the whole loop on a case and decides.
 pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
-    let significance = options.significance;
+    let (significance, least_gain) = (options.significance, options.least_gain);
     let before = case.motor.clone();
-    let (loop_, base) = Refinement::new(case, options)?;
-    let course = loop_.run(base)?;
-    let steps = steps(&loop_, &course);
+    let (mut loop_, base) = Refinement::new(case, options)?;
+    let mut course = loop_.run(base)?;
+    let steps_as_found = steps(&loop_, &course);
+    keep_confirmed(&mut course, &steps_as_found, least_gain);
     let last = &course.models[course.models.len() - 1];
     let leftover = dependences(&last.fit.machine, &last.fit.starts, loop_.pulled());
+    // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
+    let floor = if structured(&leftover) { 1.0 } else { last.train().max(1.0) };
+    let steps = if floor > 1.05 {
+        loop_.set_noise_to_residual(&last.fit);
+        steps(&loop_, &course)
+    } else {
+        steps_as_found[..course.models.len()].to_vec()
+    };
     let ranking = ranking(&loop_, &course, significance);
-    let verdict = verdict(&course, &ranking, &leftover);
+    let verdict = verdict(&course, &ranking, &leftover, floor);
     let machine = steps[steps.len() - 1].machine;
     let refined = MotorFile { machine, ..before.clone() };
     let parameters = changes(&before, &refined, last);
@@ -246,6 +255,20 @@ fn steps(loop_: &Refinement, course: &Course) -> Vec<Step> {
     course.models.par_iter().map(|m| step(loop_, m, &refit, &judged)).collect()
 }
 
+/// Drops the last effects again where a simulation on its own feet does not gain by them: drawing the speed towards a noisy
+/// measurement can make an effect look useful.
+fn keep_confirmed(course: &mut Course, steps: &[Step], least_gain: f64) {
+    while course.models.len() > 1 {
+        let (before, after) = (&steps[course.models.len() - 2], &steps[course.models.len() - 1]);
+        let gain = before.train.chi2_per_sample - after.train.chi2_per_sample;
+        if gain > least_gain * after.train.chi2_per_sample {
+            return;
+        }
+        course.models.pop();
+        course.alternatives.pop();
+    }
+}
+
 fn mean_square_all(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> f64 {
     let n: usize = experiments.iter().map(Experiment::count).sum();
     experiments.iter().zip(starts).map(|(e, x)| mean_square(machine, e, x) * e.count() as f64).sum::<f64>() / n as f64
@@ -305,19 +328,19 @@ fn ranking(loop_: &Refinement, course: &Course, significance: f64) -> Vec<Candid
         .collect()
 }
 
-fn cosine(a: &[f64], b: &[f64]) -> f64 {
-    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(p, q)| p * q).sum::<f64>();
-    (dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()).abs()
-}
-
 /// Excess over the noise floor below which a model is as good as its sensors.
 const NEGLIGIBLE: f64 = 0.1;
 
-fn verdict(course: &Course, ranking: &[Candidate], leftover: &[Dependence]) -> Verdict {
+/// Whether the residual depends on something beyond doubt.
+fn structured(leftover: &[Dependence]) -> bool {
+    leftover.first().is_some_and(|d| d.log_p > 10.0)
+}
+
+fn verdict(course: &Course, ranking: &[Candidate], leftover: &[Dependence], floor: f64) -> Verdict {
     let (first, last) = (&course.models[0], &course.models[course.models.len() - 1]);
-    let error = |m: &Model| m.holdout.unwrap_or(0.0).max(m.train());
+    let error = |m: &Model| m.holdout.unwrap_or(0.0).max(m.train()) / floor;
     let (before, after) = (error(first) - 1.0, error(last) - 1.0);
-    let structured = leftover.first().is_some_and(|d| d.log_p > 6.0);
+    let structured = structured(leftover);
     if !last.effects.is_empty() {
         let share_left = after / before.max(1e-9);
         return if after > NEGLIGIBLE && share_left > 0.1 && structured {

@@ -4,6 +4,7 @@
 pub mod case;
 pub mod diagnosis;
 pub mod leftover;
+pub mod next_test;
 pub mod noise;
 pub mod refine;
 pub mod score;

@@ -18,18 +18,29 @@ pub struct Options {
     pub leading: usize,
     /// Most effects added.
     pub most_effects: usize,
-    /// Least improvement worth an effect, in noise floors (mean squared residual over its floor).
+    /// Least improvement worth an effect, as a fraction of the error that remains.
     pub least_gain: f64,
     /// Least improvement worth an effect, as a fraction of the base model's excess over the noise floor: below it, the effect may only
     /// be mending the form of a stronger one.
     pub least_share: f64,
+    /// Added to that share, times the squared cosine between the signatures of the effect and of one already added: what looks like an
+    /// effect that is there must explain more to be believed beside it.
+    pub alike_share: f64,
     /// Effects considered; all of the library and the motor's own when empty.
     pub candidates: Vec<EffectId>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { significance: 0.01, leading: 5, most_effects: 4, least_gain: 0.01, least_share: 3e-3, candidates: Vec::new() }
+        Self {
+            significance: 0.01,
+            leading: 5,
+            most_effects: 4,
+            least_gain: 0.01,
+            least_share: 3e-3,
+            alike_share: 0.1,
+            candidates: Vec::new(),
+        }
     }
 }
 
@@ -116,6 +127,17 @@ impl Refinement {
         me.pulled = pulled(&me.case.train);
         let model = me.model(&first.fit.machine, &[], &FitOptions::near())?;
         Ok((me, model))
+    }
+
+    /// Takes the root mean square of a model's residuals as the noise of each channel: right when nothing in them has a cause.
+    pub fn set_noise_to_residual(&mut self, fit: &Fit) {
+        let sums = crate::diagnosis::errors(&fit.machine, &self.pulled, &fit.starts).rmse;
+        let all = self.case.train.iter_mut().chain(&mut self.case.holdout).chain(&mut self.pulled);
+        for c in all.flat_map(|e| &mut e.channels) {
+            if let Some(s) = sums.get(&c.name) {
+                c.sigma = *s;
+            }
+        }
     }
 
     /// The case, with the noise as estimated.
@@ -223,12 +245,16 @@ impl Refinement {
             .all(|(&k, x)| *x >= 0.0 || score.effect.parameters()[k].bound.check("", *x).is_ok())
     }
 
-    fn worthwhile(&self, base: &Model, before: &Model, after: &Model) -> bool {
+    fn worthwhile(&self, base: &Model, before: &Model, after: &Model, first: &[Score]) -> bool {
         let n = after.fit.count as f64;
         let k = (after.fit.free.len().saturating_sub(before.fit.free.len())) as f64;
         let penalty = k * n.ln() + 2.0 * (self.candidates.len() as f64).ln();
         let gain = before.evidence - after.evidence;
-        let least = self.options.least_gain.max(self.options.least_share * (base.train() - 1.0));
+        let signature = |e: EffectId| first.iter().find(|s| s.effect == e).map(|s| s.signature.as_slice());
+        let newest = after.effects.last().copied();
+        let alike = before.effects.iter().filter_map(|&e| Some(cosine(signature(e)?, signature(newest?)?))).fold(0.0, f64::max);
+        let share = self.options.least_share + self.options.alike_share * alike * alike;
+        let least = (self.options.least_gain * after.train()).max(share * (base.train() - after.train()));
         let fits = gain > penalty && before.train() - after.train() > least;
         // The held-out recording must gain a fair part of what the training recordings gained.
         let validated = match (before.holdout, after.holdout) {
@@ -253,7 +279,8 @@ impl Refinement {
                 .collect();
             let mut trials: Vec<Trial> = leading.par_iter().filter_map(|s| self.trial(here, s)).collect();
             trials.sort_by(|a, b| a.model.fit.cost.total_cmp(&b.model.fit.cost));
-            let chosen = trials.iter().find(|t| self.worthwhile(&models[0], here, &t.model)).map(|t| t.model.clone());
+            let first = rounds.first().map_or(&scores, |r| &r.scores);
+            let chosen = trials.iter().find(|t| self.worthwhile(&models[0], here, &t.model, first)).map(|t| t.model.clone());
             rounds.push(Round { scores, significant, trials });
             match chosen {
                 Some(m) if models.len() <= self.options.most_effects => {
@@ -301,6 +328,12 @@ impl Refinement {
             })
             .collect()
     }
+}
+
+/// Cosine of the angle between two signatures, without sign.
+pub fn cosine(a: &[f64], b: &[f64]) -> f64 {
+    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(p, q)| p * q).sum::<f64>();
+    (dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()).abs()
 }
 
 /// Rate at which the speed is drawn to the measured one, 1/s: slower than the electrical transients, faster than pulling out.

@@ -242,10 +242,6 @@ fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating) -> Vec<Vec<
     };
     let present = |k: usize| machine.get(ParameterId::Effect(effect, k));
     let lead = effect.parameters().iter().position(|p| p.role == Role::Shape && p.typical.0 > 0.0);
-    if effect == EffectId::LoadTorqueRipple {
-        // The order is not estimated but tried.
-        return [1.0, 2.0].into_iter().map(|n| vec![(2, n)]).collect();
-    }
     let Some(k) = lead else { return vec![vec![]] };
     let (lo, hi) = effect.parameters()[k].typical;
     let (lo, hi) = (lo * unit(k), hi * unit(k));

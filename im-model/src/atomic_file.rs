@@ -9,7 +9,7 @@ use crate::file_error::FileError;
 
 /// Writes what `body` writes. On any failure the old file stays as it was. A target that is not a regular file (a pipe, a device)
 /// is written directly.
-pub(crate) fn write_atomically(path: &Path, body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<(), FileError> {
+pub fn write_atomically(path: &Path, body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<(), FileError> {
     write(path, body).map_err(|e| FileError::io(&path.display().to_string(), "write", &e))
 }
 

@@ -45,6 +45,8 @@ mod steady_state;
 #[cfg(feature = "std")]
 mod toml_reader;
 
+#[cfg(feature = "std")]
+pub use atomic_file::write_atomically;
 pub use bench::{Bench, Output};
 pub use dual::Dual;
 pub use effects::{EffectId, Effects};

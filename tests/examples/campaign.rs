@@ -28,7 +28,7 @@ fn main() {
                 }
             }
         }
-        for machine in 0..Machine::COUNT {
+        for machine in (0..Machine::COUNT).filter(|m| std::env::var("MACHINE").map_or(true, |v| v == m.to_string())) {
             if wants(&["clean", "white"]) {
                 cases.push(("clean".into(), Case::new(machine, &[], 300 + seed)));
             }
@@ -42,7 +42,10 @@ fn main() {
             let lib: Vec<EffectKind> = EffectKind::ALL.iter().copied().filter(|k| k.in_library() && !k.is_thermal()).collect();
             for k in 0..lib.len() {
                 let other = lib[(k + 3 + seed as usize) % lib.len()];
-                cases.push((format!("{} + {}", lib[k].name(), other.name()), Case::new((k * 7) % Machine::COUNT, &[(lib[k], Strength::Strong), (other, Strength::Medium)], 500 + seed)));
+                cases.push((
+                    format!("{} + {}", lib[k].name(), other.name()),
+                    Case::new((k * 7) % Machine::COUNT, &[(lib[k], Strength::Strong), (other, Strength::Medium)], 500 + seed),
+                ));
             }
         }
     }
@@ -52,19 +55,45 @@ fn main() {
         let t = Instant::now();
         match run(&case) {
             Ok(o) => {
-                let mark = if o.exact() { "ok " } else if o.hidden.is_empty() || o.false_additions() > 0 { "BAD" } else { "-- " };
+                let mark = if o.exact() {
+                    "ok "
+                } else if o.hidden.is_empty() || o.false_additions() > 0 {
+                    "BAD"
+                } else {
+                    "-- "
+                };
                 println!(
                     "{mark} {name:<42} m{:<2} change {:>6.2} {:<15} {:?} {:?} holdout {:.3} -> {:.3} visible {:?} {:.1} s",
-                    case.machine, o.change, o.verdict.name(), o.named, o.alternatives, o.holdout.0, o.holdout.1, o.visible, t.elapsed().as_secs_f64()
+                    case.machine,
+                    o.change,
+                    o.verdict.name(),
+                    o.named,
+                    o.alternatives,
+                    o.holdout.0,
+                    o.holdout.1,
+                    o.visible,
+                    t.elapsed().as_secs_f64()
                 );
                 if std::env::var("WHY").is_ok() {
                     for (m, r) in o.diagnosis.course.models.iter().zip(&o.diagnosis.course.rounds) {
                         println!("      {:?} train {:.4} holdout {:.4}", m.effects, m.train(), m.holdout.unwrap_or(0.0));
                         for s in r.scores.iter().take(5) {
-                            println!("         {:<26} score {:>9.1} keep {:.3} {:?} det {:.2e}", s.effect.name(), s.score, s.keep, s.predicted, s.detectable);
+                            println!(
+                                "         {:<26} score {:>9.1} keep {:.3} {:?} det {:.2e}",
+                                s.effect.name(),
+                                s.score,
+                                s.keep,
+                                s.predicted,
+                                s.detectable
+                            );
                         }
                         for t in &r.trials {
-                            println!("           try {:<26} train {:.4} holdout {:.4}", t.effect.name(), t.model.train(), t.model.holdout.unwrap_or(0.0));
+                            println!(
+                                "           try {:<26} train {:.4} holdout {:.4}",
+                                t.effect.name(),
+                                t.model.train(),
+                                t.model.holdout.unwrap_or(0.0)
+                            );
                         }
                     }
                     for l in o.diagnosis.leftover.iter().take(3) {
@@ -78,5 +107,10 @@ fn main() {
     }
     let n = outcomes.len();
     let count = |f: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|(_, o)| f(o)).count();
-    println!("exact {}/{n}, first right {}, with false additions {}", count(&|o| o.exact()), count(&|o| o.first_right()), count(&|o| o.false_additions() > 0));
+    println!(
+        "exact {}/{n}, first right {}, with false additions {}",
+        count(&|o| o.exact()),
+        count(&|o| o.first_right()),
+        count(&|o| o.false_additions() > 0)
+    );
 }

@@ -1,10 +1,10 @@
 //! Writes a trial with hidden effects to a folder.
 //!
-//! `make_trial EFFECTS STRENGTH MACHINE SEED FOLDER [poor|steady] [colour]`
+//! `make_trial EFFECTS STRENGTH MACHINE SEED FOLDER [poor|steady] [5khz] [colour]`
 //!
 //! EFFECTS: identifiers joined by commas, or `none`, or `list` alone to print them. STRENGTH: weak, medium, strong or a multiple of strong.
 
-use im_tests::hidden::{Case, EffectKind, Excitation, Machine, Noise, Strength, simulate};
+use im_tests::hidden::{Case, EffectKind, Excitation, Machine, Noise, Sampling, Strength, simulate};
 use std::error::Error;
 use std::path::Path;
 
@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Ok(());
     }
     let [effects, strength, machine, seed, folder, more @ ..] = arguments.as_slice() else {
-        return Err("usage: make_trial EFFECTS STRENGTH MACHINE SEED FOLDER [poor|steady] [colour]".into());
+        return Err("usage: make_trial EFFECTS STRENGTH MACHINE SEED FOLDER [poor|steady] [5khz] [colour]".into());
     };
     let strength: Strength = strength.parse()?;
     let kinds = effects.split(',').filter(|name| *name != "none").map(str::parse::<EffectKind>);
@@ -34,6 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         match word.as_str() {
             "poor" => case.excitation = Excitation::Poor,
             "steady" => case.excitation = Excitation::Steady,
+            "5khz" => case.sampling = Some(Sampling { sample_s: 2e-4, duration_s: 2.0 }),
             colour => case.noise = Noise::coloured(colour.parse()?),
         }
     }

@@ -24,8 +24,7 @@ pub fn recording(name: &str, t: &Table) -> Recording {
 /// The trial as a case: motor file, training and held-out recordings, nothing else.
 pub fn case_of(trial: &Trial) -> DiagnosisCase {
     let motor = MotorFile::parse(&trial.motor_toml, "motor.toml").expect("the simulator writes valid motor files");
-    let train: Vec<Recording> =
-        trial.train.iter().enumerate().map(|(k, t)| recording(&format!("train{}", k + 1), t)).collect();
+    let train: Vec<Recording> = trial.train.iter().enumerate().map(|(k, t)| recording(&format!("train{}", k + 1), t)).collect();
     DiagnosisCase::new(motor, &train, Some(&recording("holdout", &trial.holdout)))
 }
 
@@ -63,7 +62,9 @@ impl Outcome {
 
     /// Whether a hidden effect was named, or is among the rivals of one named, first.
     pub fn first_right(&self) -> bool {
-        self.named.first().is_some_and(|n| self.hidden.contains(n) || self.alternatives[0].iter().any(|a| self.hidden.contains(a)))
+        self.named
+            .first()
+            .is_some_and(|n| self.hidden.contains(n) || self.alternatives[0].iter().any(|a| self.hidden.contains(a)))
     }
 
     /// Named effects that are not there, rivals not counted.

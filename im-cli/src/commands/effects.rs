@@ -35,7 +35,7 @@ enum What {
     },
 }
 
-fn effect_parser() -> impl TypedValueParser<Value = EffectId> {
+pub fn effect_parser() -> impl TypedValueParser<Value = EffectId> {
     PossibleValuesParser::new(EffectId::ALL.iter().map(|id| id.name()))
         .try_map(|name| EffectId::from_name(&name).ok_or("unknown effect"))
 }

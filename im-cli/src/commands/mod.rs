@@ -4,12 +4,31 @@ use clap::Subcommand;
 
 use crate::failure::Failure;
 
+mod add;
+mod demo;
+mod diagnose;
 mod effects;
+mod fit;
+mod inputs;
+mod next_test;
 mod simulate;
+mod validate;
 
 /// What can be asked of the program.
 #[derive(Subcommand)]
 pub enum Command {
+    /// See the whole loop on embedded data with a hidden effect; needs no files
+    Demo(demo::Args),
+    /// Fit the motor, find the missing physical effect, add it, check it on a held-out recording
+    Diagnose(diagnose::Args),
+    /// Fit the parameters of a motor to recordings
+    Fit(fit::Args),
+    /// Add a physical effect to a motor
+    Add(add::Args),
+    /// Compare a motor before and after on a recording that neither has seen
+    Validate(validate::Args),
+    /// Propose the manoeuvre that best settles what is still open
+    NextTest(next_test::Args),
     /// Run a machine through a scenario and write the recording
     Simulate(simulate::Args),
     /// List the physical effects that the model knows, or show the card of one
@@ -20,6 +39,12 @@ impl Command {
     /// Runs the command.
     pub fn run(self) -> Result<(), Failure> {
         match self {
+            Self::Demo(args) => demo::run(&args),
+            Self::Diagnose(args) => diagnose::run(&args),
+            Self::Fit(args) => fit::run(&args),
+            Self::Add(args) => add::run(&args),
+            Self::Validate(args) => validate::run(&args),
+            Self::NextTest(args) => next_test::run(&args),
             Self::Simulate(args) => simulate::run(&args),
             Self::Effects(args) => effects::run(&args),
         }

@@ -1,4 +1,6 @@
-//! Load-torque ripple: a torque fixed to the shaft angle. τ = c_1 cos nθ + s_1 sin nθ.
+//! Load-torque ripple: a torque fixed to the shaft angle, of order n and its second harmonic.
+//!
+//! τ = c₁ cos nθ + s₁ sin nθ + c₂ cos 2nθ + s₂ sin 2nθ
 
 use super::effect;
 use crate::error::Bound;
@@ -8,7 +10,7 @@ effect! {
     LoadTorqueRipple, "load_torque_ripple",
     card: super::Card {
         title: "Load-torque ripple",
-        what: "The load adds a torque c cos(nθ) + s sin(nθ), fixed to the shaft angle: n = 1 for unbalance, 2 for misalignment.",
+        what: "The load adds a torque fixed to the shaft angle, once (unbalance) and twice (misalignment) per revolution: c₁ cos θ + s₁ sin θ + c₂ cos 2θ + s₂ sin 2θ.",
         shows: "A speed and current ripple at n times the rotational frequency, whatever the slip and the flux; largest in speed at low speed.",
         rivals: &[
             ("rotor_asymmetry", "follows twice the slip frequency and needs load"),
@@ -23,17 +25,22 @@ effect! {
         cosine_nm: Strength, default 0.0, "Nm", Torque, typical 0.01 to 0.3, Bound::Within(-1e6, 1e6);
         /// Sine amplitude.
         sine_nm: Strength, default 0.0, "Nm", Torque, typical 0.01 to 0.3, Bound::Within(-1e6, 1e6);
-        /// Order: ripples per revolution.
+        /// Cosine amplitude of the second harmonic.
+        second_cosine_nm: Strength, default 0.0, "Nm", Torque, typical 0.01 to 0.3, Bound::Within(-1e6, 1e6);
+        /// Sine amplitude of the second harmonic.
+        second_sine_nm: Strength, default 0.0, "Nm", Torque, typical 0.01 to 0.3, Bound::Within(-1e6, 1e6);
+        /// Order of the fundamental: ripples per revolution.
         order: Fixed, default 1.0, "", One, typical 1.0 to 2.0, Bound::Within(0.1, 6.0);
     },
     hooks: {
         #[inline(always)]
         fn braking_torque(&self, torque: T, at: &super::Operating<T>) -> T {
-            if self.cosine_nm.is_zero() && self.sine_nm.is_zero() {
+            if self.is_off() {
                 return torque;
             }
             let (s, c) = (self.order * at.theta_m).sin_cos();
-            torque + self.cosine_nm * c + self.sine_nm * s
+            let (s2, c2) = (T::from_f64(2.0) * s * c, c * c - s * s);
+            torque + self.cosine_nm * c + self.sine_nm * s + self.second_cosine_nm * c2 + self.second_sine_nm * s2
         }
     }
 }

@@ -1,0 +1,65 @@
+//! `im demo`: the whole loop on embedded data with a hidden effect.
+//!
+//! The recordings come from a simulator that shares no equations with the model (tests/src/hidden); nothing here says what it hid.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::time::Instant;
+
+use im_diagnose::case::Case;
+use im_diagnose::diagnosis::diagnose;
+use im_diagnose::refine::Options;
+use im_model::{MotorFile, Recording};
+
+use super::inputs::refused;
+use crate::failure::Failure;
+use crate::terminal::{Progress, wrapped};
+
+/// Arguments.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder for report.html, motor.refined.toml and diagnosis.json
+    #[arg(long, value_name = "DIR", default_value = "im-demo")]
+    out: PathBuf,
+    /// Write the embedded motor and recordings there too, to try the other commands on
+    #[arg(long, value_name = "DIR")]
+    save_data: Option<PathBuf>,
+}
+
+const MOTOR: &str = include_str!("../../data/demo/motor.toml");
+const TRAIN: [&str; 2] = [include_str!("../../data/demo/train1.csv"), include_str!("../../data/demo/train2.csv")];
+const HOLDOUT: &str = include_str!("../../data/demo/holdout.csv");
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let begun = Instant::now();
+    let read = |text: &str, name: &str| Recording::from_csv(text.as_bytes(), name);
+    let motor = MotorFile::parse(MOTOR, "motor.toml")?;
+    let train = [read(TRAIN[0], "train1.csv")?, read(TRAIN[1], "train2.csv")?];
+    let holdout = read(HOLDOUT, "holdout.csv")?;
+    if let Some(dir) = &args.save_data {
+        std::fs::create_dir_all(dir)?;
+        for (name, text) in [("motor.toml", MOTOR), ("train1.csv", TRAIN[0]), ("train2.csv", TRAIN[1]), ("holdout.csv", HOLDOUT)]
+        {
+            std::fs::write(dir.join(name), text)?;
+        }
+    }
+    let mut out = io::stdout().lock();
+    let intro = "A motor with nameplate-grade parameters, two recordings to learn from and one held out. Something in the machine \
+                 is not in the model. Nobody has told this program what.";
+    writeln!(out, "{}", wrapped("", intro))?;
+    out.flush()?;
+    drop(out);
+    let progress = Progress::new("fitting and scoring");
+    progress.then("fitting and scoring");
+    let found = diagnose(Case::new(motor, &train, Some(&holdout)), Options::default());
+    progress.finish();
+    let found = found.map_err(|e| refused(std::path::Path::new("embedded motor.toml"), &e))?;
+    super::diagnose::finish(&found, Some(&args.out), false)?;
+    let mut out = io::stdout().lock();
+    writeln!(out, "\nTook {:.1} s. The same on your own files: im diagnose --help", begun.elapsed().as_secs_f64())?;
+    if args.save_data.is_none() {
+        writeln!(out, "The data of this demo, as files: im demo --save-data DIR")?;
+    }
+    Ok(())
+}

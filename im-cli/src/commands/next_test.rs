@@ -1,0 +1,125 @@
+//! `im next-test`: the manoeuvre that best settles what is open.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use im_diagnose::next_test::{Limits, propose};
+use im_model::{EffectId, MotorFile};
+use serde_json::Value;
+
+use super::inputs::refused;
+use crate::failure::Failure;
+use crate::terminal::{Progress, rounded, wrapped};
+
+/// Arguments.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  im next-test --motor out/motor.refined.toml --diagnosis out/diagnosis.json -o next.toml
+  im next-test --motor motor.toml --effect iron_loss --effect windage -o next.toml
+
+Simulates safe manoeuvres with the motor and chooses the one in which the open effects are seen best and
+lie farthest apart.")]
+pub struct Args {
+    /// The motor: a motor.toml, best the refined one
+    #[arg(long, value_name = "FILE")]
+    motor: PathBuf,
+    /// What im diagnose found: its rivals, or what it could not see, are what is open
+    #[arg(long, value_name = "FILE", required_unless_present = "effect")]
+    diagnosis: Option<PathBuf>,
+    /// An effect in question; give it several times
+    #[arg(long, value_name = "NAME", value_parser = super::effects::effect_parser())]
+    effect: Vec<EffectId>,
+    /// Largest phase current over the rated one
+    #[arg(long, default_value_t = 2.5, value_name = "X")]
+    max_current: f64,
+    /// Largest speed over the synchronous one
+    #[arg(long, default_value_t = 1.1, value_name = "X")]
+    max_speed: f64,
+    /// Largest load torque over the rated one
+    #[arg(long, default_value_t = 0.8, value_name = "X")]
+    max_torque: f64,
+    /// Where to write the scenario
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let motor = MotorFile::read(&args.motor)?;
+    let rated = motor.rating.current_peak_a(motor.machine.parameters(), motor.machine.pole_pairs());
+    let mut noise = (0.003 * rated, 0.1);
+    let mut open = args.effect.clone();
+    if let Some(path) = &args.diagnosis {
+        let d = read(path)?;
+        open.extend(open_effects(&d));
+        let of = |k: &str| d["noise"][k].as_f64();
+        noise = (of("i_alpha_A").unwrap_or(noise.0), of("omega_m_rad_s").unwrap_or(noise.1));
+    }
+    open.sort_unstable();
+    open.dedup();
+    let mut out = io::stdout().lock();
+    if open.is_empty() {
+        writeln!(out, "Nothing is open: the diagnosis left no rivals and saw every effect. Name some with --effect to go on.")?;
+        return Ok(());
+    }
+    let limits = Limits { current: args.max_current, speed: args.max_speed, torque: args.max_torque };
+    let progress = Progress::new("simulating manoeuvres");
+    progress.then("simulating manoeuvres");
+    let found = propose(&motor, &open, noise, &limits).map_err(|e| refused(&args.motor, &e));
+    progress.finish();
+    let found = found?;
+    let Some(best) = found.first() else {
+        return Err(Failure::Input("no manoeuvre stays within the limits; allow more with --max-current or --max-speed".into()));
+    };
+    let names: Vec<&str> = open.iter().map(|e| e.name()).collect();
+    write!(out, "{}", wrapped("In question: ", &names.join(", ")))?;
+    write!(out, "{}", wrapped("Next test:   ", best.what))?;
+    writeln!(out, "             reaches {} A and {} rad/s", rounded(best.reaches.0), rounded(best.reaches.1))?;
+    for (e, x) in &best.detectable {
+        let says = if *x < 1.0 { "will be seen" } else { "will not be seen" };
+        writeln!(out, "  {:<26} {says}: smallest size found is {} of its largest usual one", e.name(), rounded(*x))?;
+    }
+    if open.len() > 1 {
+        writeln!(out, "  rivals lie {:.0} degrees apart (90 is best)", best.angle_deg)?;
+    }
+    writeln!(out, "\nOthers, by what they are worth:")?;
+    for p in found.iter().skip(1) {
+        writeln!(out, "  {:<14} {:>9}   {}", p.name, rounded(p.merit / best.merit), p.what)?;
+    }
+    if let Some(path) = &args.output {
+        std::fs::write(path, &best.scenario_toml)?;
+        writeln!(out, "\n{}: the scenario; im simulate runs it on the model", path.display())?;
+    }
+    Ok(())
+}
+
+fn read(path: &std::path::Path) -> Result<Value, Failure> {
+    let file = path.display();
+    let text = std::fs::read_to_string(path).map_err(|e| Failure::Input(format!("{file}: {e}")))?;
+    let d: Value = serde_json::from_str(&text).map_err(|e| Failure::Input(format!("{file}: not a diagnosis.json: {e}")))?;
+    if d["schema"] == 1 && d["ranking"].is_array() {
+        Ok(d)
+    } else {
+        Err(Failure::Input(format!("{file}: not a diagnosis.json of im diagnose (schema 1 with a ranking)")))
+    }
+}
+
+/// Effects with rivals and their rivals; without any, those that the recordings could not show.
+fn open_effects(d: &Value) -> Vec<EffectId> {
+    let mut open = Vec::new();
+    for (name, rivals) in d["alternatives"].as_object().into_iter().flatten() {
+        let rivals: Vec<EffectId> =
+            rivals.as_array().into_iter().flatten().filter_map(|r| EffectId::from_name(r.as_str()?)).collect();
+        if !rivals.is_empty() {
+            open.extend(EffectId::from_name(name));
+            open.extend(rivals);
+        }
+    }
+    if open.is_empty() {
+        let unseen = |c: &&Value| c["conclusion"].as_str().is_some_and(|s| s.starts_with("not excited"));
+        let ranking = d["ranking"].as_array().into_iter().flatten();
+        open.extend(ranking.filter(unseen).filter_map(|c| EffectId::from_name(c["effect"].as_str()?)));
+    }
+    open
+}

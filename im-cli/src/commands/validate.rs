@@ -1,0 +1,73 @@
+//! `im validate`: a motor before and after, on a recording that neither has seen.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use im_diagnose::case::Case;
+use im_diagnose::diagnosis::errors;
+use im_diagnose::refine::pulled;
+use im_model::MotorFile;
+use serde_json::json;
+
+use super::inputs::recording;
+use crate::failure::Failure;
+use crate::terminal::rounded;
+
+/// Arguments.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Example:
+  im validate --before motor.toml --after out/motor.refined.toml --data new.csv")]
+pub struct Args {
+    /// The motor before
+    #[arg(long, value_name = "FILE")]
+    before: PathBuf,
+    /// The refined motor
+    #[arg(long, value_name = "FILE")]
+    after: PathBuf,
+    /// A recording that was not used to refine it
+    #[arg(long, value_name = "CSV")]
+    data: PathBuf,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let before = MotorFile::read(&args.before)?;
+    let after = MotorFile::read(&args.after)?;
+    if before.machine.pole_pairs() != after.machine.pole_pairs() {
+        return Err(Failure::Input(format!(
+            "{} has {} pole pairs, {} has {}: these are different machines",
+            args.before.display(),
+            before.machine.pole_pairs(),
+            args.after.display(),
+            after.machine.pole_pairs()
+        )));
+    }
+    let r = recording(&args.data)?;
+    let case = Case::new(after.clone(), &[r], None);
+    let starts: Vec<_> = case.train.iter().map(|e| e.start.state()).collect();
+    let free = (errors(&before.machine, &case.train, &starts), errors(&after.machine, &case.train, &starts));
+    let drawn = pulled(&case.train);
+    let aided = (errors(&before.machine, &drawn, &starts), errors(&after.machine, &drawn, &starts));
+    let mut out = io::stdout().lock();
+    if args.json {
+        let pair = |p: &(im_diagnose::diagnosis::Errors, im_diagnose::diagnosis::Errors)| {
+            let one = |e: &im_diagnose::diagnosis::Errors| json!({"chi2_per_sample": e.chi2_per_sample, "rmse": e.rmse});
+            json!({"before": one(&p.0), "after": one(&p.1)})
+        };
+        writeln!(out, "{}", json!({"schema": 1, "unaided": pair(&free), "speed_drawn": pair(&aided)}))?;
+        return Ok(());
+    }
+    writeln!(out, "{}: error in noise floors (1 is the noise of the sensors)\n", args.data.display())?;
+    writeln!(out, "{:<34} {:>10} {:>10}", "", "before", "after")?;
+    let mut row = |name: &str, b: f64, a: f64| writeln!(out, "{name:<34} {:>10} {:>10}", rounded(b), rounded(a));
+    row("simulated on its own", free.0.chi2_per_sample, free.1.chi2_per_sample)?;
+    row("speed drawn to the measured one", aided.0.chi2_per_sample, aided.1.chi2_per_sample)?;
+    for (name, rms) in &free.0.rmse {
+        row(&format!("{name}, rms"), *rms, free.1.rmse[name])?;
+    }
+    Ok(())
+}

@@ -1,0 +1,141 @@
+//! Errors in step with other signals, and with themselves a little later.
+
+use im_model::Complex;
+
+use super::{Quantity, Row, Signals, join, say};
+
+/// How long an error lasts: its autocorrelation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Memory {
+    /// Which error.
+    pub quantity: Quantity,
+    /// Lag in s, correlation coefficient.
+    pub points: Vec<[f64; 2]>,
+    /// Coefficients within ± this happen by chance in 95 of 100 cases.
+    pub chance: f64,
+    /// One sentence.
+    pub conclusion: String,
+}
+
+/// Correlation coefficients of errors with signals.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Correlations {
+    /// Signals, with unit.
+    pub signals: Vec<&'static str>,
+    /// Errors, with unit.
+    pub errors: Vec<&'static str>,
+    /// One line per error, one coefficient per signal; not a number where a signal never changes.
+    pub coefficients: Vec<Vec<f64>>,
+    /// One sentence.
+    pub conclusion: String,
+}
+
+const LAGS: usize = 60;
+
+pub(super) fn memory(s: &Signals) -> Vec<Memory> {
+    Quantity::ALL.into_iter().filter_map(|q| one_memory(s, q)).collect()
+}
+
+/// The error of a row as a vector: the current in the frame of the flux.
+fn error(q: Quantity, r: &Row) -> Complex<f64> {
+    match q {
+        Quantity::Current => r.current_error.unwrap_or_default() * direction(r),
+        Quantity::Speed => Complex::new(r.speed_error.unwrap_or(0.0), 0.0),
+    }
+}
+
+/// e^{−jθ} of the magnetizing flux.
+pub(super) fn direction(r: &Row) -> Complex<f64> {
+    let n = r.flux.norm();
+    if n > 1e-6 { r.flux.conj() / n } else { Complex::new(1.0, 0.0) }
+}
+
+fn one_memory(s: &Signals, q: Quantity) -> Option<Memory> {
+    let sample = s.runs.first()?.sample_time_s;
+    let longest = s.runs.iter().map(|r| r.rows.len()).max()?;
+    // Up to 50 ms, or a fifth of the longest run.
+    let reach = ((0.05 / sample).round() as usize).min(longest / 5).max(1);
+    let stride = reach.div_ceil(LAGS).max(1);
+    let runs: Vec<Vec<Complex<f64>>> = s.runs.iter().map(|r| r.rows.iter().map(|x| error(q, x)).collect()).collect();
+    let power: f64 = runs.iter().flatten().map(|e| e.norm_sqr()).sum();
+    if power <= 0.0 {
+        return None;
+    }
+    let points: Vec<[f64; 2]> = (0..=reach / stride)
+        .map(|k| k * stride)
+        .map(|lag| {
+            let sum: f64 =
+                runs.iter().map(|r| r.iter().zip(r.iter().skip(lag)).map(|(a, b)| a.re * b.re + a.im * b.im).sum::<f64>()).sum();
+            [lag as f64 * sample, sum / power]
+        })
+        .collect();
+    let n: usize = runs.iter().map(Vec::len).sum();
+    let chance = 2.0 / (n as f64).sqrt();
+    let decay = points.iter().find(|p| p[1] < (-1.0f64).exp()).map(|p| p[0]);
+    let second = points.get(1).map_or(0.0, |p| p[1]);
+    let name = q.name();
+    let conclusion = if second.abs() < 0.1 {
+        format!("the {name} error forgets itself from row to row, as sensor noise does")
+    } else {
+        match decay {
+            Some(t) => format!("the {name} error lasts {} ms: it is no sensor noise", say(t * 1e3)),
+            None => format!("the {name} error lasts longer than {} ms: it is slow or constant, no sensor noise", say(reach as f64 * sample * 1e3)),
+        }
+    };
+    Some(Memory { quantity: q, points, chance, conclusion })
+}
+
+const SIGNALS: [(&str, fn(&Row, f64) -> f64); 8] = [
+    ("voltage, V", |r, _| r.voltage.norm()),
+    ("flux, Vs", |r, _| r.flux.norm()),
+    ("current, A", |r, _| r.current.norm()),
+    ("air-gap torque, Nm", |r, _| r.torque),
+    ("load torque, Nm", |r, _| r.load),
+    ("speed, rad/s", |r, _| r.speed),
+    ("slip frequency, Hz", |r, _| r.slip_hz),
+    ("time, s", |_, t| t),
+];
+
+pub(super) fn correlations(s: &Signals) -> Correlations {
+    let errors: [(&'static str, fn(&Row) -> Option<f64>); 3] = [
+        ("current along the flux, A", |r| r.current_error.map(|e| (e * direction(r)).re)),
+        ("current across the flux, A", |r| r.current_error.map(|e| (e * direction(r)).im)),
+        ("speed, rad/s", |r| r.speed_error),
+    ];
+    let mut coefficients = Vec::new();
+    let mut strong: Vec<(f64, String)> = Vec::new();
+    for (name, error) in errors {
+        let line: Vec<f64> = SIGNALS
+            .iter()
+            .map(|(_, signal)| {
+                let mut m = [0.0; 6];
+                for run in &s.runs {
+                    for (k, r) in run.rows.iter().enumerate() {
+                        let Some(e) = error(r) else { continue };
+                        let x = signal(r, k as f64 * run.sample_time_s);
+                        for (sum, v) in m.iter_mut().zip([1.0, x, e, x * x, e * e, x * e]) {
+                            *sum += v;
+                        }
+                    }
+                }
+                let [n, x, e, xx, ee, xe] = m;
+                let (vx, ve) = (xx - x * x / n, ee - e * e / n);
+                if vx > 1e-9 * xx && ve > 0.0 { (xe - x * e / n) / (vx * ve).sqrt() } else { f64::NAN }
+            })
+            .collect();
+        for (c, (signal, _)) in line.iter().zip(SIGNALS) {
+            if c.abs() > 0.3 {
+                let bare = |s: &str| s.split(',').next().unwrap_or(s).to_owned();
+                strong.push((c.abs(), format!("the error in {} goes with {} ({})", bare(name), bare(signal), say(*c))));
+            }
+        }
+        coefficients.push(line);
+    }
+    strong.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let conclusion = if strong.is_empty() {
+        "no error goes along with any one signal (all coefficients below 0.3)".to_owned()
+    } else {
+        join(&strong.into_iter().take(3).map(|s| s.1).collect::<Vec<_>>())
+    };
+    Correlations { signals: SIGNALS.map(|s| s.0).to_vec(), errors: errors.map(|e| e.0).to_vec(), coefficients, conclusion }
+}

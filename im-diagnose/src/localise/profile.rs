@@ -1,0 +1,228 @@
+//! Errors over one quantity: flux, current, speed, slip.
+
+use super::{Quantity, Row, Signals, join, say};
+
+/// Over what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProfileOver {
+    /// Magnitude of the magnetizing flux linkage, Vs.
+    Flux,
+    /// Magnitude of the stator current, A.
+    CurrentMagnitude,
+    /// Magnitude of the speed, rad/s.
+    Speed,
+    /// Magnitude of the slip frequency, Hz.
+    Slip,
+}
+
+impl ProfileOver {
+    /// All.
+    pub const ALL: [Self; 4] = [Self::Flux, Self::CurrentMagnitude, Self::Speed, Self::Slip];
+
+    /// Name in sentences.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Flux => "flux",
+            Self::CurrentMagnitude => "current",
+            Self::Speed => "speed",
+            Self::Slip => "slip frequency",
+        }
+    }
+
+    /// Unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Flux => "Vs",
+            Self::CurrentMagnitude => "A",
+            Self::Speed => "rad/s",
+            Self::Slip => "Hz",
+        }
+    }
+
+    pub(crate) fn of(self, r: &Row) -> f64 {
+        match self {
+            Self::Flux => r.flux.norm(),
+            Self::CurrentMagnitude => r.current.norm(),
+            Self::Speed => r.speed.abs(),
+            Self::Slip => r.slip_hz.abs(),
+        }
+    }
+
+    /// What is held against it: whether the finding holds at every value of this.
+    fn other(self) -> Self {
+        match self {
+            Self::Flux | Self::CurrentMagnitude | Self::Slip => Self::Speed,
+            Self::Speed => Self::Flux,
+        }
+    }
+}
+
+/// Rows that share a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bin {
+    /// Mean value.
+    pub at: f64,
+    /// Root mean square error, in the quantity's unit.
+    pub rms: f64,
+    /// Rows.
+    pub count: usize,
+}
+
+/// An error over one quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// Which error.
+    pub quantity: Quantity,
+    /// Over what.
+    pub over: ProfileOver,
+    /// Bins of equally many rows.
+    pub bins: Vec<Bin>,
+    /// The noise level, in the quantity's unit.
+    pub noise: f64,
+    /// One sentence.
+    pub conclusion: String,
+    /// How telling: zero at the noise floor, or where there is no trend.
+    pub strength: f64,
+}
+
+const BINS: usize = 16;
+
+pub(super) fn profiles(s: &Signals) -> Vec<Profile> {
+    Quantity::ALL.into_iter().flat_map(|q| ProfileOver::ALL.into_iter().filter_map(move |o| profile(s, q, o))).collect()
+}
+
+fn binned(mut rows: Vec<(f64, f64)>, bins: usize) -> Vec<Bin> {
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let n = rows.len();
+    (0..bins)
+        .filter_map(|k| {
+            let part = &rows[k * n / bins..(k + 1) * n / bins];
+            (part.len() >= 10).then(|| Bin {
+                at: part.iter().map(|p| p.0).sum::<f64>() / part.len() as f64,
+                rms: (part.iter().map(|p| p.1).sum::<f64>() / part.len() as f64).sqrt(),
+                count: part.len(),
+            })
+        })
+        .collect()
+}
+
+/// What a row of bins does.
+enum Trend {
+    Floor,
+    Flat,
+    /// Grows above this value.
+    Grows(f64),
+    /// Falls; large below this value.
+    Falls(f64),
+    /// Largest around this value.
+    Peak(f64),
+}
+
+fn mean(x: &[Bin]) -> f64 {
+    (x.iter().map(|b| b.rms * b.rms).sum::<f64>() / x.len().max(1) as f64).sqrt()
+}
+
+fn trend(bins: &[Bin], noise: f64) -> Trend {
+    let third = (bins.len() / 3).max(1);
+    let (low, high) = (mean(&bins[..third]), mean(&bins[bins.len() - third..]));
+    let least = bins.iter().map(|b| b.rms).fold(f64::INFINITY, f64::min);
+    let Some(top) = bins.iter().max_by(|a, b| a.rms.total_cmp(&b.rms)) else { return Trend::Flat };
+    if top.rms < 1.15 * noise {
+        return Trend::Floor;
+    }
+    if top.rms < 1.5 * least {
+        return Trend::Flat;
+    }
+    // Halfway (as a ratio) between both ends: where the change happens.
+    let level = |a: f64, b: f64| a * (b / a).powf(0.3);
+    if high > 1.4 * low && high > 0.6 * top.rms {
+        let from = level(low, high);
+        let k = bins.iter().rposition(|b| b.rms < from).map_or(0, |k| (k + 1).min(bins.len() - 1));
+        Trend::Grows(bins[k].at)
+    } else if low > 1.4 * high && low > 0.6 * top.rms {
+        let from = level(high, low);
+        let k = bins.iter().position(|b| b.rms < from).map_or(bins.len() - 1, |k| k.saturating_sub(1));
+        Trend::Falls(bins[k].at)
+    } else {
+        Trend::Peak(top.at)
+    }
+}
+
+fn profile(s: &Signals, q: Quantity, over: ProfileOver) -> Option<Profile> {
+    let noise = q.noise(s);
+    let rows: Vec<(f64, f64, f64)> =
+        s.rows().filter_map(|r| q.squared(r).map(|e| (over.of(r), e, over.other().of(r)))).collect();
+    if rows.len() < 20 * BINS {
+        return None;
+    }
+    let bins = binned(rows.iter().map(|r| (r.0, r.1)).collect(), BINS);
+    let (first, last) = (bins.first()?, bins.last()?);
+    if last.at - first.at < 1e-6 * last.at.abs() {
+        return None;
+    }
+    let (name, unit, on, on_unit) = (q.name(), q.unit(), over.name(), over.unit());
+    let least = bins.iter().map(|b| b.rms).fold(f64::INFINITY, f64::min);
+    let most = bins.iter().map(|b| b.rms).fold(0.0, f64::max);
+    let trend = trend(&bins, noise);
+    let everywhere = |at: f64, grows: bool| held(&rows, at, grows, over.other());
+    let (mut strength, conclusion) = match trend {
+        Trend::Floor => (0.0, format!("the {name} error is at the noise floor ({} {unit}) at every {on}", say(noise))),
+        Trend::Flat => {
+            (0.0, format!("the {name} error does not depend on {on} ({} to {} {unit})", say(least), say(most)))
+        }
+        Trend::Grows(at) => (
+            1.0,
+            format!(
+                "the {name} error grows with {on} above {} {on_unit}, from {} to {} {unit}{}",
+                say(at),
+                say(least),
+                say(most),
+                everywhere(at, true)
+            ),
+        ),
+        Trend::Falls(at) => (
+            1.0,
+            format!(
+                "the {name} error is large at {on} below {} {on_unit}, {} {unit} against {} {unit} above{}",
+                say(at),
+                say(most),
+                say(least),
+                everywhere(at, false)
+            ),
+        ),
+        Trend::Peak(at) => (
+            0.5,
+            format!("the {name} error is largest around {on} {} {on_unit} ({} {unit}, least {} {unit})", say(at), say(most), say(least)),
+        ),
+    };
+    strength *= (most / least.max(0.5 * noise)).ln();
+    Some(Profile { quantity: q, over, bins, noise, conclusion, strength })
+}
+
+/// Whether the step at `at` is there in each third of the other quantity: ", at every speed" or ", at low speed".
+fn held(rows: &[(f64, f64, f64)], at: f64, grows: bool, other: ProfileOver) -> String {
+    let mut values: Vec<f64> = rows.iter().map(|r| r.2).collect();
+    values.sort_by(f64::total_cmp);
+    let edge = |p: f64| values[((values.len() - 1) as f64 * p) as usize];
+    let edges = [f64::NEG_INFINITY, edge(1.0 / 3.0), edge(2.0 / 3.0), f64::INFINITY];
+    let mut seen = Vec::new();
+    for (k, word) in ["low", "middle", "high"].iter().enumerate() {
+        let mut sums = [[0.0; 2]; 2];
+        for r in rows.iter().filter(|r| r.2 > edges[k] && r.2 <= edges[k + 1]) {
+            let side = &mut sums[usize::from(r.0 >= at)];
+            side[0] += 1.0;
+            side[1] += r.1;
+        }
+        if sums.iter().all(|x| x[0] >= 30.0) {
+            let ratio = (sums[1][1] / sums[1][0]) / (sums[0][1] / sums[0][0]).max(1e-300);
+            seen.push((*word, if grows { ratio > 1.5 } else { ratio < 1.0 / 1.5 }));
+        }
+    }
+    let yes: Vec<String> = seen.iter().filter(|s| s.1).map(|s| s.0.to_owned()).collect();
+    match (seen.len(), yes.len()) {
+        (0 | 1, _) => String::new(),
+        (_, 0) => String::new(),
+        (a, b) if a == b && a == 3 => format!(", at every {}", other.name()),
+        _ => format!(", at {} {}", join(&yes), other.name()),
+    }
+}

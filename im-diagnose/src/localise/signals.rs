@@ -1,0 +1,127 @@
+//! What a model got wrong, row by row, beside what the machine was doing at the time.
+
+use im_identify::offline::{ChannelKind, Experiment, residuals};
+use im_model::{Bench, Complex, Drive, Machine, State};
+
+/// One row of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// Measured minus predicted current, stator frame, A; `None` where it was not measured.
+    pub current_error: Option<Complex<f64>>,
+    /// Measured minus predicted speed, rad/s.
+    pub speed_error: Option<f64>,
+    /// The model's stator current, stator frame, A.
+    pub current: Complex<f64>,
+    /// The model's magnetizing flux linkage, stator frame, Vs.
+    pub flux: Complex<f64>,
+    /// Mechanical speed, rad/s.
+    pub speed: f64,
+    /// Air-gap torque, Nm.
+    pub torque: f64,
+    /// Frequency at which the rotor flux overtakes the rotor, electrical, Hz.
+    pub slip_hz: f64,
+    /// Applied voltage, stator frame, V.
+    pub voltage: Complex<f64>,
+    /// Load torque, Nm.
+    pub load: f64,
+}
+
+/// One run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// Name of the recording.
+    pub name: String,
+    /// Sampling time, s.
+    pub sample_time_s: f64,
+    /// Row by row.
+    pub rows: Vec<Row>,
+}
+
+/// All runs, and how exact the sensors are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signals {
+    /// The runs.
+    pub runs: Vec<Run>,
+    /// Noise of a current channel, A.
+    pub current_noise_a: f64,
+    /// Noise of the speed, rad/s.
+    pub speed_noise_rad_s: f64,
+    /// Pole pairs.
+    pub pole_pairs: u32,
+}
+
+impl Signals {
+    /// Simulates `machine` on `experiments` and takes the errors apart.
+    pub fn of(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Self {
+        let noise = |speed: bool| {
+            let all = experiments.iter().flat_map(|e| &e.channels).filter(|c| (c.kind == ChannelKind::Speed) == speed);
+            let found: Vec<f64> = all.map(|c| c.sigma * c.sigma).collect();
+            if found.is_empty() { 0.0 } else { (found.iter().sum::<f64>() / found.len() as f64).sqrt() }
+        };
+        Self {
+            runs: experiments.iter().zip(starts).map(|(e, x)| run(machine, e, x)).collect(),
+            current_noise_a: noise(false),
+            speed_noise_rad_s: noise(true),
+            pole_pairs: machine.pole_pairs(),
+        }
+    }
+
+    /// All rows of all runs.
+    pub fn rows(&self) -> impl Iterator<Item = &Row> {
+        self.runs.iter().flat_map(|r| &r.rows)
+    }
+}
+
+fn run(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Run {
+    let errors = residuals(machine, e, start);
+    let speed = e.channels.iter().position(|c| c.kind == ChannelKind::Speed);
+    let mut bench = Bench::new(machine, *start, e.sample_time_s);
+    let mut rows = Vec::with_capacity(e.len());
+    for k in 0..e.len() {
+        let x = *bench.state();
+        let currents = bench.plant().currents(&x);
+        // ω_slip = R_r Im(i_r ψ̄_r)/|ψ_r|²
+        let cross = currents.i_r.re * x.psi_r.im - currents.i_r.im * x.psi_r.re;
+        let slip = machine.parameters().rotor_resistance_ohm * cross / x.psi_r.norm_sqr().max(1e-6);
+        rows.push(Row {
+            current_error: current_error(e, &errors, k),
+            speed_error: speed.filter(|&c| e.channels[c].is_valid(k)).map(|c| errors[c][k] * e.channels[c].sigma),
+            current: currents.i_s,
+            flux: currents.psi_m,
+            speed: x.omega_m,
+            torque: bench.plant().torque(&x),
+            slip_hz: slip / std::f64::consts::TAU,
+            voltage: e.u_s[k],
+            load: e.tau_load[k],
+        });
+        let mut drive = Drive::new(e.u_s[k], e.tau_load[k]);
+        if let Some((w, rate)) = &e.speed_pull {
+            drive.speed_pull = Some([w[k], *rate]);
+        }
+        if let Some(w) = &e.imposed_speed {
+            drive.imposed_speed = Some([w[k], w[(k + 1).min(w.len() - 1)]]);
+        }
+        bench.advance(&drive);
+    }
+    Run { name: e.name.clone(), sample_time_s: e.sample_time_s, rows }
+}
+
+/// The space vector whose projections fit the current channels best: (Σ d dᵀ) e = Σ d r.
+fn current_error(e: &Experiment, errors: &[Vec<f64>], k: usize) -> Option<Complex<f64>> {
+    let (mut aa, mut ab, mut bb, mut ra, mut rb) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (c, r) in e.channels.iter().zip(errors) {
+        if let ChannelKind::Current { direction_rad } = c.kind
+            && c.is_valid(k)
+        {
+            let (s, d) = direction_rad.sin_cos();
+            let r = r[k] * c.sigma;
+            aa += d * d;
+            ab += d * s;
+            bb += s * s;
+            ra += d * r;
+            rb += s * r;
+        }
+    }
+    let det = aa * bb - ab * ab;
+    (det > 1e-6).then(|| Complex::new((bb * ra - ab * rb) / det, (aa * rb - ab * ra) / det))
+}
