@@ -1,7 +1,7 @@
 //! What is to be explained: a motor as its papers give it, recordings to learn from, and one held out.
 
 use im_identify::offline::{Experiment, Start};
-use im_model::{MotorFile, Recording};
+use im_model::{Machine, MotorFile, Recording, State};
 
 use crate::noise::white_sigma;
 
@@ -28,13 +28,13 @@ impl Case {
         case
     }
 
-    /// Sets the noise of every channel from the roughness of a fit's residuals, all runs together.
-    pub fn set_noise_from(&mut self, fit: &im_identify::offline::Fit, fitted: &[Experiment]) {
+    /// Sets the noise of every channel from the roughness of a machine's residuals on `fitted`, all runs together.
+    pub fn set_noise_from(&mut self, machine: &Machine<f64>, starts: &[State<f64>], fitted: &[Experiment]) {
         let rough: Vec<Vec<f64>> = fitted
             .iter()
-            .zip(&fit.starts)
+            .zip(starts)
             .map(|(e, x)| {
-                let r = im_identify::offline::residuals(&fit.machine, e, x);
+                let r = im_identify::offline::residuals(machine, e, x);
                 e.channels
                     .iter()
                     .zip(&r)

@@ -123,7 +123,7 @@ impl Refinement {
         let mut me = Self { pulled: pulled(&case.train), case, options, rating, base, candidates };
         let first = me.model(&me.base, &[], &FitOptions { tolerance: 1e-5, ..FitOptions::default() })?;
         // The voltage's own roughness shows in the currents: only in the residual is the roughness all noise.
-        me.case.set_noise_from(&first.fit, &me.pulled);
+        me.case.set_noise_from(&first.fit.machine, &first.fit.starts, &me.pulled);
         me.pulled = pulled(&me.case.train);
         let model = me.model(&first.fit.machine, &[], &FitOptions::near())?;
         Ok((me, model))

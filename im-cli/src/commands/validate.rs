@@ -47,8 +47,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         )));
     }
     let r = recording(&args.data)?;
-    let case = Case::new(after.clone(), &[r], None);
+    let mut case = Case::new(after.clone(), &[r], None);
     let starts: Vec<_> = case.train.iter().map(|e| e.start.state()).collect();
+    case.estimate_noise();
+    let drawn = pulled(&case.train);
+    case.set_noise_from(&after.machine, &starts, &drawn);
     let free = (errors(&before.machine, &case.train, &starts), errors(&after.machine, &case.train, &starts));
     let drawn = pulled(&case.train);
     let aided = (errors(&before.machine, &drawn, &starts), errors(&after.machine, &drawn, &starts));
