@@ -516,6 +516,13 @@ impl<T: Scalar> Effects<T> {
         Ok(())
     }
 
+    /// What the user's effects add to μ.
+    pub(crate) fn custom_reluctance(&self, psi_m_squared: T) -> T {
+        let start = (T::one(), T::zero());
+        let add = |mu, c: &Custom<T>| c.hooks().reluctance(&c.values, mu, psi_m_squared);
+        self.custom.iter().flatten().fold(start, add).0 - T::one()
+    }
+
     fn slot(&self, id: CustomId) -> Option<&Custom<T>> {
         self.custom.iter().flatten().find(|s| s.id == id)
     }

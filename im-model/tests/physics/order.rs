@@ -1,0 +1,126 @@
+//! The fixed step against an adaptive solver of a library, and its order.
+
+use im_model::{Complex, Drive, Effects, Machine, Plant, State};
+use ode_solvers::{Dop853, OutputType, SVector, System};
+
+use crate::lab;
+
+type Vector = SVector<f64, 14>;
+
+fn pack(x: &State<f64>) -> Vector {
+    Vector::from_column_slice(&[
+        x.psi_s.re,
+        x.psi_s.im,
+        x.psi_r.re,
+        x.psi_r.im,
+        x.omega_m,
+        x.theta_m,
+        x.psi_fe.re,
+        x.psi_fe.im,
+        x.i_bar.re,
+        x.i_bar.im,
+        x.omega_load,
+        x.twist,
+        x.stator_rise_k,
+        x.rotor_rise_k,
+    ])
+}
+
+fn unpack(v: &Vector) -> State<f64> {
+    State {
+        psi_s: Complex::new(v[0], v[1]),
+        psi_r: Complex::new(v[2], v[3]),
+        omega_m: v[4],
+        theta_m: v[5],
+        psi_fe: Complex::new(v[6], v[7]),
+        i_bar: Complex::new(v[8], v[9]),
+        omega_load: v[10],
+        twist: v[11],
+        stator_rise_k: v[12],
+        rotor_rise_k: v[13],
+        ..State::default()
+    }
+}
+
+struct Held<'a>(&'a Plant<f64>, Drive<f64>);
+
+impl System<f64, Vector> for Held<'_> {
+    fn system(&self, _t: f64, y: &Vector, dy: &mut Vector) {
+        *dy = pack(&self.0.evaluate(&unpack(y), &self.1).rates);
+    }
+}
+
+/// The solver's answer after `t` seconds with the drive held, to twelve digits.
+fn adaptive(plant: &Plant<f64>, x: &State<f64>, drive: Drive<f64>, t: f64) -> State<f64> {
+    // Sparse output: the solver's own steps, not its interpolation, which is of lower order.
+    let (rtol, atol, h_max, steps) = (1e-12, 1e-13, t, 100_000);
+    let (safety, beta, least, most, first) = (0.9, 0.0, 0.333, 6.0, 0.0);
+    let (f, y) = (Held(plant, drive), pack(x));
+    let mut solver =
+        Dop853::from_param(f, 0.0, t, t, y, rtol, atol, safety, beta, least, most, h_max, first, steps, 1000, OutputType::Sparse);
+    solver.integrate().unwrap();
+    unpack(solver.y_out().last().unwrap())
+}
+
+fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
+    // Fluxes of the order of 1 Vs, speed in units of its synchronous value, temperatures in K.
+    let (a, b) = (pack(a), pack(b));
+    (0..14).map(|k| ((a[k] - b[k]) / if k == 4 || k == 10 { 157.0 } else { 1.0 + a[k].abs() }).abs()).fold(0.0, f64::max)
+}
+
+fn everything_smooth() -> Machine<f64> {
+    lab::machine(|e: &mut Effects<f64>| {
+        e.main_flux_saturation.excess = 0.5;
+        e.leakage_flux_saturation.drop = 0.5;
+        e.rotor_skin_effect.resistance_rise = 1.0;
+        e.iron_loss.conductance_s = 2e-3;
+        e.iron_loss.diffusion_time_s = 2e-4;
+        e.stator_heating.inverse_heat_capacity_k_per_j = 0.02;
+        e.rotor_heating.inverse_heat_capacity_k_per_j = 0.02;
+        e.windage.coefficient_nm_s2 = 1e-5;
+        e.stator_asymmetry.unbalance_alpha = 0.05;
+        e.rotor_asymmetry.unbalance_direct = 0.05;
+        e.shaft_compliance.load_inertia_fraction = 0.4;
+        e.load_torque_ripple.cosine_nm = 1.0;
+    })
+}
+
+/// A start, with the voltage turned once per millisecond and held between.
+fn run(mut advance: impl FnMut(&State<f64>, Drive<f64>) -> State<f64>) -> State<f64> {
+    let mut x = State::default();
+    for k in 0..100 {
+        let u = im_model::space_vector::unit(0.314 * f64::from(k)) * lab::RATED_V;
+        x = advance(&x, Drive::new(u, if k < 50 { 0.0 } else { 5.0 }));
+    }
+    x
+}
+
+fn fixed(plant: &Plant<f64>, x: &State<f64>, drive: Drive<f64>, steps: u32) -> State<f64> {
+    let h = 1e-3 / f64::from(steps);
+    (0..steps).fold(*x, |x, _| plant.step(&x, &drive, h))
+}
+
+#[test]
+fn fixed_steps_agree_with_an_adaptive_solver() {
+    for machine in [lab::base(), everything_smooth()] {
+        let plant = Plant::new(&machine);
+        let exact = run(|x, drive| adaptive(&plant, x, drive, 1e-3));
+        let ours = run(|x, drive| fixed(&plant, x, drive, 400));
+        // h = 2.5 µs and λ = 5000 1/s, the iron's diffusion: (λh)⁴/120 is 2e-10.
+        let error = distance(&ours, &exact);
+        assert!(error < 1e-9, "{error:e}");
+    }
+}
+
+#[test]
+fn the_order_is_four() {
+    for machine in [lab::base(), everything_smooth()] {
+        let plant = Plant::new(&machine);
+        let exact = run(|x, drive| adaptive(&plant, x, drive, 1e-3));
+        let error = |steps| distance(&run(|x, drive| fixed(&plant, x, drive, steps)), &exact);
+        let (coarse, fine) = (error(20), error(80));
+        let order = (coarse / fine).log2() / 2.0;
+        // Higher orders of the error add to 4, knees of the saturation grid take away.
+        assert!((3.7..4.5).contains(&order), "order {order:.2}: {coarse:e} at 20 steps a millisecond, {fine:e} at 80");
+    }
+}
