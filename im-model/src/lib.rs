@@ -33,6 +33,7 @@ mod flux_map;
 mod machine;
 #[cfg(feature = "std")]
 mod motor_file;
+mod nameplate;
 mod parameters;
 mod plant;
 #[cfg(feature = "std")]
@@ -57,6 +58,7 @@ pub use flux_map::{Currents, FluxMap};
 pub use machine::{Machine, ParameterId, Rating};
 #[cfg(feature = "std")]
 pub use motor_file::MotorFile;
+pub use nameplate::{Nameplate, NameplateGuess};
 pub use num_complex::Complex;
 pub use parameters::{
     BaseParameter, DerivedConstants, GammaParameters, InverseGammaParameters, KenneConstants, TParameters, WindingParameters,
