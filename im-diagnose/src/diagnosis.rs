@@ -162,6 +162,9 @@ pub fn errors(machine: &Machine<f64>, experiments: &[Experiment], starts: &[Stat
     }
 }
 
+/// Least part of the base model's excess that effects must explain to be reported beside a verdict of `unexplained`.
+const PARTIAL: f64 = 0.5;
+
 /// Runs the whole loop on a case and decides.
 pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     let (significance, least_gain) = (options.significance, options.least_gain);
@@ -170,8 +173,14 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     let mut course = loop_.run(base)?;
     let steps_as_found = steps(&loop_, &course);
     keep_confirmed(&mut course, &steps_as_found, least_gain);
+    let mut leftover = leftover_of(&loop_, &course);
+    if verdict_of(&course, &leftover, 1.0) == Some(Verdict::Unexplained) && explained(&course) < PARTIAL {
+        // Stand-ins for something else: their names would mislead.
+        course.models.truncate(1);
+        course.alternatives.clear();
+        leftover = leftover_of(&loop_, &course);
+    }
     let last = &course.models[course.models.len() - 1];
-    let leftover = dependences(&last.fit.machine, &last.fit.starts, loop_.pulled());
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
     let floor = if structured(&leftover) { 1.0 } else { last.train().max(1.0) };
     let steps = if floor > 1.05 {
@@ -336,29 +345,54 @@ fn structured(leftover: &[Dependence]) -> bool {
     leftover.first().is_some_and(|d| d.log_p > 10.0)
 }
 
-fn verdict(course: &Course, ranking: &[Candidate], leftover: &[Dependence], floor: f64) -> Verdict {
+/// The larger of training and held-out error, in noise floors.
+fn error(m: &Model, floor: f64) -> f64 {
+    m.holdout.unwrap_or(0.0).max(m.train()) / floor
+}
+
+/// The part of the base model's excess over the noise that the effects explain.
+fn explained(course: &Course) -> f64 {
     let (first, last) = (&course.models[0], &course.models[course.models.len() - 1]);
-    let error = |m: &Model| m.holdout.unwrap_or(0.0).max(m.train()) / floor;
-    let (before, after) = (error(first) - 1.0, error(last) - 1.0);
-    let structured = structured(leftover);
-    if !last.effects.is_empty() {
-        let share_left = after / before.max(1e-9);
-        return if after > NEGLIGIBLE && share_left > 0.1 && structured {
-            Verdict::Unexplained
-        } else if course.alternatives.iter().any(|a| !a.is_empty()) {
-            Verdict::Confounded
-        } else {
-            Verdict::MissingEffects
-        };
+    1.0 - (error(last, 1.0) - 1.0) / (error(first, 1.0) - 1.0).max(1e-9)
+}
+
+fn leftover_of(loop_: &Refinement, course: &Course) -> Vec<Dependence> {
+    let last = &course.models[course.models.len() - 1];
+    dependences(&last.fit.machine, &last.fit.starts, loop_.pulled())
+}
+
+/// Whether a model with one more effect is likelier than chance would make one of `candidates`.
+fn likelier(before: &Model, after: &Model, candidates: usize) -> bool {
+    let n = after.fit.count as f64;
+    let k = after.fit.free.len().saturating_sub(before.fit.free.len()) as f64;
+    before.evidence - after.evidence > k * n.ln() + 2.0 * (candidates as f64).ln()
+}
+
+/// The verdict as far as effects and leftover decide it.
+fn verdict_of(course: &Course, leftover: &[Dependence], floor: f64) -> Option<Verdict> {
+    let (first, last) = (&course.models[0], &course.models[course.models.len() - 1]);
+    let (before, after) = (error(first, floor) - 1.0, error(last, floor) - 1.0);
+    let share_left = if last.effects.is_empty() { 1.0 } else { after / before.max(1e-9) };
+    if after > NEGLIGIBLE && share_left > 0.1 && structured(leftover) {
+        Some(Verdict::Unexplained)
+    } else if last.effects.is_empty() {
+        None
+    } else if course.alternatives.iter().any(|a| !a.is_empty()) {
+        Some(Verdict::Confounded)
+    } else {
+        Some(Verdict::MissingEffects)
+    }
+}
+
+fn verdict(course: &Course, ranking: &[Candidate], leftover: &[Dependence], floor: f64) -> Verdict {
+    if let Some(v) = verdict_of(course, leftover, floor) {
+        return v;
     }
     let unexcited = ranking.iter().filter(|c| c.detectable_size > c.usual_size).count();
-    if after > NEGLIGIBLE && structured {
-        Verdict::Unexplained
-    } else if 3 * unexcited > ranking.len() {
-        Verdict::Inconclusive
-    } else {
-        Verdict::Adequate
-    }
+    // A candidate that fits better than chance allows, yet gains too little to be confirmed.
+    let first = &course.models[0];
+    let hinted = course.rounds.iter().flat_map(|r| &r.trials).any(|t| likelier(first, &t.model, ranking.len()));
+    if 3 * unexcited > ranking.len() || hinted { Verdict::Inconclusive } else { Verdict::Adequate }
 }
 
 fn changes(before: &MotorFile, after: &MotorFile, last: &Model) -> Vec<ParameterChange> {

@@ -38,7 +38,7 @@ impl Default for Options {
             most_effects: 4,
             least_gain: 0.01,
             least_share: 3e-3,
-            alike_share: 0.1,
+            alike_share: 0.25,
             candidates: Vec::new(),
         }
     }

@@ -31,8 +31,8 @@ pub struct Bench<T> {
     substeps: u32,
     /// Past commands, newest first.
     commands: [Complex<T>; HISTORY],
-    /// The two filters of the speed sensor; the second is what it shows.
-    speed_shown: [T; 2],
+    /// The filters of the speed sensor; the last is what it shows.
+    speed_shown: [T; 3],
     delayed: bool,
     sensed: bool,
 }
@@ -51,7 +51,7 @@ impl<T: Scalar> Bench<T> {
             substep: sample_time_s / f64::from(substeps),
             substeps,
             commands: [Complex::zero(); HISTORY],
-            speed_shown: [state.omega_m; 2],
+            speed_shown: [state.omega_m; 3],
             delayed: e.is_on(EffectId::VoltageDelay),
             sensed,
             plant,
@@ -94,9 +94,9 @@ impl<T: Scalar> Bench<T> {
         let i_s = self.plant.currents(&self.state).i_s;
         if self.sensed {
             let e = self.plant.effects();
-            Output { i_s: e.measured_current(i_s), omega_m: e.measured_speed(self.speed_shown[1]) }
+            Output { i_s: e.measured_current(i_s), omega_m: e.measured_speed(self.speed_shown[2]) }
         } else {
-            Output { i_s, omega_m: self.speed_shown[1] }
+            Output { i_s, omega_m: self.speed_shown[2] }
         }
     }
 

@@ -1,7 +1,9 @@
-//! Speed-sensor lag: two first-order filters in series, solved exactly for speed that is linear over the sample.
+//! Speed-sensor lag: three first-order filters in series, each solved exactly for an input that is linear over the sample.
 //!
-//! τ ẏ₁ = ω − y₁,   ρτ ẏ₂ = y₁ − y₂,   ω_shown = y₂.  ρ = 0 is a plain first-order filter; two like poles stand for an encoder's
-//! averaging window too.
+//! τ ẏ₁ = ω − y₁,   ρτ ẏ₂ = y₁ − y₂,   ρ²τ ẏ₃ = y₂ − y₃,   ω_shown = y₃.
+//!
+//! ρ = 0 is a plain first-order filter, ρ ≈ 0.4 a second-order one with equal poles, and ρ = 1 an encoder's averaging window: mean and
+//! variance of the delay are those of a window of 6τ.
 
 use super::effect;
 use crate::error::Bound;
@@ -12,7 +14,7 @@ effect! {
     SpeedSensorLag, "speed_sensor_lag",
     card: super::Card {
         title: "Speed-sensor lag",
-        what: "The speed shown follows the true speed through a filter: time constant τ, then a second one of ρτ.",
+        what: "The speed shown follows the true speed through filters of time constants τ, ρτ and ρ²τ: a first- or second-order filter, or an encoder's averaging window.",
         shows: "A speed error in proportion to acceleration, none in the steady state; the currents are right.",
         rivals: &[
             ("shaft_compliance", "rings after a load step; a filter does not"),
@@ -25,20 +27,22 @@ effect! {
     parameters: {
         /// Time constant.
         time_constant_s: Strength, default 0.0, "s", One, typical 3e-4 to 2e-2, Bound::Within(0.0, 10.0);
-        /// Second time constant over the first.
-        second_pole_ratio: Shape, default 0.3, "", One, typical 0.0 to 1.0, Bound::Within(0.0, 1.0);
+        /// Each further time constant over the one before.
+        pole_ratio: Shape, default 0.3, "", One, typical 0.0 to 1.0, Bound::Within(0.0, 1.0);
     },
     hooks: {}
 }
 
 impl<T: Scalar> SpeedSensorLag<T> {
-    /// The states of the two filters after a sample of length `t` in which the speed went from `before` to `now`; the second is shown.
-    pub(crate) fn shown(&self, [y1, y2]: [T; 2], before: T, now: T, t: T) -> [T; 2] {
+    /// The states of the three filters after a sample of length `t` in which the speed went from `before` to `now`; the last is shown.
+    pub(crate) fn shown(&self, [y1, y2, y3]: [T; 3], before: T, now: T, t: T) -> [T; 3] {
         if self.time_constant_s.is_zero() {
-            return [now; 2];
+            return [now; 3];
         }
-        let first = filtered(y1, before, now, self.time_constant_s, t);
-        [first, filtered(y2, y1, first, self.time_constant_s * self.second_pole_ratio, t)]
+        let (tau, rho) = (self.time_constant_s, self.pole_ratio);
+        let z1 = filtered(y1, before, now, tau, t);
+        let z2 = filtered(y2, y1, z1, tau * rho, t);
+        [z1, z2, filtered(y3, y2, z2, tau * rho * rho, t)]
     }
 }
 
