@@ -10,5 +10,6 @@ mod modelica;
 mod nothing_on;
 mod order;
 mod own_effect;
+mod papers;
 mod power_balance;
 mod sensitivities;
