@@ -4,7 +4,9 @@
 pub mod case;
 pub mod diagnosis;
 pub mod leftover;
+pub mod localise;
 pub mod next_test;
 pub mod noise;
 pub mod refine;
+pub mod report;
 pub mod score;

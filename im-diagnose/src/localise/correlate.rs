@@ -79,7 +79,10 @@ fn one_memory(s: &Signals, q: Quantity) -> Option<Memory> {
     } else {
         match decay {
             Some(t) => format!("the {name} error lasts {} ms: it is no sensor noise", say(t * 1e3)),
-            None => format!("the {name} error lasts longer than {} ms: it is slow or constant, no sensor noise", say(reach as f64 * sample * 1e3)),
+            None => format!(
+                "the {name} error lasts longer than {} ms: it is slow or constant, no sensor noise",
+                say(reach as f64 * sample * 1e3)
+            ),
         }
     };
     Some(Memory { quantity: q, points, chance, conclusion })

@@ -51,7 +51,13 @@ pub(super) fn crossings(s: &Signals) -> Option<Crossings> {
             sums[k][1] += sign * error;
             sums[k][2] += error * error;
             let degrees = angle.abs().to_degrees();
-            let side = if degrees < 15.0 { Some(&mut near) } else if degrees > 45.0 { Some(&mut far) } else { None };
+            let side = if degrees < 15.0 {
+                Some(&mut near)
+            } else if degrees > 45.0 {
+                Some(&mut far)
+            } else {
+                None
+            };
             if let Some(side) = side {
                 side[0] += 1.0;
                 side[1] += error * error;
@@ -80,7 +86,11 @@ pub(super) fn crossings(s: &Signals) -> Option<Crossings> {
             say(far)
         )
     } else if ratio < 0.8 {
-        format!("the error of a phase current is larger near its peak ({} A) than at its zero crossing ({} A)", say(far), say(near))
+        format!(
+            "the error of a phase current is larger near its peak ({} A) than at its zero crossing ({} A)",
+            say(far),
+            say(near)
+        )
     } else {
         format!("zero crossings of the phase currents make no difference ({} A near, {} A away)", say(near), say(far))
     };

@@ -42,7 +42,9 @@ pub(super) fn plane(s: &Signals, q: Quantity) -> Option<Plane> {
     let (w0, w1) = range(s.rows().map(|r| r.speed).collect())?;
     let (t0, t1) = range(s.rows().map(|r| r.torque).collect())?;
     let edges = |lo: f64, hi: f64, n: usize| (0..=n).map(|k| lo + (hi - lo) * k as f64 / n as f64).collect::<Vec<_>>();
-    let index = |x: f64, lo: f64, hi: f64, n: usize| (((x - lo) / (hi - lo) * n as f64).floor() as isize).clamp(0, n as isize - 1) as usize;
+    let index = |x: f64, lo: f64, hi: f64, n: usize| {
+        (((x - lo) / (hi - lo) * n as f64).floor() as isize).clamp(0, n as isize - 1) as usize
+    };
     let mut sums = vec![vec![[0.0; 2]; COLUMNS]; LINES];
     for r in s.rows() {
         if let Some(e) = q.squared(r) {
@@ -55,7 +57,8 @@ pub(super) fn plane(s: &Signals, q: Quantity) -> Option<Plane> {
         sums.iter().map(|l| l.iter().map(|c| (c[0] >= LEAST).then(|| (c[1] / c[0]).sqrt())).collect()).collect();
     let (speed_edges, torque_edges) = (edges(w0, w1, COLUMNS), edges(t0, t1, LINES));
     let noise = q.noise(s);
-    let found = || cells.iter().enumerate().flat_map(|(l, row)| row.iter().enumerate().filter_map(move |(c, x)| x.map(|x| (x, l, c))));
+    let found =
+        || cells.iter().enumerate().flat_map(|(l, row)| row.iter().enumerate().filter_map(move |(c, x)| x.map(|x| (x, l, c))));
     let (worst, l, c) = found().max_by(|a, b| a.0.total_cmp(&b.0))?;
     let least = found().map(|x| x.0).fold(f64::INFINITY, f64::min);
     let (name, unit) = (q.name(), q.unit());

@@ -150,8 +150,7 @@ fn trend(bins: &[Bin], noise: f64) -> Trend {
 
 fn profile(s: &Signals, q: Quantity, over: ProfileOver) -> Option<Profile> {
     let noise = q.noise(s);
-    let rows: Vec<(f64, f64, f64)> =
-        s.rows().filter_map(|r| q.squared(r).map(|e| (over.of(r), e, over.other().of(r)))).collect();
+    let rows: Vec<(f64, f64, f64)> = s.rows().filter_map(|r| q.squared(r).map(|e| (over.of(r), e, over.other().of(r)))).collect();
     if rows.len() < 20 * BINS {
         return None;
     }
@@ -167,9 +166,7 @@ fn profile(s: &Signals, q: Quantity, over: ProfileOver) -> Option<Profile> {
     let everywhere = |at: f64, grows: bool| held(&rows, at, grows, over.other());
     let (mut strength, conclusion) = match trend {
         Trend::Floor => (0.0, format!("the {name} error is at the noise floor ({} {unit}) at every {on}", say(noise))),
-        Trend::Flat => {
-            (0.0, format!("the {name} error does not depend on {on} ({} to {} {unit})", say(least), say(most)))
-        }
+        Trend::Flat => (0.0, format!("the {name} error does not depend on {on} ({} to {} {unit})", say(least), say(most))),
         Trend::Grows(at) => (
             1.0,
             format!(
@@ -192,7 +189,12 @@ fn profile(s: &Signals, q: Quantity, over: ProfileOver) -> Option<Profile> {
         ),
         Trend::Peak(at) => (
             0.5,
-            format!("the {name} error is largest around {on} {} {on_unit} ({} {unit}, least {} {unit})", say(at), say(most), say(least)),
+            format!(
+                "the {name} error is largest around {on} {} {on_unit} ({} {unit}, least {} {unit})",
+                say(at),
+                say(most),
+                say(least)
+            ),
         ),
     };
     strength *= (most / least.max(0.5 * noise)).ln();

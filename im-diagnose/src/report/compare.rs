@@ -1,0 +1,156 @@
+//! The report of a model against recordings, without a diagnosis.
+
+use im_identify::offline::{Experiment, predict};
+use im_model::{MotorFile, State};
+use rayon::prelude::*;
+
+use super::overlay::{self, channel_words};
+use super::page::{Section, page, table, term};
+use super::sections::{head, place, provenance};
+use super::story::{Shown, View};
+use super::terminal::{Text, place as place_text};
+use super::words::{escape, floors, number, sentence};
+use super::{DataFile, Meta};
+use crate::diagnosis::{Errors, errors};
+use crate::localise::{Signals, localise};
+use crate::refine::pulled;
+
+/// A model beside recordings: what it predicts, how far off it is, and where.
+pub struct Comparison {
+    /// The model.
+    pub motor: MotorFile,
+    /// The recordings, with the noise of their sensors.
+    pub experiments: Vec<Experiment>,
+    /// Error per recording.
+    pub errors: Vec<Errors>,
+    /// Error over all.
+    pub total: Errors,
+    views: Vec<View>,
+    shown: Vec<Shown>,
+}
+
+impl Comparison {
+    /// Simulates the model on the recordings. Where there is a measured speed, the places of failure are sought with the simulated
+    /// speed drawn towards it; errors and pictures are of the unaided model.
+    pub fn new(motor: MotorFile, experiments: Vec<Experiment>) -> Self {
+        let m = &motor.machine;
+        let starts: Vec<State<f64>> = experiments.iter().map(|e| e.start.state()).collect();
+        let views = experiments
+            .par_iter()
+            .zip(&starts)
+            .map(|(e, x)| View { experiment: e.clone(), held_out: false, guided: false, predictions: vec![predict(m, e, x)] })
+            .collect();
+        let each =
+            experiments.iter().zip(&starts).map(|(e, x)| errors(m, std::slice::from_ref(e), std::slice::from_ref(x))).collect();
+        let place = localise(&Signals::of(m, &pulled(&experiments), &starts));
+        let total = errors(m, &experiments, &starts);
+        Self { errors: each, total, views, shown: vec![Shown { name: "model", class: "refined", place }], experiments, motor }
+    }
+
+    /// What stands out, one sentence each, strongest first.
+    pub fn findings(&self) -> Vec<String> {
+        self.shown[0].place.findings().iter().map(|f| sentence(f)).collect()
+    }
+
+    /// Where the model fails, in numbers.
+    pub fn localisation(&self) -> &crate::localise::Localisation {
+        &self.shown[0].place
+    }
+
+    fn said(&self) -> String {
+        let x = self.total.chi2_per_sample;
+        if !x.is_finite() {
+            "The simulation of this model diverges on these recordings: check units, pole pairs and the sampling time.".into()
+        } else if x < 1.1 {
+            format!("The model is as good as the sensors can tell: its error is {} noise floors.", floors(x))
+        } else {
+            format!(
+                "The model misses the recordings by {} noise floors (1.0 would be as good as the sensors can tell).",
+                floors(x)
+            )
+        }
+    }
+
+    fn title<'a>(&'a self, meta: &'a Meta) -> &'a str {
+        if meta.title.is_empty() { &self.motor.name } else { &meta.title }
+    }
+}
+
+/// The page.
+pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
+    let top = format!(
+        "{}<h1>{}</h1><p class=\"say\">{}</p>",
+        head(c.title(meta), "<span class=\"badge\">comparison</span>"),
+        escape(&c.said()),
+        c.findings().iter().take(3).map(|f| escape(f)).collect::<Vec<_>>().join(" ")
+    );
+    let table_head = [
+        "recording".to_owned(),
+        "signal".into(),
+        format!("#{}", term("rmse", "rms error")),
+        format!("#{}", term("noise", "sensor noise (σ)")),
+        format!("#{}", term("fit", "fit")),
+        format!("#{}", term("floor", "noise floors")),
+    ];
+    let mut rows = Vec::new();
+    for (e, x) in c.experiments.iter().zip(&c.errors) {
+        for (k, ch) in e.channels.iter().enumerate() {
+            let (name, unit) = channel_words(&ch.name, ch.kind);
+            let value = |v: Option<&f64>| v.map_or("–".into(), |v| format!("{}\u{a0}{unit}", number(*v, 3)));
+            rows.push((
+                false,
+                vec![
+                    if k == 0 { escape(&e.name) } else { String::new() },
+                    name,
+                    value(x.rmse.get(&ch.name)),
+                    value(Some(&ch.sigma)),
+                    x.fit_percent.get(&ch.name).map_or("–".into(), |v| format!("{}\u{a0}%", number(*v, 4))),
+                    if k == 0 { floors(x.chi2_per_sample) } else { String::new() },
+                ],
+            ));
+        }
+    }
+    let mut sections = vec![Section { id: "errors", short: "error", title: "The error".into(), body: table(&table_head, &rows) }];
+    let models = overlay::models(&c.shown);
+    let mut data = None;
+    if let Some(w) = c.shown[0].place.worst.as_ref().filter(|_| !c.views.is_empty()) {
+        let body = overlay::body(&c.views, &models, w);
+        sections.push(Section { id: "overlay", short: "signals", title: "Measured and modelled, over time".into(), body });
+        data = Some(overlay::data(&c.views, &models, w));
+    }
+    sections.push(place::section(&c.shown));
+    sections.extend(provenance::quality(meta));
+    sections.extend(provenance::next_test(meta));
+    let files: Vec<DataFile> = if meta.files.is_empty() {
+        c.experiments.iter().map(|e| DataFile::of(e, "compared")).collect()
+    } else {
+        meta.files.clone()
+    };
+    sections.push(provenance::run(meta, &files));
+    page(c.title(meta), &top, &sections, data.as_deref())
+}
+
+/// The same in short, for a terminal.
+pub fn compare_terminal(c: &Comparison, meta: &Meta, width: usize) -> String {
+    let mut out = Text { width: width.clamp(40, 100), lines: Vec::new() };
+    out.line(c.title(meta));
+    out.gap();
+    out.paragraph("", &c.said());
+    out.heading("Error");
+    let mut rows = vec![["recording", "signal", "rms error", "sensor noise", "noise floors"].map(str::to_owned).to_vec()];
+    for (e, x) in c.experiments.iter().zip(&c.errors) {
+        let name = std::path::Path::new(&e.name).file_name().map_or(e.name.clone(), |n| n.to_string_lossy().into());
+        for (k, ch) in e.channels.iter().enumerate() {
+            let (what, unit) = channel_words(&ch.name, ch.kind);
+            let rmse = x.rmse.get(&ch.name).map_or("–".into(), |v| format!("{} {unit}", number(*v, 3)));
+            let first = if k == 0 { (name.clone(), floors(x.chi2_per_sample)) } else { Default::default() };
+            rows.push(vec![first.0, what, rmse, format!("{} {unit}", number(ch.sigma, 3)), first.1]);
+        }
+    }
+    out.table(&rows, &[false, false, true, true, true]);
+    place_text(&mut out, &c.shown);
+    for q in meta.quality.iter().flatten() {
+        out.paragraph("  ! ", q);
+    }
+    out.finish()
+}

@@ -1,0 +1,116 @@
+//! The report: seeing where a model fails and watching the error fall.
+//!
+//! [`html`] makes one self-contained page, [`terminal`] the same story in short for a terminal, [`write()`] the three files of a
+//! diagnosis. [`Comparison`] is the report of a model against recordings without a diagnosis; [`side_by_side`] compares diagnoses.
+
+mod compare;
+mod curves;
+mod overlay;
+mod page;
+mod sections;
+mod side;
+mod story;
+mod svg;
+mod terminal;
+mod text_plot;
+mod words;
+mod write;
+
+use im_identify::offline::Experiment;
+
+use crate::diagnosis::Diagnosis;
+
+pub use compare::{Comparison, compare_html, compare_terminal};
+pub use side::{SideBySide, side_by_side, side_by_side_terminal};
+pub use terminal::terminal;
+pub use words::{number, quantity};
+pub use write::{Written, write};
+
+/// What a report tells besides the result: where it comes from, and what others found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Meta {
+    /// Heading; the name of the motor when empty.
+    pub title: String,
+    /// Name and version of the program.
+    pub program: String,
+    /// The command that made it.
+    pub command: Option<String>,
+    /// Seed of what was random; `None` when nothing was.
+    pub seed: Option<u64>,
+    /// When it was made, in words; left out when absent, so that equal inputs give equal files.
+    pub made: Option<String>,
+    /// The recordings as files; made from the data when empty.
+    pub files: Vec<DataFile>,
+    /// What was noticed about the data, one sentence each; `None` when nobody looked.
+    pub quality: Option<Vec<String>>,
+    /// The next test.
+    pub next_test: Option<NextTest>,
+}
+
+/// A recording, so that it can be recognized.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DataFile {
+    /// Name.
+    pub name: String,
+    /// What it was used for.
+    pub role: String,
+    /// Rows.
+    pub rows: usize,
+    /// A hash of its content.
+    pub digest: String,
+}
+
+/// The test to make next.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NextTest {
+    /// What to do, in a sentence or two.
+    pub text: String,
+    /// What it would settle.
+    pub settles: Vec<String>,
+    /// What to command, over time.
+    pub profile: Vec<ProfileTrace>,
+}
+
+/// One commanded signal of a test.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProfileTrace {
+    /// Name.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Time in s, value.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// The page: a string of HTML that needs nothing else.
+pub fn html(d: &Diagnosis, meta: &Meta) -> String {
+    sections::whole(&story::Story::new(d, meta))
+}
+
+/// A hash of the numbers of a recording (FNV-1a, 64 bit): equal data, equal hash.
+pub fn digest(e: &Experiment) -> String {
+    let mut h: u64 = 0xcbf2_9ce4_8422_2325;
+    let mut eat = |x: f64| {
+        for b in x.to_bits().to_le_bytes() {
+            h = (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3);
+        }
+    };
+    eat(e.sample_time_s);
+    e.u_s.iter().for_each(|u| {
+        eat(u.re);
+        eat(u.im);
+    });
+    e.tau_load.iter().for_each(|t| eat(*t));
+    e.channels.iter().flat_map(|c| &c.values).for_each(|v| eat(*v));
+    format!("{h:016x}")
+}
+
+impl DataFile {
+    /// From the data themselves.
+    pub fn of(e: &Experiment, role: &str) -> Self {
+        Self { name: e.name.clone(), role: role.into(), rows: e.len(), digest: digest(e) }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,301 @@
+//! The recordings as numbers inside the page, so that the reader can zoom; and a still picture for paper.
+
+use im_identify::offline::ChannelKind;
+use serde_json::{Value, json};
+
+use super::page::{figure, legend, term};
+use super::story::{Shown, View};
+use super::svg::{Axis, Chart};
+use super::words::{channel_name, escape, number};
+use crate::localise::Window;
+
+/// Bytes that the numbers may take.
+const BUDGET: usize = 1_450_000;
+/// A value: two bytes in base 64.
+const BYTES: f64 = 8.0 / 3.0;
+
+/// Names of the models with their classes.
+pub(crate) type Models = Vec<(&'static str, &'static str)>;
+
+/// Names and classes of what is shown.
+pub(crate) fn models(shown: &[Shown]) -> Models {
+    shown.iter().map(|s| (s.name, s.class)).collect()
+}
+
+/// A series in 16 bits.
+fn packed(values: &[f64]) -> Value {
+    let (lo, hi) =
+        values.iter().filter(|v| v.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+    let (lo, hi) = if lo <= hi { (lo, hi) } else { (0.0, 0.0) };
+    let offset = 0.5 * (lo + hi);
+    let scale = ((hi - lo) / 65_000.0).max(1e-12);
+    let bytes: Vec<u8> = values
+        .iter()
+        .flat_map(|v| {
+            let q = if v.is_finite() { (((v - offset) / scale).round() as i64).clamp(-32_767, 32_767) as i16 } else { i16::MIN };
+            q.to_le_bytes()
+        })
+        .collect();
+    json!({"q": base64(&bytes), "s": scale, "o": offset})
+}
+
+fn base64(bytes: &[u8]) -> String {
+    const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for c in bytes.chunks(3) {
+        let b = [c[0], *c.get(1).unwrap_or(&0), *c.get(2).unwrap_or(&0)];
+        let n = u32::from(b[0]) << 16 | u32::from(b[1]) << 8 | u32::from(b[2]);
+        for k in 0..4 {
+            let sign = SIGNS[(n >> (18 - 6 * k) & 63) as usize] as char;
+            out.push(if k <= c.len() { sign } else { '=' });
+        }
+    }
+    out
+}
+
+/// The series of a view in a stretch: measured (not a number where it does not count) and models.
+fn channel(view: &View, c: usize, from: usize, to: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let ch = &view.experiment.channels[c];
+    let measured = (from..to).map(|k| if ch.is_valid(k) { ch.values[k] } else { f64::NAN }).collect();
+    (measured, view.predictions.iter().map(|p| p[c][from..to].to_vec()).collect())
+}
+
+/// Every sample of a stretch.
+fn full(view: &View, from: usize, to: usize) -> Value {
+    let channels: Vec<Value> = (0..view.experiment.channels.len())
+        .map(|c| {
+            let (m, p) = channel(view, c, from, to);
+            json!({"m": packed(&m), "p": p.iter().map(|p| packed(p)).collect::<Vec<_>>()})
+        })
+        .collect();
+    let step = view.experiment.sample_time_s;
+    json!({"from": from as f64 * step, "step": step, "n": to - from, "channels": channels})
+}
+
+/// Smallest and largest of every `stride` samples, in their order.
+fn extremes(x: &[f64], stride: usize) -> Vec<f64> {
+    x.chunks(stride)
+        .flat_map(|c| {
+            let pick = |better: fn(&f64, &f64) -> bool| {
+                c.iter().enumerate().filter(|(_, v)| v.is_finite()).fold(None, |best: Option<(usize, f64)>, (k, v)| match best {
+                    Some(b) if !better(v, &b.1) => Some(b),
+                    _ => Some((k, *v)),
+                })
+            };
+            match (pick(|a, b| a < b), pick(|a, b| a > b)) {
+                (Some(a), Some(b)) if a.0 <= b.0 => [a.1, b.1],
+                (Some(a), Some(b)) => [b.1, a.1],
+                _ => [f64::NAN; 2],
+            }
+        })
+        .collect()
+}
+
+/// A thinned run: the errors too, since extremes of two signals do not subtract.
+fn thinned(view: &View, stride: usize) -> Value {
+    let n = view.experiment.len();
+    let mut rows = 0;
+    let channels: Vec<Value> = (0..view.experiment.channels.len())
+        .map(|c| {
+            let (m, p) = channel(view, c, 0, n);
+            let e: Vec<Value> =
+                p.iter().map(|p| packed(&extremes(&m.iter().zip(p).map(|(a, b)| a - b).collect::<Vec<_>>(), stride))).collect();
+            let p: Vec<Value> = p.iter().map(|p| packed(&extremes(p, stride))).collect();
+            let m = extremes(&m, stride);
+            rows = m.len();
+            json!({"m": packed(&m), "p": p, "e": e})
+        })
+        .collect();
+    json!({"from": 0.0, "step": view.experiment.sample_time_s * stride as f64 / 2.0, "n": rows, "thinned": true, "channels": channels})
+}
+
+/// The tenth of a second with the largest error of the first model within a window.
+fn worst_tenth(view: &View, w: &Window) -> [f64; 2] {
+    let t = view.experiment.sample_time_s;
+    let (from, to) = ((w.from_s / t).round() as usize, ((w.to_s / t).round() as usize).min(view.experiment.len()));
+    let n = ((0.1 / t).round() as usize).clamp(1, (to - from).max(1));
+    let e: Vec<f64> = (from..to)
+        .map(|k| {
+            view.experiment
+                .channels
+                .iter()
+                .zip(&view.predictions[0])
+                .filter(|(c, _)| c.is_valid(k))
+                .map(|(c, p)| ((c.values[k] - p[k]) / c.sigma).powi(2))
+                .sum()
+        })
+        .collect();
+    let mut sum: f64 = e[..n.min(e.len())].iter().sum();
+    let (mut at, mut most) = (0, sum);
+    for k in n..e.len() {
+        sum += e[k] - e[k - n];
+        if sum > most {
+            (at, most) = (k + 1 - n, sum);
+        }
+    }
+    [(from + at) as f64 * t, (from + at + n) as f64 * t]
+}
+
+/// The JSON that the page's script reads.
+pub(crate) fn data(views: &[View], models: &Models, worst: &Window) -> String {
+    let names: Vec<String> = views.iter().map(label).collect();
+    let per_row = |v: &View, series: usize| v.experiment.channels.len() as f64 * series as f64 * BYTES;
+    let everything: f64 = views.iter().map(|v| v.experiment.len() as f64 * per_row(v, 1 + models.len())).sum();
+    let fits = everything <= BUDGET as f64;
+    // What thinned runs cost per row over the stride, after the worst stretch has had a quarter of the budget.
+    let dense: f64 = views.iter().map(|v| v.experiment.len() as f64 * 2.0 * per_row(v, 1 + 2 * models.len())).sum();
+    let stride = (dense / (0.75 * BUDGET as f64)).ceil().max(4.0) as usize;
+    let runs: Vec<Value> = views
+        .iter()
+        .enumerate()
+        .map(|(k, v)| {
+            let n = v.experiment.len();
+            let t = v.experiment.sample_time_s;
+            let levels = if fits {
+                vec![full(v, 0, n)]
+            } else {
+                let mut levels = Vec::new();
+                if k == worst.run {
+                    let rows = (0.25 * BUDGET as f64 / per_row(v, 1 + models.len())) as usize;
+                    let from = ((worst.from_s / t).round() as usize).min(n.saturating_sub(1));
+                    let to = ((worst.to_s / t).round() as usize).min(n);
+                    let (from, to) = if to - from > rows {
+                        let [a, b] = worst_tenth(v, worst);
+                        let middle = (0.5 * (a + b) / t) as usize;
+                        let from = middle.saturating_sub(rows / 2);
+                        (from, (from + rows).min(n))
+                    } else {
+                        (from, to)
+                    };
+                    levels.push(full(v, from, to));
+                }
+                levels.push(thinned(v, stride));
+                levels
+            };
+            json!({"name": names[k], "sample": t, "end": n as f64 * t, "levels": levels})
+        })
+        .collect();
+    let channels: Vec<Value> = views[0]
+        .experiment
+        .channels
+        .iter()
+        .map(|c| {
+            let (name, unit) = channel_words(&c.name, c.kind);
+            json!({"name": name, "unit": unit, "noise": c.sigma})
+        })
+        .collect();
+    let [a, b] = worst_tenth(&views[worst.run], worst);
+    json!({
+        "models": models.iter().map(|m| json!({"name": m.0, "class": m.1})).collect::<Vec<_>>(),
+        "channels": channels,
+        "runs": runs,
+        "worst": {"run": worst.run, "from": worst.from_s, "to": worst.to_s},
+        "tenth": {"from": a, "to": b},
+    })
+    .to_string()
+}
+
+/// What a channel shows, and its unit.
+pub(crate) fn channel_words(name: &str, kind: ChannelKind) -> (String, &'static str) {
+    let (words, unit) = channel_name(name);
+    match (unit, kind) {
+        ("", ChannelKind::Current { .. }) => (words, "A"),
+        ("", ChannelKind::Speed) => (words, "rad/s"),
+        _ => (words, unit),
+    }
+}
+
+fn label(v: &View) -> String {
+    let name =
+        std::path::Path::new(&v.experiment.name).file_name().map_or(v.experiment.name.clone(), |n| n.to_string_lossy().into());
+    if v.held_out { format!("{name} (held out)") } else { name }
+}
+
+/// The zoomable picture with its buttons. What stands in it before the script runs is the worst second, still.
+pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> String {
+    let mut entries = vec![("measured", "measured".to_owned())];
+    let words = |name: &str| match name {
+        "base model" => term("base", name),
+        "refined model" => term("refined", name),
+        _ => name.to_owned(),
+    };
+    entries.extend(models.iter().map(|m| (m.1, words(m.0))));
+    entries.push(("noise", format!("{} ±2σ", term("noise", "noise band"))));
+    let runs: String = views
+        .iter()
+        .enumerate()
+        .map(|(k, v)| format!(r#"<button data-run="{k}" aria-pressed="false">{}</button>"#, escape(&label(v))))
+        .collect();
+    let zoom = [
+        ("worst", "worst second"),
+        ("tenth", "worst 0.1 s"),
+        ("all", "whole run"),
+        ("in", "zoom in"),
+        ("out", "zoom out"),
+        ("left", "◀ earlier"),
+        ("right", "later ▶"),
+    ];
+    let zoom: String = zoom.iter().map(|(k, w)| format!(r#"<button data-zoom="{k}">{w}</button>"#)).collect();
+    let guided: Vec<String> = views.iter().filter(|v| v.guided).map(label).collect();
+    let guided = if guided.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "<p>{} for: {}.</p>",
+            super::words::sentence(&term("guided", "Guided speed")).trim_end_matches('.'),
+            escape(&guided.join(", "))
+        )
+    };
+    format!(
+        r#"<p>The worst second is {} s to {} s of {}: the error there is {} times the noise, against {} times over all training recordings. Drag across a picture to zoom, double-click to zoom out; with the picture in focus the keys ←, →, + and − work too.</p>{guided}
+{}<div class="tools no-print" id="runs">{runs}</div><div class="tools no-print">{zoom}</div><p><b id="span"></b></p>
+<div class="zoom" id="zoom" tabindex="0" aria-label="Measured and modelled signals over time">{}</div><output class="read" id="read">Move over a picture to read the values.</output>"#,
+        number(worst.from_s, 3),
+        number(worst.to_s, 3),
+        escape(&label(&views[worst.run])),
+        number(worst.level, 3),
+        number(worst.average, 3),
+        legend(&entries),
+        still(&views[worst.run], models, worst)
+    )
+}
+
+fn still(v: &View, models: &Models, w: &Window) -> String {
+    let t = v.experiment.sample_time_s;
+    let (from, to) = ((w.from_s / t).round() as usize, ((w.to_s / t).round() as usize).min(v.experiment.len()));
+    let line = |x: &[f64]| x.iter().enumerate().map(|(k, y)| [(from + k) as f64 * t, *y]).collect::<Vec<_>>();
+    let mut out = String::new();
+    for (c, ch) in v.experiment.channels.iter().enumerate() {
+        let (m, p) = channel(v, c, from, to);
+        let (name, unit) = channel_words(&ch.name, ch.kind);
+        let all = m.iter().chain(p.iter().flatten()).copied();
+        let x = Axis::new(w.from_s, w.to_s, "time, s");
+        let mut chart =
+            Chart::new(format!("{name} over time"), x, Axis::around(all, format!("{name}, {unit}"))).sized(720.0, 220.0);
+        chart.line(&line(&m), "measured");
+        for (p, (_, class)) in p.iter().zip(models) {
+            chart.line(&line(p), class);
+        }
+        out += &figure(&chart.finish(), "");
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_is_as_elsewhere() {
+        assert_eq!(base64(b"Man"), "TWFu");
+        assert_eq!(base64(b"Ma"), "TWE=");
+        assert_eq!(base64(b"M"), "TQ==");
+    }
+
+    #[test]
+    fn extremes_keep_order_and_skip_gaps() {
+        assert_eq!(extremes(&[1.0, 5.0, -2.0, 3.0], 4), [5.0, -2.0]);
+        let gap = extremes(&[f64::NAN, f64::NAN], 2);
+        assert!(gap.iter().all(|v| v.is_nan()) && gap.len() == 2);
+    }
+}

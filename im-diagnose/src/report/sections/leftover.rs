@@ -1,0 +1,93 @@
+//! What the last model's error still depends on, with its shape.
+
+use super::super::page::{Section, figure, list};
+use super::super::story::{Story, dependence_words};
+use super::super::svg::{Axis, Chart};
+use super::super::words::{escape, number, sentence};
+use crate::leftover::{Dependence, Variable};
+
+/// Nothing where nothing is left.
+pub(crate) fn section(s: &Story, unexplained: bool) -> Option<Section> {
+    let d = s.d;
+    if d.leftover.is_empty() {
+        return None;
+    }
+    let last = &d.steps[d.steps.len() - 1];
+    let level = last.holdout.as_ref().unwrap_or(&last.train).chi2_per_sample;
+    let intro = if unexplained {
+        "These are the shapes of what is missing: an effect for the library would have to produce them. Error bars: 95 %."
+            .to_owned()
+    } else {
+        format!(
+            "The last model is near the noise floor ({}); long recordings show dependences far smaller than the noise of one sample. They are traces of form, not missing causes, unless one matters to you.",
+            super::super::words::floors(level)
+        )
+    };
+    let most = if unexplained { 6 } else { 2 };
+    let charts: String = d.leftover.iter().take(most).map(chart).collect();
+    let hints = if unexplained { list(&hints(&d.leftover)) } else { String::new() };
+    Some(Section {
+        id: "left",
+        short: "what is left",
+        title: "What is left".into(),
+        body: format!("<p>{intro}</p>{hints}<div class=\"grid2\">{charts}</div>"),
+    })
+}
+
+fn chart(x: &Dependence) -> String {
+    let part = x.part.label();
+    let (label, angle) = match x.variable {
+        Variable::RotorAngle(n) => (format!("angle within one of {n} ripples per revolution, °"), true),
+        Variable::CurrentAngle(n) => (format!("angle within one of {n} ripples per current period, °"), true),
+        v => (v.label(), false),
+    };
+    let turn = if angle { 180.0 / std::f64::consts::PI } else { 1.0 };
+    let points: Vec<[f64; 3]> = x.curve.iter().map(|c| [c[0] * turn, c[1], 1.96 * c[2]]).collect();
+    let ys = points.iter().flat_map(|p| [p[1] - p[2], p[1] + p[2]]).chain([0.0]);
+    let mut chart = Chart::new(
+        format!("mean error over {label}"),
+        Axis::around(points.iter().map(|p| p[0]), label),
+        Axis::around(ys, format!("mean error: {part}")),
+    );
+    chart.level(0.0, "zero");
+    for p in points.iter().filter(|p| p[2] > 0.0) {
+        chart.whisker(p[0], p[1] - p[2], p[1] + p[2], "refined solid thin");
+    }
+    let line: Vec<[f64; 2]> = points.iter().map(|p| [p[0], p[1]]).collect();
+    chart.line(&line, "refined solid");
+    if !angle {
+        chart.dots(&line, "refined");
+    }
+    let chance = format!("Probability of chance: 10^−{}.", number(x.log_p, 2));
+    figure(&chart.finish(), &format!("{} {chance}", escape(&sentence(&dependence_words(x)))))
+}
+
+/// What such a dependence usually means.
+fn hints(left: &[Dependence]) -> Vec<String> {
+    let mut out: Vec<String> = Vec::new();
+    let mut add = |t: &str| {
+        if !out.iter().any(|x| x == t) {
+            out.push(t.to_owned());
+        }
+    };
+    for d in left.iter().take(4) {
+        match d.variable {
+            Variable::RotorAngle(n) if n <= 3 => add(
+                "A low order of the rotor angle: unbalance, misalignment, an encoder mounted off its axis, or the load itself.",
+            ),
+            Variable::RotorAngle(n) => add(&format!(
+                "{n} ripples per revolution: count the rotor bars and stator teeth, the gear's teeth, the blades of the fan; the order is theirs or a neighbour of it."
+            )),
+            Variable::CurrentAngle(n) if n % 6 == 0 || n == 5 || n == 7 => {
+                add("A sixth (fifth, seventh) order of the current's angle: switching of the inverter, or flux harmonics.")
+            }
+            Variable::CurrentAngle(_) => add("A low order of the current's angle: sensors (offset, gain) or unequal phases."),
+            Variable::Flux => add("Flux: the iron of the magnetizing path, in a form that the library's curve does not have."),
+            Variable::Current => add("Current: leakage paths, sensors that saturate, or the inverter."),
+            Variable::Speed => add("Speed: friction, fan, or a resonance; or a load torque that was not recorded."),
+            Variable::Slip => add("Slip: the rotor winding at other frequencies (bars, end rings)."),
+            Variable::Time => add("Time: something warms, drifts, or was switched during the recording."),
+        }
+    }
+    out
+}

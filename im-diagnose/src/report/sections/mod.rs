@@ -1,0 +1,49 @@
+//! The sections of the page, top to bottom.
+
+mod candidates;
+mod cards;
+mod errors;
+mod leftover;
+mod parameters;
+pub(super) mod place;
+pub(super) mod provenance;
+mod top;
+
+use super::overlay;
+use super::page::{Section, page};
+use super::story::Story;
+use crate::diagnosis::Verdict;
+
+/// The whole page of a diagnosis.
+pub(super) fn whole(s: &Story) -> String {
+    let mut sections = vec![errors::section(s)];
+    let models = overlay::models(&s.shown);
+    let worst = s.base().place.worst.clone();
+    let mut data = None;
+    if let Some(w) = &worst
+        && !s.views.is_empty()
+    {
+        sections.push(Section {
+            id: "overlay",
+            short: "signals",
+            title: "Measured and modelled, over time".into(),
+            body: overlay::body(&s.views, &models, w),
+        });
+        data = Some(overlay::data(&s.views, &models, w));
+    }
+    sections.push(place::section(&s.shown));
+    let unexplained = s.d.verdict == Verdict::Unexplained;
+    sections.extend(leftover::section(s, unexplained));
+    sections.push(candidates::section(s));
+    sections.push(parameters::section(s));
+    sections.extend(cards::section(s));
+    sections.extend(cards::unexcited(s));
+    sections.extend(provenance::quality(s.meta));
+    sections.extend(provenance::next_test(s.meta));
+    sections.push(provenance::run(s.meta, &s.files()));
+    page(&s.title(), &top::top(s), &sections, data.as_deref())
+}
+
+pub(super) use errors::{Fall, rows as fall_rows, waterfall};
+pub(super) use parameters::warning as parameter_warning;
+pub(super) use top::head;

@@ -1,0 +1,114 @@
+//! Parameters before and after, with warnings.
+
+use im_model::ParameterId;
+
+use super::super::page::{Section, table, term};
+use super::super::story::Story;
+use super::super::words::{escape, interval, parameter_name, percent_change, quantity};
+use crate::diagnosis::ParameterChange;
+
+/// A base parameter that moved by more than this factor is suspicious: nameplates and catalogues are better than that.
+const SUSPICIOUS: f64 = 1.5;
+
+/// Why a change is suspicious, if it is.
+pub(crate) fn warning(p: &ParameterChange, s: &crate::diagnosis::Diagnosis) -> Option<String> {
+    let (name, _) = parameter_name(p.id);
+    if p.std > 0.3 * p.after.abs() && p.after != 0.0 {
+        return Some(format!(
+            "{name} is hardly determined by these recordings ({})",
+            interval(p.after, 1.96 * p.std, p.id.unit())
+        ));
+    }
+    match p.id {
+        ParameterId::Base(_) => {
+            let ratio = p.after / p.before;
+            let far = ratio.is_finite() && ratio > 0.0 && ratio.ln().abs() > SUSPICIOUS.ln();
+            far.then(|| {
+                format!(
+                    "{name} moved by {}: either the value given is wrong, or the parameter stands in for something that is missing",
+                    percent_change(p.before, p.after)
+                )
+            })
+        }
+        ParameterId::Effect(e, k) => {
+            let info = &e.parameters()[k];
+            let m = &s.refined.machine;
+            let unit = s.refined.rating.unit_of(info.scale, m.parameters(), m.pole_pairs());
+            let most = 2.0 * info.typical.1 * unit;
+            (p.after.abs() > most)
+                .then(|| format!("{name} is larger than is usual (up to {})", quantity(info.typical.1 * unit, info.unit, 2)))
+        }
+    }
+}
+
+pub(crate) fn section(s: &Story) -> Section {
+    let d = s.d;
+    let several = d.steps.len() > 1;
+    let mut head = vec!["parameter".to_owned(), "#given".into()];
+    if several {
+        head.push(format!("#{}", term("base", "base model refitted")));
+    }
+    head.push(format!("#{} {}", if several { "refined" } else { "refitted" }, term("interval", "± 95 % interval")));
+    head.push("#change from given".into());
+    let base = &d.steps[0].machine;
+    let rows = d
+        .parameters
+        .iter()
+        .map(|p| {
+            let (name, meaning) = parameter_name(p.id);
+            let unit = p.id.unit();
+            let given = match p.id {
+                ParameterId::Effect(e, _) if !d.case.motor.machine.effects().is_on(e) => "–".to_owned(),
+                _ => quantity(p.before, unit, 4),
+            };
+            let flag = if warning(p, d).is_some() { " <span class=\"flag\">⚠</span>" } else { "" };
+            let mut row = vec![format!(r#"<span title="{}">{}</span>{flag}"#, escape(&meaning), escape(&name)), given.clone()];
+            if several {
+                let there = match p.id {
+                    ParameterId::Effect(..) => "–".to_owned(),
+                    ParameterId::Base(_) => quantity(base.get(p.id), unit, 4),
+                };
+                row.push(there);
+            }
+            row.push(interval(p.after, 1.96 * p.std, unit));
+            row.push(if given == "–" { "new".into() } else { percent_change(p.before, p.after) });
+            (false, row)
+        })
+        .collect::<Vec<_>>();
+    let warnings: String = d
+        .parameters
+        .iter()
+        .filter_map(|p| warning(p, d))
+        .map(|w| format!("<p class=\"warn\">⚠ {}</p>", escape(&super::super::words::sentence(&w))))
+        .collect();
+    let absorbed = absorbed(s).map_or(String::new(), |t| format!("<p>{}</p>", escape(&t)));
+    Section {
+        id: "parameters",
+        short: "parameters",
+        title: "Parameters, before and after".into(),
+        body: format!("{warnings}{absorbed}{}", table(&head, &rows)),
+    }
+}
+
+/// Which parameter had moved most to imitate what was missing.
+fn absorbed(s: &Story) -> Option<String> {
+    let d = s.d;
+    if d.steps.len() < 2 {
+        return None;
+    }
+    let base = &d.steps[0].machine;
+    let (p, moved) = d
+        .parameters
+        .iter()
+        .filter(|p| matches!(p.id, ParameterId::Base(_)))
+        .map(|p| (p, (base.get(p.id) / p.after).ln()))
+        .filter(|x| x.1.is_finite())
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    (moved.abs() > 0.03).then(|| {
+        format!(
+            "Without the missing cause, the refit had bent {} by {} from its refined value to imitate it.",
+            parameter_name(p.id).0,
+            percent_change(1.0, moved.exp())
+        )
+    })
+}

@@ -1,0 +1,259 @@
+//! Several diagnoses side by side, from their `diagnosis.json`: before, after, another machine.
+
+use std::collections::BTreeSet;
+
+use im_model::EffectId;
+use serde_json::Value;
+
+use super::page::{Section, figure, legend, page, table};
+use super::sections::{Fall, head, waterfall};
+use super::terminal::Text;
+use super::words::{channel_name, escape, floors, interval, number, percent_change, quantity, sentence, short_effect_name};
+
+/// A diagnosis as read from its file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SideBySide {
+    /// What to call it.
+    pub label: String,
+    /// The content of `diagnosis.json`.
+    pub diagnosis: Value,
+}
+
+impl SideBySide {
+    /// From the text of a `diagnosis.json`.
+    pub fn parse(label: &str, text: &str) -> Result<Self, String> {
+        let diagnosis: Value = serde_json::from_str(text).map_err(|e| format!("{label}: not JSON: {e}"))?;
+        match diagnosis["schema"].as_u64() {
+            Some(1) => Ok(Self { label: label.into(), diagnosis }),
+            Some(n) => Err(format!("{label}: diagnosis of schema {n}; this version reads schema 1")),
+            None => Err(format!("{label}: no `schema`: is this a diagnosis.json?")),
+        }
+    }
+
+    fn effects(&self) -> String {
+        let names: Vec<String> =
+            self.diagnosis["effects"].as_array().into_iter().flatten().filter_map(Value::as_str).map(effect).collect();
+        if names.is_empty() { "none".into() } else { names.join(", ") }
+    }
+
+    fn verdict(&self) -> String {
+        self.diagnosis["verdict"].as_str().unwrap_or("–").replace('_', " ")
+    }
+
+    fn falls(&self) -> Vec<Fall> {
+        let steps = self.diagnosis["steps"].as_array().map(Vec::as_slice).unwrap_or_default();
+        steps
+            .iter()
+            .map(|s| {
+                let last = s["effects"].as_array().and_then(|e| e.last()).and_then(Value::as_str);
+                Fall {
+                    name: last.map_or("parameters refitted".into(), |e| format!("+ {}", effect(e))),
+                    train: s["train"]["chi2_per_sample"].as_f64().unwrap_or(f64::NAN),
+                    holdout: s["holdout"]["chi2_per_sample"].as_f64(),
+                }
+            })
+            .collect()
+    }
+
+    fn last(&self) -> (&'static str, &Value) {
+        let last = self.diagnosis["steps"].as_array().and_then(|s| s.last()).unwrap_or(&Value::Null);
+        if last["holdout"].is_object() { ("held out", &last["holdout"]) } else { ("training", &last["train"]) }
+    }
+
+    fn parameter(&self, key: &str) -> Option<(f64, f64, f64, &str)> {
+        let p = &self.diagnosis["parameters"][key];
+        Some((
+            p["before"].as_f64()?,
+            p["after"].as_f64()?,
+            p["std"].as_f64().unwrap_or(f64::NAN),
+            p["unit"].as_str().unwrap_or(""),
+        ))
+    }
+}
+
+fn effect(name: &str) -> String {
+    EffectId::from_name(name).map_or_else(|| name.replace('_', " "), short_effect_name)
+}
+
+fn parameter_words(key: &str) -> String {
+    let base = im_model::BaseParameter::ALL.iter().find(|p| p.key() == key);
+    if let Some(p) = base {
+        return super::words::parameter_name(im_model::ParameterId::Base(*p)).0;
+    }
+    let found = key.split_once('.').and_then(|(e, k)| {
+        let e = EffectId::from_name(e)?;
+        let index = e.parameters().iter().position(|p| p.key == k)?;
+        Some(super::words::parameter_name(im_model::ParameterId::Effect(e, index)).0)
+    });
+    found.unwrap_or_else(|| key.replace(['_', '.'], " "))
+}
+
+/// One sentence on what differs.
+fn said(all: &[SideBySide]) -> String {
+    let verdicts: BTreeSet<String> = all.iter().map(SideBySide::effects).collect();
+    let errors: Vec<String> = all
+        .iter()
+        .map(|x| {
+            let (which, e) = x.last();
+            format!("{}: {} noise floors {which}", x.label, e["chi2_per_sample"].as_f64().map_or("–".into(), floors))
+        })
+        .collect();
+    let agree = if all.len() < 2 {
+        String::new()
+    } else if verdicts.len() == 1 {
+        format!("All name the same cause ({}). ", verdicts.iter().next().map_or("", |s| s))
+    } else {
+        "They name different causes. ".into()
+    };
+    format!("{agree}Error that is left: {}.", errors.join("; "))
+}
+
+fn keys(all: &[SideBySide], of: impl Fn(&SideBySide) -> &Value) -> Vec<String> {
+    let mut out: Vec<String> = Vec::new();
+    for x in all {
+        for k in of(x).as_object().into_iter().flat_map(|o| o.keys()) {
+            if !out.contains(k) {
+                out.push(k.clone());
+            }
+        }
+    }
+    out
+}
+
+fn verdict_rows(all: &[SideBySide]) -> Vec<Vec<String>> {
+    let line = |name: &str, f: &dyn Fn(&SideBySide) -> String| {
+        std::iter::once(name.to_owned()).chain(all.iter().map(f)).collect::<Vec<_>>()
+    };
+    let mut rows = vec![
+        line("verdict", &|x| x.verdict()),
+        line("effects added", &|x| x.effects()),
+        line("error left, noise floors", &|x| x.last().1["chi2_per_sample"].as_f64().map_or("–".into(), floors)),
+    ];
+    for key in keys(all, |x| &x.last().1["rmse"]) {
+        let (name, unit) = channel_name(&key);
+        rows.push(line(&format!("rms error, {name}"), &|x| {
+            x.last().1["rmse"][&key].as_f64().map_or("–".into(), |v| format!("{} {unit}", number(v, 3)))
+        }));
+    }
+    rows
+}
+
+fn parameter_rows(all: &[SideBySide], compare: bool) -> Vec<Vec<String>> {
+    keys(all, |x| &x.diagnosis["parameters"])
+        .iter()
+        .map(|key| {
+            let mut row = vec![parameter_words(key)];
+            let values: Vec<_> = all.iter().map(|x| x.parameter(key)).collect();
+            row.extend(values.iter().map(|v| v.map_or("–".into(), |(_, after, std, unit)| interval(after, 1.96 * std, unit))));
+            if compare {
+                let change = match (values.first().copied().flatten(), values.last().copied().flatten()) {
+                    (Some(a), Some(b)) => percent_change(a.1, b.1),
+                    _ => "–".into(),
+                };
+                row.push(change);
+            }
+            row
+        })
+        .collect()
+}
+
+fn score_rows(all: &[SideBySide]) -> Vec<Vec<String>> {
+    let mut effects: Vec<(String, f64)> = Vec::new();
+    for x in all {
+        for r in x.diagnosis["ranking"].as_array().into_iter().flatten() {
+            let (Some(e), Some(s)) = (r["effect"].as_str(), r["score"].as_f64()) else { continue };
+            match effects.iter_mut().find(|k| k.0 == e) {
+                Some(k) => k.1 = k.1.max(s),
+                None => effects.push((e.to_owned(), s)),
+            }
+        }
+    }
+    effects.sort_by(|a, b| b.1.total_cmp(&a.1));
+    effects
+        .iter()
+        .take(10)
+        .map(|(e, _)| {
+            std::iter::once(effect(e))
+                .chain(all.iter().map(|x| {
+                    let r = x.diagnosis["ranking"].as_array().into_iter().flatten().find(|r| r["effect"] == e.as_str());
+                    r.map_or("–".into(), |r| {
+                        let size =
+                            quantity(r["predicted_size"].as_f64().unwrap_or(f64::NAN), r["unit"].as_str().unwrap_or(""), 2);
+                        format!("{} ({size})", number(r["score"].as_f64().unwrap_or(f64::NAN), 3))
+                    })
+                }))
+                .collect()
+        })
+        .collect()
+}
+
+fn headed(rows: Vec<Vec<String>>) -> Vec<(bool, Vec<String>)> {
+    rows.into_iter().map(|r| (false, r.iter().map(|c| escape(&sentence_if_first(c, r[0] == *c))).collect())).collect()
+}
+
+fn sentence_if_first(c: &str, first: bool) -> String {
+    if first { sentence(c).trim_end_matches('.').to_owned() } else { c.to_owned() }
+}
+
+/// The page.
+pub fn side_by_side(all: &[SideBySide]) -> String {
+    let top = format!("{}<h1>{}</h1>", head("Diagnoses side by side", ""), escape(&said(all)));
+    let names = |first: &str, last: Option<&str>| {
+        std::iter::once(first.to_owned())
+            .chain(all.iter().map(|x| format!("#{}", escape(&x.label))))
+            .chain(last.map(|l| format!("#{l}")))
+            .collect::<Vec<_>>()
+    };
+    let falls: String = all
+        .iter()
+        .filter(|x| !x.falls().is_empty())
+        .map(|x| figure(&waterfall(&x.falls()), &format!("<b>{}</b>: {}", escape(&x.label), escape(&x.verdict()))))
+        .collect();
+    let key =
+        legend(&[("bar-train", "training".into()), ("bar-hold", "held out".into()), ("gone", "removed by this step".into())]);
+    let two = (all.len() > 1).then_some("last against first");
+    let sections = [
+        Section {
+            id: "verdicts",
+            short: "verdicts",
+            title: "Verdicts and errors".into(),
+            body: table(&names("", None), &headed(verdict_rows(all))),
+        },
+        Section {
+            id: "errors",
+            short: "error",
+            title: "How the error fell".into(),
+            body: format!("{key}<div class=\"grid2\">{falls}</div>"),
+        },
+        Section {
+            id: "parameters",
+            short: "parameters",
+            title: "Parameters as refined, ± 95 %".into(),
+            body: table(&names("parameter", two), &headed(parameter_rows(all, two.is_some()))),
+        },
+        Section {
+            id: "candidates",
+            short: "candidates",
+            title: "Candidates: score, and predicted size".into(),
+            body: table(&names("effect", None), &headed(score_rows(all))),
+        },
+    ];
+    page("Diagnoses side by side", &top, &sections, None)
+}
+
+/// The same for a terminal.
+pub fn side_by_side_terminal(all: &[SideBySide], width: usize) -> String {
+    let mut out = Text { width: width.clamp(40, 100), lines: Vec::new() };
+    out.paragraph("", &said(all));
+    let right: Vec<bool> = std::iter::once(false).chain(all.iter().map(|_| true)).collect();
+    let head = |first: &str| std::iter::once(first.to_owned()).chain(all.iter().map(|x| x.label.clone())).collect::<Vec<_>>();
+    for (title, rows) in [
+        ("Verdicts", verdict_rows(all)),
+        ("Parameters, ± 95 %", parameter_rows(all, false)),
+        ("Candidates: score (size)", score_rows(all)),
+    ] {
+        out.heading(title);
+        out.table(&std::iter::once(head("")).chain(rows).collect::<Vec<_>>(), &right);
+    }
+    out.finish()
+}

@@ -1,0 +1,327 @@
+//! What there is to tell: models, recordings with what each model says, where they fail, and the sentences. HTML and terminal share it.
+
+use im_identify::offline::{Experiment, predict};
+use im_model::{EffectId, Machine, State};
+use rayon::prelude::*;
+
+use super::words::{effect_name, floors, number, quantity, short_effect_name};
+use super::{DataFile, Meta};
+use crate::diagnosis::{Candidate, Diagnosis, Errors, Verdict, errors};
+use crate::leftover::Dependence;
+use crate::localise::{Localisation, Signals, join, localise};
+use crate::refine::{mean_square, pulled};
+
+/// A model in the pictures.
+#[derive(Clone, Debug)]
+pub(crate) struct Shown {
+    /// Its name in legends.
+    pub name: &'static str,
+    /// Its class in the style sheet.
+    pub class: &'static str,
+    /// Where it fails.
+    pub place: Localisation,
+}
+
+/// A recording with what the models say.
+#[derive(Clone, Debug)]
+pub(crate) struct View {
+    /// The recording as it is judged.
+    pub experiment: Experiment,
+    /// Whether no fit has seen it.
+    pub held_out: bool,
+    /// Whether the simulated speed is drawn towards the measured one.
+    pub guided: bool,
+    /// Per model, per channel.
+    pub predictions: Vec<Vec<Vec<f64>>>,
+}
+
+/// Everything a report of a diagnosis needs.
+pub(crate) struct Story<'a> {
+    pub d: &'a Diagnosis,
+    pub meta: &'a Meta,
+    /// Error of the motor as given, where it can be simulated.
+    pub given: Option<(Errors, Option<Errors>)>,
+    pub shown: Vec<Shown>,
+    pub views: Vec<View>,
+}
+
+/// How much worse a model may be without help before a recording counts as unstable, as in the diagnosis.
+const UNSTABLE: f64 = 1.2;
+
+/// The recording as models are judged on it: with the speed guided where even the best model falls out of step alone.
+pub(crate) fn judged(e: &Experiment, machine: &Machine<f64>, start: &State<f64>) -> (Experiment, bool) {
+    let aided = pulled(std::slice::from_ref(e)).remove(0);
+    if aided.speed_pull.is_none() || mean_square(machine, e, start) <= UNSTABLE * mean_square(machine, &aided, start) {
+        (e.clone(), false)
+    } else {
+        (aided, true)
+    }
+}
+
+impl<'a> Story<'a> {
+    pub fn new(d: &'a Diagnosis, meta: &'a Meta) -> Self {
+        let (first, last) = (&d.steps[0], &d.steps[d.steps.len() - 1]);
+        let models = if d.steps.len() > 1 { vec![first, last] } else { vec![last] };
+        let mut recordings: Vec<(&Experiment, bool, Vec<State<f64>>)> = Vec::new();
+        for (k, e) in d.case.train.iter().enumerate() {
+            recordings.push((e, false, models.iter().map(|m| m.starts[k]).collect()));
+        }
+        recordings.extend(d.case.holdout.iter().map(|h| (h, true, vec![h.start.state(); models.len()])));
+        let views: Vec<View> = recordings
+            .into_par_iter()
+            .map(|(e, held_out, starts)| {
+                let (experiment, guided) = judged(e, &last.machine, &starts[starts.len() - 1]);
+                let predictions = models.iter().zip(&starts).map(|(m, x)| predict(&m.machine, &experiment, x)).collect();
+                View { experiment, held_out, guided, predictions }
+            })
+            .collect();
+        // Where a model fails is looked for with the speed guided, so that one error does not hide behind another.
+        let guided = pulled(&d.case.train);
+        let course = [&d.course.models[0], &d.course.models[d.course.models.len() - 1]];
+        let names: &[(&str, &str)] = if models.len() > 1 {
+            &[("base model", "base"), ("refined model", "refined")]
+        } else {
+            &[("refitted model", "refined")]
+        };
+        let shown = names
+            .par_iter()
+            .zip(course.par_iter())
+            .map(|(&(name, class), m)| Shown {
+                name,
+                class,
+                place: localise(&Signals::of(&m.fit.machine, &guided, &m.fit.starts)),
+            })
+            .collect();
+        let of =
+            |held_out: bool| views.iter().filter(|v| v.held_out == held_out).map(|v| v.experiment.clone()).collect::<Vec<_>>();
+        let as_given = |e: &[Experiment]| {
+            let starts: Vec<State<f64>> = e.iter().map(|e| e.start.state()).collect();
+            errors(&d.case.motor.machine, e, &starts)
+        };
+        let (train, held) = (of(false), of(true));
+        let given = as_given(&train);
+        let given = given.chi2_per_sample.is_finite().then(|| (given, (!held.is_empty()).then(|| as_given(&held))));
+        Self { d, meta, given, shown, views }
+    }
+
+    /// The model that fails: the base model.
+    pub fn base(&self) -> &Shown {
+        &self.shown[0]
+    }
+
+    /// The title.
+    pub fn title(&self) -> String {
+        if self.meta.title.is_empty() { self.d.case.motor.name.clone() } else { self.meta.title.clone() }
+    }
+
+    /// The recordings, to be recognized.
+    pub fn files(&self) -> Vec<DataFile> {
+        if !self.meta.files.is_empty() {
+            return self.meta.files.clone();
+        }
+        let train = self.d.case.train.iter().map(|e| DataFile::of(e, "training"));
+        train.chain(self.d.case.holdout.iter().map(|e| DataFile::of(e, "held out"))).collect()
+    }
+
+    /// Held-out error where there is one, else the training error: of the base model and of the last one, with the word for it.
+    pub fn fall(&self) -> (f64, f64, &'static str) {
+        let (a, b) = (&self.d.steps[0], &self.d.steps[self.d.steps.len() - 1]);
+        match (&a.holdout, &b.holdout) {
+            (Some(x), Some(y)) => (x.chi2_per_sample, y.chi2_per_sample, "held-out"),
+            _ => (a.train.chi2_per_sample, b.train.chi2_per_sample, "training"),
+        }
+    }
+
+    /// Effects that these recordings cannot show.
+    pub fn unexcited(&self) -> Vec<&Candidate> {
+        unexcited(self.d)
+    }
+}
+
+/// Effects that these recordings cannot show at any usual size.
+pub(crate) fn unexcited(d: &Diagnosis) -> Vec<&Candidate> {
+    d.ranking.iter().filter(|c| c.detectable_size > c.usual_size).collect()
+}
+
+/// The verdict in words, with a sign that does not need colour.
+pub(crate) fn verdict_words(v: Verdict) -> (&'static str, &'static str) {
+    match v {
+        Verdict::Adequate => ("✓", "adequate"),
+        Verdict::MissingEffects => ("◆", "missing effect found"),
+        Verdict::Confounded => ("◇", "cannot be told apart"),
+        Verdict::Inconclusive => ("?", "inconclusive"),
+        Verdict::Unexplained => ("!", "unexplained"),
+    }
+}
+
+/// The story in three answers.
+pub(crate) struct Summary {
+    /// The cause, in one sentence.
+    pub cause: String,
+    /// How sure.
+    pub sure: Vec<String>,
+    /// What would refute it.
+    pub refute: Vec<String>,
+}
+
+fn names(effects: &[EffectId]) -> String {
+    join(&effects.iter().map(|e| effect_name(*e)).collect::<Vec<_>>())
+}
+
+/// What a leftover depends on, as a phrase.
+pub(crate) fn dependence_words(x: &Dependence) -> String {
+    use crate::leftover::Variable as V;
+    let part = x.part.label().split(',').next().unwrap_or_default().to_owned();
+    let unit = x.part.label().rsplit(", ").next().unwrap_or_default();
+    let on = match x.variable {
+        V::RotorAngle(n) => format!("the rotor angle, {n} times per revolution"),
+        V::CurrentAngle(n) => format!("the angle of the stator current, {n} times per period"),
+        v => format!("the {}", v.label().split(',').next().unwrap_or_default()),
+    };
+    format!("the error in {part} depends on {on} ({} rms)", quantity(x.size, unit, 2))
+}
+
+/// The three answers.
+pub(crate) fn summary(s: &Story) -> Summary {
+    let d = s.d;
+    let (before, after, which) = s.fall();
+    let fall = format!("brings the {which} error from {} to {} noise floors", floors(before), floors(after));
+    let is = |n: usize| if n == 1 { "is" } else { "are" };
+    let mut sure = Vec::new();
+    let mut refute = Vec::new();
+    let cause = match d.verdict {
+        Verdict::MissingEffects => {
+            format!(
+                "{} {} missing from the model: adding {} {fall}",
+                names(&d.effects),
+                is(d.effects.len()),
+                if d.effects.len() == 1 { "it" } else { "them" }
+            )
+        }
+        Verdict::Confounded => {
+            let sets: Vec<String> = d
+                .effects
+                .iter()
+                .zip(&d.alternatives)
+                .map(|(e, a)| {
+                    let all: Vec<String> = std::iter::once(e).chain(a).map(|e| effect_name(*e)).collect();
+                    if all.len() > 1 { format!("either {}", all.join(" or ")) } else { all[0].clone() }
+                })
+                .collect();
+            let single = d.alternatives.iter().filter(|a| !a.is_empty()).count() == 1;
+            format!(
+                "something is missing that these recordings do not let us name alone: {}. Adding {} {fall}",
+                join(&sets),
+                if single { "any one of them" } else { "one of each" }
+            )
+        }
+        Verdict::Unexplained => {
+            let found = d.leftover.first().map_or("it shows no simple dependence".into(), dependence_words);
+            if d.effects.is_empty() {
+                format!("something is missing that the library of effects does not hold: {found}")
+            } else {
+                format!(
+                    "{} {} missing, but not alone: something is left that the library of effects does not hold ({found})",
+                    names(&d.effects),
+                    is(d.effects.len())
+                )
+            }
+        }
+        Verdict::Inconclusive => format!(
+            "these recordings cannot decide: nothing is seen to be missing ({which} error {} noise floors), but {} of {} effects would not have shown in them at any usual size",
+            floors(after),
+            s.unexcited().len(),
+            d.ranking.len()
+        ),
+        Verdict::Adequate => {
+            format!(
+                "nothing is missing: with its parameters refitted the model explains the recordings down to the sensor noise ({which} error {} noise floors)",
+                floors(after)
+            )
+        }
+    };
+    for (k, &e) in d.effects.iter().enumerate() {
+        let Some(round) = d.course.rounds.get(k) else { continue };
+        let mut words = format!("{}: ", super::words::sentence(&short_effect_name(e)).trim_end_matches('.'));
+        if let Some(score) = round.scores.iter().find(|x| x.effect == e) {
+            let threshold = d.ranking.iter().find(|c| c.effect == e).map_or(f64::NAN, |c| c.threshold);
+            words += &format!("its score is {} where chance reaches {}", number(score.score, 3), number(threshold, 2));
+        }
+        let with = d.course.models.get(k + 1).map_or(f64::NAN, |m| m.train());
+        if let Some(rival) = round
+            .trials
+            .iter()
+            .filter(|t| t.effect != e && !d.effects.contains(&t.effect))
+            .map(|t| (t.effect, t.model.train()))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+        {
+            words += &format!(
+                "; refitted, it leaves {} noise floors in training, the next best ({}) {}",
+                floors(with),
+                short_effect_name(rival.0),
+                floors(rival.1)
+            );
+        }
+        sure.push(words);
+        let card = e.card();
+        refute.push(format!(
+            "{} {}",
+            test_of(e),
+            "The error has to behave there as its card says; if it does not, this is not the cause."
+        ));
+        for a in &d.alternatives[k] {
+            if let Some((_, how)) = card.rivals.iter().find(|r| r.0 == a.name()) {
+                refute.push(format!("Against {}: {how}.", effect_name(*a)));
+            } else {
+                refute.push(format!("Against {}: {}", effect_name(*a), a.card().test));
+            }
+        }
+    }
+    match d.verdict {
+        Verdict::Adequate => {
+            let best = d.ranking.first();
+            if let Some(c) = best {
+                sure.push(format!(
+                    "the highest score of {} effects is {} ({}), where chance reaches {}",
+                    d.ranking.len(),
+                    number(c.score, 3),
+                    short_effect_name(c.effect),
+                    number(c.threshold, 2)
+                ));
+            }
+            let hidden = s.unexcited();
+            if !hidden.is_empty() {
+                sure.push(format!(
+                    "not excited by these recordings, hence not excluded: {}",
+                    join(&hidden.iter().map(|c| short_effect_name(c.effect)).collect::<Vec<_>>())
+                ));
+            }
+            refute.push("A recording in another corner (higher flux, higher slip, standstill, longer time) whose error rises above the noise floor.".into());
+        }
+        Verdict::Unexplained => {
+            sure.push(format!(
+                "the {which} error stays at {} noise floors after every effect of the library was tried",
+                floors(after)
+            ));
+            if let Some(x) = d.leftover.first() {
+                sure.push(format!("that the dependence is chance has a probability of 10^−{}", number(x.log_p, 2)));
+            }
+            refute.push("An effect written by you, with the shape shown below, that brings the error down to the noise floor on the held-out recording too.".into());
+        }
+        Verdict::Inconclusive => {
+            for c in s.unexcited().into_iter().take(6) {
+                refute.push(format!(
+                    "{}: {}",
+                    super::words::sentence(&short_effect_name(c.effect)).trim_end_matches('.'),
+                    c.effect.card().test
+                ));
+            }
+        }
+        _ => {}
+    }
+    Summary { cause: super::words::sentence(&cause), sure: sure.iter().map(|t| super::words::sentence(t)).collect(), refute }
+}
+
+fn test_of(e: EffectId) -> String {
+    format!("{}: {}", super::words::sentence(&short_effect_name(e)).trim_end_matches('.'), e.card().test)
+}

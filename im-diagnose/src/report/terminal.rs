@@ -1,0 +1,238 @@
+//! The story in short, for a terminal or a file: no colours, no control codes.
+
+use super::Meta;
+use super::overlay::channel_words;
+use super::sections::{fall_rows, parameter_warning};
+use super::story::{Shown, Story, summary, verdict_words};
+use super::text_plot::{columns, log_bar, spark, wrapped};
+use super::words::{floors, interval, number, parameter_name, percent_change, quantity, sentence, short_effect_name};
+use crate::diagnosis::{Diagnosis, Verdict};
+use crate::localise::{ProfileOver, Quantity};
+
+/// The report as text, at most `width` (40 to 100) characters wide.
+pub fn terminal(d: &Diagnosis, meta: &Meta, width: usize) -> String {
+    let width = width.clamp(40, 100);
+    let s = Story::new(d, meta);
+    let mut out = Text { width, lines: Vec::new() };
+    let (sign, word) = verdict_words(d.verdict);
+    out.line(&format!("{} — {sign} {word}", s.title()));
+    out.gap();
+    let a = summary(&s);
+    out.paragraph("", &a.cause);
+    for t in &a.sure {
+        out.paragraph("  sure because: ", t);
+    }
+    for t in a.refute.iter().take(3) {
+        out.paragraph(if d.verdict == Verdict::Inconclusive { "  would decide: " } else { "  would refute: " }, t);
+    }
+    errors(&mut out, &s);
+    place(&mut out, &s.shown);
+    if d.verdict == Verdict::Unexplained {
+        leftover(&mut out, d);
+    }
+    candidates(&mut out, d);
+    parameters(&mut out, d);
+    let hidden = s.unexcited();
+    if !hidden.is_empty() && d.verdict != Verdict::Inconclusive {
+        out.heading("Not excited by these recordings");
+        for c in hidden.iter().take(6) {
+            out.paragraph("  ", &format!("{}: {}", short_effect_name(c.effect), c.effect.card().test));
+        }
+    }
+    if let Some(q) = meta.quality.as_ref().filter(|q| !q.is_empty()) {
+        out.heading("Data");
+        for t in q {
+            out.paragraph("  ", t);
+        }
+    }
+    if let Some(t) = &meta.next_test {
+        out.heading("Next test");
+        out.paragraph("  ", &t.text);
+        for x in &t.settles {
+            out.paragraph("  settles: ", x);
+        }
+    }
+    out.finish()
+}
+
+pub(super) struct Text {
+    pub width: usize,
+    pub lines: Vec<String>,
+}
+
+impl Text {
+    pub fn line(&mut self, t: &str) {
+        self.lines.push(t.chars().take(self.width).collect());
+    }
+
+    pub fn gap(&mut self) {
+        self.lines.push(String::new());
+    }
+
+    pub fn heading(&mut self, t: &str) {
+        self.gap();
+        self.line(t);
+        self.line(&"─".repeat(t.chars().count()));
+    }
+
+    /// Text behind a label; further lines stand under the text.
+    pub fn paragraph(&mut self, label: &str, t: &str) {
+        let indent = label.chars().count();
+        let text = wrapped(&t.replace('\u{a0}', " "), self.width - indent, 0);
+        for (k, l) in text.lines().enumerate() {
+            let head = if k == 0 { label.to_owned() } else { " ".repeat(indent) };
+            self.line(&format!("{head}{l}"));
+        }
+    }
+
+    pub fn table(&mut self, rows: &[Vec<String>], right: &[bool]) {
+        for l in columns(rows, right, 34) {
+            self.line(&format!("  {}", l.replace('\u{a0}', " ")));
+        }
+    }
+
+    pub fn finish(self) -> String {
+        let mut out = String::new();
+        for l in self.lines {
+            out.push_str(l.trim_end());
+            out.push('\n');
+        }
+        out
+    }
+}
+
+fn errors(out: &mut Text, s: &Story) {
+    out.heading("Error, in noise floors (1.0 is as good as the sensors can tell; bars are logarithmic)");
+    let rows = fall_rows(s);
+    let most = rows.iter().flat_map(|r| [Some(r.1.chi2_per_sample), r.2.as_ref().map(|h| h.chi2_per_sample)]).flatten();
+    let hi = most.filter(|x| x.is_finite()).fold(2.0, f64::max);
+    let bar = out.width.saturating_sub(52).clamp(6, 40);
+    let mut table = Vec::new();
+    for (name, train, hold) in &rows {
+        table.push(vec![
+            name.clone(),
+            "training".into(),
+            floors(train.chi2_per_sample),
+            log_bar(train.chi2_per_sample, 0.8, hi, bar),
+        ]);
+        if let Some(h) = hold {
+            table.push(vec![
+                String::new(),
+                "held out".into(),
+                floors(h.chi2_per_sample),
+                log_bar(h.chi2_per_sample, 0.8, hi, bar),
+            ]);
+        }
+    }
+    out.table(&table, &[false, false, true, false]);
+    out.gap();
+    let judged =
+        |e: &(String, crate::diagnosis::Errors, Option<crate::diagnosis::Errors>)| e.2.clone().unwrap_or_else(|| e.1.clone());
+    let which = if rows[0].2.is_some() { "held-out" } else { "training" };
+    let mut table = vec![vec![format!("{which} rms error"), "first".into(), "last".into(), "sensor noise".into()]];
+    if let (Some(first), Some(last), Some(v)) = (rows.first().map(judged), rows.last().map(judged), s.views.first()) {
+        for c in &v.experiment.channels {
+            let (name, unit) = channel_words(&c.name, c.kind);
+            let of =
+                |e: &crate::diagnosis::Errors| e.rmse.get(&c.name).map_or("–".into(), |x| format!("{} {unit}", number(*x, 3)));
+            table.push(vec![name, of(&first), of(&last), format!("{} {unit}", number(c.sigma, 3))]);
+        }
+    }
+    out.table(&table, &[false, true, true, true]);
+}
+
+/// Where it fails, with two small plots; the first model is the one that fails.
+pub(super) fn place(out: &mut Text, shown: &[Shown]) {
+    out.heading(&format!("Where the {} fails", shown[0].name));
+    let place = &shown[0].place;
+    let findings = place.findings();
+    if findings.is_empty() {
+        out.paragraph("  ", "Its error does not depend on anything that was looked at.");
+    }
+    for f in findings.iter().take(4) {
+        out.paragraph("  - ", &sentence(f));
+    }
+    let bars = out.width.saturating_sub(44).clamp(10, 48);
+    for t in place.time.iter().take(6) {
+        let step = t.points.len().div_ceil(bars).max(1);
+        let values: Vec<f64> = t
+            .points
+            .chunks(step)
+            .map(|c| (c.iter().map(|p| p[1] * p[1]).sum::<f64>() / c.len() as f64).sqrt() / t.noise.max(1e-300))
+            .collect();
+        let top = values.iter().copied().fold(1.0, f64::max);
+        let name = std::path::Path::new(&t.run).file_name().map_or(t.run.clone(), |n| n.to_string_lossy().into());
+        let name: String = name.chars().take(14).collect();
+        out.line(&format!("  {:<7} {name:<14} {} up to {} σ", t.quantity.name(), spark(&values, 0.0, top), number(top, 2)));
+    }
+    if let Some(p) = place.profiles.iter().find(|p| p.quantity == Quantity::Current && p.over == ProfileOver::Flux) {
+        let values: Vec<f64> = p.bins.iter().map(|b| b.rms).collect();
+        let top = values.iter().copied().fold(0.0, f64::max);
+        if let (Some(a), Some(b)) = (p.bins.first(), p.bins.last()) {
+            out.line(
+                &format!(
+                    "  current error over flux {} {} Vs {} {} Vs, up to {} A",
+                    "",
+                    number(a.at, 2),
+                    spark(&values, 0.0, top),
+                    number(b.at, 2),
+                    number(top, 2)
+                )
+                .replace("  current error over flux  ", "  current error over flux: "),
+            );
+        }
+    }
+}
+
+fn leftover(out: &mut Text, d: &Diagnosis) {
+    out.heading("What is left, and its shape");
+    for x in d.leftover.iter().take(4) {
+        let values: Vec<f64> = x.curve.iter().map(|c| c[1]).collect();
+        let (lo, hi) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+        out.paragraph("  - ", &sentence(&super::story::dependence_words(x)));
+        let unit = x.part.label().rsplit(", ").next().unwrap_or_default();
+        out.line(&format!("      {} from {} to {} {unit}", spark(&values, lo, hi), number(lo, 2), number(hi, 2)));
+    }
+}
+
+fn candidates(out: &mut Text, d: &Diagnosis) {
+    out.heading("Candidates (before anything was added)");
+    let mut table =
+        vec![["effect", "score", "threshold", "size", "detectable", "keep", "conclusion"].map(str::to_owned).to_vec()];
+    for c in d.ranking.iter().take(6) {
+        table.push(vec![
+            short_effect_name(c.effect),
+            number(c.score, 3),
+            number(c.threshold, 2),
+            quantity(c.predicted_size, c.unit, 2),
+            quantity(c.detectable_size, c.unit, 2),
+            format!("{} %", number(100.0 * c.keep, 2)),
+            c.conclusion.clone(),
+        ]);
+    }
+    out.table(&table, &[false, true, true, true, true, true, false]);
+    if d.ranking.len() > 6 {
+        out.line(&format!("  … and {} more", d.ranking.len() - 6));
+    }
+}
+
+fn parameters(out: &mut Text, d: &Diagnosis) {
+    out.heading("Parameters (± 95 %, from sensor noise)");
+    let mut table = Vec::new();
+    for p in &d.parameters {
+        let new = matches!(p.id, im_model::ParameterId::Effect(e, _) if !d.case.motor.machine.effects().is_on(e));
+        let unit = p.id.unit();
+        table.push(vec![
+            parameter_name(p.id).0,
+            if new { "–".into() } else { quantity(p.before, unit, 4) },
+            interval(p.after, 1.96 * p.std, unit),
+            if new { "new".into() } else { percent_change(p.before, p.after) },
+        ]);
+    }
+    out.table(&table, &[false, true, true, true]);
+    for p in &d.parameters {
+        if let Some(w) = parameter_warning(p, d) {
+            out.paragraph("  ! ", &sentence(&w));
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Small plots in text.
+
+/// A row of blocks, one per value; empty where a value is missing.
+pub(crate) fn spark(values: &[f64], lo: f64, hi: f64) -> String {
+    const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    values
+        .iter()
+        .map(|v| {
+            if !v.is_finite() {
+                return ' ';
+            }
+            let t = ((v - lo) / (hi - lo).max(1e-300)).clamp(0.0, 1.0);
+            BLOCKS[(t * 7.999) as usize]
+        })
+        .collect()
+}
+
+/// A bar of at most `width` characters on a logarithmic scale, in eighths.
+pub(crate) fn log_bar(v: f64, lo: f64, hi: f64, width: usize) -> String {
+    const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
+    let t = ((v.max(lo) / lo).ln() / (hi / lo).ln().max(1e-9)).clamp(0.0, 1.0);
+    let eighths = (t * width as f64 * 8.0).round() as usize;
+    format!("{}{}", "█".repeat(eighths / 8), EIGHTHS[eighths % 8])
+}
+
+/// Breaks text into lines of at most `width` characters, later lines indented by `indent`.
+pub(crate) fn wrapped(text: &str, width: usize, indent: usize) -> String {
+    let mut out = String::new();
+    let mut used = 0;
+    for word in text.split(' ').filter(|w| !w.is_empty()) {
+        let n = word.chars().count();
+        if used > 0 && used + 1 + n > width {
+            out.push('\n');
+            out.push_str(&" ".repeat(indent));
+            used = indent;
+        } else if used > 0 {
+            out.push(' ');
+            used += 1;
+        }
+        out.push_str(word);
+        used += n;
+    }
+    out
+}
+
+/// A table in columns; `right` marks columns of numbers. Cells longer than `most` are cut.
+pub(crate) fn columns(rows: &[Vec<String>], right: &[bool], most: usize) -> Vec<String> {
+    let cut = |s: &str| {
+        if s.chars().count() > most { s.chars().take(most - 1).chain(['…']).collect() } else { s.to_owned() }
+    };
+    let rows: Vec<Vec<String>> = rows.iter().map(|r| r.iter().map(|c| cut(c)).collect()).collect();
+    let widths: Vec<usize> =
+        (0..right.len()).map(|k| rows.iter().filter_map(|r| r.get(k)).map(|c| c.chars().count()).max().unwrap_or(0)).collect();
+    rows.iter()
+        .map(|r| {
+            let cells: Vec<String> = r
+                .iter()
+                .enumerate()
+                .map(|(k, c)| {
+                    let gap = " ".repeat(widths[k] - c.chars().count());
+                    if right[k] { format!("{gap}{c}") } else { format!("{c}{gap}") }
+                })
+                .collect();
+            cells.join("  ").trim_end().to_owned()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_plots_are_as_wide_as_told() {
+        assert_eq!(spark(&[0.0, 0.5, 1.0, f64::NAN], 0.0, 1.0), "▁▄█ ");
+        assert_eq!(log_bar(100.0, 1.0, 100.0, 10).chars().count(), 10);
+        assert_eq!(log_bar(1.0, 1.0, 100.0, 10), "");
+        assert_eq!(wrapped("aa bb cc", 5, 2), "aa bb\n  cc");
+        assert_eq!(
+            columns(&[vec!["a".into(), "1".into()], vec!["bb".into(), "10".into()]], &[false, true], 9),
+            ["a    1", "bb  10"]
+        );
+    }
+}

@@ -1,0 +1,223 @@
+//! Numbers and names as people read them.
+
+use im_model::{BaseParameter, EffectId, ParameterId};
+
+/// A number with so many significant digits, without needless zeros: 0.0371, 12.4, 1.4·10⁻⁵.
+pub fn number(x: f64, digits: usize) -> String {
+    if x == 0.0 {
+        return "0".into();
+    }
+    if !x.is_finite() {
+        return "–".into();
+    }
+    let exponent = x.abs().log10().floor() as i32;
+    if !(-4..6).contains(&exponent) {
+        let mut e = exponent;
+        let mut m = format!("{:.*}", digits.saturating_sub(1), x / 10f64.powi(e));
+        // 9.996 rounds to 10.0.
+        if m.trim_start_matches('-').starts_with("10") {
+            e += 1;
+            m = format!("{:.*}", digits.saturating_sub(1), x / 10f64.powi(e));
+        }
+        return format!("{}·10{}", trimmed(m), superscript(e)).replace('-', "−");
+    }
+    let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+    let text = format!("{x:.decimals$}");
+    let text = if decimals > 0 { trimmed(text) } else { text };
+    text.replace('-', "−")
+}
+
+fn trimmed(s: String) -> String {
+    if s.contains('.') { s.trim_end_matches('0').trim_end_matches('.').to_owned() } else { s }
+}
+
+fn superscript(e: i32) -> String {
+    e.to_string()
+        .chars()
+        .map(|c| match c {
+            '-' => '⁻',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            d => char::from_u32('⁰' as u32 + d.to_digit(10).unwrap_or(0)).unwrap_or(d),
+        })
+        .collect()
+}
+
+/// A number with its unit, with a prefix where the unit takes one: 3.47 mH.
+pub fn quantity(x: f64, unit: &str, digits: usize) -> String {
+    let (factor, prefix) = prefix(x.abs(), unit);
+    let gap = if unit.is_empty() { "" } else { "\u{a0}" };
+    format!("{}{gap}{prefix}{unit}", number(x * factor, digits))
+}
+
+/// A value with the half width of its interval in the same prefix: 3.47 ± 0.02 mH.
+pub fn interval(x: f64, half: f64, unit: &str) -> String {
+    let (factor, prefix) = prefix(x.abs(), unit);
+    let gap = if unit.is_empty() { "" } else { "\u{a0}" };
+    if !half.is_finite() || half <= 0.0 {
+        return quantity(x, unit, 4);
+    }
+    // Two digits of the interval, and the value to the same place, with at most seven digits.
+    let exponent = (half * factor).log10().floor() as i32;
+    let decimals = (1 - exponent).clamp(0, 7) as usize;
+    let value = format!("{:.decimals$}", x * factor);
+    let text = if value.trim_start_matches('-').len() > 9 {
+        format!("{} ± {}", number(x * factor, 6), number(half * factor, 2))
+    } else {
+        format!("{value} ± {:.decimals$}", half * factor)
+    };
+    format!("{}{gap}{prefix}{unit}", text.replace('-', "−"))
+}
+
+fn prefix(x: f64, unit: &str) -> (f64, &'static str) {
+    if !["Ω", "H", "s", "S", "V"].contains(&unit) || x == 0.0 || !x.is_finite() {
+        (1.0, "")
+    } else if x < 0.9e-4 {
+        (1e6, "µ")
+    } else if x < 0.09 {
+        (1e3, "m")
+    } else {
+        (1.0, "")
+    }
+}
+
+/// A ratio as percent with a sign.
+pub fn percent_change(before: f64, after: f64) -> String {
+    let p = 100.0 * (after / before - 1.0);
+    if !p.is_finite() {
+        return "new".into();
+    }
+    let text = if p.abs() >= 10.0 { format!("{p:+.0}") } else { format!("{p:+.1}") };
+    format!("{}\u{a0}%", text.replace('-', "−"))
+}
+
+/// An effect's name in a sentence: "main-flux saturation".
+pub fn effect_name(e: EffectId) -> String {
+    let title = e.card().title;
+    // A person's name keeps its capital.
+    if title.starts_with("Coulomb") {
+        return title.to_owned();
+    }
+    let mut c = title.chars();
+    c.next().map_or(String::new(), |f| f.to_lowercase().chain(c).collect())
+}
+
+/// A shorter one, without the parenthesis.
+pub fn short_effect_name(e: EffectId) -> String {
+    let name = effect_name(e);
+    name.split(" (").next().unwrap_or(&name).to_owned()
+}
+
+/// A parameter's name, its symbol where it has one, and what it means.
+pub fn parameter_name(id: ParameterId) -> (String, String) {
+    match id {
+        ParameterId::Base(p) => (
+            match p {
+                BaseParameter::StatorResistance => "stator resistance R_s",
+                BaseParameter::RotorResistance => "rotor resistance R_r",
+                BaseParameter::StatorLeakageInductance => "stator leakage inductance L_ls",
+                BaseParameter::RotorLeakageInductance => "rotor leakage inductance L_lr",
+                BaseParameter::MagnetizingInductance => "magnetizing inductance L_m",
+                BaseParameter::Inertia => "inertia J",
+                BaseParameter::ViscousFriction => "viscous friction D",
+            }
+            .into(),
+            String::new(),
+        ),
+        ParameterId::Effect(e, k) => {
+            let info = &e.parameters()[k];
+            let key = info.key.trim_end_matches(&unit_suffix(info.unit)).replace('_', " ");
+            (format!("{}: {key}", short_effect_name(e)), info.meaning.trim().trim_end_matches('.').to_owned())
+        }
+    }
+}
+
+/// The tail that a unit leaves on a key.
+fn unit_suffix(unit: &str) -> String {
+    let tail: String = unit
+        .chars()
+        .filter_map(|c| match c {
+            '²' => Some('2'),
+            '/' | ' ' => Some('_'),
+            c if c.is_alphanumeric() => Some(c.to_ascii_lowercase()),
+            _ => None,
+        })
+        .collect();
+    let tail = match tail.as_str() {
+        "k_j" => "k_per_j".into(),
+        "1_k" => "per_k".into(),
+        "nm_s2_rad2" => "nm_s2".into(),
+        _ => tail,
+    };
+    if tail.is_empty() { "\u{0}".into() } else { format!("_{tail}") }
+}
+
+/// What a channel shows, and its unit.
+pub fn channel_name(name: &str) -> (String, &'static str) {
+    let unit = if name.ends_with("_A") {
+        "A"
+    } else if name.ends_with("rad_s") {
+        "rad/s"
+    } else {
+        ""
+    };
+    let words = match name {
+        "i_alpha_A" => "stator current, α axis".into(),
+        "i_beta_A" => "stator current, β axis".into(),
+        "i_a_A" => "current of phase a".into(),
+        "i_b_A" => "current of phase b".into(),
+        "i_c_A" => "current of phase c".into(),
+        "omega_m_rad_s" => "mechanical speed".into(),
+        _ => name.trim_end_matches("_A").trim_end_matches("_rad_s").replace('_', " "),
+    };
+    (words, unit)
+}
+
+/// How large an error is in noise floors, in words of at most four digits.
+pub fn floors(chi2: f64) -> String {
+    if chi2 < 10.0 { format!("{chi2:.2}") } else { number(chi2, 3) }
+}
+
+/// Text for HTML.
+pub fn escape(s: &str) -> String {
+    s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// The first letter large.
+pub fn sentence(s: &str) -> String {
+    let mut c = s.chars();
+    let mut out: String = c.next().map_or(String::new(), |f| f.to_uppercase().chain(c).collect());
+    if !out.is_empty() && !out.ends_with(['.', '?', '!', ':']) {
+        out.push('.');
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_well() {
+        assert_eq!(number(0.0371234, 3), "0.0371");
+        assert_eq!(number(12.0, 3), "12");
+        assert_eq!(number(-445.51, 3), "−446");
+        assert_eq!(number(1200.0, 3), "1200");
+        assert_eq!(number(1.41e-5, 3), "1.41·10⁻⁵");
+        assert_eq!(number(f64::NAN, 3), "–");
+        assert_eq!(quantity(0.00347, "H", 3), "3.47\u{a0}mH");
+        assert_eq!(interval(0.00347, 5e-5, "H"), "3.470 ± 0.050\u{a0}mH");
+        assert_eq!(interval(1.46622, 5.56e-5, "Ω"), "1.466220 ± 0.000056\u{a0}Ω");
+        assert_eq!(percent_change(1.0, 1.35), "+35\u{a0}%");
+        assert_eq!(percent_change(0.0, 1.0), "new");
+    }
+
+    #[test]
+    fn names_carry_no_underscores_of_files() {
+        assert_eq!(effect_name(EffectId::MainFluxSaturation), "main-flux saturation");
+        assert_eq!(parameter_name(ParameterId::Effect(EffectId::InverterNonlinearity, 0)).0, "inverter nonlinearity: voltage");
+        assert_eq!(parameter_name(ParameterId::Effect(EffectId::Windage, 0)).0, "windage: coefficient");
+        assert_eq!(channel_name("i_alpha_A"), ("stator current, α axis".into(), "A"));
+    }
+}

@@ -1,0 +1,39 @@
+//! The files of a diagnosis.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use im_model::{FileError, write_atomically};
+
+use super::{Meta, html};
+use crate::diagnosis::Diagnosis;
+
+/// Where the files went.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// The page.
+    pub report: PathBuf,
+    /// The answer for programs.
+    pub diagnosis: PathBuf,
+    /// The motor with the effects added and everything refitted.
+    pub motor: PathBuf,
+}
+
+/// Writes `report.html`, `diagnosis.json` and `motor.refined.toml` into a directory, which is made where it is missing. Each file is
+/// written whole or not at all.
+pub fn write(dir: impl AsRef<Path>, d: &Diagnosis, meta: &Meta) -> Result<Written, FileError> {
+    let dir = dir.as_ref();
+    // Everything is made before anything is written.
+    let page = html(d, meta);
+    let mut answer = format!("{:#}", d.to_json());
+    answer.push('\n');
+    let made =
+        Written { report: dir.join("report.html"), diagnosis: dir.join("diagnosis.json"), motor: dir.join("motor.refined.toml") };
+    // A directory that cannot be made shows when the first file is written, with its name.
+    let _ = fs::create_dir_all(dir);
+    d.refined.write(&made.motor)?;
+    write_atomically(&made.diagnosis, |out| out.write_all(answer.as_bytes()))?;
+    write_atomically(&made.report, |out| out.write_all(page.as_bytes()))?;
+    Ok(made)
+}
