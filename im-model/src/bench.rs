@@ -92,12 +92,14 @@ impl<T: Scalar> Bench<T> {
     #[inline(always)]
     pub fn output(&self) -> Output<T> {
         let i_s = self.plant.currents(&self.state).i_s;
-        if self.sensed {
-            let e = self.plant.effects();
-            Output { i_s: e.measured_current(i_s), omega_m: e.measured_speed(self.speed_shown[2]) }
-        } else {
-            Output { i_s, omega_m: self.speed_shown[2] }
-        }
+        let i_s = if self.sensed { self.plant.effects().measured_current(i_s) } else { i_s };
+        Output { i_s, omega_m: self.speed_seen() }
+    }
+
+    #[inline(always)]
+    fn speed_seen(&self) -> T {
+        let shown = self.speed_shown[2];
+        if self.sensed { self.plant.effects().measured_speed(shown) } else { shown }
     }
 
     /// Runs one sample with the command and the load torque held.
@@ -112,6 +114,10 @@ impl<T: Scalar> Bench<T> {
         let u_s = if self.delayed { self.late(drive.u_s) } else { drive.u_s };
         let before = self.state.omega_m;
         let mut drive = Drive { u_s, ..*drive };
+        if let Some([target, _]) = &mut drive.speed_pull {
+            // The target is what a sensor shows: the speed is drawn by what that sensor would show of it, not by the truth behind it.
+            *target = *target + (before - self.speed_seen());
+        }
         if self.substeps == 1 {
             self.state = self.plant.step_observed(&self.state, &drive, self.substep, &mut observe);
         } else {
