@@ -158,7 +158,7 @@ pub struct Operating<T> {
 ///
 /// Every hook receives what has been computed so far and returns it changed, so that an effect that is off returns it as it is.
 pub trait Effect<T: Scalar>: Copy {
-    /// The parameters, in the order of [`values`](Self::values).
+    /// The parameters, in the order of [`get`](Self::get).
     const PARAMETERS: &'static [ParameterInfo];
     /// The card.
     const CARD: Card;

@@ -14,7 +14,7 @@ effect! {
     card: super::Card {
         title: "Rotor skin effect (deep bars)",
         what: "Rotor resistance rises from R_r to R_r(1+k) and rotor leakage falls as slip frequency exceeds 1/(2πτ): a second cage.",
-        shows: "Starting torque and locked-rotor power higher than running tests predict; errors at high slip (start, reversal, plugging), none at running slip.",
+        shows: "Starting torque and locked-rotor power, at the same current, higher than running tests predict; errors at high slip (start, reversal, plugging), none at running slip.",
         rivals: &[
             ("leakage_flux_saturation", "acts with current, whatever the slip; skin effect with slip frequency, whatever the current"),
             ("rotor_heating", "slow and stays after the start; skin effect follows slip at once"),

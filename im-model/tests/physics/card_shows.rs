@@ -48,19 +48,20 @@ proptest! {
         let (m, drop) = at(EffectId::LeakageFluxSaturation, place);
         let ratio = |s, shaft| lab::phasor(&m, s, shaft).norm() / lab::phasor(&lab::base(), s, shaft).norm();
         let locked = ratio(RATED, Shaft::Speed(0.0));
-        // At most the leakages fall by 1 + κ; the resistances, and what of the knee is not passed, leave a fifth of it at least.
-        prop_assert!(locked > 1.0 + 0.2 * drop && locked < 1.0 + drop, "{locked}");
+        // At most the leakages fall by 1 + κ; the resistances, and what of the knee is not passed, leave a sixth of it at least.
+        prop_assert!(locked > 1.0 + drop / 6.0 && locked < 1.0 + drop, "{locked}");
         prop_assert!((ratio(RATED, NO_LOAD) - 1.0).abs() < 0.01, "no error at no load");
     }
 
     #[test]
-    fn rotor_skin_effect_raises_the_starting_torque_and_more_so_per_current(place in 0.0..1.0f64) {
+    fn rotor_skin_effect_raises_the_starting_torque_per_current(place in 0.0..1.0f64) {
         let (m, rise) = at(EffectId::RotorSkinEffect, place);
         let torque = |m: &Machine<f64>, speed| lab::run(m, RATED, Shaft::Speed(speed), 0.6, 0.2).mean_torque();
         let ratio = torque(&m, 0.0) / torque(&lab::base(), 0.0);
         let current = lab::phasor(&m, RATED, Shaft::Speed(0.0)).norm() / lab::phasor(&lab::base(), RATED, Shaft::Speed(0.0)).norm();
-        // At 50 Hz and τ = 3 ms half of the rise is seen; at constant voltage it loses in current most of what it gains.
-        prop_assert!(ratio > 1.01 && ratio / (current * current) > 1.0 + 0.25 * rise, "{ratio} {current} {rise}");
+        // At 50 Hz and τ = 3 ms half of the rise is seen; at constant voltage the current takes back some, for k > 3 all of it.
+        prop_assert!(ratio / (current * current) > 1.0 + 0.25 * rise, "{ratio} {current} {rise}");
+        prop_assert!(rise > 3.0 || ratio > 1.01, "{ratio} {rise}");
         let running = 0.98 * lab::SYNCHRONOUS;
         // Slip frequency 1 Hz against 1/(2πτ) = 53 Hz: the bars lag by k·2 %.
         prop_assert!((torque(&m, running) / torque(&lab::base(), running) - 1.0).abs() < 0.01 * (1.0 + rise));
@@ -182,7 +183,11 @@ proptest! {
         for k in 0..3000 {
             bench.advance(&Drive { imposed_speed: Some([ramp(k), ramp(k + 1)]), ..Drive::new(Complex::new(0.0, 0.0), 0.0) });
         }
-        prop_assert!((bench.output().omega_m - (ramp(3000) - tau * acceleration)).abs() < 1e-6 * ramp(3000));
+        // The lags of filters in series add.
+        let ratio = m.effects().speed_sensor_lag.pole_ratio;
+        let lag = tau * (1.0 + ratio + ratio * ratio);
+        let (shown, expected) = (bench.output().omega_m, ramp(3000) - lag * acceleration);
+        prop_assert!((shown - expected).abs() < 1e-6 * expected, "{shown} {expected}");
     }
 
     #[test]
