@@ -4,7 +4,6 @@
 
 mod commands;
 mod failure;
-mod story;
 mod terminal;
 
 use std::process::ExitCode;

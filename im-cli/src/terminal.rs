@@ -7,6 +7,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 /// The width that texts are wrapped to: what every terminal shows and every pipe passes.
 pub const WIDTH: usize = 80;
 
+/// The width of stories with tables in them.
+pub const STORY_WIDTH: usize = 100;
+
 /// Wraps `text` to [`WIDTH`] with `first` before its first line and spaces before the others.
 pub fn wrapped(first: &str, text: &str) -> String {
     let indent = first.chars().count();

@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let found = diagnose(Case::new(motor, &train, Some(&holdout)), Options::default());
     progress.finish();
     let found = found.map_err(|e| refused(std::path::Path::new("embedded motor.toml"), &e))?;
-    super::diagnose::finish(&found, Some(&args.out), false)?;
+    super::diagnose::finish(&found, &super::diagnose::meta(&found), Some(&args.out), false)?;
     let mut out = io::stdout().lock();
     writeln!(out, "\nTook {:.1} s. The same on your own files: im diagnose --help", begun.elapsed().as_secs_f64())?;
     if args.save_data.is_none() {

@@ -1,15 +1,16 @@
 //! `im diagnose`: the whole loop on files.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use im_diagnose::diagnosis::{Diagnosis, diagnose};
+use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
+use im_diagnose::next_test::{Limits, propose};
 use im_diagnose::refine::Options;
+use im_diagnose::report::{self, Meta, NextTest};
 
 use super::inputs::{Data, refused};
 use crate::failure::Failure;
-use crate::story::story;
-use crate::terminal::Progress;
+use crate::terminal::{Progress, STORY_WIDTH};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -45,24 +46,57 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let found = diagnose(case, options).map_err(|e| refused(&args.data.motor, &e));
     progress.finish();
     let found = found?;
-    finish(&found, args.out.as_deref(), args.json)
+    finish(&found, &meta(&found), args.out.as_deref(), args.json)
 }
 
 /// Writes the files and tells the story.
-pub fn finish(found: &Diagnosis, out: Option<&std::path::Path>, json: bool) -> Result<(), Failure> {
-    if let Some(dir) = out {
-        std::fs::create_dir_all(dir)?;
-        found.refined.write(&dir.join("motor.refined.toml"))?;
-        im_model::write_atomically(&dir.join("diagnosis.json"), |w| writeln!(w, "{:#}", found.to_json()))?;
-    }
+pub fn finish(found: &Diagnosis, meta: &Meta, out: Option<&Path>, json: bool) -> Result<(), Failure> {
+    let written = out.map(|dir| report::write(dir, found, meta)).transpose()?;
     let mut stdout = io::stdout().lock();
     if json {
         writeln!(stdout, "{}", found.to_json())?;
-    } else {
-        write!(stdout, "{}", story(found))?;
-        if let Some(dir) = out {
-            writeln!(stdout, "\n{}: motor.refined.toml, diagnosis.json", dir.display())?;
-        }
+        return Ok(());
+    }
+    write!(stdout, "{}", report::terminal(found, meta, STORY_WIDTH))?;
+    if let Some(files) = written {
+        writeln!(stdout, "\n{}", files.report.display())?;
+        writeln!(stdout, "{}", files.motor.display())?;
+        writeln!(stdout, "{}", files.diagnosis.display())?;
     }
     Ok(())
+}
+
+/// What the report says of how it came about: the program, and the test that would settle what is open.
+pub fn meta(found: &Diagnosis) -> Meta {
+    let program = concat!("im ", env!("CARGO_PKG_VERSION")).to_string();
+    Meta { program, next_test: next_test(found), ..Meta::default() }
+}
+
+fn next_test(found: &Diagnosis) -> Option<NextTest> {
+    let mut open: Vec<_> = found
+        .effects
+        .iter()
+        .zip(&found.alternatives)
+        .filter(|(_, a)| !a.is_empty())
+        .flat_map(|(e, a)| a.iter().chain([e]))
+        .copied()
+        .collect();
+    if open.is_empty() && found.verdict == Verdict::Inconclusive {
+        open.extend(found.ranking.iter().filter(|c| c.detectable_size > c.usual_size).map(|c| c.effect));
+    }
+    if open.is_empty() {
+        return None;
+    }
+    let noise = |k: &str, otherwise: f64| found.noise.get(k).copied().unwrap_or(otherwise);
+    let noise = (noise("i_alpha_A", 0.05), noise("omega_m_rad_s", 0.1));
+    let best = propose(&found.refined, &open, noise, &Limits::default()).ok()?.into_iter().next()?;
+    let settles = best
+        .detectable
+        .iter()
+        .map(|(e, x)| {
+            let seen = if *x < 1.0 { "shows it" } else { "still does not show it" };
+            format!("{}: {seen} (smallest size found is {:.2} of the largest usual one)", e.card().title, x)
+        })
+        .collect();
+    Some(NextTest { text: format!("{} im next-test writes it as a scenario.", best.what), settles, profile: Vec::new() })
 }

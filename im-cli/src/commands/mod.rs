@@ -5,12 +5,14 @@ use clap::Subcommand;
 use crate::failure::Failure;
 
 mod add;
+mod compare;
 mod demo;
 mod diagnose;
 mod effects;
 mod fit;
 mod inputs;
 mod next_test;
+mod report;
 mod simulate;
 mod validate;
 
@@ -19,6 +21,8 @@ mod validate;
 pub enum Command {
     /// See the whole loop on embedded data with a hidden effect; needs no files
     Demo(demo::Args),
+    /// Show where a model and recordings disagree
+    Compare(compare::Args),
     /// Fit the motor, find the missing physical effect, add it, check it on a held-out recording
     Diagnose(diagnose::Args),
     /// Fit the parameters of a motor to recordings
@@ -29,6 +33,8 @@ pub enum Command {
     Validate(validate::Args),
     /// Propose the manoeuvre that best settles what is still open
     NextTest(next_test::Args),
+    /// Put several diagnoses side by side
+    Report(report::Args),
     /// Run a machine through a scenario and write the recording
     Simulate(simulate::Args),
     /// List the physical effects that the model knows, or show the card of one
@@ -40,6 +46,8 @@ impl Command {
     pub fn run(self) -> Result<(), Failure> {
         match self {
             Self::Demo(args) => demo::run(&args),
+            Self::Compare(args) => compare::run(&args),
+            Self::Report(args) => report::run(&args),
             Self::Diagnose(args) => diagnose::run(&args),
             Self::Fit(args) => fit::run(&args),
             Self::Add(args) => add::run(&args),

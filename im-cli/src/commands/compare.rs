@@ -1,0 +1,63 @@
+//! `im compare`: where a model and recordings disagree, without changing anything.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use im_diagnose::case::Case;
+use im_diagnose::report::{Comparison, Meta, compare_html, compare_terminal};
+use im_model::{MotorFile, write_atomically};
+use serde_json::json;
+
+use super::inputs::recordings;
+use crate::failure::Failure;
+use crate::terminal::STORY_WIDTH;
+
+/// Arguments.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Example:
+  im compare --motor motor.toml --data run.csv --out out
+
+Simulates the motor as it is with the recorded voltages and says where the currents and the speed differ.
+im diagnose goes on from there.")]
+pub struct Args {
+    /// The motor: a motor.toml
+    #[arg(long, value_name = "FILE")]
+    motor: PathBuf,
+    /// A recording; give it several times for several recordings
+    #[arg(long, value_name = "CSV", required = true)]
+    data: Vec<PathBuf>,
+    /// Folder for compare.html
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the findings as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let motor = MotorFile::read(&args.motor)?;
+    let data = recordings(&args.data)?;
+    let mut case = Case::new(motor.clone(), &data, None);
+    case.estimate_noise();
+    let comparison = Comparison::new(motor, case.train);
+    let meta = Meta { program: concat!("im ", env!("CARGO_PKG_VERSION")).into(), ..Meta::default() };
+    let mut written = None;
+    if let Some(dir) = &args.out {
+        std::fs::create_dir_all(dir)?;
+        let path = dir.join("compare.html");
+        write_atomically(&path, |w| w.write_all(compare_html(&comparison, &meta).as_bytes()))?;
+        written = Some(path);
+    }
+    let mut out = io::stdout().lock();
+    if args.json {
+        writeln!(out, "{}", json!({"schema": 1, "findings": comparison.findings()}))?;
+        return Ok(());
+    }
+    write!(out, "{}", compare_terminal(&comparison, &meta, STORY_WIDTH))?;
+    if let Some(path) = written {
+        writeln!(out, "\n{}", path.display())?;
+    }
+    Ok(())
+}
