@@ -58,13 +58,13 @@ fn main() {
     };
     let guess = machine(GUESS);
     let start = experiments[0].start.state();
-    println!("one simulation {:.2} ms", time(&mut || drop(cost(&guess, &experiments, &[start]))));
+    println!("one simulation {:.2} ms", time(&mut || assert!(cost(&guess, &experiments, &[start]).is_finite())));
     println!(
         "one simulation with sensitivities {:.2} ms",
-        time(&mut || drop(linearize(&guess, &experiments[0], &start, 0, &free)))
+        time(&mut || assert_eq!(linearize(&guess, &experiments[0], &start, 0, &free).slopes.len(), 6))
     );
     let reference = fit(&guess, &experiments, &free, &options).expect("fits");
-    println!("whole fit {:.1} ms", time(&mut || drop(fit(&guess, &experiments, &free, &options))));
+    println!("whole fit {:.1} ms", time(&mut || assert!(fit(&guess, &experiments, &free, &options).is_ok())));
     println!("chi2/N {:.5}, {} steps", reference.chi2_per_sample(), reference.iterations);
     let g = reference.machine.parameters().inverse_gamma();
     println!("{g:?}");

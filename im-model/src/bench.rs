@@ -116,7 +116,7 @@ impl<T: Scalar> Bench<T> {
         let mut drive = Drive { u_s, ..*drive };
         if let Some([target, _]) = &mut drive.speed_pull {
             // The target is what a sensor shows: the speed is drawn by what that sensor would show of it, not by the truth behind it.
-            *target = *target + (before - self.speed_seen());
+            *target += before - self.speed_seen();
         }
         if self.substeps == 1 {
             self.state = self.plant.step_observed(&self.state, &drive, self.substep, &mut observe);

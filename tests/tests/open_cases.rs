@@ -17,8 +17,8 @@ fn folder() -> Option<PathBuf> {
 }
 
 fn diagnosis(dir: &Path) -> Diagnosis {
-    let read = |name: &str| Recording::read_csv(&dir.join(name)).unwrap();
-    let motor = MotorFile::read(&dir.join("motor.toml")).unwrap();
+    let read = |name: &str| Recording::read_csv(dir.join(name)).unwrap();
+    let motor = MotorFile::read(dir.join("motor.toml")).unwrap();
     let case = Case::new(motor, &[read("train1.csv"), read("train2.csv")], Some(&read("holdout.csv")));
     diagnose(case, Options::default()).unwrap()
 }
