@@ -30,7 +30,8 @@ pub struct Correlations {
     pub conclusion: String,
 }
 
-const LAGS: usize = 60;
+/// Most products worth spending on one autocorrelation.
+const PRODUCTS: usize = 100_000_000;
 
 pub(super) fn memory(s: &Signals) -> Vec<Memory> {
     Quantity::ALL.into_iter().filter_map(|q| one_memory(s, q)).collect()
@@ -55,7 +56,9 @@ fn one_memory(s: &Signals, q: Quantity) -> Option<Memory> {
     let longest = s.runs.iter().map(|r| r.rows.len()).max()?;
     // Up to 50 ms, or a fifth of the longest run.
     let reach = ((0.05 / sample).round() as usize).min(longest / 5).max(1);
-    let stride = reach.div_ceil(LAGS).max(1);
+    let total: usize = s.runs.iter().map(|r| r.rows.len()).sum();
+    // Every lag, or else an oscillation could hide between those looked at.
+    let stride = (total * reach).div_ceil(PRODUCTS).max(1);
     let runs: Vec<Vec<Complex<f64>>> = s.runs.iter().map(|r| r.rows.iter().map(|x| error(q, x)).collect()).collect();
     let power: f64 = runs.iter().flatten().map(|e| e.norm_sqr()).sum();
     if power <= 0.0 {
@@ -71,19 +74,16 @@ fn one_memory(s: &Signals, q: Quantity) -> Option<Memory> {
         .collect();
     let n: usize = runs.iter().map(Vec::len).sum();
     let chance = 2.0 / (n as f64).sqrt();
-    let decay = points.iter().find(|p| p[1] < (-1.0f64).exp()).map(|p| p[0]);
-    let second = points.get(1).map_or(0.0, |p| p[1]);
+    let strongest = points.iter().skip(1).map(|p| p[1].abs()).fold(0.0, f64::max);
+    let last = points.iter().skip(1).rev().find(|p| p[1].abs() > (-1.0f64).exp()).map(|p| p[0]);
     let name = q.name();
-    let conclusion = if second.abs() < 0.1 {
-        format!("the {name} error forgets itself from row to row, as sensor noise does")
-    } else {
-        match decay {
-            Some(t) => format!("the {name} error lasts {} ms: it is no sensor noise", say(t * 1e3)),
-            None => format!(
-                "the {name} error lasts longer than {} ms: it is slow or constant, no sensor noise",
-                say(reach as f64 * sample * 1e3)
-            ),
+    let conclusion = match last {
+        _ if strongest < 0.1 => format!("the {name} error forgets itself from row to row, as sensor noise does"),
+        None => format!("the {name} error is mostly sensor noise, with a trace of something that lasts"),
+        Some(t) if t > 0.95 * reach as f64 * sample => {
+            format!("the {name} error lasts longer than {} ms: no sensor noise", say(reach as f64 * sample * 1e3))
         }
+        Some(t) => format!("the {name} error lasts {} ms: no sensor noise", say(t * 1e3)),
     };
     Some(Memory { quantity: q, points, chance, conclusion })
 }

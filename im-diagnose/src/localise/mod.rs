@@ -112,11 +112,14 @@ pub fn localise(s: &Signals) -> Localisation {
 impl Localisation {
     /// The sentences that say something: those about errors above the noise, most telling first.
     pub fn findings(&self) -> Vec<String> {
+        // What makes up the larger part of the squared error speaks first.
+        let total: f64 = self.level.iter().map(|l| l * l).sum::<f64>().max(1e-300);
+        let share = |q: Quantity| (self.level[usize::from(q == Quantity::Speed)].powi(2) / total).sqrt();
         let mut all: Vec<(f64, &str)> = Vec::new();
-        all.extend(self.profiles.iter().map(|p| (p.strength, p.conclusion.as_str())));
-        all.extend(self.crossings.iter().map(|c| (c.strength, c.conclusion.as_str())));
-        all.extend(self.spectra.iter().map(|c| (c.strength, c.conclusion.as_str())));
-        all.extend(self.planes.iter().map(|p| (p.strength, p.conclusion.as_str())));
+        all.extend(self.profiles.iter().map(|p| (p.strength * share(p.quantity), p.conclusion.as_str())));
+        all.extend(self.crossings.iter().map(|c| (c.strength * share(Quantity::Current), c.conclusion.as_str())));
+        all.extend(self.spectra.iter().map(|c| (c.strength * share(c.quantity), c.conclusion.as_str())));
+        all.extend(self.planes.iter().map(|p| (p.strength * share(p.quantity), p.conclusion.as_str())));
         all.retain(|(s, _)| *s > 0.0);
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
         all.into_iter().map(|(_, t)| t.to_owned()).collect()

@@ -123,8 +123,6 @@ fn mean(x: &[Bin]) -> f64 {
 }
 
 fn trend(bins: &[Bin], noise: f64) -> Trend {
-    let third = (bins.len() / 3).max(1);
-    let (low, high) = (mean(&bins[..third]), mean(&bins[bins.len() - third..]));
     let least = bins.iter().map(|b| b.rms).fold(f64::INFINITY, f64::min);
     let Some(top) = bins.iter().max_by(|a, b| a.rms.total_cmp(&b.rms)) else { return Trend::Flat };
     if top.rms < 1.15 * noise {
@@ -133,18 +131,19 @@ fn trend(bins: &[Bin], noise: f64) -> Trend {
     if top.rms < 1.5 * least {
         return Trend::Flat;
     }
-    // Halfway (as a ratio) between both ends: where the change happens.
-    let level = |a: f64, b: f64| a * (b / a).powf(0.3);
-    if high > 1.4 * low && high > 0.6 * top.rms {
-        let from = level(low, high);
-        let k = bins.iter().rposition(|b| b.rms < from).map_or(0, |k| (k + 1).min(bins.len() - 1));
-        Trend::Grows(bins[k].at)
-    } else if low > 1.4 * high && low > 0.6 * top.rms {
-        let from = level(high, low);
-        let k = bins.iter().position(|b| b.rms < from).map_or(bins.len() - 1, |k| k.saturating_sub(1));
-        Trend::Falls(bins[k].at)
-    } else {
-        Trend::Peak(top.at)
+    let n = bins.len();
+    // The longest end of which every bin is clearly above all that comes before (or after) it.
+    let clear = |end: &[Bin], rest: &[Bin]| {
+        let usual = mean(rest);
+        let most = end.iter().map(|b| b.rms).fold(0.0, f64::max);
+        (most > 1.5 * usual && end.iter().all(|b| b.rms > 1.25 * usual)).then_some(most / usual)
+    };
+    let up = (1..n).find_map(|k| clear(&bins[k..], &bins[..k]).map(|r| (k, r)));
+    let down = (1..n).rev().find_map(|k| clear(&bins[..k], &bins[k..]).map(|r| (k, r)));
+    match (up, down) {
+        (Some((k, a)), d) if d.is_none_or(|d| a >= d.1) => Trend::Grows(bins[k].at),
+        (_, Some((k, _))) => Trend::Falls(bins[k - 1].at),
+        _ => Trend::Peak(top.at),
     }
 }
 

@@ -146,7 +146,7 @@ fn spectrum(s: &Signals, q: Quantity, at: &Stretch) -> Option<Spectrum> {
     let q_axis = amplitudes(error.iter().map(|e| e.im), at.len)?;
     let all: Vec<f64> = d.iter().zip(&q_axis).map(|(a, b)| a.hypot(*b)).collect();
     let step = 1.0 / (at.len as f64 * at.run.sample_time_s);
-    let highest = (f64::max(60.0 * at.supply_hz.max(at.rotor_hz), 300.0) / step).min((all.len() - 1) as f64) as usize;
+    let highest = (f64::max(60.0 * at.supply_hz.max(at.rotor_hz), 300.0).min(3000.0) / step).min((all.len() - 1) as f64) as usize;
     let points: Vec<[f64; 2]> = all[..=highest].iter().enumerate().skip(1).map(|(k, a)| [k as f64 * step, *a]).collect();
 
     let background = |k: usize| {
@@ -177,16 +177,18 @@ fn spectrum(s: &Signals, q: Quantity, at: &Stretch) -> Option<Spectrum> {
         .iter()
         .filter_map(|(name, f, spread)| {
             let k = peak_near(*f, *spread)?;
-            Some(Line { name: name.clone(), frequency_hz: *f, amplitude: all[k], prominence: all[k] / background(k) })
+            // On the flank of another peak there is no line.
+            let around = peak_near(*f, 4.0 * (1.5 * step + *spread)).map_or(0.0, |j| all[j]);
+            let prominence = if around > 1.5 * all[k] { all[k] / around } else { all[k] / background(k) };
+            Some(Line { name: name.clone(), frequency_hz: *f, amplitude: all[k], prominence })
         })
         .collect();
     // A peak that none of the names explains, with its order.
     let unnamed = (8..=highest)
         .filter(|&k| {
             let here = k as f64 * step;
-            lines.iter().all(|l| (here - l.frequency_hz).abs() > 3.0 * step + 6.0 * at.spread_hz)
-                && all[k] >= all[k - 1]
-                && all.get(k + 1).is_none_or(|a| all[k] >= *a)
+            let named = |l: &Line| l.prominence > STANDS_OUT && (here - l.frequency_hz).abs() < 3.0 * step + 6.0 * at.spread_hz;
+            !lines.iter().any(named) && all[k] >= all[k - 1] && all.get(k + 1).is_none_or(|a| all[k] >= *a)
         })
         .max_by(|&a, &b| (all[a] / background(a)).total_cmp(&(all[b] / background(b))))
         .filter(|&k| all[k] > 2.0 * STANDS_OUT * background(k));

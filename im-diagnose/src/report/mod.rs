@@ -111,6 +111,3 @@ impl DataFile {
         Self { name: e.name.clone(), role: role.into(), rows: e.len(), digest: digest(e) }
     }
 }
-
-#[cfg(test)]
-mod tests;

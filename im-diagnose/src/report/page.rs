@@ -100,15 +100,37 @@ pub(crate) fn table(head: &[String], rows: &[(bool, Vec<String>)]) -> String {
     }
     out.push_str("</tr></thead><tbody>");
     for (hit, row) in rows {
+        // A single cell is a heading within the table.
+        if let [heading] = &row[..] {
+            let _ = write!(out, r#"<tr><th class="sub" colspan="{}">{heading}</th></tr>"#, head.len());
+            continue;
+        }
         out.push_str(if *hit { r#"<tr class="hit">"# } else { "<tr>" });
         for (k, cell) in row.iter().enumerate() {
-            let class = if number.get(k) == Some(&true) { r#" class="n""# } else { "" };
+            let class = match number.get(k) {
+                Some(true) => r#" class="n""#,
+                _ if shown(cell) < 30 => r#" class="k""#,
+                _ => "",
+            };
             let _ = write!(out, "<td{class}>{cell}</td>");
         }
         out.push_str("</tr>");
     }
     out.push_str("</tbody></table></div>");
     out
+}
+
+/// How many characters of a cell are seen: those outside tags.
+fn shown(cell: &str) -> usize {
+    let mut inside = false;
+    cell.chars()
+        .filter(|c| {
+            inside |= *c == '<';
+            let seen = !inside;
+            inside &= *c != '>';
+            seen
+        })
+        .count()
 }
 
 /// The legend of lines.

@@ -181,6 +181,17 @@ pub(crate) fn dependence_words(x: &Dependence) -> String {
     format!("the error in {part} depends on {on} ({} rms)", quantity(x.size, unit, 2))
 }
 
+/// Of what is surely there, the dependence that makes up the largest error against the sensor's noise.
+pub(crate) fn main_leftover(d: &Diagnosis) -> Option<&Dependence> {
+    let noise = |x: &Dependence| {
+        let speed = x.part == crate::leftover::Part::Speed;
+        let of = d.noise.iter().filter(|(name, _)| name.starts_with("omega") == speed).map(|(_, s)| *s);
+        of.fold(0.0, f64::max).max(1e-300)
+    };
+    let sure = d.leftover.iter().filter(|x| x.log_p > 6.0);
+    sure.max_by(|a, b| (a.size / noise(a)).total_cmp(&(b.size / noise(b)))).or(d.leftover.first())
+}
+
 /// The three answers.
 pub(crate) fn summary(s: &Story) -> Summary {
     let d = s.d;
@@ -216,7 +227,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
             )
         }
         Verdict::Unexplained => {
-            let found = d.leftover.first().map_or("it shows no simple dependence".into(), dependence_words);
+            let found = main_leftover(d).map_or("it shows no simple dependence".into(), dependence_words);
             if d.effects.is_empty() {
                 format!("something is missing that the library of effects does not hold: {found}")
             } else {
@@ -303,8 +314,8 @@ pub(crate) fn summary(s: &Story) -> Summary {
                 "the {which} error stays at {} noise floors after every effect of the library was tried",
                 floors(after)
             ));
-            if let Some(x) = d.leftover.first() {
-                sure.push(format!("that the dependence is chance has a probability of 10^−{}", number(x.log_p, 2)));
+            if let Some(x) = main_leftover(d) {
+                sure.push(format!("that the dependence is chance has a probability of {}", super::words::power_of_ten(-x.log_p)));
             }
             refute.push("An effect written by you, with the shape shown below, that brings the error down to the noise floor on the held-out recording too.".into());
         }

@@ -83,7 +83,9 @@ impl Axis {
         let mut out = Vec::new();
         let mut k = (self.lo / step - 1e-6).ceil();
         while k * step <= self.hi + 1e-6 * step && out.len() < 20 {
-            let v = k * step;
+            // No negative zero.
+            let v = k * step + 0.0;
+            let v = if v.abs() < 1e-9 * step { 0.0 } else { v };
             let text = if decimals > 4 || v.abs() >= 1e5 { number(v, 2) } else { format!("{v:.decimals$}") };
             out.push((v, text.replace('-', "−")));
             k += 1.0;
@@ -91,9 +93,6 @@ impl Axis {
         out
     }
 }
-
-/// Most points drawn of one line.
-const POINTS: usize = 700;
 
 /// A chart under construction.
 pub(crate) struct Chart {
@@ -107,6 +106,8 @@ pub(crate) struct Chart {
     body: String,
     over: String,
     x_ticks: Option<Vec<(f64, String)>>,
+    /// Row, from, to of words above the picture.
+    words: Vec<(usize, f64, f64)>,
 }
 
 impl Chart {
@@ -123,6 +124,7 @@ impl Chart {
             body: String::new(),
             over: String::new(),
             x_ticks: None,
+            words: Vec::new(),
         }
     }
 
@@ -170,9 +172,9 @@ impl Chart {
         d
     }
 
-    /// A line; long ones keep the extremes of each stretch.
+    /// A line; where many points share a pixel, the first, the extremes and the last of them.
     pub fn line(&mut self, points: &[[f64; 2]], class: &str) {
-        let d = self.path(thinned(points).into_iter());
+        let d = self.path(thinned(points, |x| self.px(x)).into_iter());
         let _ = write!(self.body, r#"<path class="line {class}" d="{d}"/>"#);
     }
 
@@ -205,13 +207,19 @@ impl Chart {
         let _ = write!(self.body, r#"<path class="line {class}" d="M0 {y}L{w} {y}"/>"#);
     }
 
-    /// A vertical line with a word at its top, `row` words down.
-    pub fn mark(&mut self, x: f64, word: &str, row: usize, class: &str) {
+    /// A vertical line with a word at its top, in the first row where it touches no other.
+    pub fn mark(&mut self, x: f64, word: &str, class: &str) {
         let at = self.px(x);
         let h = short(self.plot_height());
         let _ = write!(self.body, r#"<path class="line {class}" d="M{0} 0L{0} {h}"/>"#, short(at));
         let right = at > 0.75 * self.plot_width();
         let (anchor, dx) = if right { ("end", -3.0) } else { ("start", 3.0) };
+        // A letter of this size is about six pixels wide.
+        let length = 6.0 * word.chars().count() as f64;
+        let (a, b) = if right { (at - length - 6.0, at) } else { (at, at + length + 6.0) };
+        let free = |row: &usize| self.words.iter().all(|w| w.0 != *row || b < w.1 || a > w.2);
+        let row = (0..6).find(free).unwrap_or(0);
+        self.words.push((row, a, b));
         let _ = write!(
             self.over,
             r#"<text class="mark" x="{}" y="{}" text-anchor="{anchor}">{}</text>"#,
@@ -267,9 +275,12 @@ impl Chart {
         }
         for (v, text) in self.x_ticks.clone().unwrap_or_else(|| self.x.ticks(w / 62.0)) {
             let x = self.left + self.px(v);
+            let anchor = if x > self.width - 16.0 { "end" } else { "middle" };
+            let at = if anchor == "end" { self.width - 2.0 } else { x };
             let _ = write!(
                 out,
-                r#"<path class="grid" d="M{x} 22L{x} {b}"/><text class="tick" x="{x}" y="{t}" text-anchor="middle">{text}</text>"#,
+                r#"<path class="grid" d="M{x} 22L{x} {b}"/><text class="tick" x="{at}" y="{t}" text-anchor="{anchor}">{text}</text>"#,
+                at = short(at),
                 x = short(x),
                 b = short(22.0 + h),
                 t = short(22.0 + h + 13.0)
@@ -300,21 +311,31 @@ pub(crate) fn short(x: f64) -> String {
     if s == "-0" { "0".into() } else { s }
 }
 
-/// At most [`POINTS`] points, keeping the smallest and largest of every stretch in their order.
-pub(crate) fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    if points.len() <= POINTS {
-        return points.to_vec();
+/// At most four points per pixel column: first, smallest, largest, last, in their order.
+fn thinned(points: &[[f64; 2]], pixel: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+    let mut out: Vec<[f64; 2]> = Vec::new();
+    let mut from = 0;
+    while from < points.len() {
+        let column = pixel(points[from][0]).floor();
+        let mut to = from + 1;
+        while to < points.len() && pixel(points[to][0]).floor() == column {
+            to += 1;
+        }
+        let part = &points[from..to];
+        let extreme = |sign: f64| {
+            let best = (0..part.len()).max_by(|&a, &b| (sign * part[a][1]).total_cmp(&(sign * part[b][1])));
+            best.unwrap_or(0)
+        };
+        let mut keep = [0, extreme(-1.0), extreme(1.0), part.len() - 1];
+        keep.sort_unstable();
+        for (n, k) in keep.into_iter().enumerate() {
+            if n == 0 || keep[n - 1] != k {
+                out.push(part[k]);
+            }
+        }
+        from = to;
     }
-    let step = points.len().div_ceil(POINTS / 2);
-    points
-        .chunks(step)
-        .flat_map(|c| {
-            let least = c.iter().enumerate().min_by(|a, b| a.1[1].total_cmp(&b.1[1])).map_or(0, |x| x.0);
-            let most = c.iter().enumerate().max_by(|a, b| a.1[1].total_cmp(&b.1[1])).map_or(0, |x| x.0);
-            let (a, b) = (least.min(most), least.max(most));
-            [c[a], c[b]]
-        })
-        .collect()
+    out
 }
 
 #[cfg(test)]
@@ -337,7 +358,7 @@ mod tests {
         let mut p: Vec<[f64; 2]> = (0..50_000).map(|k| [f64::from(k), 0.0]).collect();
         p[31_007][1] = 9.0;
         p[31_008][1] = -9.0;
-        let t = thinned(&p);
-        assert!(t.len() <= POINTS && t.iter().any(|q| q[1] == 9.0) && t.iter().any(|q| q[1] == -9.0));
+        let t = thinned(&p, |x| x / 125.0);
+        assert!(t.len() <= 1600 && t.iter().any(|q| q[1] == 9.0) && t.iter().any(|q| q[1] == -9.0));
     }
 }

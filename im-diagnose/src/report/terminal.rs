@@ -106,7 +106,7 @@ fn errors(out: &mut Text, s: &Story) {
     let rows = fall_rows(s);
     let most = rows.iter().flat_map(|r| [Some(r.1.chi2_per_sample), r.2.as_ref().map(|h| h.chi2_per_sample)]).flatten();
     let hi = most.filter(|x| x.is_finite()).fold(2.0, f64::max);
-    let bar = out.width.saturating_sub(52).clamp(6, 40);
+    let bar = out.width.saturating_sub(52).clamp(6, 34);
     let mut table = Vec::new();
     for (name, train, hold) in &rows {
         table.push(vec![

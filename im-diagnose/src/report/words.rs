@@ -31,6 +31,11 @@ fn trimmed(s: String) -> String {
     if s.contains('.') { s.trim_end_matches('0').trim_end_matches('.').to_owned() } else { s }
 }
 
+/// A power of ten as probabilities are told: 10⁻²⁶.
+pub fn power_of_ten(e: f64) -> String {
+    format!("10{}", superscript(e.round() as i32))
+}
+
 fn superscript(e: i32) -> String {
     e.to_string()
         .chars()

@@ -52,7 +52,7 @@
     const rough = (hi - lo) / wanted, power = 10 ** Math.floor(Math.log10(rough));
     const step = [1, 2, 5, 10].map((k) => k * power).find((s) => s >= rough);
     const out = [], decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    for (let k = Math.ceil(lo / step - 1e-6); k * step <= hi + 1e-6 * step; k++) out.push([k * step, (k * step).toFixed(decimals).replace("-", "−")]);
+    for (let k = Math.ceil(lo / step - 1e-6) + 0; k * step <= hi + 1e-6 * step; k++) out.push([k * step, (k ? k * step : 0).toFixed(decimals).replace("-", "−")]);
     return out;
   };
   const LEFT = 48, RIGHT = 6, TOP = 20, BOTTOM = 32;
@@ -106,7 +106,7 @@
     const id = `clip${clip++}`;
     let s = `<svg viewBox="0 0 ${width} ${height}" width="${width}" height="${height}" role="img" aria-label="${label}"><clipPath id="${id}"><rect x="${LEFT}" y="${TOP - 2}" width="${width - LEFT - RIGHT}" height="${height - TOP - BOTTOM + 4}"/></clipPath>`;
     s += `<text class="axis" x="2" y="12">${label}</text><text class="axis" x="${width - RIGHT}" y="${height - 3}" text-anchor="end">time, s</text>`;
-    for (const [v, t] of ticks(lo, hi, (height - TOP - BOTTOM) / 34)) s += `<path class="grid" d="M${LEFT} ${n1(y(v))}H${width - RIGHT}"/><text class="tick" x="${LEFT - 4}" y="${n1(y(v) + 4)}" text-anchor="end">${t}</text>`;
+    for (const [v, t] of ticks(lo, hi, Math.max(3, (height - TOP - BOTTOM) / 34))) s += `<path class="grid" d="M${LEFT} ${n1(y(v))}H${width - RIGHT}"/><text class="tick" x="${LEFT - 4}" y="${n1(y(v) + 4)}" text-anchor="end">${t}</text>`;
     for (const [v, t] of ticks(view.from, view.to, width / 90)) {
       const x = LEFT + ((v - view.from) / (view.to - view.from)) * (width - LEFT - RIGHT);
       s += `<path class="grid" d="M${n1(x)} ${TOP}V${height - BOTTOM}"/><text class="tick" x="${n1(x)}" y="${height - BOTTOM + 14}" text-anchor="middle">${t}</text>`;
@@ -122,7 +122,7 @@
       const info = data.channels[k];
       const m = columns(l, c.m, inner), p = c.p.map((v) => columns(l, v, inner)), e = c.e.map((v) => columns(l, v, inner));
       html += `<h3>${info.name}</h3>`;
-      html += panel(`${info.name}, ${info.unit}`, 200, width, extent([m, ...p], Infinity, -Infinity), (y) =>
+      html += panel(`measured and modelled, ${info.unit}`, 200, width, extent([m, ...p], Infinity, -Infinity), (y) =>
         `<path class="fill-noise" d="${band(p[p.length - 1], y, 2 * info.noise)}"/><path class="line measured" d="${line(m, y)}"/>` +
         p.map((v, i) => `<path class="line ${classes[i]}" d="${line(v, y)}"/>`).join(""));
       html += panel(`error (measured − model), ${info.unit}`, 130, width, extent(e, -3 * info.noise, 3 * info.noise), (y) =>

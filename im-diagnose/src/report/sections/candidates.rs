@@ -97,14 +97,16 @@ fn alike(s: &Story) -> String {
         .flat_map(|a| (0..a).map(move |b| (a, b)))
         .map(|(a, b)| (scores[b].effect, scores[a].effect, cosine(&scores[a].signature, &scores[b].signature)))
         .collect();
-    // The leading ones, and all that resemble one of them.
-    let mut chosen: Vec<usize> = (0..scores.len().min(8)).collect();
-    for (k, x) in scores.iter().enumerate().skip(8) {
-        let near = |j: &usize| cosine(&x.signature, &scores[*j].signature) > 0.7;
-        if chosen.len() < 12 && chosen.iter().any(near) {
+    let mut near: Vec<_> = all.iter().filter(|x| x.2 > 0.8).collect();
+    near.sort_by(|a, b| b.2.total_cmp(&a.2));
+    // The leading ones, and those that are hard to tell apart.
+    let mut chosen: Vec<usize> = (0..scores.len().min(6)).collect();
+    for e in near.iter().flat_map(|x| [x.0, x.1]) {
+        if let Some(k) = scores.iter().position(|x| x.effect == e).filter(|k| chosen.len() < 12 && !chosen.contains(k)) {
             chosen.push(k);
         }
     }
+    chosen.sort_unstable();
     let n = chosen.len() as f64;
     let (left, cell) = (130.0, 230.0 / n);
     let height = 18.0 + n * cell;
@@ -117,7 +119,7 @@ fn alike(s: &Story) -> String {
         let name = short_effect_name(scores[a].effect);
         let _ = write!(
             picture,
-            r#"<text x="{}" y="{}" text-anchor="end" font-size="10.5">{}&#160;{}</text>"#,
+            r#"<text class="small" x="{}" y="{}" text-anchor="end">{}&#160;{}</text>"#,
             short(left - 4.0),
             short(y + 0.5 * cell + 4.0),
             escape(&name),
@@ -125,7 +127,7 @@ fn alike(s: &Story) -> String {
         );
         let _ = write!(
             picture,
-            r#"<text class="tick" x="{}" y="11" text-anchor="middle">{}</text>"#,
+            r#"<text class="tick small" x="{}" y="11" text-anchor="middle">{}</text>"#,
             short(left + (r as f64 + 0.5) * cell),
             r + 1
         );
@@ -147,21 +149,19 @@ fn alike(s: &Story) -> String {
                 escape(&short_effect_name(scores[b].effect)),
             );
             if r != c && v >= 0.3 {
-                let high = if v > 0.55 { " class=\"high\"" } else { "" };
+                let high = if v > 0.55 { "high" } else { "" };
+                let size = if cell > 24.0 { "small" } else { "tiny" };
                 let _ = write!(
                     picture,
-                    r#"<text{high} x="{}" y="{}" text-anchor="middle" font-size="{}">{}</text>"#,
+                    r#"<text class="{high} {size}" x="{}" y="{}" text-anchor="middle">{}</text>"#,
                     short(x + 0.5 * cell),
                     short(y + 0.5 * cell + 3.5),
-                    if cell > 24.0 { 10.5 } else { 9.0 },
                     format!("{v:.2}").trim_start_matches('0')
                 );
             }
         }
     }
     picture.push_str("</svg>");
-    let mut near: Vec<_> = all.iter().filter(|x| x.2 > 0.8).collect();
-    near.sort_by(|a, b| b.2.total_cmp(&a.2));
     let said = if near.is_empty() {
         "No two effects look alike in these recordings (all cosines below 0.8): whatever is missing can be named.".to_owned()
     } else {

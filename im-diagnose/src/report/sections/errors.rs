@@ -63,20 +63,21 @@ pub(crate) fn section(s: &Story) -> Section {
         id: "errors",
         short: "error",
         title: "The error, before and after".into(),
-        body: format!("<p>{said}</p>{key}<div class=\"grid2\">{picture}<div>{}</div></div>", error_table(&rows, s)),
+        body: format!("<p>{said}</p>{key}<div class=\"split\">{picture}<div>{}</div></div>", error_table(&rows, s)),
     }
 }
 
 /// Errors in units, per channel.
 fn error_table(rows: &[(String, Errors, Option<Errors>)], s: &Story) -> String {
     let channels = s.views.first().map(|v| &v.experiment.channels[..]).unwrap_or_default();
-    let mut head = vec!["signal".to_owned(), "step".to_owned()];
+    let mut head = vec!["step".to_owned()];
     head.push(format!("#{}, training", term("rmse", "rms error")));
     head.push("#held out".into());
     head.push(format!("#{}, held out", term("fit", "fit")));
     let mut body = Vec::new();
     for c in channels {
         let (name, unit) = channel_words(&c.name, c.kind);
+        body.push((false, vec![escape(&sentence(&name)).trim_end_matches('.').to_owned()]));
         for (k, (step, train, hold)) in rows.iter().enumerate() {
             let value = |e: Option<&Errors>| {
                 e.and_then(|e| e.rmse.get(&c.name)).map_or("–".into(), |x| format!("{}\u{a0}{unit}", number(*x, 3)))
@@ -86,21 +87,11 @@ fn error_table(rows: &[(String, Errors, Option<Errors>)], s: &Story) -> String {
                 .or(Some(train))
                 .and_then(|e| e.fit_percent.get(&c.name))
                 .map_or("–".into(), |x| format!("{}\u{a0}%", number(*x, 4)));
-            let first = if k == 0 { escape(&sentence(&name)).trim_end_matches('.').to_owned() } else { String::new() };
-            body.push((
-                k + 1 == rows.len() && rows.len() > 1,
-                vec![first, escape(step), value(Some(train)), value(hold.as_ref()), fit],
-            ));
+            body.push((k + 1 == rows.len() && rows.len() > 1, vec![escape(step), value(Some(train)), value(hold.as_ref()), fit]));
         }
         body.push((
             false,
-            vec![
-                String::new(),
-                term("noise", "sensor noise (σ)"),
-                format!("{}\u{a0}{unit}", number(c.sigma, 3)),
-                String::new(),
-                String::new(),
-            ],
+            vec![term("noise", "sensor noise (σ)"), format!("{}\u{a0}{unit}", number(c.sigma, 3)), String::new(), String::new()],
         ));
     }
     table(&head, &body)
@@ -117,16 +108,18 @@ pub(crate) fn waterfall(rows: &[Fall]) -> String {
         r#"<svg class="chart" viewBox="0 0 360 {}" role="img" aria-label="error in noise floors, step by step">"#,
         short(height)
     );
-    let floor = short(x(1.0));
+    let floor = x(1.0);
     let _ = write!(
         out,
-        r#"<path class="line floor" d="M{floor} 4L{floor} {b}"/><text class="tick" x="{floor}" y="{t}" text-anchor="middle">1 noise floor</text>"#,
-        b = short(height - 20.0),
-        t = short(height - 6.0)
+        r#"<path class="line floor" d="M{f} 18L{f} {b}"/><text class="tick" x="{t}" y="{y}">1: as good as the sensors can tell</text>"#,
+        f = short(floor),
+        b = short(height - 8.0),
+        t = short(floor + 4.0),
+        y = short(height - 6.0)
     );
     for (k, r) in rows.iter().enumerate() {
         let y = k as f64 * line;
-        let _ = write!(out, r#"<text x="{left}" y="{}" font-weight="600">{}</text>"#, short(y + 15.0), escape(&r.name));
+        let _ = write!(out, r#"<text class="strong over" x="{left}" y="{}">{}</text>"#, short(y + 15.0), escape(&r.name));
         let before = k.checked_sub(1).map(|j| &rows[j]);
         let bars =
             [("bar-train", Some(r.train), before.map(|b| b.train)), ("bar-hold", r.holdout, before.and_then(|b| b.holdout))];

@@ -3,7 +3,7 @@
 use super::super::page::{Section, figure, list};
 use super::super::story::{Story, dependence_words};
 use super::super::svg::{Axis, Chart};
-use super::super::words::{escape, number, sentence};
+use super::super::words::{escape, power_of_ten, sentence};
 use crate::leftover::{Dependence, Variable};
 
 /// Nothing where nothing is left.
@@ -25,7 +25,7 @@ pub(crate) fn section(s: &Story, unexplained: bool) -> Option<Section> {
     };
     let most = if unexplained { 6 } else { 2 };
     let charts: String = d.leftover.iter().take(most).map(chart).collect();
-    let hints = if unexplained { list(&hints(&d.leftover)) } else { String::new() };
+    let hints = if unexplained { list(&hints(&d.leftover, d.refined.machine.pole_pairs())) } else { String::new() };
     Some(Section {
         id: "left",
         short: "what is left",
@@ -58,12 +58,12 @@ fn chart(x: &Dependence) -> String {
     if !angle {
         chart.dots(&line, "refined");
     }
-    let chance = format!("Probability of chance: 10^−{}.", number(x.log_p, 2));
+    let chance = format!("Probability of chance: {}.", power_of_ten(-x.log_p));
     figure(&chart.finish(), &format!("{} {chance}", escape(&sentence(&dependence_words(x)))))
 }
 
 /// What such a dependence usually means.
-fn hints(left: &[Dependence]) -> Vec<String> {
+fn hints(left: &[Dependence], pole_pairs: u32) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
     let mut add = |t: &str| {
         if !out.iter().any(|x| x == t) {
@@ -75,9 +75,14 @@ fn hints(left: &[Dependence]) -> Vec<String> {
             Variable::RotorAngle(n) if n <= 3 => add(
                 "A low order of the rotor angle: unbalance, misalignment, an encoder mounted off its axis, or the load itself.",
             ),
-            Variable::RotorAngle(n) => add(&format!(
-                "{n} ripples per revolution: count the rotor bars and stator teeth, the gear's teeth, the blades of the fan; the order is theirs or a neighbour of it."
-            )),
+            Variable::RotorAngle(n) => {
+                let p = pole_pairs as i32;
+                add(&format!(
+                    "{n} ripples per revolution: seen from the flux an order of the rotor moves by the pole pairs, so look for {}, {n} or {} of something: rotor bars, stator teeth, gear teeth, fan blades, encoder marks.",
+                    n - p,
+                    n + p
+                ));
+            }
             Variable::CurrentAngle(n) if n % 6 == 0 || n == 5 || n == 7 => {
                 add("A sixth (fifth, seventh) order of the current's angle: switching of the inverter, or flux harmonics.")
             }

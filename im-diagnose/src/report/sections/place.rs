@@ -158,24 +158,19 @@ fn spectra(shown: &[Shown]) -> String {
         let mut sorted: Vec<f64> = ys().collect();
         sorted.sort_by(f64::total_cmp);
         let least = sorted.get(sorted.len() / 50).copied().unwrap_or(1e-6).max(most * 1e-6);
-        let end = first.points.last().map_or(1.0, |p| p[0]);
+        let (start, end) = (first.points.first().map_or(1.0, |p| p[0]), first.points.last().map_or(1.0, |p| p[0]));
         let mut chart = Chart::new(
             format!("spectrum of the {} error", q.name()),
-            Axis::new(0.0, end, "frequency, Hz"),
+            Axis::log(start, end, "frequency, Hz (log)"),
             Axis::log(least, most * 2.5, format!("amplitude, {} (log)", q.unit())),
         );
         for (x, class) in &all {
             chart.line(&x.points, &format!("{class} thin solid"));
         }
-        // Words only where they do not run into each other.
         let mut lines = first.lines.clone();
         lines.sort_by(|a, b| b.prominence.total_cmp(&a.prominence));
-        let mut placed: Vec<(f64, usize)> = Vec::new();
-        for l in lines.iter().take(5) {
-            let near = |row: usize| placed.iter().any(|(f, r)| *r == row && (f - l.frequency_hz).abs() < 0.2 * end);
-            let Some(row) = (0..4).find(|r| !near(*r)) else { continue };
-            placed.push((l.frequency_hz, row));
-            chart.mark(l.frequency_hz, &l.name, row, "mark-line");
+        for l in lines.iter().take(6) {
+            chart.mark(l.frequency_hz, &l.name, "mark-line");
         }
         let seen = if q == Quantity::Current { format!(" ({})", term("fluxframe", "seen from the flux")) } else { String::new() };
         let caption = format!(
