@@ -1,0 +1,114 @@
+//! Small simulated cases, one per verdict.
+
+use im_diagnose::case::Case;
+use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
+use im_diagnose::refine::Options;
+use im_model::machines::MOTULATOR_2_2_KW;
+use im_model::space_vector::unit;
+use im_model::{Bench, Complex, Drive, EffectId, Machine, MotorFile, ParameterId, Recording, State};
+
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        let mut u = || {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        };
+        (0..12).map(|_| u()).sum::<f64>() - 6.0
+    }
+}
+
+/// Fed by voltage over frequency with steps of flux and load; `ripple` amperes follow the rotor angle 26 times per turn.
+fn recording(machine: &Machine<f64>, name: &str, seed: u64, ripple: f64) -> Recording {
+    let t_s = 2e-4;
+    let mut noise = Noise(seed);
+    let mut bench = Bench::new(machine, State::default(), t_s);
+    let mut r = Recording {
+        name: name.into(),
+        start_s: 0.0,
+        sample_time_s: t_s,
+        u_s: Vec::new(),
+        i_s: Vec::new(),
+        omega_m: Vec::new(),
+        tau_load: Some(Vec::new()),
+    };
+    let mut theta = 0.0;
+    let swing = 0.6 + 0.2 * (seed % 3) as f64;
+    for k in 0..7_000 {
+        let t = f64::from(k) * t_s;
+        let f = (80.0 * t).min(35.0) + 6.0 * (swing * 9.0 * t).sin() * f64::from(t > 0.5);
+        theta += std::f64::consts::TAU * f * t_s;
+        let flux = if t % 0.5 < 0.25 { 1.0 } else { 1.2 };
+        let u = unit(theta) * ((10.0 + 6.3 * f) * flux);
+        let load = if (0.6..1.0).contains(&t) { 8.0 } else { 1.0 };
+        let out = bench.output();
+        let turn = unit(bench.state().theta_m * 26.0).re * ripple;
+        let psi = bench.state().psi_s;
+        let along = if psi.norm() > 1e-3 { psi / psi.norm() } else { Complex::new(0.0, 0.0) };
+        r.u_s.push(u);
+        r.i_s.push(out.i_s + along * turn + Complex::new(noise.next(), noise.next()) * 0.03);
+        r.omega_m.push(out.omega_m + 0.05 * noise.next());
+        r.tau_load.as_mut().unwrap().push(load);
+        bench.advance(&Drive::new(u, load));
+    }
+    r
+}
+
+fn answer(machine: &Machine<f64>, ripple: f64) -> Diagnosis {
+    let m = &MOTULATOR_2_2_KW;
+    let mut given = m.parameters();
+    given.stator_resistance_ohm *= 1.1;
+    given.rotor_resistance_ohm *= 0.93;
+    given.inertia_kg_m2 *= 1.1;
+    let motor = MotorFile {
+        name: "2.2 kW <test> & \"co\"".into(),
+        machine: Machine::base(given, m.pole_pairs).unwrap(),
+        rating: m.rating,
+    };
+    let train = [recording(machine, "first.csv", 1, ripple), recording(machine, "second.csv", 2, ripple)];
+    let holdout = recording(machine, "third.csv", 3, ripple);
+    let candidates =
+        vec![EffectId::MainFluxSaturation, EffectId::IronLoss, EffectId::CoulombFriction, EffectId::InverterNonlinearity];
+    let options = Options { candidates, ..Options::default() };
+    diagnose(Case::new(motor, &train, Some(&holdout)), options).unwrap()
+}
+
+fn base() -> Machine<f64> {
+    Machine::base(MOTULATOR_2_2_KW.parameters(), MOTULATOR_2_2_KW.pole_pairs).unwrap()
+}
+
+/// Saturation is missing.
+pub fn missing() -> Diagnosis {
+    let set = |k, v| (ParameterId::Effect(EffectId::MainFluxSaturation, k), v);
+    answer(&base().with(&[set(0, 0.5), set(1, 6.0)]).unwrap(), 0.0)
+}
+
+/// Nothing is missing.
+pub fn adequate() -> Diagnosis {
+    answer(&base(), 0.0)
+}
+
+/// Slotting, which the library does not hold.
+pub fn unexplained() -> Diagnosis {
+    answer(&base(), 0.4)
+}
+
+/// Two effects that explain the same: made from a clear case, since it is the words that are tested.
+pub fn confounded() -> Diagnosis {
+    let mut d = missing();
+    d.verdict = Verdict::Confounded;
+    d.alternatives[0] = vec![EffectId::IronLoss];
+    d
+}
+
+/// Recordings that show nothing of most effects: made likewise.
+pub fn inconclusive() -> Diagnosis {
+    let mut d = adequate();
+    d.verdict = Verdict::Inconclusive;
+    for c in &mut d.ranking {
+        c.detectable_size = 3.0 * c.usual_size;
+        c.conclusion = "not excited: these recordings cannot show it at any usual size".into();
+    }
+    d
+}

@@ -1,0 +1,5 @@
+//! The reports in words, as files, and in a browser.
+
+mod browser;
+mod cases;
+mod words;

@@ -1,0 +1,181 @@
+use im_diagnose::diagnosis::{Diagnosis, Verdict};
+use im_diagnose::report::{
+    Comparison, Meta, NextTest, ProfileTrace, SideBySide, compare_html, compare_terminal, html, side_by_side,
+    side_by_side_terminal, terminal, write,
+};
+
+use crate::cases;
+
+pub fn meta() -> Meta {
+    Meta {
+        program: "im 0.1.0".into(),
+        command: Some("im diagnose --motor motor.toml --train first.csv".into()),
+        seed: Some(7),
+        quality: Some(vec!["first.csv: current sensor clips at ±20 A in 12 rows".into()]),
+        next_test: Some(NextTest {
+            text: "Step the flux from half to full at no load.".into(),
+            settles: vec!["main-flux saturation against iron loss".into()],
+            profile: vec![ProfileTrace {
+                name: "flux".into(),
+                unit: "Vs".into(),
+                points: vec![[0.0, 0.5], [1.0, 0.5], [1.0, 1.0], [2.0, 1.0]],
+            }],
+        }),
+        ..Meta::default()
+    }
+}
+
+/// What every report must keep to.
+fn check(d: &Diagnosis, name: &str) -> (String, String) {
+    let page = html(d, &meta());
+    assert!(page.len() < 2_000_000, "{name}: {} bytes", page.len());
+    for foreign in ["http:", "https:", "src=", "@import", "url("] {
+        assert!(!page.replace("url(#", "").contains(foreign), "{name}: {foreign}");
+    }
+    for broken in ["NaN", ">inf", "_A<", "rad_s<", "\u{0}"] {
+        let seen = page.split("id=\"recordings\"").next().unwrap();
+        assert!(!seen.contains(broken), "{name}: {broken}");
+    }
+    assert!(page.contains("2.2 kW &lt;test&gt; &amp; &quot;co&quot;") && !page.contains("<test>"), "{name}: not escaped");
+    // Tooltips lead somewhere on paper too.
+    for key in page.split("href=\"#").skip(1).map(|s| s.split('"').next().unwrap()) {
+        assert!(page.contains(&format!("id=\"{key}\"")), "{name}: nothing at #{key}");
+    }
+    for width in [60, 100] {
+        let text = terminal(d, &meta(), width);
+        for line in text.lines() {
+            assert!(line.chars().count() <= width, "{name}: {line}");
+        }
+        assert!(!text.contains('\u{1b}') && !text.contains('\u{a0}') && !text.contains("NaN"), "{name}: {text}");
+    }
+    // Equal input, equal file.
+    assert_eq!(page, html(d, &meta()));
+    (page, terminal(d, &meta(), 100))
+}
+
+#[test]
+fn a_missing_effect_is_told_with_cause_certainty_and_refutation() {
+    let d = cases::missing();
+    assert_eq!(d.verdict, Verdict::MissingEffects, "{:?}", d.effects);
+    let (page, text) = check(&d, "missing");
+    assert!(page.contains("<h1>Main-flux saturation is missing from the model: adding it brings the held-out error from "));
+    for part in [
+        "How sure",
+        "where chance reaches",
+        "What would refute it",
+        "No-load flux steps or a slow voltage ramp",
+        "+ main-flux saturation",
+        "Saturation curve: magnetizing current over flux.",
+        "The next test",
+        "Step the flux from half to full at no load.",
+        "current sensor clips at ±20 A in 12 rows",
+        "hash of the data",
+        "base model refitted",
+        "look alike",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    let first = text.lines().find(|l| l.starts_with("Main-flux")).unwrap();
+    assert!(
+        first.starts_with("Main-flux saturation is missing from the model: adding it brings the held-out error from"),
+        "{first}"
+    );
+    for part in ["sure because:", "would refute:", "  + main-flux saturation", "added", "Next test", "Where the base model fails"]
+    {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+}
+
+#[test]
+fn a_clean_case_says_so_and_what_it_cannot_exclude() {
+    let d = cases::adequate();
+    assert_eq!(d.verdict, Verdict::Adequate, "{:?}", d.effects);
+    let (page, text) = check(&d, "adequate");
+    assert!(page.contains(
+        "<h1>Nothing is missing: with its parameters refitted the model explains the recordings down to the sensor noise"
+    ));
+    assert!(page.contains("No effect of the library is needed: no score is above its threshold."));
+    assert!(text.contains("Its error does not depend on anything that was looked at."), "{text}");
+}
+
+#[test]
+fn an_unexplained_case_shows_the_shape_of_what_is_left() {
+    let d = cases::unexplained();
+    assert_eq!(d.verdict, Verdict::Unexplained, "{:?} {:?}", d.verdict, d.effects);
+    let (page, text) = check(&d, "unexplained");
+    assert!(page.contains("<h1>Something is missing that the library of effects does not hold: the error in current along the flux depends on the rotor angle, 26 times per revolution (0.28"), "{}", text);
+    for part in [
+        "These are the shapes of what is missing",
+        "26 ripples per revolution",
+        "angle within one of 26 ripples per revolution, °",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(text.contains("What is left, and its shape"), "{text}");
+}
+
+#[test]
+fn rivals_are_told_as_a_set_with_the_test_between_them() {
+    let (page, text) = check(&cases::confounded(), "confounded");
+    assert!(page.contains("<h1>Something is missing that these recordings do not let us name alone: either main-flux saturation or iron loss. Adding any one of them brings"));
+    assert!(page.contains("Against iron loss: adds current in phase with the voltage"));
+    assert!(page.contains("could be this instead"));
+    assert!(text.contains("cannot be told apart"), "{text}");
+}
+
+#[test]
+fn an_inconclusive_case_names_the_tests_that_would_decide() {
+    let (page, text) = check(&cases::inconclusive(), "inconclusive");
+    assert!(page.contains("<h1>These recordings cannot decide: nothing is seen to be missing"));
+    assert!(page.contains("What would decide") && page.contains("What these recordings cannot show"));
+    assert!(page.contains("Slow reversals through standstill"));
+    assert!(text.contains("would decide: "), "{text}");
+}
+
+#[test]
+fn a_comparison_has_its_own_report() {
+    let d = cases::unexplained();
+    let c = Comparison::new(d.case.motor.clone(), d.case.train.clone());
+    assert!(c.total.chi2_per_sample > 10.0 && !c.findings().is_empty());
+    let page = compare_html(&c, &Meta::default());
+    assert!(
+        page.contains("The model misses the recordings by ") && page.contains("Where it fails") && !page.contains("Candidates")
+    );
+    assert!(page.len() < 2_000_000 && !page.contains("http:"));
+    let text = compare_terminal(&c, &Meta::default(), 80);
+    assert!(text.lines().all(|l| l.chars().count() <= 80) && text.contains("first.csv"), "{text}");
+}
+
+#[test]
+fn diagnoses_stand_side_by_side() {
+    let [a, b] = [cases::missing(), cases::adequate()].map(|d| d.to_json().to_string());
+    let both = [SideBySide::parse("before", &a).unwrap(), SideBySide::parse("after <repair>", &b).unwrap()];
+    let page = side_by_side(&both);
+    for part in ["They name different causes.", "after &lt;repair&gt;", "Main-flux saturation: exponent", "last against first"] {
+        assert!(page.contains(part), "{part}");
+    }
+    let text = side_by_side_terminal(&both, 100);
+    assert!(text.contains("missing effects") && text.lines().all(|l| l.chars().count() <= 100), "{text}");
+    assert!(SideBySide::parse("x", "{}").unwrap_err().contains("is this a diagnosis.json?"));
+    assert!(SideBySide::parse("x", "{").unwrap_err().starts_with("x: not JSON"));
+    // Files of others may lack anything.
+    let bare = [SideBySide::parse("bare", r#"{"schema": 1}"#).unwrap()];
+    assert!(side_by_side(&bare).contains("bare") && !side_by_side_terminal(&bare, 80).is_empty());
+}
+
+#[test]
+fn three_files_are_written_or_an_error_names_the_one() {
+    let d = cases::missing();
+    let dir = std::env::temp_dir().join(format!("im-diagnose-report-{}", std::process::id()));
+    let w = write(dir.join("out"), &d, &meta()).unwrap();
+    let answer: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&w.diagnosis).unwrap()).unwrap();
+    assert_eq!(answer["verdict"], "missing_effects");
+    let motor = im_model::MotorFile::read(&w.motor).unwrap();
+    assert!(motor.machine.effects().is_on(im_model::EffectId::MainFluxSaturation));
+    assert!(std::fs::read_to_string(&w.report).unwrap().ends_with("</html>\n"));
+    assert_eq!(std::fs::read_dir(dir.join("out")).unwrap().count(), 3);
+    std::fs::write(dir.join("file"), "").unwrap();
+    let e = write(dir.join("file"), &d, &meta()).unwrap_err().to_string();
+    assert!(e.contains("motor.refined.toml"), "{e}");
+    std::fs::remove_dir_all(&dir).unwrap();
+}
