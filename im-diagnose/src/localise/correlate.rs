@@ -88,7 +88,12 @@ fn one_memory(s: &Signals, q: Quantity) -> Option<Memory> {
     Some(Memory { quantity: q, points, chance, conclusion })
 }
 
-const SIGNALS: [(&str, fn(&Row, f64) -> f64); 8] = [
+/// What a signal is at a row and a time.
+type Signal = fn(&Row, f64) -> f64;
+/// What an error is at a row, where there is one.
+type Error = fn(&Row) -> Option<f64>;
+
+const SIGNALS: [(&str, Signal); 8] = [
     ("voltage, V", |r, _| r.voltage.norm()),
     ("flux, Vs", |r, _| r.flux.norm()),
     ("current, A", |r, _| r.current.norm()),
@@ -100,7 +105,7 @@ const SIGNALS: [(&str, fn(&Row, f64) -> f64); 8] = [
 ];
 
 pub(super) fn correlations(s: &Signals) -> Correlations {
-    let errors: [(&'static str, fn(&Row) -> Option<f64>); 3] = [
+    let errors: [(&'static str, Error); 3] = [
         ("current along the flux, A", |r| r.current_error.map(|e| (e * direction(r)).re)),
         ("current across the flux, A", |r| r.current_error.map(|e| (e * direction(r)).im)),
         ("speed, rad/s", |r| r.speed_error),

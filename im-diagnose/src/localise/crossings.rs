@@ -40,7 +40,7 @@ pub(super) fn crossings(s: &Signals) -> Option<Crossings> {
             // i_x = |i| sin(ζ): ζ = 0 at a rising crossing.
             let mut angle = (r.current.arg() - axis + FRAC_PI_2).rem_euclid(TAU);
             let mut sign = 1.0;
-            if angle >= FRAC_PI_2 && angle < 3.0 * FRAC_PI_2 {
+            if (FRAC_PI_2..3.0 * FRAC_PI_2).contains(&angle) {
                 angle -= PI;
                 sign = -1.0;
             } else if angle >= 3.0 * FRAC_PI_2 {
