@@ -57,13 +57,17 @@ pub(super) fn plane(s: &Signals, q: Quantity) -> Option<Plane> {
         sums.iter().map(|l| l.iter().map(|c| (c[0] >= LEAST).then(|| (c[1] / c[0]).sqrt())).collect()).collect();
     let (speed_edges, torque_edges) = (edges(w0, w1, COLUMNS), edges(t0, t1, LINES));
     let noise = q.noise(s);
-    let found =
-        || cells.iter().enumerate().flat_map(|(l, row)| row.iter().enumerate().filter_map(move |(c, x)| x.map(|x| (x, l, c))));
-    let (worst, l, c) = found().max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let least = found().map(|x| x.0).fold(f64::INFINITY, f64::min);
+    // Cells with few rows are shown, but nothing is said of them: the root mean square of n rows strays by 1/√(2n).
+    let firm = || {
+        let all = sums.iter().enumerate().flat_map(|(l, row)| row.iter().enumerate().map(move |(c, x)| (x, l, c)));
+        all.filter(|(x, ..)| x[0] >= 2.0 * LEAST).map(|(x, l, c)| ((x[1] / x[0]).sqrt(), x[0], l, c))
+    };
+    let (worst, rows, l, c) = firm().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let least = firm().map(|x| x.0).fold(f64::INFINITY, f64::min);
+    let floor = noise * (1.2 + 4.0 / (2.0 * rows).sqrt());
     let (name, unit) = (q.name(), q.unit());
-    let flat = worst < 1.3 * least || worst < 1.2 * noise;
-    let conclusion = if worst < 1.2 * noise {
+    let flat = worst < 1.3 * least || worst < floor;
+    let conclusion = if worst < floor {
         format!("the {name} error is at the noise floor ({} {unit}) at every speed and torque", say(noise))
     } else if flat {
         format!("the {name} error is much the same at every speed and torque ({} to {} {unit})", say(least), say(worst))

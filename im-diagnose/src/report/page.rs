@@ -186,13 +186,18 @@ pub(crate) fn page(title: &str, top: &str, sections: &[Section], data: Option<&s
     let data = data.map_or(String::new(), |d| {
         format!(r#"<script type="application/json" id="recordings">{}</script>"#, d.replace("</", "<\\/"))
     });
+    let words = if used.is_empty() {
+        String::new()
+    } else {
+        format!(r#"<section id="glossary"><h2>Words</h2><dl class="gloss">{used}</dl></section>"#)
+    };
     format!(
         r#"<!DOCTYPE html>
 <html lang="en" data-theme="light"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'">
 <title>{}</title><style>{STYLE}</style></head>
 <body><main>{top}<nav class="no-print" aria-label="Contents">{contents}</nav>{body}
-<section id="glossary"><h2>Words</h2><dl class="gloss">{used}</dl></section></main>{data}<script>{SCRIPT}</script></body></html>
+{words}</main>{data}<script>{SCRIPT}</script></body></html>
 "#,
         escape(title)
     )

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use im_model::EffectId;
 use serde_json::Value;
 
-use super::page::{Section, figure, legend, page, table};
+use super::page::{Section, figure, legend, page, table, term};
 use super::sections::{Fall, head, waterfall};
 use super::terminal::Text;
 use super::words::{channel_name, escape, floors, interval, number, percent_change, quantity, sentence, short_effect_name};
@@ -139,8 +139,11 @@ fn verdict_rows(all: &[SideBySide]) -> Vec<Vec<String>> {
 }
 
 fn parameter_rows(all: &[SideBySide], compare: bool) -> Vec<Vec<String>> {
-    keys(all, |x| &x.diagnosis["parameters"])
-        .iter()
+    // The base parameters first, in their usual order; JSON does not keep it.
+    let order = |key: &String| im_model::BaseParameter::ALL.iter().position(|p| p.key() == key).unwrap_or(usize::MAX);
+    let mut keys = keys(all, |x| &x.diagnosis["parameters"]);
+    keys.sort_by(|a, b| order(a).cmp(&order(b)).then(a.cmp(b)));
+    keys.iter()
         .map(|key| {
             let mut row = vec![parameter_words(key)];
             let values: Vec<_> = all.iter().map(|x| x.parameter(key)).collect();
@@ -195,8 +198,17 @@ fn sentence_if_first(c: &str, first: bool) -> String {
     if first { sentence(c).trim_end_matches('.').to_owned() } else { c.to_owned() }
 }
 
+/// Labels without the folders that all of them share.
+fn relabelled(all: &[SideBySide]) -> Vec<SideBySide> {
+    let parts: Vec<Vec<&str>> = all.iter().map(|x| x.label.split('/').collect()).collect();
+    let most = parts.iter().map(|p| p.len() - 1).min().unwrap_or(0);
+    let shared = (0..most).take_while(|&k| parts.iter().all(|p| p[k] == parts[0][k])).count();
+    all.iter().zip(&parts).map(|(x, p)| SideBySide { label: p[shared..].join("/"), diagnosis: x.diagnosis.clone() }).collect()
+}
+
 /// The page.
 pub fn side_by_side(all: &[SideBySide]) -> String {
+    let all = &relabelled(all)[..];
     let top = format!("{}<h1>{}</h1>", head("Diagnoses side by side", ""), escape(&said(all)));
     let names = |first: &str, last: Option<&str>| {
         std::iter::once(first.to_owned())
@@ -209,8 +221,11 @@ pub fn side_by_side(all: &[SideBySide]) -> String {
         .filter(|x| !x.falls().is_empty())
         .map(|x| figure(&waterfall(&x.falls()), &format!("<b>{}</b>: {}", escape(&x.label), escape(&x.verdict()))))
         .collect();
-    let key =
-        legend(&[("bar-train", "training".into()), ("bar-hold", "held out".into()), ("gone", "removed by this step".into())]);
+    let key = legend(&[
+        ("bar-train", term("train", "training")),
+        ("bar-hold", term("holdout", "held out")),
+        ("gone", "removed by this step".into()),
+    ]);
     let two = (all.len() > 1).then_some("last against first");
     let sections = [
         Section {
@@ -223,7 +238,10 @@ pub fn side_by_side(all: &[SideBySide]) -> String {
             id: "errors",
             short: "error",
             title: "How the error fell".into(),
-            body: format!("{key}<div class=\"grid2\">{falls}</div>"),
+            body: format!(
+                "<p>In {}, on a logarithmic scale.</p>{key}<div class=\"grid2\">{falls}</div>",
+                term("floor", "noise floors")
+            ),
         },
         Section {
             id: "parameters",
@@ -243,6 +261,7 @@ pub fn side_by_side(all: &[SideBySide]) -> String {
 
 /// The same for a terminal.
 pub fn side_by_side_terminal(all: &[SideBySide], width: usize) -> String {
+    let all = &relabelled(all)[..];
     let mut out = Text { width: width.clamp(40, 100), lines: Vec::new() };
     out.paragraph("", &said(all));
     let right: Vec<bool> = std::iter::once(false).chain(all.iter().map(|_| true)).collect();

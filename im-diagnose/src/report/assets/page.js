@@ -50,7 +50,7 @@
   };
   const ticks = (lo, hi, wanted) => {
     const rough = (hi - lo) / wanted, power = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 5, 10].map((k) => k * power).find((s) => s >= rough);
+    const step = [10, 5, 2, 1].map((k) => k * power).find((s) => s <= 1.4 * rough);
     const out = [], decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
     for (let k = Math.ceil(lo / step - 1e-6) + 0; k * step <= hi + 1e-6 * step; k++) out.push([k * step, (k ? k * step : 0).toFixed(decimals).replace("-", "−")]);
     return out;
@@ -109,7 +109,7 @@
     for (const [v, t] of ticks(lo, hi, Math.max(3, (height - TOP - BOTTOM) / 34))) s += `<path class="grid" d="M${LEFT} ${n1(y(v))}H${width - RIGHT}"/><text class="tick" x="${LEFT - 4}" y="${n1(y(v) + 4)}" text-anchor="end">${t}</text>`;
     for (const [v, t] of ticks(view.from, view.to, width / 90)) {
       const x = LEFT + ((v - view.from) / (view.to - view.from)) * (width - LEFT - RIGHT);
-      s += `<path class="grid" d="M${n1(x)} ${TOP}V${height - BOTTOM}"/><text class="tick" x="${n1(x)}" y="${height - BOTTOM + 14}" text-anchor="middle">${t}</text>`;
+      s += `<path class="grid" d="M${n1(x)} ${TOP}V${height - BOTTOM}"/><text class="tick" x="${n1(Math.min(x, width - 12))}" y="${height - BOTTOM + 14}" text-anchor="middle">${t}</text>`;
     }
     return s + `<g clip-path="url(#${id})">${body(y)}</g><path class="cursor" d=""/><rect class="select" y="${TOP}" height="${height - TOP - BOTTOM}" width="0"/></svg>`;
   };
