@@ -337,6 +337,9 @@ fn ranking(loop_: &Refinement, course: &Course, significance: f64) -> Vec<Candid
         .collect()
 }
 
+/// Least gain, in noise floors, of a candidate that hints at an effect too small to be confirmed.
+const HINT: f64 = 0.003;
+
 /// Excess over the noise floor below which a model is as good as its sensors.
 const NEGLIGIBLE: f64 = 0.1;
 
@@ -391,7 +394,8 @@ fn verdict(course: &Course, ranking: &[Candidate], leftover: &[Dependence], floo
     let unexcited = ranking.iter().filter(|c| c.detectable_size > c.usual_size).count();
     // A candidate that fits better than chance allows, yet gains too little to be confirmed.
     let first = &course.models[0];
-    let hinted = course.rounds.iter().flat_map(|r| &r.trials).any(|t| likelier(first, &t.model, ranking.len()));
+    let gains = |m: &Model| first.train() - m.train() > HINT && likelier(first, m, ranking.len());
+    let hinted = course.rounds.iter().flat_map(|r| &r.trials).any(|t| gains(&t.model));
     if 3 * unexcited > ranking.len() || hinted { Verdict::Inconclusive } else { Verdict::Adequate }
 }
 

@@ -8,7 +8,7 @@ use im_tests::hidden::{Case, EffectKind, Noise, Strength};
 fn a_strong_effect_is_named_alone() {
     use EffectKind as E;
     for (machine, kind) in [(6, E::MainFluxSaturation), (10, E::IronLoss), (3, E::CoulombFriction), (4, E::RotorAsymmetry)] {
-        let o = run(&Case::new(machine, &[(kind, Strength::Strong)], 11)).unwrap();
+        let o = run(&Case::new(machine, &[(kind, Strength::Strong)], 100)).unwrap();
         assert!(o.exact(), "{}: {:?} {:?}", kind.name(), o.verdict, o.named);
         assert!(o.holdout.1 < 1.15, "{}: held out {:?}", kind.name(), o.holdout);
     }

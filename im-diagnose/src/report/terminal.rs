@@ -62,7 +62,8 @@ pub(super) struct Text {
 
 impl Text {
     pub fn line(&mut self, t: &str) {
-        self.lines.push(t.chars().take(self.width).collect());
+        let fits = t.chars().count() <= self.width;
+        self.lines.push(if fits { t.to_owned() } else { t.chars().take(self.width - 1).chain(['…']).collect() });
     }
 
     pub fn gap(&mut self) {
@@ -86,7 +87,7 @@ impl Text {
     }
 
     pub fn table(&mut self, rows: &[Vec<String>], right: &[bool]) {
-        for l in columns(rows, right, 34) {
+        for l in columns(rows, right, 52.min(self.width / 2)) {
             self.line(&format!("  {}", l.replace('\u{a0}', " ")));
         }
     }
@@ -197,20 +198,17 @@ fn leftover(out: &mut Text, d: &Diagnosis) {
 
 fn candidates(out: &mut Text, d: &Diagnosis) {
     out.heading("Candidates (before anything was added)");
-    let mut table =
-        vec![["effect", "score", "threshold", "size", "detectable", "keep", "conclusion"].map(str::to_owned).to_vec()];
+    let mut table = vec![["effect", "score", "threshold", "size", "conclusion"].map(str::to_owned).to_vec()];
     for c in d.ranking.iter().take(6) {
         table.push(vec![
             short_effect_name(c.effect),
             number(c.score, 3),
             number(c.threshold, 2),
             quantity(c.predicted_size, c.unit, 2),
-            quantity(c.detectable_size, c.unit, 2),
-            format!("{} %", number(100.0 * c.keep, 2)),
             c.conclusion.clone(),
         ]);
     }
-    out.table(&table, &[false, true, true, true, true, true, false]);
+    out.table(&table, &[false, true, true, true, false]);
     if d.ranking.len() > 6 {
         out.line(&format!("  … and {} more", d.ranking.len() - 6));
     }

@@ -93,6 +93,9 @@ pub fn percent_change(before: f64, after: f64) -> String {
     if !p.is_finite() {
         return "new".into();
     }
+    if p.abs() < 0.05 {
+        return "±0\u{a0}%".into();
+    }
     let text = if p.abs() >= 10.0 { format!("{p:+.0}") } else { format!("{p:+.1}") };
     format!("{}\u{a0}%", text.replace('-', "−"))
 }
