@@ -113,7 +113,7 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
     let mut sections = vec![Section { id: "errors", short: "error", title: "The error".into(), body: table(&table_head, &rows) }];
     let models = overlay::models(&c.shown);
     let mut data = None;
-    if let Some(w) = c.shown[0].place.worst.as_ref().filter(|_| !c.views.is_empty()) {
+    if let Some(w) = &overlay::worst(&c.views) {
         let body = overlay::body(&c.views, &models, w);
         sections.push(Section { id: "overlay", short: "signals", title: "Measured and modelled, over time".into(), body });
         data = Some(overlay::data(&c.views, &models, w));

@@ -136,6 +136,43 @@ fn worst_tenth(view: &View, w: &Window) -> [f64; 2] {
     [(from + at) as f64 * t, (from + at + n) as f64 * t]
 }
 
+/// The second (or the whole of a shorter run) with the largest error of the first model.
+pub(crate) fn worst(views: &[View]) -> Option<Window> {
+    let mut best: Option<Window> = None;
+    let (mut rows, mut total) = (0.0, 0.0);
+    for (run, v) in views.iter().enumerate() {
+        let e = &v.experiment;
+        let channels: Vec<_> = e.channels.iter().zip(&v.predictions[0]).collect();
+        let squared: Vec<f64> = (0..e.len())
+            .map(|k| {
+                let used = channels.iter().filter(|(c, _)| c.is_valid(k));
+                let (n, sum) = used.fold((0.0, 0.0), |(n, s), (c, p)| (n + 1.0, s + ((c.values[k] - p[k]) / c.sigma).powi(2)));
+                if n > 0.0 { sum / n } else { 0.0 }
+            })
+            .collect();
+        if squared.is_empty() {
+            continue;
+        }
+        rows += squared.len() as f64;
+        total += squared.iter().sum::<f64>();
+        let n = ((1.0 / e.sample_time_s).round() as usize).clamp(1, squared.len());
+        let mut sum: f64 = squared[..n].iter().sum();
+        let (mut at, mut most) = (0, sum);
+        for k in n..squared.len() {
+            sum += squared[k] - squared[k - n];
+            if sum > most {
+                (at, most) = (k + 1 - n, sum);
+            }
+        }
+        let level = (most / n as f64).max(0.0).sqrt();
+        if best.as_ref().is_none_or(|b| level > b.level) {
+            let t = |k: usize| k as f64 * e.sample_time_s;
+            best = Some(Window { run, name: e.name.clone(), from_s: t(at), to_s: t(at + n), level, average: 0.0 });
+        }
+    }
+    best.map(|b| Window { average: (total / f64::max(rows, 1.0)).sqrt(), ..b })
+}
+
 /// The JSON that the page's script reads.
 pub(crate) fn data(views: &[View], models: &Models, worst: &Window) -> String {
     let names: Vec<String> = views.iter().map(label).collect();
@@ -247,7 +284,7 @@ pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> String {
         )
     };
     format!(
-        r#"<p>The worst second is {} s to {} s of {}: the error there is {} times the noise, against {} times over all training recordings. Drag across a picture to zoom, double-click to zoom out; with the picture in focus the keys ←, →, + and − work too.</p>{guided}
+        r#"<p>The worst second is {} s to {} s of {}: the error there is {} times the noise, against {} times over all recordings. Drag across a picture to zoom, double-click to zoom out; with the picture in focus the keys ←, →, + and − work too.</p>{guided}
 {}<div class="tools no-print" id="runs">{runs}</div><div class="tools no-print">{zoom}</div><p><b id="span"></b></p>
 <div class="zoom" id="zoom" tabindex="0" aria-label="Measured and modelled signals over time">{}</div><output class="read" id="read">Move over a picture to read the values.</output>"#,
         number(worst.from_s, 3),

@@ -87,7 +87,7 @@ impl Text {
     }
 
     pub fn table(&mut self, rows: &[Vec<String>], right: &[bool]) {
-        for l in columns(rows, right, 52.min(self.width / 2)) {
+        for l in columns(rows, right, 34) {
             self.line(&format!("  {}", l.replace('\u{a0}', " ")));
         }
     }

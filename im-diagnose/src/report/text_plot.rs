@@ -43,12 +43,14 @@ pub(crate) fn wrapped(text: &str, width: usize, indent: usize) -> String {
     out
 }
 
-/// A table in columns; `right` marks columns of numbers. Cells longer than `most` are cut.
+/// A table in columns; `right` marks columns of numbers. Cells longer than `most` are cut, but for those of the last column.
 pub(crate) fn columns(rows: &[Vec<String>], right: &[bool], most: usize) -> Vec<String> {
     let cut = |s: &str| {
         if s.chars().count() > most { s.chars().take(most - 1).chain(['…']).collect() } else { s.to_owned() }
     };
-    let rows: Vec<Vec<String>> = rows.iter().map(|r| r.iter().map(|c| cut(c)).collect()).collect();
+    let last = right.len().saturating_sub(1);
+    let rows: Vec<Vec<String>> =
+        rows.iter().map(|r| r.iter().enumerate().map(|(k, c)| if k == last { c.clone() } else { cut(c) }).collect()).collect();
     let widths: Vec<usize> =
         (0..right.len()).map(|k| rows.iter().filter_map(|r| r.get(k)).map(|c| c.chars().count()).max().unwrap_or(0)).collect();
     rows.iter()

@@ -107,6 +107,7 @@ fn pages_zoom_tell_values_overflow_nowhere_and_ask_for_nothing() {
         ("confounded", html(&cases::confounded(), &meta())),
         ("inconclusive", html(&cases::inconclusive(), &meta())),
         ("comparison", compare_html(&compared, &Meta::default())),
+        ("diverging", compare_html(&cases::diverging(), &Meta::default())),
         ("side by side", side_by_side(&both)),
     ];
     for (name, page) in &pages {

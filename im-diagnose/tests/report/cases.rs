@@ -3,6 +3,7 @@
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
 use im_diagnose::refine::Options;
+use im_diagnose::report::Comparison;
 use im_model::machines::MOTULATOR_2_2_KW;
 use im_model::space_vector::unit;
 use im_model::{Bench, Complex, Drive, EffectId, Machine, MotorFile, ParameterId, Recording, State};
@@ -111,4 +112,15 @@ pub fn inconclusive() -> Diagnosis {
         c.conclusion = "not excited: these recordings cannot show it at any usual size".into();
     }
     d
+}
+
+/// A model whose simulation is not finite, and a channel without a usable row.
+pub fn diverging() -> Comparison {
+    let d = adequate();
+    let mut e = d.case.train.clone();
+    for run in &mut e {
+        run.u_s.iter_mut().for_each(|u| *u *= 1e200);
+    }
+    e[1].channels[0].valid = Some(vec![false; e[1].len()]);
+    Comparison::new(d.case.motor.clone(), e)
 }

@@ -147,6 +147,15 @@ fn a_comparison_has_its_own_report() {
 }
 
 #[test]
+fn a_model_that_diverges_gets_a_report_too() {
+    let c = cases::diverging();
+    let page = compare_html(&c, &Meta::default());
+    assert!(page.contains("The simulation of this model diverges on these recordings"), "{}", c.total.chi2_per_sample);
+    assert!(!page.split("id=\"recordings\"").next().unwrap().contains("NaN"));
+    assert!(!compare_terminal(&c, &Meta::default(), 80).contains("NaN"));
+}
+
+#[test]
 fn diagnoses_stand_side_by_side() {
     let [a, b] = [cases::missing(), cases::adequate()].map(|d| d.to_json().to_string());
     let both = [SideBySide::parse("before", &a).unwrap(), SideBySide::parse("after <repair>", &b).unwrap()];

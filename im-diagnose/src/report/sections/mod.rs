@@ -18,11 +18,8 @@ use crate::diagnosis::Verdict;
 pub(super) fn whole(s: &Story) -> String {
     let mut sections = vec![errors::section(s)];
     let models = overlay::models(&s.shown);
-    let worst = s.base().place.worst.clone();
     let mut data = None;
-    if let Some(w) = &worst
-        && !s.views.is_empty()
-    {
+    if let Some(w) = &overlay::worst(&s.views) {
         sections.push(Section {
             id: "overlay",
             short: "signals",
