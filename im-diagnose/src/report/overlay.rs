@@ -308,7 +308,7 @@ fn still(v: &View, models: &Models, w: &Window) -> String {
         let all = m.iter().chain(p.iter().flatten()).copied();
         let x = Axis::new(w.from_s, w.to_s, "time, s");
         let mut chart =
-            Chart::new(format!("{name} over time"), x, Axis::around(all, format!("{name}, {unit}"))).sized(720.0, 220.0);
+            Chart::new(format!("{name} over time"), x, Axis::around(all, format!("{name}, {unit}"))).sized(440.0, 170.0);
         chart.line(&line(&m), "measured");
         for (p, (_, class)) in p.iter().zip(models) {
             chart.line(&line(p), class);
