@@ -1,6 +1,6 @@
 //! What is to be explained: a motor as its papers give it, recordings to learn from, and one held out.
 
-use im_identify::offline::{Experiment, Start};
+use im_identify::offline::{Experiment, guess_start};
 use im_model::{Machine, MotorFile, Recording, State};
 
 use crate::noise::white_sigma;
@@ -23,7 +23,7 @@ impl Case {
         let mut case = Self { motor, train: train.iter().map(experiments).collect(), holdout: holdout.map(experiments) };
         case.estimate_noise();
         for e in case.train.iter_mut().chain(&mut case.holdout) {
-            e.start = start_of(e);
+            e.start = guess_start(e);
         }
         case
     }
@@ -85,10 +85,4 @@ impl Case {
 
 fn valid_values(c: &im_identify::offline::Channel) -> Vec<f64> {
     c.values.iter().enumerate().filter(|(k, _)| c.is_valid(*k)).map(|(_, v)| *v).collect()
-}
-
-/// At rest when the first measurements are within the noise of zero.
-fn start_of(e: &Experiment) -> Start {
-    let _ = e;
-    Start::Rest
 }

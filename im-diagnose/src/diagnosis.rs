@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::case::Case;
 use crate::leftover::{Dependence, dependences};
-use crate::refine::{Course, Model, Options, Refinement, cosine, mean_square, pulled};
+use crate::refine::{Course, Model, Options, Refinement, UNSTABLE, cosine, judged, mean_square, pulled};
 use crate::score::{strengths, threshold};
 
 /// What the data say.
@@ -60,6 +60,8 @@ pub struct Step {
     pub machine: Machine<f64>,
     /// Initial states of the training recordings.
     pub starts: Vec<State<f64>>,
+    /// Initial state of the held-out recording.
+    pub holdout_start: Option<State<f64>>,
     /// Error on the training recordings.
     pub train: Errors,
     /// Error on the held-out recording.
@@ -211,29 +213,21 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     })
 }
 
-/// The recordings as steps are judged on them. Voltage replayed without the drive that made it can be unstable (a slow, loaded machine
-/// falls out of step on the slightest difference); on such recordings every step is judged with the speed drawn towards the measured
-/// one, on all others without help.
+/// The recordings as steps are judged on them ([`judged`]): the same for all steps.
 struct Judged {
     train: Vec<Experiment>,
     holdout: Option<Experiment>,
 }
 
-/// How much worse the final model may be without help before a recording counts as unstable.
-const UNSTABLE: f64 = 1.2;
-
 impl Judged {
-    /// Recordings that `machine` can follow unaided, to within `factor` of its aided error, stay unaided.
     fn new(loop_: &Refinement, machine: &Machine<f64>, starts: &[State<f64>], factor: f64) -> Self {
-        let judged = |e: &Experiment, x: &State<f64>| {
-            let aided = pulled(std::slice::from_ref(e)).remove(0);
-            let stable = mean_square(machine, e, x) <= factor * mean_square(machine, &aided, x);
-            if stable { e.clone() } else { aided }
-        };
         let case = loop_.case();
         Self {
-            train: case.train.par_iter().zip(starts).map(|(e, x)| judged(e, x)).collect(),
-            holdout: case.holdout.as_ref().map(|h| judged(h, &h.start.state())),
+            train: case.train.par_iter().zip(starts).map(|(e, x)| judged(e, machine, x, factor)).collect(),
+            holdout: case.holdout.as_ref().map(|h| {
+                let aided = pulled(std::slice::from_ref(h));
+                judged(h, machine, &loop_.starts(machine, &aided)[0], factor)
+            }),
         }
     }
 }
@@ -246,10 +240,13 @@ fn step(loop_: &Refinement, model: &Model, refit: &Judged, judged: &Judged) -> S
         Ok(f) if mean_square_all(&f.machine, loop_.pulled(), &f.starts) < 1.2 * model.train() => (f.machine, f.starts),
         _ => (model.fit.machine, model.fit.starts.clone()),
     };
+    let held = judged.holdout.as_slice();
+    let held_starts = loop_.starts(&machine, held);
     Step {
         effects: model.effects.clone(),
         train: errors(&machine, &judged.train, &starts),
-        holdout: judged.holdout.as_ref().map(|h| errors(&machine, std::slice::from_ref(h), &[h.start.state()])),
+        holdout: (!held.is_empty()).then(|| errors(&machine, held, &held_starts)),
+        holdout_start: held_starts.first().copied(),
         machine,
         starts,
     }

@@ -89,12 +89,8 @@ pub fn dependences(machine: &Machine<f64>, starts: &[State<f64>], experiments: &
     let noise = whiteners(experiments, &raw);
     let mut series = Series::default();
     for ((e, x), (raw, noise)) in experiments.iter().zip(starts).zip(raw.iter().zip(&noise)) {
-        let find = |kind| e.channels.iter().position(|c| c.kind == kind);
-        let current = |direction_rad| find(ChannelKind::Current { direction_rad });
-        let (Some(a), Some(b)) = (current(0.0), current(std::f64::consts::FRAC_PI_2)) else { continue };
         let white: Vec<Vec<f64>> = raw.iter().zip(noise).map(|(r, w)| w.apply(r)).collect();
-        let speed = find(ChannelKind::Speed);
-        series.add(machine, e, x, [a, b], speed, raw, &white);
+        series.add(machine, e, x, raw, &white);
     }
     series.find()
 }
@@ -111,17 +107,8 @@ struct Series {
 }
 
 impl Series {
-    #[allow(clippy::too_many_arguments)]
-    fn add(
-        &mut self,
-        machine: &Machine<f64>,
-        e: &Experiment,
-        start: &State<f64>,
-        [a, b]: [usize; 2],
-        speed: Option<usize>,
-        raw: &[Vec<f64>],
-        white: &[Vec<f64>],
-    ) {
+    fn add(&mut self, machine: &Machine<f64>, e: &Experiment, start: &State<f64>, raw: &[Vec<f64>], white: &[Vec<f64>]) {
+        let speed = e.channels.iter().position(|c| c.kind == ChannelKind::Speed);
         let mut bench = Bench::new(machine, *start, e.sample_time_s);
         for k in 0..e.len() {
             let x = *bench.state();
@@ -129,9 +116,9 @@ impl Series {
             let psi = currents.psi_m;
             let direction = if psi.norm() > 1e-6 { psi.conj() / psi.norm() } else { Complex::new(1.0, 0.0) };
             let turned = |r: &[Vec<f64>], weigh: bool| {
-                let s = |c: usize| if weigh { e.channels[c].sigma } else { 1.0 };
-                let i = Complex::new(r[a][k] * s(a), r[b][k] * s(b)) * direction;
-                [i.re, i.im, speed.map_or(0.0, |c| r[c][k] * s(c))]
+                let value = |c: usize| r[c][k] * if weigh { e.channels[c].sigma } else { 1.0 };
+                let i = e.current_vector(k, value).unwrap_or_default() * direction;
+                [i.re, i.im, speed.filter(|&c| e.channels[c].is_valid(k)).map_or(0.0, value)]
             };
             // ω_slip = R_r Im(i_r ψ̄_r)/|ψ_r|² is the slip of the rotor flux.
             let flux2 = x.psi_r.norm_sqr().max(1e-6);

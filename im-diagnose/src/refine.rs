@@ -1,7 +1,8 @@
 //! The loop: fit, score, refit the leading candidates, add, drop, swap, validate, decide.
 
 use im_identify::offline::{
-    ChannelKind, Experiment, Fit, FitError, FitOptions, Free, base_parameters, effect_parameters, fit, residuals,
+    ChannelKind, Experiment, Fit, FitError, FitOptions, Free, Start, base_parameters, effect_parameters, fit, residuals,
+    start_on, start_parameters,
 };
 use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
@@ -121,12 +122,28 @@ impl Refinement {
         let base = machine.with_effects(effects)?;
         case.estimate_noise();
         let mut me = Self { pulled: pulled(&case.train), case, options, rating, base, candidates };
+        me.start_from(&me.starts(&me.base, &me.pulled));
         let first = me.model(&me.base, &[], &FitOptions { tolerance: 1e-5, ..FitOptions::default() })?;
         // The voltage's own roughness shows in the currents: only in the residual is the roughness all noise.
         me.case.set_noise_from(&first.fit.machine, &first.fit.starts, &me.pulled);
-        me.pulled = pulled(&me.case.train);
+        me.start_from(&first.fit.starts);
         let model = me.model(&first.fit.machine, &[], &FitOptions::near())?;
         Ok((me, model))
+    }
+
+    /// The states from which `machine` follows experiments best: those known, or fitted to the first second.
+    pub fn starts(&self, machine: &Machine<f64>, experiments: &[Experiment]) -> Vec<State<f64>> {
+        experiments.par_iter().map(|e| start_on(machine, e, &self.rating)).collect()
+    }
+
+    /// Takes `starts` as the estimates of those that are not known.
+    fn start_from(&mut self, starts: &[State<f64>]) {
+        for (e, x) in self.case.train.iter_mut().zip(starts) {
+            if let Start::Estimated(guess) = &mut e.start {
+                *guess = *x;
+            }
+        }
+        self.pulled = pulled(&self.case.train);
     }
 
     /// Takes the root mean square of a model's residuals as the noise of each channel: right when nothing in them has a cause.
@@ -163,26 +180,27 @@ impl Refinement {
         effects: &[EffectId],
         options: &FitOptions,
     ) -> Result<Fit, FitError> {
-        fit(machine, experiments, &self.free(machine, effects), options)
+        fit(machine, experiments, &self.free(machine, effects, experiments), options)
     }
 
-    fn free(&self, machine: &Machine<f64>, effects: &[EffectId]) -> Vec<Free> {
+    fn free(&self, machine: &Machine<f64>, effects: &[EffectId], experiments: &[Experiment]) -> Vec<Free> {
         let mut free = base_parameters();
         let own: Vec<EffectId> = self.base.effects().active().collect();
         for &e in own.iter().chain(effects) {
             free.extend(effect_parameters(e, machine, &self.rating));
         }
+        free.extend(start_parameters(experiments, &self.rating));
         free
     }
 
     /// Fits `effects` from `machine`.
     pub fn model(&self, machine: &Machine<f64>, effects: &[EffectId], options: &FitOptions) -> Result<Model, FitError> {
-        let fit = fit(machine, &self.pulled, &self.free(machine, effects), options)?;
+        let fit = self.fit_to(&self.pulled, machine, effects, options)?;
         let r: Vec<_> = self.pulled.iter().zip(&fit.starts).map(|(e, x)| residuals(&fit.machine, e, x)).collect();
         let evidence = evidence(&self.pulled, &r);
         let holdout = self.case.holdout.as_ref().map(|h| {
             let h = &pulled(std::slice::from_ref(h))[0];
-            mean_square(&fit.machine, h, &h.start.state())
+            mean_square(&fit.machine, h, &start_on(&fit.machine, h, &self.rating))
         });
         Ok(Model { effects: effects.to_vec(), fit, evidence, holdout })
     }
@@ -348,6 +366,18 @@ pub fn pulled(experiments: &[Experiment]) -> Vec<Experiment> {
             Experiment { speed_pull: speed.map(|c| (c.values.clone(), PULL_PER_S)), ..e.clone() }
         })
         .collect()
+}
+
+/// How much worse a machine may be without help before a recording counts as unstable.
+pub const UNSTABLE: f64 = 1.2;
+
+/// A recording as models are judged on it. Voltage replayed without the drive that made it can be unstable (a slow, loaded machine falls
+/// out of step on the slightest difference): there, the speed is drawn towards the measured one. Recordings that `machine` can follow
+/// unaided, to within `factor` of its aided error, stay unaided.
+pub fn judged(e: &Experiment, machine: &Machine<f64>, start: &State<f64>, factor: f64) -> Experiment {
+    let aided = pulled(std::slice::from_ref(e)).remove(0);
+    let stable = aided.speed_pull.is_none() || mean_square(machine, e, start) <= factor * mean_square(machine, &aided, start);
+    if stable { e.clone() } else { aided }
 }
 
 /// −2 log L of residuals under an autoregressive noise model per channel, up to a constant.

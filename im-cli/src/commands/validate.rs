@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::errors;
 use im_diagnose::refine::pulled;
+use im_identify::offline::start_on;
 use im_model::MotorFile;
 use serde_json::json;
 
@@ -48,13 +49,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let r = recording(&args.data)?;
     let mut case = Case::new(after.clone(), &[r], None);
-    let starts: Vec<_> = case.train.iter().map(|e| e.start.state()).collect();
     case.estimate_noise();
     let drawn = pulled(&case.train);
-    case.set_noise_from(&after.machine, &starts, &drawn);
-    let free = (errors(&before.machine, &case.train, &starts), errors(&after.machine, &case.train, &starts));
-    let drawn = pulled(&case.train);
-    let aided = (errors(&before.machine, &drawn, &starts), errors(&after.machine, &drawn, &starts));
+    let starts = |m: &MotorFile| drawn.iter().map(|e| start_on(&m.machine, e, &m.rating)).collect::<Vec<_>>();
+    let (start_before, start_after) = (starts(&before), starts(&after));
+    case.set_noise_from(&after.machine, &start_after, &drawn);
+    let pair = |e: &[_]| (errors(&before.machine, e, &start_before), errors(&after.machine, e, &start_after));
+    let (free, aided) = (pair(&case.train), pair(&pulled(&case.train)));
     let mut out = io::stdout().lock();
     if args.json {
         let pair = |p: &(im_diagnose::diagnosis::Errors, im_diagnose::diagnosis::Errors)| {

@@ -84,7 +84,7 @@ fn run(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Run {
         let cross = currents.i_r.re * x.psi_r.im - currents.i_r.im * x.psi_r.re;
         let slip = machine.parameters().rotor_resistance_ohm * cross / x.psi_r.norm_sqr().max(1e-6);
         rows.push(Row {
-            current_error: current_error(e, &errors, k),
+            current_error: e.current_vector(k, |c| errors[c][k] * e.channels[c].sigma),
             speed_error: speed.filter(|&c| e.channels[c].is_valid(k)).map(|c| errors[c][k] * e.channels[c].sigma),
             current: currents.i_s,
             flux: currents.psi_m,
@@ -104,24 +104,4 @@ fn run(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Run {
         bench.advance(&drive);
     }
     Run { name: e.name.clone(), sample_time_s: e.sample_time_s, rows }
-}
-
-/// The space vector whose projections fit the current channels best: (Σ d dᵀ) e = Σ d r.
-fn current_error(e: &Experiment, errors: &[Vec<f64>], k: usize) -> Option<Complex<f64>> {
-    let (mut aa, mut ab, mut bb, mut ra, mut rb) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for (c, r) in e.channels.iter().zip(errors) {
-        if let ChannelKind::Current { direction_rad } = c.kind
-            && c.is_valid(k)
-        {
-            let (s, d) = direction_rad.sin_cos();
-            let r = r[k] * c.sigma;
-            aa += d * d;
-            ab += d * s;
-            bb += s * s;
-            ra += d * r;
-            rb += s * r;
-        }
-    }
-    let det = aa * bb - ab * ab;
-    (det > 1e-6).then(|| Complex::new((bb * ra - ab * rb) / det, (aa * rb - ab * ra) / det))
 }

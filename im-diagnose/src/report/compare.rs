@@ -1,6 +1,6 @@
 //! The report of a model against recordings, without a diagnosis.
 
-use im_identify::offline::{Experiment, predict};
+use im_identify::offline::{Experiment, predict, start_on};
 use im_model::{MotorFile, State};
 use rayon::prelude::*;
 
@@ -34,7 +34,7 @@ impl Comparison {
     /// speed drawn towards it; errors and pictures are of the unaided model.
     pub fn new(motor: MotorFile, experiments: Vec<Experiment>) -> Self {
         let m = &motor.machine;
-        let starts: Vec<State<f64>> = experiments.iter().map(|e| e.start.state()).collect();
+        let starts: Vec<State<f64>> = experiments.iter().map(|e| start_on(m, e, &motor.rating)).collect();
         let views = experiments
             .par_iter()
             .zip(&starts)

@@ -1,15 +1,15 @@
 //! What there is to tell: models, recordings with what each model says, where they fail, and the sentences. HTML and terminal share it.
 
-use im_identify::offline::{Experiment, predict};
-use im_model::{EffectId, Machine, State};
+use im_identify::offline::{Experiment, predict, start_on};
+use im_model::{EffectId, MotorFile, State};
 use rayon::prelude::*;
 
 use super::words::{effect_name, floors, number, quantity, short_effect_name};
 use super::{DataFile, Meta};
-use crate::diagnosis::{Candidate, Diagnosis, Errors, Verdict, errors};
+use crate::diagnosis::{Candidate, Diagnosis, Errors, Step, Verdict, errors};
 use crate::leftover::Dependence;
 use crate::localise::{Localisation, Signals, join, localise};
-use crate::refine::{mean_square, pulled};
+use crate::refine::{UNSTABLE, judged, pulled};
 
 /// A model in the pictures.
 #[derive(Clone, Debug)]
@@ -45,19 +45,6 @@ pub(crate) struct Story<'a> {
     pub views: Vec<View>,
 }
 
-/// How much worse a model may be without help before a recording counts as unstable, as in the diagnosis.
-const UNSTABLE: f64 = 1.2;
-
-/// The recording as models are judged on it: with the speed guided where even the best model falls out of step alone.
-pub(crate) fn judged(e: &Experiment, machine: &Machine<f64>, start: &State<f64>) -> (Experiment, bool) {
-    let aided = pulled(std::slice::from_ref(e)).remove(0);
-    if aided.speed_pull.is_none() || mean_square(machine, e, start) <= UNSTABLE * mean_square(machine, &aided, start) {
-        (e.clone(), false)
-    } else {
-        (aided, true)
-    }
-}
-
 impl<'a> Story<'a> {
     pub fn new(d: &'a Diagnosis, meta: &'a Meta) -> Self {
         let (first, last) = (&d.steps[0], &d.steps[d.steps.len() - 1]);
@@ -66,11 +53,13 @@ impl<'a> Story<'a> {
         for (k, e) in d.case.train.iter().enumerate() {
             recordings.push((e, false, models.iter().map(|m| m.starts[k]).collect()));
         }
-        recordings.extend(d.case.holdout.iter().map(|h| (h, true, vec![h.start.state(); models.len()])));
+        let held = |m: &&Step| m.holdout_start.unwrap_or_default();
+        recordings.extend(d.case.holdout.iter().map(|h| (h, true, models.iter().map(held).collect())));
         let views: Vec<View> = recordings
             .into_par_iter()
             .map(|(e, held_out, starts)| {
-                let (experiment, guided) = judged(e, &last.machine, &starts[starts.len() - 1]);
+                let experiment = judged(e, &last.machine, &starts[starts.len() - 1], UNSTABLE);
+                let guided = experiment.speed_pull.is_some();
                 let predictions = models.iter().zip(&starts).map(|(m, x)| predict(&m.machine, &experiment, x)).collect();
                 View { experiment, held_out, guided, predictions }
             })
@@ -95,8 +84,9 @@ impl<'a> Story<'a> {
         let of =
             |held_out: bool| views.iter().filter(|v| v.held_out == held_out).map(|v| v.experiment.clone()).collect::<Vec<_>>();
         let as_given = |e: &[Experiment]| {
-            let starts: Vec<State<f64>> = e.iter().map(|e| e.start.state()).collect();
-            errors(&d.case.motor.machine, e, &starts)
+            let MotorFile { machine, rating, .. } = &d.case.motor;
+            let starts: Vec<State<f64>> = e.iter().map(|e| start_on(machine, e, rating)).collect();
+            errors(machine, e, &starts)
         };
         let (train, held) = (of(false), of(true));
         let given = as_given(&train);

@@ -48,8 +48,10 @@ impl Channel {
 pub enum Start {
     /// At rest, unmagnetized, cold.
     Rest,
-    /// In this state; [`initial_state`](super::initial_state) makes its fluxes and speed free.
+    /// In this state, known.
     State(State<f64>),
+    /// In motion, about in this state: [`start_parameters`](super::start_parameters) fit its fluxes and speed with everything else.
+    Estimated(State<f64>),
 }
 
 impl Start {
@@ -57,7 +59,7 @@ impl Start {
     pub fn state(&self) -> State<f64> {
         match self {
             Self::Rest => State::default(),
-            Self::State(x) => *x,
+            Self::State(x) | Self::Estimated(x) => *x,
         }
     }
 }
@@ -140,6 +142,27 @@ impl Experiment {
             ],
             start: Start::Rest,
         }
+    }
+
+    /// The stator current vector whose projections fit the channels of row `k` best, with `value(c)` for channel c: (Σ d dᵀ) i = Σ d y.
+    /// `None` where fewer than two directions count.
+    pub fn current_vector(&self, k: usize, value: impl Fn(usize) -> f64) -> Option<Complex<f64>> {
+        let (mut aa, mut ab, mut bb, mut ya, mut yb) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for (c, channel) in self.channels.iter().enumerate() {
+            if let ChannelKind::Current { direction_rad } = channel.kind
+                && channel.is_valid(k)
+            {
+                let (b, a) = direction_rad.sin_cos();
+                let y = value(c);
+                aa += a * a;
+                ab += a * b;
+                bb += b * b;
+                ya += a * y;
+                yb += b * y;
+            }
+        }
+        let det = aa * bb - ab * ab;
+        (det > 1e-6).then(|| Complex::new((bb * ya - ab * yb) / det, (aa * yb - ab * ya) / det))
     }
 
     /// Number of rows.

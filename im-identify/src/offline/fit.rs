@@ -239,23 +239,23 @@ pub fn fit(machine: &Machine<f64>, experiments: &[Experiment], free: &[Free], op
 }
 
 /// How a descent ended; `normal` is JᵀJ where it was taken within a short step of the end.
-struct End {
+pub(super) struct End {
     accepted: usize,
     converged: bool,
     normal: Option<DMatrix<f64>>,
 }
 
-struct Point {
-    machine: Machine<f64>,
-    starts: Vec<State<f64>>,
-    cost: f64,
+pub(super) struct Point {
+    pub(super) machine: Machine<f64>,
+    pub(super) starts: Vec<State<f64>>,
+    pub(super) cost: f64,
 }
 
 /// A step of the search variables over which slopes hardly change.
 const SHORT: f64 = 0.03;
 
 /// Levenberg-Marquardt from `here` over the first `fraction` of every recording.
-fn descend(
+pub(super) fn descend(
     here: &mut Point,
     experiments: &[Experiment],
     free: &[Free],

@@ -121,17 +121,6 @@ pub fn effect_parameters(effect: EffectId, machine: &Machine<f64>, rating: &Rati
         .collect()
 }
 
-/// The five components of an experiment's initial state, for recordings that begin in motion; scales in Vs and rad/s.
-pub fn initial_state(experiment: usize, flux_vs: f64, speed_rad_s: f64) -> Vec<Free> {
-    (0..5)
-        .map(|component| Free {
-            target: Target::Initial { experiment, component },
-            transform: Transform::Linear(if component == 4 { speed_rad_s } else { flux_vs } * 0.1),
-            limits: (-1e9, 1e9),
-        })
-        .collect()
-}
-
 /// Reads component `k` of an initial state.
 pub(super) fn component(x: &State<f64>, k: usize) -> f64 {
     [x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.omega_m][k]

@@ -7,8 +7,10 @@ mod experiment;
 mod fit;
 mod free;
 mod simulate;
+mod start;
 
 pub use experiment::{Channel, ChannelKind, Experiment, ExperimentError, Start};
 pub use fit::{Fit, FitError, FitOptions, cost, fit};
-pub use free::{Free, Target, Transform, base_parameters, effect_parameters, initial_state};
+pub use free::{Free, Target, Transform, base_parameters, effect_parameters};
 pub use simulate::{Linearized, linearize, predict, residuals};
+pub use start::{guess_start, start_on, start_parameters};
