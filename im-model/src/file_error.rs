@@ -109,11 +109,13 @@ pub enum Problem {
 }
 
 impl FileError {
-    pub(crate) fn new(file: &str, line: Option<usize>, key: Option<&str>, problem: Problem) -> Self {
+    /// An error.
+    pub fn new(file: &str, line: Option<usize>, key: Option<&str>, problem: Problem) -> Self {
         Self { file: file.to_owned(), line, key: key.map(str::to_owned), problem: Box::new(problem) }
     }
 
-    pub(crate) fn io(file: &str, doing: &'static str, e: &io::Error) -> Self {
+    /// The system refused to do what `doing` says, as an infinitive: `read`.
+    pub fn io(file: &str, doing: &'static str, e: &io::Error) -> Self {
         Self::new(file, None, None, Problem::Io { doing, kind: e.kind(), reason: e.to_string() })
     }
 }

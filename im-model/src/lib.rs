@@ -40,11 +40,13 @@ mod plant;
 mod recording;
 #[cfg(feature = "std")]
 mod recording_csv;
+#[cfg(feature = "std")]
+mod rows;
 mod scalar;
 mod state;
 mod steady_state;
 #[cfg(feature = "std")]
-mod toml_reader;
+pub mod toml_reader;
 
 #[cfg(feature = "std")]
 pub use atomic_file::write_atomically;
@@ -66,6 +68,10 @@ pub use parameters::{
 pub use plant::{Drive, Evaluation, Ledger, Plant, Powers};
 #[cfg(feature = "std")]
 pub use recording::Recording;
+#[cfg(feature = "std")]
+pub use recording_csv::{CanonicalColumns, VectorColumns};
+#[cfg(feature = "std")]
+pub use rows::{Rows, TextFormat, sampling_time};
 pub use scalar::Scalar;
 pub use state::State;
 pub use steady_state::{Held, steady_state};

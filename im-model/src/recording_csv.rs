@@ -2,8 +2,7 @@
 //!
 //! Rows are read one by one into the recording itself, so that memory stays at about the size of the data.
 
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read, Write};
+use std::io::{self, BufRead, Write};
 use std::path::Path;
 
 use num_complex::Complex;
@@ -11,19 +10,14 @@ use num_complex::Complex;
 use crate::atomic_file::write_atomically;
 use crate::file_error::{FileError, Problem};
 use crate::recording::Recording;
+use crate::rows::{Rows, TextFormat, sampling_time};
 use crate::space_vector::from_phases;
-use crate::toml_reader::nearest;
 
 const T: &str = "t_s";
 const OMEGA: &str = "omega_m_rad_s";
 const TAU: &str = "tau_load_Nm";
 const U: Names = Names { vector: ["u_alpha_V", "u_beta_V"], phases: ["u_a_V", "u_b_V", "u_c_V"], third_needed: true };
 const I: Names = Names { vector: ["i_alpha_A", "i_beta_A"], phases: ["i_a_A", "i_b_A", "i_c_A"], third_needed: false };
-
-/// No line of numbers is longer: a file without line ends is refused before it fills the memory.
-const LONGEST_LINE: u64 = 1 << 20;
-/// How far a step of time may lie from the usual one: written times are rounded, missing rows are a whole step.
-const UNEVEN: f64 = 0.25;
 
 /// How a space vector stands in a file.
 struct Names {
@@ -33,13 +27,32 @@ struct Names {
 }
 
 /// Where a space vector is found in a row.
-enum Source {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VectorColumns {
+    /// α and β.
     Vector([usize; 2]),
+    /// Phases a, b, c.
     Phases([usize; 3]),
+    /// Phases a and b; the three sum to zero.
     TwoPhases([usize; 2]),
 }
 
-impl Source {
+/// The canonical columns in a file: places from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CanonicalColumns {
+    /// `t_s`.
+    pub time: usize,
+    /// The voltage.
+    pub u: VectorColumns,
+    /// The current.
+    pub i: VectorColumns,
+    /// `omega_m_rad_s`.
+    pub omega_m: usize,
+    /// `tau_load_Nm`, where there is one.
+    pub tau_load: Option<usize>,
+}
+
+impl VectorColumns {
     fn read(&self, row: &[f64]) -> Complex<f64> {
         match *self {
             Self::Vector([a, b]) => Complex::new(row[a], row[b]),
@@ -62,10 +75,7 @@ impl Recording {
     pub fn read_csv(path: impl AsRef<Path>) -> Result<Self, FileError> {
         let path = path.as_ref();
         let label = path.display().to_string();
-        let io = |e: io::Error| FileError::io(&label, "read", &e);
-        let file = File::open(path).map_err(io)?;
-        let bytes = file.metadata().map_err(io)?.len();
-        let mut recording = Reader::new(BufReader::with_capacity(1 << 17, file), &label, bytes)?.all()?;
+        let mut recording = all(Rows::open(path, &label, TextFormat::default())?, &label)?;
         if let Some(stem) = path.file_stem() {
             recording.name = stem.to_string_lossy().into_owned();
         }
@@ -77,7 +87,7 @@ impl Recording {
     /// # Errors
     /// As [`read_csv`](Self::read_csv).
     pub fn from_csv(source: impl BufRead, label: &str) -> Result<Self, FileError> {
-        Reader::new(source, label, 0)?.all()
+        all(Rows::new(source, label, 0, TextFormat::default())?, label)
     }
 
     /// Writes a file in the canonical columns, as a whole or not at all. Numbers read back as the same bits.
@@ -121,293 +131,130 @@ fn write_time(out: &mut impl Write, t: f64) -> io::Result<()> {
     write!(out, "{}", if (rounded - t).abs() <= noise { rounded } else { t })
 }
 
-struct Reader<'a, R> {
-    source: R,
-    label: &'a str,
-    /// Length of the source, if known.
-    bytes: u64,
-    line: Vec<u8>,
-    line_number: usize,
-    bytes_read: u64,
-    separator: u8,
-    names: Vec<String>,
-    /// The columns that are read.
-    needed: Vec<bool>,
-    t: usize,
-    omega: usize,
-    tau: Option<usize>,
-    u: Source,
-    i: Source,
-}
+impl CanonicalColumns {
+    /// Whether a line of names is meant to be canonical: it has three of the names at least.
+    pub fn meant(names: &[String]) -> bool {
+        names.iter().filter(|n| known(n)).count() >= 3
+    }
 
-impl<'a, R: BufRead> Reader<'a, R> {
-    /// Reads the line of column names.
-    fn new(source: R, label: &'a str, bytes: u64) -> Result<Self, FileError> {
-        let mut this = Self {
-            source,
-            label,
-            bytes,
-            line: Vec::new(),
-            line_number: 0,
-            bytes_read: 0,
-            separator: b',',
-            names: Vec::new(),
-            needed: Vec::new(),
-            t: 0,
-            omega: 0,
-            tau: None,
-            u: Source::Vector([0; 2]),
-            i: Source::Vector([0; 2]),
+    /// Finds the columns, and requires them to hold numbers.
+    ///
+    /// # Errors
+    /// A column is missing or stands twice, or a space vector stands in two forms.
+    pub fn find<R: BufRead>(rows: &mut Rows<'_, R>) -> Result<Self, FileError> {
+        if !rows.has_names() {
+            return Err(rows.error(None, Problem::NoRows { found: "the first line holds numbers" }));
+        }
+        let this = Self {
+            time: need(rows, T)?,
+            u: need_vector(rows, &U)?,
+            i: need_vector(rows, &I)?,
+            omega_m: need(rows, OMEGA)?,
+            tau_load: rows.find(TAU)?,
         };
-        if !this.next_line()? {
-            return Err(FileError::new(label, None, None, Problem::NoRows { found: "the file is empty" }));
-        }
-        let head = this.text()?.trim_start_matches('\u{feff}').to_owned();
-        this.separator = [b',', b';', b'\t'].into_iter().find(|s| head.as_bytes().contains(s)).unwrap_or(b',');
-        this.names = head.split(char::from(this.separator)).map(|n| n.trim().trim_matches('"').to_owned()).collect();
-        if this.names.iter().all(|n| n.parse::<f64>().is_ok()) {
-            let found = "the first line holds numbers";
-            return Err(this.error(None, Problem::NoRows { found }));
-        }
-        this.t = this.need(T)?;
-        this.u = this.need_vector(&U)?;
-        this.i = this.need_vector(&I)?;
-        this.omega = this.need(OMEGA)?;
-        this.tau = this.find(TAU)?;
         // A slip of the pen in an optional column would otherwise pass in silence.
-        if this.tau.is_none() && this.like(TAU).is_some() {
-            return Err(this.missing(TAU));
+        if this.tau_load.is_none() && rows.like(TAU, |n| !known(n)).is_some() {
+            return Err(missing(rows, TAU));
         }
-        this.needed = (0..this.names.len()).map(|k| this.is_needed(k)).collect();
+        this.all().for_each(|k| rows.require(k));
         Ok(this)
     }
 
-    fn all(mut self) -> Result<Recording, FileError> {
-        let mut r = Recording {
-            name: self.label.to_owned(),
-            start_s: 0.0,
-            sample_time_s: 0.0,
-            u_s: Vec::new(),
-            i_s: Vec::new(),
-            omega_m: Vec::new(),
-            tau_load: self.tau.map(|_| Vec::new()),
+    /// Every column.
+    pub fn all(&self) -> impl Iterator<Item = usize> + '_ {
+        let of = |s: &VectorColumns| match *s {
+            VectorColumns::Vector([a, b]) | VectorColumns::TwoPhases([a, b]) => [Some(a), Some(b), None],
+            VectorColumns::Phases(c) => c.map(Some),
         };
-        let mut time = Vec::new();
-        let mut row = vec![0.0; self.names.len()];
-        // Lines skipped so far, to find the line of a row again.
-        let mut skipped: Vec<(usize, usize)> = Vec::new();
-        let before_rows = self.bytes_read;
-        while self.next_line()? {
-            let offset = self.line_number - time.len();
-            if skipped.last().is_none_or(|(_, o)| *o != offset) {
-                skipped.push((time.len(), offset));
-            }
-            self.row(&mut row)?;
-            if let Some(&before_s) = time.last().filter(|t| **t >= row[self.t]) {
-                return Err(self.error(Some(T), Problem::TimeNotForward { before_s, now_s: row[self.t] }));
-            }
-            time.push(row[self.t]);
-            r.u_s.push(self.u.read(&row));
-            r.i_s.push(self.i.read(&row));
-            r.omega_m.push(row[self.omega]);
-            if let (Some(tau), Some(column)) = (&mut r.tau_load, self.tau) {
-                tau.push(row[column]);
-            }
-            if time.len() == 1000 {
-                // From here the length of the file foretells the number of rows: no vector grows by doubling.
-                let per_row = ((self.bytes_read - before_rows) / 1000).max(1);
-                let more = (self.bytes.saturating_sub(self.bytes_read) / per_row) as usize;
-                let more = more + more / 50;
-                time.reserve_exact(more);
-                r.u_s.reserve_exact(more);
-                r.i_s.reserve_exact(more);
-                r.omega_m.reserve_exact(more);
-                if let Some(tau) = &mut r.tau_load {
-                    tau.reserve_exact(more);
-                }
-            }
-        }
-        if time.len() < 2 {
-            let found = if time.is_empty() { "no rows under the header" } else { "only one row: the sampling time needs two" };
-            return Err(self.error(None, Problem::NoRows { found }));
-        }
-        r.start_s = time[0];
-        r.sample_time_s = sampling_time(&time).map_err(|(k, problem)| {
-            let offset = skipped.iter().rev().find(|(from, _)| *from <= k).map_or(0, |(_, o)| *o);
-            FileError::new(self.label, Some(k + offset), Some(T), problem)
-        })?;
-        r.u_s.shrink_to_fit();
-        r.i_s.shrink_to_fit();
-        r.omega_m.shrink_to_fit();
-        if let Some(tau) = &mut r.tau_load {
-            tau.shrink_to_fit();
-        }
-        Ok(r)
-    }
-
-    /// The next line with content; `false` at the end.
-    fn next_line(&mut self) -> Result<bool, FileError> {
-        loop {
-            self.line.clear();
-            let n = (&mut self.source)
-                .take(LONGEST_LINE)
-                .read_until(b'\n', &mut self.line)
-                .map_err(|e| FileError::io(self.label, "read", &e))?;
-            if n == 0 {
-                return Ok(false);
-            }
-            self.bytes_read += n as u64;
-            self.line_number += 1;
-            if n as u64 == LONGEST_LINE && self.line.last() != Some(&b'\n') {
-                return Err(self.not_text());
-            }
-            let content = self.line.trim_ascii();
-            if !content.is_empty() && content[0] != b'#' {
-                return Ok(true);
-            }
-        }
-    }
-
-    /// The line as text.
-    fn text(&self) -> Result<&str, FileError> {
-        match std::str::from_utf8(self.line.trim_ascii()) {
-            Ok(text) if !text.contains('\0') => Ok(text),
-            _ => Err(self.not_text()),
-        }
-    }
-
-    fn not_text(&self) -> FileError {
-        let reason = "not a text of lines in UTF-8; export the recording as CSV".to_owned();
-        self.error(None, Problem::Syntax { reason })
-    }
-
-    /// The numbers of the line.
-    fn row(&mut self, row: &mut [f64]) -> Result<(), FileError> {
-        let mut found = 0;
-        for field in self.line.trim_ascii_end().split(|&b| b == self.separator) {
-            if let Some(x) = row.get_mut(found) {
-                let text = std::str::from_utf8(field).unwrap_or("unreadable").trim_ascii();
-                match text.parse() {
-                    Ok(value) if f64::is_finite(value) => *x = value,
-                    _ if !self.needed[found] => {}
-                    _ => return Err(self.bad_field(found, text)),
-                }
-            }
-            found += 1;
-        }
-        if found == row.len() { Ok(()) } else { self.row_length(found) }
-    }
-
-    fn is_needed(&self, column: usize) -> bool {
-        let of = |s: &Source| match s {
-            Source::Vector(c) | Source::TwoPhases(c) => c.contains(&column),
-            Source::Phases(c) => c.contains(&column),
-        };
-        column == self.t || column == self.omega || Some(column) == self.tau || of(&self.u) || of(&self.i)
-    }
-
-    #[cold]
-    fn bad_field(&self, column: usize, text: &str) -> FileError {
-        let fields = self.line.trim_ascii_end().split(|&b| b == self.separator).count();
-        let cut = self.line.last() != Some(&b'\n') && fields < self.names.len();
-        if cut {
-            let problem = Problem::RowLength { found: fields, expected: self.names.len(), last: true };
-            return self.error(None, problem);
-        }
-        let found = match text.parse::<f64>() {
-            _ if text.is_empty() => String::new(),
-            Ok(x) => x.to_string(),
-            Err(_) => format!("\"{}\"", text.chars().take(40).collect::<String>()),
-        };
-        self.error(self.names.get(column).map(String::as_str), Problem::NotANumber { found })
-    }
-
-    #[cold]
-    fn row_length(&mut self, found: usize) -> Result<(), FileError> {
-        let at = self.line_number;
-        let last = !self.next_line()?;
-        let problem = Problem::RowLength { found, expected: self.names.len(), last };
-        Err(FileError::new(self.label, Some(at), None, problem))
-    }
-
-    fn error(&self, column: Option<&str>, problem: Problem) -> FileError {
-        FileError::new(self.label, (self.line_number > 0).then_some(self.line_number), column, problem)
-    }
-
-    fn find(&self, name: &str) -> Result<Option<usize>, FileError> {
-        let mut places = self.names.iter().enumerate().filter(|(_, n)| *n == name).map(|(k, _)| k);
-        match (places.next(), places.next()) {
-            (Some(a), Some(b)) => Err(self.error(Some(name), Problem::DuplicateColumn { places: [a + 1, b + 1] })),
-            (first, _) => Ok(first),
-        }
-    }
-
-    fn need(&self, name: &str) -> Result<usize, FileError> {
-        self.find(name)?.ok_or_else(|| self.missing(name))
-    }
-
-    fn missing(&self, name: &str) -> FileError {
-        let nearest = self.like(name).map(str::to_owned);
-        self.error(Some(name), Problem::MissingColumn { present: self.names.clone(), nearest })
-    }
-
-    /// A column that is not known and looks like `name`.
-    fn like(&self, name: &str) -> Option<&str> {
-        let known = |n: &str| {
-            let vectors = U.vector.iter().chain(&I.vector).chain(&U.phases).chain(&I.phases);
-            [T, OMEGA, TAU].iter().chain(vectors).any(|k| *k == n)
-        };
-        nearest(name, self.names.iter().map(String::as_str).filter(|n| !known(n)))
-    }
-
-    fn need_vector(&self, names: &Names) -> Result<Source, FileError> {
-        let phases = [self.find(names.phases[0])?, self.find(names.phases[1])?, self.find(names.phases[2])?];
-        let vector = [self.find(names.vector[0])?, self.find(names.vector[1])?];
-        match (vector, phases) {
-            ([Some(_), _] | [_, Some(_)], [Some(_), ..] | [_, Some(_), _] | [.., Some(_)]) => {
-                let found = format!("given beside {}", names.phases.join(", "));
-                let expected = "one form or the other; drop one of them".to_owned();
-                Err(self.error(Some(&names.vector.join(", ")), Problem::Unexpected { found, expected }))
-            }
-            ([Some(a), Some(b)], _) => Ok(Source::Vector([a, b])),
-            (_, [Some(a), Some(b), Some(c)]) => Ok(Source::Phases([a, b, c])),
-            (_, [Some(a), Some(b), None]) if !names.third_needed => Ok(Source::TwoPhases([a, b])),
-            ([None, None], [None, None, None]) => Err(self.missing(names.vector[0])),
-            ([None, None], _) => {
-                let absent = names.phases.into_iter().zip(phases).find(|(_, p)| p.is_none()).map_or(names.phases[2], |(n, _)| n);
-                Err(self.missing(absent))
-            }
-            ([a, _], _) => Err(self.missing(names.vector[usize::from(a.is_some())])),
-        }
+        [Some(self.time), Some(self.omega_m), self.tau_load].into_iter().chain(of(&self.u)).chain(of(&self.i)).flatten()
     }
 }
 
-/// The sampling time of evenly spaced times, or the row where they are not.
-fn sampling_time(time: &[f64]) -> Result<f64, (usize, Problem)> {
-    // The median of the first thousand steps: a single gap does not move it.
-    let mut steps: Vec<f64> = time.windows(2).take(1000).map(|w| w[1] - w[0]).collect();
-    let middle = steps.len() / 2;
-    let usual_s = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    for (k, w) in time.windows(2).enumerate() {
-        let step_s = w[1] - w[0];
-        if (step_s - usual_s).abs() > UNEVEN * usual_s {
-            return Err((k + 1, Problem::TimeUneven { step_s, usual_s }));
+fn all<R: BufRead>(mut rows: Rows<'_, R>, label: &str) -> Result<Recording, FileError> {
+    let columns = CanonicalColumns::find(&mut rows)?;
+    let mut r = Recording {
+        name: label.to_owned(),
+        start_s: 0.0,
+        sample_time_s: 0.0,
+        u_s: Vec::new(),
+        i_s: Vec::new(),
+        omega_m: Vec::new(),
+        tau_load: columns.tau_load.map(|_| Vec::new()),
+    };
+    let mut time = Vec::new();
+    let mut row = vec![0.0; rows.names().len()];
+    while rows.next(&mut row)? {
+        let now_s = row[columns.time];
+        if let Some(&before_s) = time.last().filter(|t| **t >= now_s) {
+            return Err(rows.error(Some(T), Problem::TimeNotForward { before_s, now_s }));
+        }
+        time.push(now_s);
+        r.u_s.push(columns.u.read(&row));
+        r.i_s.push(columns.i.read(&row));
+        r.omega_m.push(row[columns.omega_m]);
+        if let (Some(tau), Some(column)) = (&mut r.tau_load, columns.tau_load) {
+            tau.push(row[column]);
+        }
+        if time.len() == 1000 {
+            // From here the length of the file foretells the number of rows: no vector grows by doubling.
+            let more = rows.rows_ahead();
+            time.reserve_exact(more);
+            r.u_s.reserve_exact(more);
+            r.i_s.reserve_exact(more);
+            r.omega_m.reserve_exact(more);
+            if let Some(tau) = &mut r.tau_load {
+                tau.reserve_exact(more);
+            }
         }
     }
-    let (first, last) = (time[0], time[time.len() - 1]);
-    let n = (time.len() - 1) as f64;
-    let mean = (last - first) / n;
-    // Steps can be even one by one and still change over the run.
-    let drift = |k: &usize| (time[*k] - first - mean * *k as f64).abs() > mean;
-    if let Some(k) = (0..time.len()).find(drift) {
-        return Err((k, Problem::TimeUneven { step_s: (time[k] - first) / k as f64, usual_s: mean }));
+    if time.len() < 2 {
+        let found = if time.is_empty() { "no rows under the header" } else { "only one row: the sampling time needs two" };
+        return Err(rows.error(None, Problem::NoRows { found }));
     }
-    // The shortest number, or whole frequency, that gives the last time as well as the mean does: 1e-4, not 1.0000000000000002e-4.
-    let ulp = 4.0 * f64::EPSILON * first.abs().max(last.abs());
-    let decimals = (0..=12).filter_map(|digits| format!("{mean:.digits$e}").parse::<f64>().ok());
-    let whole_frequency = 1.0 / (1.0 / mean).round();
-    let fits = |t: &f64| (first + n * t - last).abs() <= ulp;
-    Ok(decimals.chain([whole_frequency]).find(fits).unwrap_or(mean))
+    r.start_s = time[0];
+    r.sample_time_s =
+        sampling_time(&time).map_err(|(k, problem)| FileError::new(label, Some(rows.line_of(k)), Some(T), problem))?;
+    r.u_s.shrink_to_fit();
+    r.i_s.shrink_to_fit();
+    r.omega_m.shrink_to_fit();
+    if let Some(tau) = &mut r.tau_load {
+        tau.shrink_to_fit();
+    }
+    Ok(r)
+}
+
+fn need<R: BufRead>(rows: &Rows<'_, R>, name: &str) -> Result<usize, FileError> {
+    rows.find(name)?.ok_or_else(|| missing(rows, name))
+}
+
+fn missing<R: BufRead>(rows: &Rows<'_, R>, name: &str) -> FileError {
+    rows.missing(name, |n| !known(n))
+}
+
+fn known(name: &str) -> bool {
+    let vectors = U.vector.iter().chain(&I.vector).chain(&U.phases).chain(&I.phases);
+    [T, OMEGA, TAU].iter().chain(vectors).any(|k| *k == name)
+}
+
+fn need_vector<R: BufRead>(rows: &Rows<'_, R>, names: &Names) -> Result<VectorColumns, FileError> {
+    let phases = [rows.find(names.phases[0])?, rows.find(names.phases[1])?, rows.find(names.phases[2])?];
+    let vector = [rows.find(names.vector[0])?, rows.find(names.vector[1])?];
+    match (vector, phases) {
+        ([Some(_), _] | [_, Some(_)], [Some(_), ..] | [_, Some(_), _] | [.., Some(_)]) => {
+            let found = format!("given beside {}", names.phases.join(", "));
+            let expected = "one form or the other; drop one of them".to_owned();
+            Err(rows.error(Some(&names.vector.join(", ")), Problem::Unexpected { found, expected }))
+        }
+        ([Some(a), Some(b)], _) => Ok(VectorColumns::Vector([a, b])),
+        (_, [Some(a), Some(b), Some(c)]) => Ok(VectorColumns::Phases([a, b, c])),
+        (_, [Some(a), Some(b), None]) if !names.third_needed => Ok(VectorColumns::TwoPhases([a, b])),
+        ([None, None], [None, None, None]) => Err(missing(rows, names.vector[0])),
+        ([None, None], _) => {
+            let absent = names.phases.into_iter().zip(phases).find(|(_, p)| p.is_none()).map_or(names.phases[2], |(n, _)| n);
+            Err(missing(rows, absent))
+        }
+        ([a, _], _) => Err(missing(rows, names.vector[usize::from(a.is_some())])),
+    }
 }
 
 #[cfg(test)]

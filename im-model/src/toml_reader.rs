@@ -9,7 +9,7 @@ use crate::file_error::{FileError, Problem};
 use crate::simulation::Profile;
 
 /// The text of a file, parsed.
-pub(crate) struct Document<'a> {
+pub struct Document<'a> {
     label: &'a str,
     text: &'a str,
     root: toml::Spanned<DeTable<'a>>,
@@ -39,8 +39,27 @@ fn line_of(text: &str, at: usize) -> usize {
     1 + text.as_bytes().iter().take(at).filter(|&&b| b == b'\n').count()
 }
 
+/// What kind of value stands at a key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Text in quotes.
+    Text,
+    /// A whole number.
+    Whole,
+    /// A number with a point.
+    Float,
+    /// `true` or `false`.
+    Boolean,
+    /// A date.
+    Date,
+    /// A list.
+    List,
+    /// A table.
+    Table,
+}
+
 /// A table whose keys are all known.
-pub(crate) struct Table<'a> {
+pub struct Table<'a> {
     document: &'a Document<'a>,
     /// Full name, as in the header.
     pub name: String,
@@ -111,6 +130,51 @@ impl<'a> Table<'a> {
         let x = number(value).ok_or_else(|| self.unexpected(key, describe(value), format!("a number, {bound}")))?;
         bound.check(key, x).map_err(|e| self.fail(key, Problem::Value(e)))?;
         Ok(Some(x))
+    }
+
+    /// What kind of value stands at `key`.
+    pub fn kind(&self, key: &str) -> Option<Kind> {
+        Some(match self.find(key)?.1 {
+            DeValue::String(_) => Kind::Text,
+            DeValue::Integer(_) => Kind::Whole,
+            DeValue::Float(_) => Kind::Float,
+            DeValue::Boolean(_) => Kind::Boolean,
+            DeValue::Datetime(_) => Kind::Date,
+            DeValue::Array(_) => Kind::List,
+            DeValue::Table(_) => Kind::Table,
+        })
+    }
+
+    /// What stands at `key`, in words for messages.
+    pub fn found(&self, key: &str) -> String {
+        self.find(key).map_or_else(|| "missing".to_owned(), |(_, v)| describe(v))
+    }
+
+    /// `true` or `false`.
+    pub fn boolean(&self, key: &'static str) -> Result<Option<bool>, FileError> {
+        match self.find(key) {
+            None => Ok(None),
+            Some((_, DeValue::Boolean(b))) => Ok(Some(*b)),
+            Some((_, other)) => Err(self.unexpected(key, describe(other), "true or false")),
+        }
+    }
+
+    /// One text, or a list of texts.
+    pub fn texts(&self, key: &'static str) -> Result<Option<Vec<String>>, FileError> {
+        const EXPECTED: &str = "text in quotes, or a list of texts";
+        match self.find(key) {
+            None => Ok(None),
+            Some((_, DeValue::String(s))) => Ok(Some(vec![s.to_string()])),
+            Some((_, DeValue::Array(list))) => list
+                .iter()
+                .map(|x| match x.get_ref() {
+                    DeValue::String(s) => Ok(s.to_string()),
+                    other => Err(self.unexpected(key, format!("a list with {} in it", describe(other)), EXPECTED)),
+                })
+                .collect::<Result<Vec<_>, _>>()
+                .map(Some),
+            Some((_, other)) => Err(self.unexpected(key, describe(other), EXPECTED)),
+        }
     }
 
     /// Whether the key stands here.
@@ -197,7 +261,7 @@ fn describe(value: &DeValue<'_>) -> String {
 }
 
 /// The candidate that `word` is most likely a slip of, if any is like it.
-pub(crate) fn nearest<'k>(word: &str, candidates: impl Iterator<Item = &'k str>) -> Option<&'k str> {
+pub fn nearest<'k>(word: &str, candidates: impl Iterator<Item = &'k str>) -> Option<&'k str> {
     candidates
         .map(|c| (edits(word, c), c))
         .filter(|(d, c)| *d <= word.chars().count().max(c.chars().count()) / 3)
@@ -222,12 +286,12 @@ fn edits(a: &str, b: &str) -> usize {
 }
 
 /// A number that reads back as the same bits.
-pub(crate) fn exact(x: f64) -> String {
+pub fn exact(x: f64) -> String {
     // The shortest text that round-trips; always with a point or an exponent, so that TOML reads a float.
     format!("{x:?}")
 }
 
 /// A text in quotes.
-pub(crate) fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
