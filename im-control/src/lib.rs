@@ -4,3 +4,29 @@
 //! sample go in, the voltage or current for the sample comes out. `no_std`, without allocation, `f32` and `f64`.
 
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
+
+pub mod field_oriented;
+pub mod kenne;
+
+mod current_regulator;
+mod error;
+mod field_weakening;
+mod flux;
+mod load_torque;
+mod machine_data;
+mod reference;
+mod speed_regulator;
+mod status;
+mod vector;
+
+pub use current_regulator::{CurrentRegulator, Regulated, Turning};
+pub use error::ControlError;
+pub use field_oriented::{FieldOriented, FieldOrientedGains, Orientation};
+pub use field_weakening::FieldWeakening;
+pub use flux::{RotorFlux, RotorFluxModel};
+pub use kenne::{Kenne, KenneGains};
+pub use load_torque::{LoadTorque, LoadTorqueObserver};
+pub use machine_data::MachineData;
+pub use reference::{ReferenceShaper, Shaped};
+pub use speed_regulator::SpeedRegulator;
+pub use status::{Reports, Status};

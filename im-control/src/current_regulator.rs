@@ -1,0 +1,92 @@
+//! Current regulator in a turning frame, by internal model control with active damping (Harnefors, Nee 1998).
+//!
+//! L_σ di/dt = u − (R_s + R_R) i − jω_s L_σ i − e,   e = −(1/T_r − jω_e) ψ_R   (inverse-Γ form)
+//!
+//! u = a L_σ (i* − i) − (a L_σ − R_σ) i + jω_s L_σ i + e + x,   dx/dt = a² L_σ (i* − i) + a (ū − u)
+//!
+//! with ū the voltage within the hexagon. Closed loop: i = i* a/(s + a), and disturbances are damped as fast.
+
+use im_model::{Complex, Scalar};
+
+use crate::vector::{rotation, within_hexagon};
+use im_model::space_vector::j;
+
+/// The regulator's data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurrentRegulator<T> {
+    /// a, 1/s; up to about 0.15 over the sampling time plus the delay of the voltage.
+    pub bandwidth_rad_s: T,
+    /// L_σ = σL_s, H.
+    pub leakage_inductance_h: T,
+    /// R_σ = R_s + R_R, Ω.
+    pub resistance_ohm: T,
+    /// Delay from the beginning of a sample to its voltage, s.
+    pub voltage_delay_s: T,
+}
+
+/// The frame and the link that the regulator works on for a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turning<T> {
+    /// Direction of the d axis in the stator frame now, of length 1.
+    pub direction: Complex<T>,
+    /// ω_s: how fast it turns, rad/s.
+    pub omega_s: T,
+    /// Voltage of the dc link, V; zero if there is no limit.
+    pub dc_voltage_v: T,
+    /// Sampling time, s.
+    pub sample_time_s: T,
+}
+
+/// What the regulator asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Regulated<T> {
+    /// Voltage for the sample, stator frame, within the hexagon, V.
+    pub u_s: Complex<T>,
+    /// |u| asked for before the limit, V.
+    pub wanted_v: T,
+    /// The limit was met.
+    pub limited: bool,
+}
+
+impl<T: Scalar> Turning<T> {
+    /// A voltage of this frame, held over a sample that begins after the delay, in the stator frame: turned by half a sample and the
+    /// delay, and within the hexagon.
+    #[inline]
+    pub fn to_stator(&self, u: Complex<T>, voltage_delay_s: T) -> Regulated<T> {
+        let ahead = self.omega_s * (self.sample_time_s * T::from_f64(0.5) + voltage_delay_s);
+        let wanted = u * self.direction * rotation(ahead);
+        let u_s = within_hexagon(wanted, self.dc_voltage_v);
+        Regulated { u_s, wanted_v: crate::vector::norm(u), limited: u_s != wanted }
+    }
+
+    /// A vector of the stator frame seen from this one.
+    #[inline]
+    pub fn of_stator(&self, x: Complex<T>) -> Complex<T> {
+        x * self.direction.conj()
+    }
+}
+
+impl<T: Scalar> CurrentRegulator<T> {
+    /// One sample. `i` and `wanted` in the turning frame, A; `emf` is e, V; `integral` is x, V.
+    #[inline]
+    pub fn step(
+        &self,
+        integral: &mut Complex<T>,
+        frame: &Turning<T>,
+        wanted: Complex<T>,
+        i: Complex<T>,
+        emf: Complex<T>,
+    ) -> Regulated<T> {
+        let (a, l) = (self.bandwidth_rad_s, self.leakage_inductance_h);
+        let e = wanted - i;
+        let u = e * (a * l) - i * (a * l - self.resistance_ohm) + j(i) * (frame.omega_s * l) + emf + *integral;
+        let out = frame.to_stator(u, self.voltage_delay_s);
+        let t = frame.sample_time_s;
+        *integral += e * (a * a * l * t);
+        if out.limited {
+            let share = crate::vector::norm(out.u_s) / out.wanted_v;
+            *integral += u * ((share - T::one()) * a * t);
+        }
+        out
+    }
+}

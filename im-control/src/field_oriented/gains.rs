@@ -1,0 +1,80 @@
+//! Gains of field orientation.
+
+use im_model::{Bound, ModelError, Scalar};
+
+use crate::field_weakening::FieldWeakening;
+use crate::machine_data::MachineData;
+use crate::reference::ReferenceShaper;
+
+/// Where the flux is taken from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Orientation<T> {
+    /// From current and speed.
+    Indirect,
+    /// Above a frequency of the field from the voltage.
+    Direct {
+        /// That frequency, rad/s.
+        crossover_rad_s: T,
+    },
+}
+
+/// Bandwidths of the loops, and what they follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FieldOrientedGains<T> {
+    /// Where the flux is taken from.
+    pub orientation: Orientation<T>,
+    /// Of the current loop, rad/s.
+    pub current_bandwidth_rad_s: T,
+    /// Of the flux loop, rad/s.
+    pub flux_bandwidth_rad_s: T,
+    /// Of the speed loop, rad/s.
+    pub speed_bandwidth_rad_s: T,
+    /// The torque reference is followed in place of the speed reference.
+    pub follows_torque: bool,
+    /// How the speed reference is shaped.
+    pub reference: ReferenceShaper<T>,
+    /// How the flux gives way to the voltage.
+    pub field_weakening: FieldWeakening<T>,
+}
+
+impl<T: Scalar> FieldOrientedGains<T> {
+    /// Gains that suit a sampling time: the current loop as fast as sampling and delay allow, the flux and the speed loop a twentieth of
+    /// it at most; the acceleration that 80 % of the current limit gives at `rotor_flux_vs`.
+    pub fn typical(machine: &MachineData<T>, rotor_flux_vs: T, sample_time_s: T) -> Self {
+        let c = T::from_f64;
+        let lag = sample_time_s + machine.voltage_delay_s;
+        let current = (c(0.15) / lag).min(c(2000.0));
+        let w = &machine.windings;
+        let psi = rotor_flux_vs * w.mutual_inductance_h / w.rotor_inductance_h;
+        let torque = c(1.5 * 0.8) * machine.n_p() * psi * machine.current_max_a;
+        Self {
+            orientation: Orientation::Indirect,
+            current_bandwidth_rad_s: current,
+            flux_bandwidth_rad_s: (current * c(0.05)).min(c(30.0)),
+            speed_bandwidth_rad_s: (current * c(0.05)).min(c(40.0)),
+            follows_torque: false,
+            reference: ReferenceShaper {
+                bandwidth_rad_s: (current * c(0.1)).min(c(100.0)),
+                acceleration_max_rad_s2: torque / w.inertia_kg_m2,
+            },
+            field_weakening: FieldWeakening { bandwidth_per_s: c(15.0), voltage_share: c(0.92) },
+        }
+    }
+
+    /// The same with the flux from the voltage above 5 Hz.
+    #[must_use]
+    pub fn direct(self) -> Self {
+        Self { orientation: Orientation::Direct { crossover_rad_s: T::from_f64(31.4) }, ..self }
+    }
+
+    pub(super) fn validate(&self) -> Result<(), ModelError> {
+        Bound::Positive.check("current_bandwidth_rad_s", self.current_bandwidth_rad_s.value())?;
+        Bound::Positive.check("flux_bandwidth_rad_s", self.flux_bandwidth_rad_s.value())?;
+        Bound::Positive.check("speed_bandwidth_rad_s", self.speed_bandwidth_rad_s.value())?;
+        if let Orientation::Direct { crossover_rad_s } = self.orientation {
+            Bound::Positive.check("crossover_rad_s", crossover_rad_s.value())?;
+        }
+        self.reference.validate()?;
+        self.field_weakening.validate()
+    }
+}

@@ -1,0 +1,228 @@
+//! Field orientation, the baseline: torque and flux as two currents in the frame of the rotor flux.
+//!
+//! In inverse-Γ form, d along ψ_R:  dψ_R/dt = R_R i_d − ψ_R/T_r,   τ = (3/2) n_p ψ_R i_q,   ω_s = n_p ω + R_R i_q/ψ_R
+//!
+//! *Indirect*: the flux follows from current and speed alone (the slip relation, fed with the measured current). *Direct*: above a
+//! crossover frequency it follows from the voltage, which does not need R_r.
+
+mod gains;
+mod stator_flux;
+
+use im_model::simulation::{Command, Controller, Measured, Reference};
+use im_model::space_vector::{j, norm2};
+use im_model::{Complex, Scalar};
+
+use crate::current_regulator::{CurrentRegulator, Turning};
+use crate::error::ControlError;
+use crate::flux::{RotorFlux, RotorFluxModel};
+use crate::machine_data::MachineData;
+use crate::reference::Shaped;
+use crate::speed_regulator::SpeedRegulator;
+use crate::status::{Reports, Status};
+use crate::vector::{clamp, norm, rotation};
+
+pub use gains::{FieldOrientedGains, Orientation};
+use stator_flux::StatorFlux;
+
+/// Share of the flux wanted from which on there is torque, and below which there is none any more.
+const MAGNETIZED: [f64; 2] = [0.8, 0.25];
+
+/// A drive by field orientation: follows speed, or torque, and rotor flux.
+#[derive(Clone, Copy, Debug)]
+pub struct FieldOriented<T> {
+    law: Law<T>,
+    state: State<T>,
+}
+
+/// What does not change from sample to sample.
+#[derive(Clone, Copy, Debug)]
+struct Law<T> {
+    gains: FieldOrientedGains<T>,
+    current: CurrentRegulator<T>,
+    speed: SpeedRegulator<T>,
+    model: RotorFluxModel<T>,
+    rotor_resistance_ohm: T,
+    stator_resistance_ohm: T,
+    inverse_inertia: T,
+    current_max_a: T,
+    /// M/L_r: from the flux of references to that of the inverse-Γ form.
+    k_r: T,
+    /// (3/2) n_p.
+    torque_factor: T,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct State<T> {
+    rotor: RotorFlux<T>,
+    stator: StatorFlux<T>,
+    /// Direction of the flux; kept turning with the rotor where there is none.
+    direction: Complex<T>,
+    current_integral: Complex<T>,
+    speed_integral: T,
+    shaped: Option<Shaped<T>>,
+    flux_limit: T,
+    wanted_v: T,
+    omega_s: T,
+    magnetized: bool,
+    torque_nm: T,
+    status: Status,
+}
+
+impl<T: Scalar> FieldOriented<T> {
+    /// For a machine, with gains.
+    ///
+    /// # Errors
+    /// Machine data or gains out of bounds.
+    pub fn try_new(machine: &MachineData<T>, gains: &FieldOrientedGains<T>) -> Result<Self, ControlError> {
+        machine.validate()?;
+        gains.validate()?;
+        let w = &machine.windings;
+        let k_r = w.mutual_inductance_h / w.rotor_inductance_h;
+        let law = Law {
+            gains: *gains,
+            current: CurrentRegulator {
+                bandwidth_rad_s: gains.current_bandwidth_rad_s,
+                leakage_inductance_h: w.stator_inductance_h - k_r * w.mutual_inductance_h,
+                resistance_ohm: w.stator_resistance_ohm + k_r * k_r * w.rotor_resistance_ohm,
+                voltage_delay_s: machine.voltage_delay_s,
+            },
+            speed: SpeedRegulator { bandwidth_rad_s: gains.speed_bandwidth_rad_s, inertia_kg_m2: w.inertia_kg_m2 },
+            model: RotorFluxModel {
+                rotor_inductance_h: w.rotor_inductance_h,
+                mutual_inductance_h: w.mutual_inductance_h,
+                pole_pairs: machine.n_p(),
+            },
+            rotor_resistance_ohm: w.rotor_resistance_ohm,
+            stator_resistance_ohm: w.stator_resistance_ohm,
+            inverse_inertia: T::one() / w.inertia_kg_m2,
+            current_max_a: machine.current_max_a,
+            k_r,
+            torque_factor: T::from_f64(1.5) * machine.n_p(),
+        };
+        let (o, z) = (T::zero(), Complex::new(T::zero(), T::zero()));
+        let state = State {
+            rotor: RotorFlux::default(),
+            stator: StatorFlux::default(),
+            direction: Complex::new(T::one(), o),
+            current_integral: z,
+            speed_integral: o,
+            shaped: None,
+            flux_limit: o,
+            wanted_v: o,
+            omega_s: o,
+            magnetized: false,
+            torque_nm: o,
+            status: Status::OK,
+        };
+        Ok(Self { law, state })
+    }
+
+    /// The rotor resistance from now on, Ω: how an identifier takes part. Ignored unless positive and finite.
+    pub fn set_rotor_resistance_ohm(&mut self, rotor_resistance_ohm: T) {
+        if rotor_resistance_ohm > T::zero() && rotor_resistance_ohm.is_finite() {
+            self.law.rotor_resistance_ohm = rotor_resistance_ohm;
+        }
+    }
+
+    /// Estimated rotor flux linkage, stator frame, Vs, referred as the machine data are.
+    pub fn rotor_flux_vs(&self) -> Complex<T> {
+        match self.law.gains.orientation {
+            Orientation::Indirect => self.state.rotor.flux_vs,
+            Orientation::Direct { .. } => self.state.stator.rotor_flux_vs() / self.law.k_r,
+        }
+    }
+
+    /// Estimated torque, Nm.
+    pub fn torque_nm(&self) -> T {
+        self.state.torque_nm
+    }
+}
+
+impl<T: Scalar> Controller<T> for FieldOriented<T> {
+    #[inline]
+    fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
+        let (law, s) = (&self.law, &mut self.state);
+        let g = &law.gains;
+        let (t, omega_e) = (m.sample_time_s, law.model.pole_pairs * m.omega_m);
+
+        // Where the flux is.
+        law.model.step(&mut s.rotor, law.rotor_resistance_ohm, m.i_s, m.omega_m, t);
+        let psi = match g.orientation {
+            Orientation::Indirect => s.rotor.flux_vs * law.k_r,
+            Orientation::Direct { crossover_rad_s } => {
+                let l = law.current.leakage_inductance_h;
+                let pull = s.rotor.flux_vs * law.k_r + m.i_s * l;
+                s.stator.step(m, pull, l, law.stator_resistance_ohm, crossover_rad_s, law.current.voltage_delay_s)
+            }
+        };
+        let size = norm(psi);
+        let wanted = (reference.rotor_flux_vs * law.k_r).max(T::zero());
+        s.direction = if size > wanted * T::from_f64(1e-3) && size > T::zero() {
+            psi * (T::one() / size)
+        } else {
+            let turned = s.direction * rotation(omega_e * t);
+            turned * (T::from_f64(1.5) - norm2(turned) * T::from_f64(0.5))
+        };
+        let i = m.i_s * s.direction.conj();
+        let r_r = law.k_r * law.k_r * law.rotor_resistance_ohm;
+        let inverse_t_r = law.rotor_resistance_ohm / law.model.rotor_inductance_h;
+        s.torque_nm = law.torque_factor * size * i.im;
+
+        // The flux to be had, and the current for it.
+        let flux = g.field_weakening.step(&mut s.flux_limit, wanted, s.wanted_v, s.omega_s, m.dc_voltage_v, t);
+        let i_max = law.current_max_a;
+        let i_d = (flux * inverse_t_r + (flux - size) * g.flux_bandwidth_rad_s) / r_r;
+        let i_d = clamp(i_d, T::zero(), i_max * T::from_f64(0.9));
+
+        // The torque to be had.
+        let [enough, too_little] = MAGNETIZED.map(|x| flux * T::from_f64(x));
+        s.magnetized = flux > T::zero() && (size >= enough || s.magnetized && size > too_little);
+        let mut i_q_max = (i_max * i_max - i_d * i_d).sqrt();
+        if m.dc_voltage_v > T::zero() {
+            // Beyond, less torque needs more current: the pull-out in the frame of the flux.
+            let l = law.current.leakage_inductance_h;
+            i_q_max = i_q_max.min((size + l * i_d) / l * T::from_f64(0.9));
+        }
+        let torque_max = if s.magnetized { law.torque_factor * size * i_q_max } else { T::zero() };
+        let torque = if g.follows_torque {
+            clamp(reference.torque_nm, -torque_max, torque_max)
+        } else if s.magnetized {
+            let shaped = s.shaped.get_or_insert(Shaped::at(m.omega_m));
+            // What the current cannot do is not asked for.
+            let shaper = crate::reference::ReferenceShaper {
+                acceleration_max_rad_s2: g.reference.acceleration_max_rad_s2.min(torque_max * law.inverse_inertia),
+                ..g.reference
+            };
+            shaper.step(shaped, reference.omega_m, t);
+            law.speed.step(&mut s.speed_integral, shaped, m.omega_m, torque_max, t)
+        } else {
+            (s.shaped, s.speed_integral) = (None, T::zero());
+            T::zero()
+        };
+        let i_q = if s.magnetized { torque / (law.torque_factor * size) } else { T::zero() };
+
+        // The voltage that brings the currents there.
+        let slip = if s.magnetized { r_r * i.im / size } else { T::zero() };
+        let frame = Turning { direction: s.direction, omega_s: omega_e + slip, dc_voltage_v: m.dc_voltage_v, sample_time_s: t };
+        let size = Complex::new(size, T::zero());
+        let emf = j(size) * omega_e - size * inverse_t_r;
+        let out = law.current.step(&mut s.current_integral, &frame, Complex::new(i_d, i_q), i, emf);
+        s.wanted_v = out.wanted_v;
+        s.omega_s = frame.omega_s;
+        s.status = Status::OK
+            .and_if(out.limited, Status::VOLTAGE_LIMITED)
+            .and_if(!s.magnetized, Status::MAGNETIZING)
+            .and_if(s.magnetized && torque.abs() >= torque_max, Status::CURRENT_LIMITED)
+            .and_if(flux < wanted * T::from_f64(0.98), Status::FIELD_WEAKENING);
+        Command::Voltage(out.u_s)
+    }
+}
+
+impl<T: Scalar> Reports for FieldOriented<T> {
+    fn status(&self) -> Status {
+        self.state.status
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,79 @@
+//! Rotor flux in the stator frame from current and speed (the current model), and blended with the voltage model.
+//!
+//! Kenné (44): dλ/dt = (−R_r/L_r + jn_pω) λ + (R_r/L_r) M i_s, over a sample by its own transition, the current by the trapezoidal
+//! rule: λ⁺ = e^{aT} λ + ½ ηMT (e^{aT} i + i⁺), a = −η + jn_pω. The magnitude of e^{aT} is taken as (1 − ½ηT)/(1 + ½ηT): stable for
+//! every sampling time, unlike forward Euler.
+
+use im_model::{Complex, Scalar};
+
+use crate::vector::rotation;
+
+/// The current model of the rotor flux.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotorFluxModel<T> {
+    /// L_r, H.
+    pub rotor_inductance_h: T,
+    /// M, H.
+    pub mutual_inductance_h: T,
+    /// n_p.
+    pub pole_pairs: T,
+}
+
+/// Flux and the current it was brought up to date with. `default` is unmagnetized.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotorFlux<T> {
+    /// λ̂_r, Vs.
+    pub flux_vs: Complex<T>,
+    current_a: Complex<T>,
+    omega_m: T,
+}
+
+impl<T: Scalar> Default for RotorFlux<T> {
+    fn default() -> Self {
+        Self { flux_vs: Complex::new(T::zero(), T::zero()), current_a: Complex::new(T::zero(), T::zero()), omega_m: T::zero() }
+    }
+}
+
+impl<T: Scalar> RotorFluxModel<T> {
+    /// Brings the flux to the instant at which `i_s` and `omega_m` were measured, a sample after the last.
+    #[inline]
+    pub fn step(&self, state: &mut RotorFlux<T>, rotor_resistance_ohm: T, i_s: Complex<T>, omega_m: T, sample_time_s: T) {
+        let half = T::from_f64(0.5);
+        let x = rotor_resistance_ohm / self.rotor_inductance_h * sample_time_s;
+        let decay = (T::one() - half * x) / (T::one() + half * x);
+        let transition = rotation(self.pole_pairs * half * (state.omega_m + omega_m) * sample_time_s) * decay;
+        state.flux_vs = transition * state.flux_vs + (transition * state.current_a + i_s) * (half * x * self.mutual_inductance_h);
+        (state.current_a, state.omega_m) = (i_s, omega_m);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use im_model::{Bench, Drive, Machine, State, machines, space_vector::unit};
+
+    /// Against the machine itself, thrown onto 300 V while turning, sampled at 100 µs.
+    #[test]
+    fn the_current_model_follows_the_machine() {
+        let m = machines::JADOT_TABLE_I;
+        let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+        let w = m.parameters().windings();
+        let model = RotorFluxModel {
+            rotor_inductance_h: w.rotor_inductance_h,
+            mutual_inductance_h: w.mutual_inductance_h,
+            pole_pairs: 2.0,
+        };
+        let mut bench = Bench::new(&machine, State { omega_m: 150.0, omega_load: 150.0, ..State::default() }, 1e-4);
+        let mut flux = RotorFlux::default();
+        for k in 0..5000 {
+            let o = bench.output();
+            model.step(&mut flux, w.rotor_resistance_ohm, o.i_s, o.omega_m, 1e-4);
+            let e = (flux.flux_vs - bench.state().psi_r).norm();
+            // The held voltage bends the current within a sample by about ωT u/(12 L_σ) T = 0.01 A of 10 A: a thousandth of the flux; twice
+            // that while the first currents flow.
+            assert!(e < if k < 1500 { 2.5e-3 } else { 1.2e-3 }, "{k}: {e}");
+            bench.advance(&Drive::new(unit(0.0314 * f64::from(k)) * 300.0, 5.0));
+        }
+        assert!(flux.flux_vs.norm() > 0.7);
+    }
+}

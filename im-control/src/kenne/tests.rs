@@ -1,0 +1,72 @@
+use super::*;
+use im_model::machines;
+use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Simulation, Source};
+use im_model::{Effects, Machine};
+
+fn scenario(speed: Profile, flux: f64, load: Profile, duration_s: f64, dc: Option<f64>) -> Scenario {
+    Scenario {
+        source: Source::Controller {
+            name: "kenne".into(),
+            references: References { speed_rad_s: speed, rotor_flux_vs: flux.into(), torque_nm: 0.0.into() },
+        },
+        inverter: Inverter::Averaged { dc_voltage_v: dc },
+        load: Load { torque_nm: load, quadratic_nm_s2: 0.0 },
+        ..Scenario::direct_on_line(0.0, 50.0, duration_s)
+    }
+}
+
+#[test]
+fn speed_and_flux_are_followed_from_zero_flux_through_a_load_step() {
+    let m = machines::JADOT_TABLE_I;
+    let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+    let known = MachineData::of(&machine, 1.5 * m.rating.current_peak_a(&m.parameters(), m.pole_pairs));
+    let mut drive = Kenne::try_new(&known, &KenneGains::typical(&known, 0.9, 560.0, 1e-4)).unwrap();
+    let speed = Profile::points([[0.0, 0.0], [0.3, 0.0], [0.3, 120.0]]).unwrap();
+    let load = Profile::points([[0.0, 0.0], [1.0, 0.0], [1.0, 20.0]]).unwrap();
+    let s = scenario(speed, 0.9, load, 1.6, Some(560.0));
+    let run = Simulation::new(&machine, &s).controlled_by(&mut drive).with_internals().run().unwrap();
+    let w = &run.recording.omega_m;
+    let psi: Vec<f64> = run.internals.unwrap().states.iter().map(|x| x.psi_r.norm()).collect();
+    let peak = run.recording.i_s.iter().fold(0.0f64, |p, i| p.max(i.norm()));
+    assert!(w[..2900].iter().all(|w| w.abs() < 0.01), "still while it is magnetized");
+    assert!((w[9900] - 120.0).abs() < 0.05, "{}", w[9900]);
+    assert!((w[15_900] - 120.0).abs() < 0.1, "{}", w[15_900]);
+    assert!(psi[4000..].iter().all(|p| (p / 0.9 - 1.0).abs() < 0.03), "flux apart from torque");
+    assert!(peak < 1.1 * known.current_max_a);
+    assert!((drive.load_torque_nm() - 20.0).abs() < 0.3);
+}
+
+/// (25) and (26): a gain at the bound makes |s| fall at η whatever f and b are within their bounds.
+#[test]
+fn the_switching_gain_of_25_and_26_reaches_the_surface() {
+    let (f_error, reach, b, v_hat) = (30.0, 5.0, [2.0, 3.5], 12.0);
+    let k: f64 = switching_gain(f_error, reach, b, v_hat);
+    for b_true in [2.0, 2.7, 3.5] {
+        for b_law in [2.0, 2.9, 3.5] {
+            for (df, v) in [(f_error, v_hat), (-f_error, v_hat), (f_error, -v_hat), (-f_error, -v_hat)] {
+                // ṡ = f + b v, v = v̂ − k sign s, v̂ = −f̂/b̂.
+                let s_rate = |sign: f64| -v * b_law + df + b_true * (v - k * sign);
+                assert!(s_rate(1.0) <= -reach + 1e-9 && s_rate(-1.0) >= reach - 1e-9, "{b_true} {b_law} {df} {v}");
+            }
+        }
+    }
+}
+
+#[test]
+fn unknown_effects_and_noise_leave_the_speed_right() {
+    let m = machines::JADOT_TABLE_I;
+    let mut e = Effects::scaled(&m.rating, &m.parameters(), m.pole_pairs);
+    e.main_flux_saturation.excess = 0.5;
+    e.inverter_nonlinearity.voltage_v = 5.0;
+    e.voltage_delay.delay_s = 1e-4;
+    let machine = Machine::try_new(m.parameters(), m.pole_pairs, e).unwrap();
+    let known = MachineData::of(&machine, 1.5 * m.rating.current_peak_a(&m.parameters(), m.pole_pairs)).delayed(1e-4);
+    let mut drive = Kenne::try_new(&known, &KenneGains::typical(&known, 0.9, 560.0, 1e-4)).unwrap();
+    let speed = Profile::points([[0.0, 0.0], [0.4, 0.0], [0.4, 120.0]]).unwrap();
+    let load = Profile::points([[0.0, 0.0], [1.0, 0.0], [1.0, 20.0]]).unwrap();
+    let mut s = scenario(speed, 0.9, load, 2.0, Some(560.0));
+    s.sensors.current_noise_a = 0.1;
+    s.sensors.speed_noise_rad_s = 0.1;
+    let run = Simulation::new(&machine, &s).controlled_by(&mut drive).run().unwrap();
+    assert!((run.state.omega_m - 120.0).abs() < 0.5, "{}", run.state.omega_m);
+}
