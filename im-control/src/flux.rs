@@ -69,9 +69,9 @@ mod tests {
             let o = bench.output();
             model.step(&mut flux, w.rotor_resistance_ohm, o.i_s, o.omega_m, 1e-4);
             let e = (flux.flux_vs - bench.state().psi_r).norm();
-            // The held voltage bends the current within a sample by about ωT u/(12 L_σ) T = 0.01 A of 10 A: a thousandth of the flux; twice
+            // The held voltage bends the current within a sample by ωT u T/(12 L_σ) = 0.01 A on average, of 6 A: 1.5e-3 Vs; more
             // that while the first currents flow.
-            assert!(e < if k < 1500 { 2.5e-3 } else { 1.2e-3 }, "{k}: {e}");
+            assert!(e < if k < 1500 { 2.5e-3 } else { 1.7e-3 }, "{k}: {e}");
             bench.advance(&Drive::new(unit(0.0314 * f64::from(k)) * 300.0, 5.0));
         }
         assert!(flux.flux_vs.norm() > 0.7);
