@@ -19,8 +19,11 @@ pub struct Options {
     pub leading: usize,
     /// Most effects added.
     pub most_effects: usize,
-    /// Least improvement worth an effect, as a fraction of the error that remains.
+    /// Least improvement worth an effect, as a fraction of the error that remains: not to add what nobody would miss.
     pub least_gain: f64,
+    /// Least improvement worth an effect, as a fraction of the excess over the noise floor that remains. Where most stays unexplained (the
+    /// noise of a laboratory's sensors is rarely all that a model misses), an effect that takes a little off is mending something else.
+    pub least_cut: f64,
     /// Least improvement worth an effect, as a fraction of the base model's excess over the noise floor: below it, the effect may only
     /// be mending the form of a stronger one.
     pub least_share: f64,
@@ -38,6 +41,7 @@ impl Default for Options {
             leading: 5,
             most_effects: 4,
             least_gain: 0.01,
+            least_cut: 0.1,
             least_share: 3e-3,
             alike_share: 0.25,
             candidates: Vec::new(),
@@ -272,7 +276,9 @@ impl Refinement {
         let newest = after.effects.last().copied();
         let alike = before.effects.iter().filter_map(|&e| Some(cosine(signature(e)?, signature(newest?)?))).fold(0.0, f64::max);
         let share = self.options.least_share + self.options.alike_share * alike * alike;
-        let least = (self.options.least_gain * after.train()).max(share * (base.train() - after.train()));
+        let least = (self.options.least_gain * after.train())
+            .max(self.options.least_cut * (after.train() - 1.0))
+            .max(share * (base.train() - after.train()));
         let fits = gain > penalty && before.train() - after.train() > least;
         // The held-out recording must gain a fair part of what the training recordings gained.
         let validated = match (before.holdout, after.holdout) {
