@@ -7,8 +7,11 @@
 
 pub mod field_oriented;
 pub mod kenne;
+pub mod modulation;
+pub mod mtpa;
 
 mod current_regulator;
+mod drive;
 mod error;
 mod field_weakening;
 mod flux;
@@ -20,6 +23,7 @@ mod status;
 mod vector;
 
 pub use current_regulator::{CurrentRegulator, Regulated, Turning};
+pub use drive::{Drive, DriveLimits};
 pub use error::ControlError;
 pub use field_oriented::{FieldOriented, FieldOrientedGains, Orientation};
 pub use field_weakening::FieldWeakening;
@@ -27,6 +31,7 @@ pub use flux::{RotorFlux, RotorFluxModel};
 pub use kenne::{Kenne, KenneGains};
 pub use load_torque::{LoadTorque, LoadTorqueObserver};
 pub use machine_data::MachineData;
+pub use mtpa::{Mtpa, MtpaGains, MtpaLaw};
 pub use reference::{ReferenceShaper, Shaped};
 pub use speed_regulator::SpeedRegulator;
 pub use status::{Reports, Status};
