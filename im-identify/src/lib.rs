@@ -2,8 +2,11 @@
 //!
 //! [`offline`] (feature `std`, default): output-error fitting of any set of parameters to recordings, all at once, with exact
 //! sensitivities, standard errors and what the data do not determine.
+//!
+//! [`online`]: identifiers that run beside a drive, sample by sample; `no_std`, without allocation.
 
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 
 #[cfg(feature = "std")]
 pub mod offline;
+pub mod online;

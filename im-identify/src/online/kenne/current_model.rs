@@ -1,0 +1,174 @@
+//! (27): the second derivative of the current without the flux, through the high-gain observers (29), (30).
+//!
+//! With η = R_r/L_r, g = 1/(σL_sL_r), ω_e = n_pω, complex vectors in the stator frame, at constant speed and resistances
+//!
+//! ```text
+//! d²i/dt² = f₀ + R_r f₁
+//! f₀ = γ₁(du/dt − R_s di/dt) + jω_e(γ₁R_s i − γ₁u + di/dt),   f₁ = g(u − R_s i) − γ₄ di/dt = β di_r/dt
+//! ```
+//!
+//! γ₁ = 1/(σL_s), γ₄ = 1/(σL_r), β = L_m/(σL_sL_r). The relation is linear with constant coefficients, so that it holds exactly for
+//! filtered signals too if *all* of them pass the same filter. The paper filters the derivatives only, which turns them against i and u by
+//! ω_s/Γ; here i and u pass the observer as well, Γ may be as low as the noise asks for, and nothing is lost. A sample integrates (27):
+//!
+//! ```text
+//! Δx̃₁ = ∫f₀ + R_r ∫f₁,   x̃₁ = Γ(i − î)
+//! ```
+
+use super::super::filter::HighGain;
+use super::super::{Sample, finite};
+use im_model::space_vector::j;
+use im_model::{Bound, Complex, ModelError, Scalar, WindingParameters};
+
+/// Constants of the machine and of the filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct CurrentModel<T> {
+    filter: HighGain<T>,
+    n_p: T,
+    /// 1/(σL_s).
+    gamma_1: T,
+    /// 1/(σL_sL_r).
+    g: T,
+    /// 1/(σL_r).
+    gamma_4: T,
+    /// Samples until the filters have filled.
+    filling: u32,
+}
+
+/// The filters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Filters<T> {
+    i: Complex<T>,
+    u: Complex<T>,
+    i_before: Complex<T>,
+    omega_before: T,
+    derivative: Complex<T>,
+    /// Samples until the filters have filled; then zero.
+    pub filling: u32,
+    begun: bool,
+}
+
+/// (27) over a sample, less what depends on the resistances: Δx̃₁ − R_s p − R_r q + R_sR_r r = `known`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Balance<T> {
+    /// Δx̃₁ − ∫(γ₁du/dt − jω_eγ₁u + jω_e di/dt), A/s.
+    pub known: Complex<T>,
+    /// ∫γ₁(jω_e i − di/dt).
+    pub p: Complex<T>,
+    /// ∫(g u − γ₄ di/dt).
+    pub q: Complex<T>,
+    /// ∫g i.
+    pub r: Complex<T>,
+}
+
+impl<T: Scalar> CurrentModel<T> {
+    pub fn try_new(
+        windings: &WindingParameters<T>,
+        pole_pairs: u32,
+        high_gain_per_s: T,
+        sample_time_s: T,
+    ) -> Result<Self, ModelError> {
+        windings.validate()?;
+        Bound::Within(1.0, 1e3).check("pole_pairs", f64::from(pole_pairs))?;
+        Bound::Within(1e-7, 1e-2).check("sample_time_s", sample_time_s.value())?;
+        Bound::Within(1.0, 1e7).check("high_gain_per_s", high_gain_per_s.value())?;
+        let c = windings.kenne(pole_pairs);
+        // e⁻¹⁶ of what the filters held before is left.
+        let filling = (16.0 / (high_gain_per_s * sample_time_s).value()).min(1e6) as u32 + 1;
+        Ok(Self {
+            filter: HighGain::new(high_gain_per_s, sample_time_s),
+            n_p: c.beta[0],
+            gamma_1: c.gamma[0],
+            g: c.gamma[1],
+            gamma_4: c.gamma[3],
+            filling,
+        })
+    }
+
+    pub fn start(&self) -> Filters<T> {
+        let zero = Complex::new(T::zero(), T::zero());
+        Filters {
+            i: zero,
+            u: zero,
+            i_before: zero,
+            omega_before: T::zero(),
+            derivative: zero,
+            filling: self.filling,
+            begun: false,
+        }
+    }
+
+    /// Advances over the sample that ends with what `s` shows; `None` when there is nothing to compare yet, or the sample is lost.
+    pub fn step(&self, x: &mut Filters<T>, s: &Sample<T>) -> Option<Balance<T>> {
+        if !s.is_finite() {
+            // The filters missed something: begin again, from where the signals are then.
+            (x.begun, x.filling) = (false, self.filling);
+            return None;
+        }
+        if !x.begun {
+            *x = Filters { i: s.i_s, u: s.u_s, i_before: s.i_s, omega_before: s.omega_m, begun: true, ..self.start() };
+            return None;
+        }
+        let i = self.filter.ramp(&mut x.i, x.i_before, s.i_s);
+        let u = self.filter.held(&mut x.u, s.u_s);
+        let derivative = self.filter.derivative(x.i, s.i_s);
+        let omega_e = (x.omega_before + s.omega_m) * self.n_p * T::from_f64(0.5);
+        let change = derivative - x.derivative;
+        (x.i_before, x.omega_before, x.derivative) = (s.i_s, s.omega_m, derivative);
+        let driven = (u.change - j(u.integral) * omega_e) * self.gamma_1 + j(i.change) * omega_e;
+        let balance = Balance {
+            known: change - driven,
+            p: (j(i.integral) * omega_e - i.change) * self.gamma_1,
+            q: u.integral * self.g - i.change * self.gamma_4,
+            r: i.integral * self.g,
+        };
+        if !(finite(balance.known) && finite(balance.q)) {
+            // Measurements near the end of the number range.
+            (x.begun, x.filling) = (false, self.filling);
+            return None;
+        }
+        x.filling = x.filling.saturating_sub(1);
+        Some(balance)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use im_model::space_vector::unit;
+    use im_model::{Drive, Held, Machine, Plant, machines, steady_state};
+
+    /// (27) holds to the interpolation error for the simulated machine at constant speed, at any period, whatever the filter.
+    #[test]
+    fn balance_closes_for_the_machine_at_any_period_and_gain() {
+        let m = machines::KENNE_APPENDIX_II;
+        let p = m.parameters();
+        let machine = Machine::base(p, m.pole_pairs).unwrap();
+        let plant = Plant::new(&machine);
+        let (volts, w) = (311.0, 100.0 * core::f64::consts::PI);
+        // Straight lines between samples leave the current by h²/8 d²i/dt², of which Γ lets through the more the higher it is.
+        for (h, gain, tolerance) in
+            [(10e-6, 31_000.0, 0.002), (106e-6, 31_000.0, 0.13), (106e-6, 500.0, 0.003), (200e-6, 1000.0, 0.02)]
+        {
+            let model = CurrentModel::try_new(&p.windings(), m.pole_pairs, gain, h).unwrap();
+            let mut x = steady_state(&machine, volts, 50.0, Held::Load(6.89)).unwrap();
+            let (mut filters, mut worst, mut size) = (model.start(), 0.0f64, 0.0f64);
+            let omega = x.omega_m;
+            let mut u = Complex::new(0.0, 0.0);
+            let (r_s, r_r) = (p.stator_resistance_ohm, p.rotor_resistance_ohm);
+            for k in 0..(0.1 / h) as usize {
+                let sample = Sample { i_s: plant.currents(&x).i_s, u_s: u, omega_m: omega };
+                let balance = model.step(&mut filters, &sample);
+                if let (Some(b), 0) = (balance, filters.filling) {
+                    let f_1 = b.q - b.r * r_s;
+                    worst = worst.max((b.known - b.p * r_s - f_1 * r_r).norm());
+                    size = size.max((f_1 * r_r).norm());
+                }
+                u = unit(w * h * (k as f64 + 0.5)) * volts;
+                let drive = Drive { imposed_speed: Some([omega; 2]), ..Drive::new(u, 0.0) };
+                x = plant.step(&x, &drive, h);
+            }
+            assert!(worst < tolerance * size, "{h} s, {gain} 1/s: {worst} of {size}");
+        }
+    }
+}
