@@ -13,6 +13,14 @@ pub enum DesignError {
         /// What it must satisfy, e.g. "must be positive".
         requirement: &'static str,
     },
+    /// The region file does not fit the design.
+    #[error("region file{}: {what}", line.map_or(String::new(), |l| format!(", line {l}")))]
+    Region {
+        /// Line, from 1, where the reader knows it.
+        line: Option<usize>,
+        /// What is wrong and what was expected.
+        what: String,
+    },
     /// The request itself makes no sense, whatever the machine.
     #[error("{what}")]
     Request {
@@ -20,7 +28,7 @@ pub enum DesignError {
         what: String,
     },
     /// No gain satisfies the request.
-    #[error("infeasible: {constraint} binds; {feasible}")]
+    #[error("infeasible: what binds is {constraint}; feasible would be {feasible}")]
     Infeasible {
         /// The constraint that binds.
         constraint: String,

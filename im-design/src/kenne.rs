@@ -146,6 +146,12 @@ fn bounds<F: Field>(c: &Constants<F>, region: &KenneRegion) -> Bounds<F> {
     Bounds { k_sq, k_sd, k_x: c.beta.clone() * c.eta.clone() * e_ratio * flux_rate, k_rr: f(r.rotor_resistance_rate_per_s) }
 }
 
+/// k_sq of (25) and k_sd of (26) that a region asks for, V.
+pub fn needed(c: &Constants<f64>, region: &KenneRegion) -> [f64; 2] {
+    let b = bounds(c, region);
+    [b.k_sq, b.k_sd]
+}
+
 impl KenneRegion {
     fn complaint(&self) -> Option<String> {
         let ordered = |[low, high]: [f64; 2]| 0.0 < low && low <= high && high.is_finite();

@@ -135,20 +135,25 @@ pub fn utkin(plant: Plant, region: &UtkinDesign) -> Result<(UtkinDesign, Certifi
     positive("speed_max_rad_per_s", region.speed_max_rad_per_s)?;
     positive("flux_min_wb", region.flux_min_wb)?;
     let c = plant.constants::<f64>();
+    let (omega0_rad_per_s, root_bound) = utkin_bound(&c, region).ok_or_else(|| DesignError::Infeasible {
+        constraint: format!("|î − i| ≤ {} A against βλ_min", region.current_error_max_a),
+        feasible: format!("current errors below {:.3} A", c.beta * region.flux_min_wb),
+    })?;
+    let design = UtkinDesign { omega0_rad_per_s, root_bound, ..*region };
+    Ok((design, Certificate::seal(plant, design)?))
+}
+
+/// ω₀ that a region asks for and the root bound it is made with; none when the current error may exceed βλ_min.
+pub(crate) fn utkin_bound(c: &Constants<f64>, region: &UtkinDesign) -> Option<(f64, f64)> {
     let lever = c.beta * region.flux_min_wb - region.current_error_max_a;
     if lever.is_nan() || lever <= 0.0 {
-        return Err(DesignError::Infeasible {
-            constraint: format!("|î − i| ≤ {} A against βλ_min", region.current_error_max_a),
-            feasible: format!("current errors below {:.3} A", c.beta * region.flux_min_wb),
-        });
+        return None;
     }
     let w = c.n_p * region.speed_max_rad_per_s;
     let root_bound = c.eta.hypot(w) * (1.0 + 1e-12);
     let drive = c.beta * (w * region.flux_min_wb + region.flux_error_max_wb * root_bound)
         + c.eta_l_m * region.current_max_a * region.current_error_max_a / region.flux_min_wb;
-    let omega0_rad_per_s = drive / (c.n_p * lever) * (1.0 + 1e-12);
-    let design = UtkinDesign { omega0_rad_per_s, root_bound, ..*region };
-    Ok((design, Certificate::seal(plant, design)?))
+    Some((drive / (c.n_p * lever) * (1.0 + 1e-12), root_bound))
 }
 
 /// Width of the band |s| that a sampled switching law leaves: each sample moves s by at most h·(drive + disturbance).

@@ -1,8 +1,12 @@
 //! Pictures of a design as SVG text, small and without scripts: pole maps, stability maps, curves over torque.
 
+mod picture;
+
+pub use picture::picture;
+
 use crate::certificate::Plant;
 use crate::kubota::KubotaDesign;
-use crate::kubota_loop::LoopGains;
+use crate::kubota_loop::LoopDesign;
 use crate::linalg;
 use crate::mtpa::Optimum;
 use std::fmt::Write;
@@ -67,34 +71,46 @@ pub fn chart(title: &str, x_label: &str, y_label: &str, series: &[Series]) -> St
     svg
 }
 
-/// Where the adaptive loop is stable (blue, darker is faster) and unstable (red), over slip and speed.
-pub fn stability_map(
-    plant: Plant,
-    gains: &LoopGains,
-    speed_rad_per_s: [f64; 2],
-    slip_rad_per_s: [f64; 2],
-    flux_wb: f64,
-) -> String {
-    let n = 40;
-    let grid = |[low, high]: [f64; 2]| -> Vec<f64> {
-        (0..n).map(|k| low + (high - low) * (f64::from(k) + 0.5) / f64::from(n)).collect()
+/// Lines of functions over a range.
+pub fn curves([low, high]: [f64; 2], of: &[(&str, &dyn Fn(f64) -> f64)]) -> Vec<Series> {
+    let x = |k: u32| low + (high - low) * f64::from(k) / 60.0;
+    let line = |(name, f): &(&str, &dyn Fn(f64) -> f64)| Series {
+        name: (*name).into(),
+        mark: Mark::Line,
+        points: (0..=60).map(|k| (x(k), f(x(k)))).collect(),
     };
-    let (speeds, slips) = (grid(speed_rad_per_s), grid(slip_rad_per_s));
-    let map = gains.map(plant, &speeds, &slips, flux_wb);
+    of.iter().map(line).collect()
+}
+
+/// Where the adaptive loop is stable (blue, darker is faster) and unstable (red), over slip and speed, around the certified
+/// region, whose cells are outlined.
+pub fn stability_map(plant: Plant, design: &LoopDesign) -> String {
+    const N: usize = 32;
+    let about = |[low, high]: [f64; 2]| [low - 0.4 * (high - low), high + 0.4 * (high - low)];
+    let (speed, slip) = (about(design.speed_rad_per_s), about(design.slip_rad_per_s));
+    let grid = |[low, high]: [f64; 2]| -> Vec<f64> { (0..N).map(|k| low + (high - low) * (k as f64 + 0.5) / N as f64).collect() };
+    let map = design.gains.map(plant, &grid(speed), &grid(slip), design.flux_wb);
     let most = map.iter().flatten().fold(1e-9f64, |m, d| m.max(d.abs()));
-    let (w, h) = ((WIDTH - 2.0 * MARGIN) / f64::from(n), (HEIGHT - 2.0 * MARGIN) / f64::from(n));
-    let title = "Decay rate of the adaptive loop: blue stable, red unstable";
-    let mut svg = frame(title, "slip, rad/s", "speed, rad/s", slip_rad_per_s, speed_rad_per_s);
+    let title = "Decay rate of the adaptive loop: blue stable, red unstable; certified cells outlined";
+    let mut svg = frame(title, "slip, rad/s", "speed, rad/s", slip, speed);
+    let place = |x: [f64; 2], y: [f64; 2]| {
+        let u = |x: f64| MARGIN + (x - slip[0]) / (slip[1] - slip[0]) * (WIDTH - 2.0 * MARGIN);
+        let v = |y: f64| HEIGHT - MARGIN - (y - speed[0]) / (speed[1] - speed[0]) * (HEIGHT - 2.0 * MARGIN);
+        let (width, height) = (u(x[1]) - u(x[0]), v(y[0]) - v(y[1]));
+        format!(r#"x="{:.1}" y="{:.1}" width="{width:.1}" height="{height:.1}""#, u(x[0]), v(y[1]))
+    };
+    let part = |[low, high]: [f64; 2], k: usize| [k, k + 1].map(|k| low + (high - low) * k as f64 / N as f64);
     for (row, decays) in map.iter().enumerate() {
         for (column, decay) in decays.iter().enumerate() {
             let colour = if *decay > 0.0 { COLOURS[0] } else { COLOURS[1] };
             let opacity = 0.15 + 0.85 * (decay.abs() / most).sqrt();
-            let (x, y) = (MARGIN + w * column as f64, HEIGHT - MARGIN - h * (row + 1) as f64);
-            let _ = writeln!(
-                svg,
-                r#"<rect x="{x:.1}" y="{y:.1}" width="{w:.1}" height="{h:.1}" fill="{colour}" fill-opacity="{opacity:.2}"/>"#
-            );
+            let place = place(part(slip, column), part(speed, row));
+            let _ = writeln!(svg, r#"<rect {place} fill="{colour}" fill-opacity="{opacity:.2}"/>"#);
         }
+    }
+    for cell in &design.cells {
+        let place = place(cell.slip_rad_per_s, cell.speed_rad_per_s);
+        let _ = writeln!(svg, r#"<rect {place} fill="none" stroke="black"/>"#);
     }
     svg.push_str("</svg>\n");
     svg
@@ -192,12 +208,16 @@ mod tests {
     use super::*;
     use crate::Machine;
     use crate::kubota::{KubotaRequest, closed_form};
-    use crate::kubota_loop::no_feedback;
+    use crate::kubota_loop::{certify, mended, no_feedback};
 
     #[test]
     fn pictures_are_closed_and_show_both_colours() {
         let plant = Plant::Machine(Machine::jadot_table_i());
-        let map = stability_map(plant, &no_feedback(0.05, 20.0), [1.0, 40.0], [-20.0, 20.0], 0.9);
+        let gains = mended(plant, 0.2, 0.0, 0.05, 20.0).unwrap();
+        let (mut design, _) = certify(plant, &gains, [5.0, 10.0], [-8.0, -2.0], 0.9, 4).unwrap();
+        // Without feedback the same region is partly unstable.
+        design.gains = no_feedback(0.05, 20.0);
+        let map = stability_map(plant, &design);
         assert!(map.ends_with("</svg>\n") && COLOURS[..2].iter().all(|c| map.contains(c)));
         let request = KubotaRequest { speed_rad_per_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: 1e4 };
         let poles = pole_map(plant, &closed_form(plant, &request).unwrap().0);

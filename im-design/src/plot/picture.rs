@@ -1,0 +1,102 @@
+//! One picture for each kind of design: what it covers and where it stands in it.
+
+use super::{Mark, Series, chart, curves, pole_map, stability_map};
+use crate::certificate::{Certificate, Design};
+use crate::linalg;
+use crate::machine::Constants;
+use crate::matrix::Matrix;
+use crate::sliding::UtkinDesign;
+use crate::{kenne, model, thau_box};
+
+/// The picture of a design, as SVG: poles over the region, the stability map, or the gain that the region asks for.
+pub fn picture(certificate: &Certificate) -> String {
+    let plant = certificate.plant;
+    let c = plant.constants::<f64>();
+    match &certificate.design {
+        Design::Kubota(d) => pole_map(plant, d),
+        Design::KubotaLoop(d) => stability_map(plant, d),
+        Design::Thau(d) => {
+            let closed = &model::linear_part(&c) - &(&d.gain * &model::output());
+            let open = model::linear_part(&c);
+            poles("Poles of the linear part", vec![("A".into(), vec![open]), ("A - LC".into(), vec![closed])])
+        }
+        Design::ThauBox(d) => {
+            let at = |v: &[f64; 6]| {
+                let gain = &d.gain + &d.gain_per_frame_speed.scaled(&v[0]);
+                &thau_box::jacobian(&c, v) - &(&gain * &model::output())
+            };
+            let vertices = d.region.vertices();
+            let open = vertices.iter().map(|v| thau_box::jacobian(&c, v)).collect();
+            let closed = vertices.iter().map(at).collect();
+            let title = format!("Poles at the {} vertices of the box; proven rate {:.3} 1/s", vertices.len(), d.rate_per_s);
+            poles(&title, vec![("no gain".into(), open), ("with the gain".into(), closed)])
+        }
+        Design::Derdiyok(d) => {
+            let need = |w: f64| d.flux_max_wb * c.eta.hypot(c.n_p * w);
+            let top = d.speed_max_rad_per_s;
+            needed("Smallest switching gain", "nu0, V", 1.3 * top, (top, d.nu0), &[("needed", &need)])
+        }
+        Design::Utkin(d) => {
+            let at =
+                |speed: f64, flux: f64| smallest_omega0(&c, &UtkinDesign { speed_max_rad_per_s: speed, flux_min_wb: flux, ..*d });
+            let top = d.speed_max_rad_per_s;
+            let (less, same) = (|w: f64| at(w, 0.8 * d.flux_min_wb), |w: f64| at(w, d.flux_min_wb));
+            let curves: [(&str, &dyn Fn(f64) -> f64); 2] = [("needed", &same), ("needed at 0.8 of the least flux", &less)];
+            needed("Smallest switching amplitude", "omega0, mechanical rad/s", 1.3 * top, (top, d.omega0_rad_per_s), &curves)
+        }
+        Design::Kenne(d) => {
+            let at = |speed: f64| kenne::needed(&c, &kenne::KenneRegion { speed_max_rad_per_s: speed, ..d.region });
+            let top = d.region.speed_max_rad_per_s;
+            let (q, k_d) = (|w: f64| at(w)[0], |w: f64| at(w)[1]);
+            let curves: [(&str, &dyn Fn(f64) -> f64); 2] = [("k_sq of (25)", &q), ("k_sd of (26)", &k_d)];
+            needed("Smallest switching voltages", "V", 1.3 * top, (top, d.k_sd.max(d.k_sq)), &curves)
+        }
+        Design::Jadot(d) => {
+            let mut inner = Vec::new();
+            for slip in steps(d.slip_rad_per_s, 4) {
+                inner.extend(steps(d.electrical_speed_rad_per_s, 12).map(|speed| d.electrical(&c, speed, slip)));
+            }
+            let outer = steps(d.slip_rad_per_s, 12).map(|slip| d.outer(&c, slip)).collect();
+            poles(
+                "Poles over speed and slip",
+                vec![("electrical errors".into(), inner), ("speed, flux, reference".into(), outer)],
+            )
+        }
+        Design::Sampled(d) => {
+            let closed = steps(d.speed_rad_per_s, 24).map(|speed| d.step_matrix(&c, speed)).collect();
+            discrete(&format!("Poles per sample of {:.1} us", 1e6 * d.period_s), d.contraction, closed)
+        }
+    }
+}
+
+fn steps([low, high]: [f64; 2], n: u32) -> impl Iterator<Item = f64> {
+    (0..=n).map(move |k| low + (high - low) * f64::from(k) / f64::from(n))
+}
+
+fn poles(title: &str, families: Vec<(String, Vec<Matrix<f64>>)>) -> String {
+    let points = |matrices: &[Matrix<f64>]| matrices.iter().flat_map(linalg::eigenvalues).collect();
+    let series: Vec<_> = families.into_iter().map(|(name, m)| Series { name, mark: Mark::Cross, points: points(&m) }).collect();
+    chart(title, "real part, 1/s", "imaginary part, rad/s", &series)
+}
+
+/// Poles in the z plane with the circle of the proven contraction.
+fn discrete(title: &str, contraction: f64, matrices: Vec<Matrix<f64>>) -> String {
+    let circle = (0..=180).map(|k| f64::from(k).to_radians() * 2.0).map(|a| (contraction * a.cos(), contraction * a.sin()));
+    let series = [
+        Series { name: format!("contraction {contraction:.6}"), mark: Mark::Line, points: circle.collect() },
+        Series { name: "poles".into(), mark: Mark::Cross, points: matrices.iter().flat_map(linalg::eigenvalues).collect() },
+    ];
+    chart(title, "real part", "imaginary part", &series)
+}
+
+/// Curves of what is needed over the speed covered, with the design as a cross.
+fn needed(title: &str, y_label: &str, top: f64, design: (f64, f64), curves_of: &[(&str, &dyn Fn(f64) -> f64)]) -> String {
+    let mut series = curves([0.0, top], curves_of);
+    series.push(Series { name: "this design".into(), mark: Mark::Cross, points: vec![design] });
+    chart(title, "largest mechanical speed, rad/s", y_label, &series)
+}
+
+/// ω₀ that a region asks for; NaN where none is enough.
+fn smallest_omega0(c: &Constants<f64>, region: &UtkinDesign) -> f64 {
+    crate::sliding::utkin_bound(c, region).map_or(f64::NAN, |b| b.0)
+}

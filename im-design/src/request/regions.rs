@@ -1,0 +1,143 @@
+//! What region files hold, design by design.
+
+use crate::error::DesignError;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+/// Reads a region file's text.
+///
+/// # Errors
+/// [`DesignError::Region`] with the line and what was expected there.
+pub(super) fn read<T: DeserializeOwned>(region: &str) -> Result<T, DesignError> {
+    toml::from_str(region).map_err(|e| {
+        let line = e.span().filter(|s| s.end > s.start).map(|s| 1 + region[..s.start].matches('\n').count());
+        DesignError::Region { line, what: e.message().trim().replace('\n', ", ") }
+    })
+}
+
+/// Region of `thau`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ThauRequest {
+    /// How far below the largest κ the proven one stays, relative; 0.001 when not given.
+    #[serde(default = "thousandth")]
+    pub slack: f64,
+}
+
+fn thousandth() -> f64 {
+    1e-3
+}
+
+/// Region of `thau-box`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxRequest {
+    /// Speed of the frame, electrical rad/s.
+    pub frame_rad_per_s: [f64; 2],
+    /// Slip, electrical rad/s.
+    pub slip_rad_per_s: [f64; 2],
+    /// Flux along d, Wb.
+    pub flux_d_wb: [f64; 2],
+    /// Flux along q, Wb.
+    pub flux_q_wb: [f64; 2],
+    /// Measured current along d, A; zero when not given: the torque is not modelled.
+    #[serde(default)]
+    pub current_d_a: [f64; 2],
+    /// Measured current along q, A; zero when not given.
+    #[serde(default)]
+    pub current_q_a: [f64; 2],
+    /// Wanted rate, 1/s; the fastest when not given.
+    pub rate_per_s: Option<f64>,
+    /// Limit of the gain in scaled states, 1/s; 10⁴ when not given.
+    #[serde(default = "ten_thousand")]
+    pub gain_limit_per_s: f64,
+}
+
+fn ten_thousand() -> f64 {
+    1e4
+}
+
+/// Region of `kubota`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KubotaFile {
+    /// Mechanical speeds, rad/s.
+    pub speed_rad_per_s: [f64; 2],
+    /// Wanted rate, 1/s, below η.
+    pub rate_per_s: f64,
+    /// w of P = diag(w, w, 1, 1); β² when not given; 1 is the paper's (3).
+    pub flux_weight: Option<f64>,
+}
+
+/// Region of `kubota-loop`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoopRequest {
+    /// Mechanical speeds, rad/s.
+    pub speed_rad_per_s: [f64; 2],
+    /// Slips, electrical rad/s.
+    pub slip_rad_per_s: [f64; 2],
+    /// Rotor flux linkage amplitude, Wb.
+    pub flux_wb: f64,
+    /// K_P of the speed law.
+    pub proportional: f64,
+    /// K_I of the speed law.
+    pub integral: f64,
+    /// ρ of the mending gain; 1 when not given.
+    #[serde(default = "one")]
+    pub rho: f64,
+    /// l₂ of the mending gain, 1/s; 0 when not given.
+    #[serde(default)]
+    pub l2_per_s: f64,
+    /// How often cells may be halved; 6 when not given.
+    #[serde(default = "six")]
+    pub depth: u32,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn six() -> u32 {
+    6
+}
+
+/// Region of `derdiyok`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DerdiyokRequest {
+    /// |ω| up to this mechanical speed, rad/s.
+    pub speed_max_rad_per_s: f64,
+    /// |λ| up to this, Wb.
+    pub flux_max_wb: f64,
+    /// What ν₀ has to spare, V.
+    pub reserve: f64,
+}
+
+/// Region of `utkin`; see [`UtkinDesign`].
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UtkinRequest {
+    /// |ω| up to this mechanical speed, rad/s.
+    pub speed_max_rad_per_s: f64,
+    /// |λ̂| from this on, Wb.
+    pub flux_min_wb: f64,
+    /// |λ − λ̂| up to this, Wb.
+    pub flux_error_max_wb: f64,
+    /// |î − i| up to this, A.
+    pub current_error_max_a: f64,
+    /// |i| up to this, A.
+    pub current_max_a: f64,
+}
+
+/// Region of `sampled`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SampledRequest {
+    /// Mechanical speeds, rad/s.
+    pub speed_rad_per_s: [f64; 2],
+    /// Sampling period, s.
+    pub period_s: f64,
+    /// Wanted rate, 1/s.
+    pub rate_per_s: f64,
+}
