@@ -1,0 +1,73 @@
+//! Scenarios and drives shared by the tests.
+
+use im_control::{Drive, DriveLimits, FieldOriented, FieldOrientedGains, Kenne, KenneGains, MachineData, Reports};
+use im_model::simulation::{Controller, Inverter, Load, Profile, References, Scenario, Source};
+use im_model::{Machine, Rating};
+
+/// A controller that is looked after, of any kind.
+pub trait AnyDrive: Controller<f64> + Reports {}
+impl<C: Controller<f64> + Reports> AnyDrive for C {}
+
+/// What a test needs to know of a machine and its drive.
+#[derive(Clone, Copy)]
+pub struct Case {
+    pub known: MachineData<f64>,
+    pub rating: Rating,
+    pub dc_voltage_v: f64,
+    pub sample_time_s: f64,
+}
+
+impl Case {
+    /// A drive for a machine: 1.5 times rated current; a dc link that gives the rated voltage with a twelfth to spare.
+    pub fn new(machine: &Machine<f64>, rating: &Rating, delay_s: f64) -> Self {
+        let current = 1.5 * rating.current_peak_a(machine.parameters(), machine.pole_pairs());
+        let known = MachineData::of(machine, current).delayed(delay_s);
+        Self { known, rating: *rating, dc_voltage_v: rating.phase_voltage_peak_v * 3f64.sqrt() / 0.92, sample_time_s: 1e-4 }
+    }
+
+    pub fn speed_rad_s(&self) -> f64 {
+        self.rating.synchronous_speed_rad_s(self.known.pole_pairs)
+    }
+
+    pub fn limits(&self) -> DriveLimits<f64> {
+        DriveLimits::generous(&self.known, self.speed_rad_s(), self.rating.rotor_flux_vs)
+    }
+
+    pub fn field_oriented(&self, direct: bool) -> Box<dyn AnyDrive> {
+        let gains = FieldOrientedGains::typical(&self.known, self.rating.rotor_flux_vs, self.sample_time_s);
+        let gains = if direct { gains.direct() } else { gains };
+        Box::new(Drive::try_new(FieldOriented::try_new(&self.known, &gains).unwrap(), &self.limits()).unwrap())
+    }
+
+    pub fn kenne(&self) -> Box<dyn AnyDrive> {
+        let gains = KenneGains::typical(&self.known, self.rating.rotor_flux_vs, self.dc_voltage_v, self.sample_time_s);
+        Box::new(Drive::try_new(Kenne::try_new(&self.known, &gains).unwrap(), &self.limits()).unwrap())
+    }
+
+    /// Every speed drive, by name.
+    pub fn drives(&self) -> [(&'static str, Box<dyn AnyDrive>); 3] {
+        [("indirect", self.field_oriented(false)), ("direct", self.field_oriented(true)), ("kenne", self.kenne())]
+    }
+
+    pub fn scenario(&self, speed: Profile, load: Profile, duration_s: f64) -> Scenario {
+        Scenario {
+            name: "test".into(),
+            source: Source::Controller {
+                name: "test".into(),
+                references: References {
+                    speed_rad_s: speed,
+                    rotor_flux_vs: (0.95 * self.rating.rotor_flux_vs).into(),
+                    torque_nm: 0.0.into(),
+                },
+            },
+            inverter: Inverter::Averaged { dc_voltage_v: Some(self.dc_voltage_v) },
+            load: Load { torque_nm: load, quadratic_nm_s2: 0.0 },
+            sample_time_s: self.sample_time_s,
+            ..Scenario::direct_on_line(0.0, 50.0, duration_s)
+        }
+    }
+}
+
+pub fn points(p: &[[f64; 2]]) -> Profile {
+    Profile::points(p).unwrap()
+}

@@ -1,0 +1,6 @@
+//! Controllers in closed loop with the machine model.
+
+mod bad_input;
+mod common;
+mod mtpa;
+mod random_machines;

@@ -1,0 +1,82 @@
+//! Tracking, limits and disturbance rejection over random machines with effects that the controllers do not know.
+//!
+//! More cases: `PROPTEST_CASES=500 cargo test --release -p im-control --test drive random`.
+
+use im_model::simulation::Simulation;
+use im_model::{Effects, Machine, Nameplate, Rating};
+use proptest::prelude::*;
+
+use crate::common::{AnyDrive, Case, points};
+
+/// A machine as a catalogue has it: efficiency and power factor grow with size, slip falls.
+fn any_machine() -> impl Strategy<Value = (Machine<f64>, Rating)> {
+    (0.0..1.0f64, 1u32..=4, -1.0..1.0f64, 0.5..2.0f64).prop_map(|(size, pairs, spread, inertia)| {
+        // 0.4 to 75 kW, evenly in the logarithm.
+        let power_w = 400.0 * (75_000.0f64 / 400.0).powf(size);
+        let efficiency = 0.70 + 0.24 * size + 0.01 * spread;
+        let power_factor = 0.74 + 0.13 * size + 0.02 * spread - 0.02 * f64::from(pairs - 1);
+        let slip = 0.07 - 0.055 * size + 0.005 * spread;
+        let nameplate = Nameplate {
+            power_w,
+            line_voltage_rms_v: 400.0,
+            line_current_rms_a: power_w / (3f64.sqrt() * 400.0 * efficiency * power_factor),
+            speed_rpm: 3000.0 / f64::from(pairs) * (1.0 - slip),
+            frequency_hz: 50.0,
+            power_factor,
+            locked_rotor_current_ratio: None,
+        };
+        let mut guess = nameplate.guess().unwrap();
+        guess.parameters.inertia_kg_m2 *= inertia;
+        (Machine::base(guess.parameters, guess.pole_pairs).unwrap(), guess.rating)
+    })
+}
+
+/// Effects in typical sizes: saturation, dead time, one sample of delay.
+fn with_effects(machine: &Machine<f64>, rating: &Rating) -> Machine<f64> {
+    let mut e = Effects::scaled(rating, machine.parameters(), machine.pole_pairs());
+    e.main_flux_saturation.excess = 0.4;
+    e.inverter_nonlinearity.voltage_v = 0.015 * rating.phase_voltage_peak_v;
+    e.voltage_delay.delay_s = 1e-4;
+    machine.with_effects(e).unwrap()
+}
+
+fn check(name: &str, drive: &mut dyn AnyDrive, truth: &Machine<f64>, case: &Case) -> Result<(), TestCaseError> {
+    let (rating, w) = (case.rating, 0.7 * case.speed_rad_s());
+    // Magnetized for five rotor time constants, up, loaded with 0.8 of rated torque, down and backwards.
+    let t_m = (5.0 * truth.parameters().rotor_inductance_h() / truth.parameters().rotor_resistance_ohm).clamp(0.3, 1.5);
+    let t_j = (1.5 * truth.parameters().inertia_kg_m2 * w / rating.torque_nm).max(0.3);
+    let (up, down) = (t_m, t_m + t_j + 1.3);
+    let speed = points(&[[0.0, 0.0], [up, 0.0], [up + t_j, w], [down, w], [down + 2.0 * t_j, -w]]);
+    let load = 0.8 * rating.torque_nm;
+    let on = up + t_j + 0.3;
+    let off = on + 0.7;
+    let torque = points(&[[0.0, 0.0], [on, 0.0], [on, load], [off, load], [off, 0.0]]);
+    let mut s = case.scenario(speed, torque, down + 2.0 * t_j + 0.3);
+    s.sensors.current_noise_a = 0.005 * case.known.current_max_a;
+    s.sensors.speed_noise_rad_s = 5e-4 * case.speed_rad_s();
+    let run = Simulation::new(truth, &s).controlled_by(drive).run().unwrap();
+    let at = |t: f64| (t / case.sample_time_s) as usize;
+    let mean = |a: usize, b: usize| run.recording.omega_m[a..b].iter().sum::<f64>() / (b - a) as f64;
+    let before = mean(at(on) - 500, at(on));
+    prop_assert!((before / w - 1.0).abs() < 0.005, "{name}: {before} rad/s of {w} before the load");
+    let under = mean(at(off) - 500, at(off));
+    prop_assert!((under / w - 1.0).abs() < 0.005, "{name}: {under} rad/s of {w} under load");
+    let n = run.recording.len();
+    let end = mean(n - 500, n);
+    prop_assert!((end / w + 1.0).abs() < 0.005, "{name}: {end} rad/s of {} at the end", -w);
+    let peak = run.recording.i_s.iter().fold(0.0f64, |p, i| p.max(i.norm()));
+    prop_assert!(peak < 1.2 * case.known.current_max_a, "{name}: {peak} A of {}", case.known.current_max_a);
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(4), ..ProptestConfig::default() })]
+    #[test]
+    fn every_drive_follows_and_rejects_on_any_machine((machine, rating) in any_machine()) {
+        let truth = with_effects(&machine, &rating);
+        let case = Case::new(&machine, &rating, 1e-4);
+        for (name, mut drive) in case.drives() {
+            check(name, drive.as_mut(), &truth, &case)?;
+        }
+    }
+}
