@@ -1,1 +1,44 @@
-//! To be written.
+//! Flux and speed observers for induction machines, for firmware: no `std`, no allocation, no panic on the step path, f32 and f64.
+//!
+//! ```text
+//! Machine, Rating ─► Basis ─┐
+//!                           ├─► Kubota, Derdiyok, Utkin, Thau, CurrentModel ─► step(&self, &mut State, &Input) -> Estimate
+//! gains (im-design) ────────┘
+//! ```
+//!
+//! [`Basis`] is the machine as all observers see it, with limits and what is known of iron and inverter. Each observer adds its own gains,
+//! plain numbers with the field names that `im-design` writes. Everything is checked at construction; [`Observer::step`] cannot fail, and
+//! its [`Estimate`] carries a [`Status`]: whatever comes in, the state stays finite, the estimate says whether it may be used, and valid
+//! samples bring it back.
+//!
+//! | Observer | Estimates | Converges | Step limit |
+//! | --- | --- | --- | --- |
+//! | [`CurrentModel`] | flux, from a measured speed | always, at η | none |
+//! | [`Kubota`] | flux, speed | every load with [`KubotaGains::mended`], but at ω_e = 0 | hK_P(n_pβλ)² < 2 |
+//! | [`Derdiyok`] | flux, speed, 1/T_r | current: ν₀ large enough; flux: with the anchor | none (implicit) |
+//! | [`Utkin`] | flux, speed | not proven; mapped in `docs/observers.md` | none (implicit) |
+//! | [`Thau`] | flux, speed | in a certified box with a designed gain; L = 0 with friction | hμn_pβλ²h < 1 |
+//!
+//! Equations and sources stand at the head of each file; figures in `docs/observers.md`.
+
+#![cfg_attr(not(test), no_std)]
+
+mod basis;
+mod current_model;
+mod derdiyok;
+mod error;
+mod interface;
+mod kubota;
+mod pade;
+mod saturation;
+mod thau;
+mod utkin;
+
+pub use basis::{Basis, Discretization, Limits};
+pub use current_model::{CurrentModel, CurrentModelState};
+pub use derdiyok::{Derdiyok, DerdiyokGains, DerdiyokState};
+pub use error::ObserverError;
+pub use interface::{Estimate, Input, Observer, Status};
+pub use kubota::{Kubota, KubotaGains, KubotaState};
+pub use thau::{LoadTorque, Thau, ThauBoxGains, ThauGains, ThauState};
+pub use utkin::{Utkin, UtkinGains, UtkinState};

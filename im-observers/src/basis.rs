@@ -1,0 +1,288 @@
+//! What every observer is built on: the machine as its constants, the sampling time, limits, and what is known of inverter and iron.
+
+use im_model::effects::{Effect, InverterNonlinearity};
+use im_model::space_vector::{cross, norm2};
+use im_model::{Bound, Complex, Machine, Rating, Scalar};
+use num_traits::Zero;
+
+use crate::error::ObserverError;
+use crate::interface::{Estimate, Input, Status};
+use crate::saturation::{Electrical, Saturation};
+
+/// What is plausible. Beyond it inputs are refused, states are held, and the estimate is not valid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits<T> {
+    /// Largest phase voltage the inverter can make, V peak.
+    pub voltage_max_v: T,
+    /// Largest stator current the sensors can show, A peak.
+    pub current_max_a: T,
+    /// Largest rotor flux linkage, Vs.
+    pub flux_max_vs: T,
+    /// Rotor flux linkage below which speed is not told from it, Vs.
+    pub flux_min_vs: T,
+    /// Largest mechanical speed, rad/s.
+    pub speed_max_rad_per_s: T,
+    /// Largest current residual of a valid estimate, A.
+    pub residual_max_a: T,
+    /// Time without fault after which an estimate is valid, s.
+    pub settling_s: T,
+}
+
+impl Limits<f64> {
+    /// From the rating: 1.5 times the voltage, 2.5 times the current of a locked rotor, 2 times the flux and the speed; flux from a
+    /// tenth of the rated on, residual up to a tenth of the locked-rotor current, settled after 50 ms.
+    pub fn of(machine: &Machine<f64>, rating: &Rating) -> Self {
+        let c = machine.parameters().windings().derived(machine.pole_pairs());
+        let omega_e = 2.0 * core::f64::consts::PI * rating.electrical_frequency_hz;
+        let locked = rating.phase_voltage_peak_v / (omega_e * c.sigma_l_s);
+        Self {
+            voltage_max_v: 1.5 * rating.phase_voltage_peak_v,
+            current_max_a: 2.5 * locked,
+            flux_max_vs: 2.0 * rating.rotor_flux_vs,
+            flux_min_vs: 0.1 * rating.rotor_flux_vs,
+            speed_max_rad_per_s: 2.0 * omega_e / c.n_p,
+            residual_max_a: 0.1 * locked,
+            settling_s: 0.05,
+        }
+    }
+
+    fn validate(&self) -> Result<(), ObserverError> {
+        Bound::Positive.check("voltage_max_v", self.voltage_max_v)?;
+        Bound::Positive.check("current_max_a", self.current_max_a)?;
+        Bound::Positive.check("flux_max_vs", self.flux_max_vs)?;
+        Bound::Positive.check("flux_min_vs", self.flux_min_vs)?;
+        Bound::Within(0.0, self.flux_max_vs).check("flux_min_vs (below flux_max_vs)", self.flux_min_vs)?;
+        Bound::Positive.check("speed_max_rad_per_s", self.speed_max_rad_per_s)?;
+        Bound::Positive.check("residual_max_a", self.residual_max_a)?;
+        Ok(Bound::NotNegative.check("settling_s", self.settling_s)?)
+    }
+}
+
+/// How an observer's equations are taken through a sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Discretization {
+    /// Forward Euler: the equations as published, at the sampling time. Only with gains slow enough for it; construction checks.
+    ForwardEuler,
+    /// The (2,2) Padé approximant of the exponential for what is linear, implicit where something switches: stable at every step.
+    #[default]
+    Implicit,
+}
+
+/// The machine as the observers see it, checked once. Made in f64, kept in the firmware's number type.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Basis<T> {
+    pub(crate) nominal: Electrical<T>,
+    pub(crate) n_p: T,
+    pub(crate) inverse_inertia: T,
+    pub(crate) friction_rate: T,
+    pub(crate) sample_time_s: T,
+    pub(crate) limits: Limits<T>,
+    settle_samples: u32,
+    saturation: Option<Saturation<T>>,
+    inverter: Option<InverterNonlinearity<T>>,
+}
+
+impl<T: Scalar> Basis<T> {
+    /// The base machine at a sampling time, with [`Limits::of`] its rating. Effects of the machine are left out until asked for.
+    ///
+    /// # Errors
+    /// A sampling time outside 1 µs to 10 ms, or a rating that is not positive and finite.
+    pub fn try_new(machine: &Machine<f64>, rating: &Rating, sample_time_s: f64) -> Result<Self, ObserverError> {
+        Bound::Within(1e-6, 1e-2).check("sample_time_s", sample_time_s)?;
+        rating.validate()?;
+        let p = machine.parameters();
+        let f = T::from_f64;
+        let basis = Self {
+            nominal: Electrical::new(p, machine.pole_pairs()),
+            n_p: f(f64::from(machine.pole_pairs())),
+            inverse_inertia: f(1.0 / p.inertia_kg_m2),
+            friction_rate: f(p.viscous_friction_nm_s_per_rad / p.inertia_kg_m2),
+            sample_time_s: f(sample_time_s),
+            limits: Limits::of(machine, rating).cast(),
+            settle_samples: 0,
+            saturation: None,
+            inverter: None,
+        };
+        basis.with_limits(Limits::of(machine, rating))
+    }
+
+    /// With other limits.
+    ///
+    /// # Errors
+    /// A limit that is not positive and finite.
+    pub fn with_limits(mut self, limits: Limits<f64>) -> Result<Self, ObserverError> {
+        limits.validate()?;
+        self.limits = limits.cast();
+        self.settle_samples = (limits.settling_s / self.sample_time_s.value()) as u32;
+        Ok(self)
+    }
+
+    /// With constants that follow the machine's `main_flux_saturation`; nothing changes where that is off.
+    #[must_use]
+    pub fn with_saturation(mut self, machine: &Machine<f64>) -> Self {
+        let law = &machine.effects().main_flux_saturation;
+        self.saturation = (law.excess > 0.0).then(|| Saturation::new(machine.parameters(), machine.pole_pairs(), law));
+        self
+    }
+
+    /// With the voltage that dead time and devices take, subtracted from the command by the sign of the measured phase currents.
+    ///
+    /// # Errors
+    /// A voltage that is negative or a current that is not positive.
+    pub fn with_inverter(mut self, inverter: InverterNonlinearity<f64>) -> Result<Self, ObserverError> {
+        Bound::NotNegative.check("voltage_v", inverter.voltage_v)?;
+        Bound::Positive.check("zero_crossing_current_a", inverter.zero_crossing_current_a)?;
+        let f = T::from_f64;
+        self.inverter = (inverter.voltage_v > 0.0).then_some(InverterNonlinearity {
+            voltage_v: f(inverter.voltage_v),
+            zero_crossing_current_a: f(inverter.zero_crossing_current_a),
+        });
+        Ok(self)
+    }
+
+    /// Sampling time, s.
+    pub fn sample_time_s(&self) -> T {
+        self.sample_time_s
+    }
+
+    /// The limits.
+    pub fn limits(&self) -> &Limits<T> {
+        &self.limits
+    }
+
+    /// The constants of this sample.
+    #[inline(always)]
+    pub(crate) fn electrical(&self, lambda: Complex<T>, i_s: Complex<T>) -> Electrical<T> {
+        match &self.saturation {
+            None => self.nominal,
+            Some(s) => s.at(lambda, i_s),
+        }
+    }
+
+    /// Looks at an input: what is unusable is replaced by what is best known, and named.
+    #[inline(always)]
+    pub(crate) fn admit(&self, watch: &Watch<T>, input: &Input<T>, i_hat: Complex<T>) -> Sample<T> {
+        let mut status = Status::VALID;
+        // A NaN fails the comparison too.
+        let current_ok = norm2(input.i_s) <= self.limits.current_max_a * self.limits.current_max_a;
+        status.add_if(!current_ok, Status::CURRENT_LOST);
+        let (i_s, i_before) = if current_ok { (input.i_s, watch.i_s) } else { (i_hat, i_hat) };
+        let i_before = if watch.has_current { i_before } else { i_s };
+        let size = norm2(input.u_s);
+        let limit = self.limits.voltage_max_v;
+        let mut u_s = input.u_s;
+        let voltage_ok = size <= limit * limit;
+        if !voltage_ok {
+            let finite = u_s.re.is_finite() && u_s.im.is_finite() && size.is_finite();
+            status.add_if(finite, Status::VOLTAGE_LIMITED);
+            status.add_if(!finite, Status::VOLTAGE_LOST);
+            u_s = if finite { u_s * (limit / size.sqrt()) } else { watch.u_s };
+        }
+        let i_mean = (i_before + i_s).scale(T::from_f64(0.5));
+        let u_machine = match &self.inverter {
+            None => u_s,
+            Some(inverter) => inverter.applied_voltage(u_s, i_mean),
+        };
+        Sample { u_s: u_machine, u_commanded: u_s, i_s, i_before, i_mean, measured: current_ok, status }
+    }
+
+    /// Holds states within their limits and makes the estimate. `false` when a state is not finite: the caller starts again.
+    #[inline(always)]
+    pub(crate) fn conclude(
+        &self,
+        watch: &mut Watch<T>,
+        sample: &Sample<T>,
+        constants: &Electrical<T>,
+        lambda: &mut Complex<T>,
+        i_hat: &mut Complex<T>,
+        omega_m: T,
+    ) -> (Estimate<T>, bool) {
+        let mut status = sample.status;
+        let limits = &self.limits;
+        let (flux2, current2) = (norm2(*lambda), norm2(*i_hat));
+        let finite = (flux2 + current2 + omega_m.abs()).is_finite();
+        if !finite {
+            *watch = Watch::default();
+            let zero = Complex::zero();
+            (*lambda, *i_hat) = (zero, zero);
+            let status = status.and(Status::RESTARTED).and(Status::SETTLING);
+            let estimate = Estimate { rotor_flux_vs: zero, omega_m: T::zero(), torque_nm: T::zero(), residual_a: zero, status };
+            return (estimate, false);
+        }
+        status.add_if(flux2 < limits.flux_min_vs * limits.flux_min_vs, Status::FLUX_LOW);
+        if flux2 > limits.flux_max_vs * limits.flux_max_vs {
+            *lambda = lambda.scale(limits.flux_max_vs / flux2.sqrt());
+            status = status.and(Status::LIMITED);
+        }
+        if current2 > limits.current_max_a * limits.current_max_a {
+            *i_hat = i_hat.scale(limits.current_max_a / current2.sqrt());
+            status = status.and(Status::LIMITED);
+        }
+        status.add_if(omega_m.abs() >= limits.speed_max_rad_per_s, Status::LIMITED);
+        let omega_m = omega_m.min(limits.speed_max_rad_per_s).max(-limits.speed_max_rad_per_s);
+        let residual_a = sample.i_s - *i_hat;
+        status.add_if(norm2(residual_a) > limits.residual_max_a * limits.residual_max_a, Status::RESIDUAL);
+        watch.good_samples = if status.is_fault() { 0 } else { watch.good_samples.saturating_add(1) };
+        status.add_if(watch.good_samples < self.settle_samples, Status::SETTLING);
+        (watch.i_s, watch.u_s, watch.has_current) = (sample.i_s, sample.u_commanded, true);
+        let torque_nm = constants.torque * cross(*lambda, sample.i_s);
+        (Estimate { rotor_flux_vs: *lambda, omega_m, torque_nm, residual_a, status }, true)
+    }
+}
+
+impl Limits<f64> {
+    fn cast<U: Scalar>(&self) -> Limits<U> {
+        let f = U::from_f64;
+        Limits {
+            voltage_max_v: f(self.voltage_max_v),
+            current_max_a: f(self.current_max_a),
+            flux_max_vs: f(self.flux_max_vs),
+            flux_min_vs: f(self.flux_min_vs),
+            speed_max_rad_per_s: f(self.speed_max_rad_per_s),
+            residual_max_a: f(self.residual_max_a),
+            settling_s: f(self.settling_s),
+        }
+    }
+}
+
+/// What is remembered of the sample before, in every observer's state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Watch<T> {
+    pub i_s: Complex<T>,
+    pub u_s: Complex<T>,
+    has_current: bool,
+    good_samples: u32,
+}
+
+impl<T: Scalar> Default for Watch<T> {
+    fn default() -> Self {
+        Self { i_s: Complex::zero(), u_s: Complex::zero(), has_current: false, good_samples: 0 }
+    }
+}
+
+/// An input after [`Basis::admit`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample<T> {
+    /// Voltage at the machine over the sample that ended.
+    pub u_s: Complex<T>,
+    pub u_commanded: Complex<T>,
+    /// Current now, before, and their mean.
+    pub i_s: Complex<T>,
+    pub i_before: Complex<T>,
+    pub i_mean: Complex<T>,
+    /// Whether the current is a measured one.
+    pub measured: bool,
+    status: Status,
+}
+
+impl<T> Sample<T> {
+    /// Whether current and voltage are both as they came.
+    #[inline(always)]
+    pub fn trusted(&self) -> bool {
+        self.status.is_valid()
+    }
+
+    pub fn note(&mut self, condition: bool, reason: Status) {
+        self.status.add_if(condition, reason);
+    }
+}

@@ -1,0 +1,276 @@
+//! The fifth-order observer of Kwon, Sudhoff, Żak and Hui (Section VI), after Thau: x̂' = Ax̂ + B₁u + B₂u₂(x̂, τ̂_L) + L(y − Cx̂).
+//!
+//! ```text
+//! ω̂' = μ λ̂ × î − (D/J)ω̂ − τ̂_L/J + L_ω e,   λ̂' = aλ̂ + ηL_m î + L_λ e,   î' = −βaλ̂ − γî + u/σL_s + L_i e,   e = i − î
+//! ```
+//!
+//! The paper runs it with L = 0 ([`ThauGains::published`]) and with two load torques:
+//! * τ̂_L = kω̂ ([`LoadTorque::Proportional`]): a copy of the drive. Errors decay with its friction, (D + k)/J, and with its own torque.
+//! * τ̂_L = (3/2)n_p(L_m/L_r) λ̂ × i with the *measured* current ([`LoadTorque::EqualToTorque`]). Then ω̂' = μ λ̂ × (î − i) − (D/J)ω̂: this *is*
+//!   Kubota's integral law with K_I = μ/(n_pβ), and a leak D/J that needs a current error of Dω/(Jμ|λ|) to hold a speed ω. The paper's
+//!   "deviation in the stator current" is this. [`LoadTorque::Balanced`] takes friction as part of the load: no leak, no such error.
+//!
+//! Designed gains: constant in the frame at rest (`im-design`, `thau`), or certified over a box of frame speed, slip and flux in the frame of the
+//! estimated flux, affine in its speed (`thau_box`). For negative frame speed the gain is mirrored, since the machine is.
+//!
+//! **Step limits.** The electrical part by the (2,2) Padé approximant, any step. The correction is implicit, e at the end of the sample,
+//! x̂ = x̂_p + hL(1 + hL_i)⁻¹(i − î_p): exact where e = 0, whatever the step. The torque loop is stepped after the electrical one: h²μn_pβ|λ|² < 1
+//! (checked at the largest flux). Forward Euler takes everything at the beginning of the sample.
+
+use im_model::space_vector::{cross, norm2};
+use im_model::{Bound, Complex, Scalar};
+use num_traits::Zero;
+
+use crate::basis::{Basis, Discretization, Watch};
+use crate::error::{ObserverError, finite};
+use crate::interface::{Estimate, Input, Observer};
+use crate::pade::step2;
+
+/// What the observer takes the load torque to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LoadTorque {
+    /// τ̂_L = kω̂ (Kwon et al., first study).
+    Proportional {
+        /// k, N m s/rad; zero is no load.
+        coefficient_nm_s_per_rad: f64,
+    },
+    /// τ̂_L equal to the estimated torque with the measured current (second study and experiments).
+    EqualToTorque,
+    /// τ̂_L and friction together equal to it: the speed stands still but for what the current error says.
+    Balanced,
+}
+
+/// A gain in the frame at rest, as `im-design` gives it (`thau`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThauGains {
+    /// L, rows (ω, λ_a, λ_b, i_a, i_b), columns (i_a, i_b).
+    pub gain: [[f64; 2]; 5],
+}
+
+impl ThauGains {
+    /// L = 0, as in the paper's implementation.
+    pub const fn published() -> Self {
+        Self { gain: [[0.0; 2]; 5] }
+    }
+}
+
+/// A gain in the frame of the estimated flux, affine in its speed, as `im-design` gives it (`thau_box`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThauBoxGains {
+    /// Frame speeds covered, electrical rad/s; held to at the ends. Positive: negative speeds mirror it.
+    pub frame_rad_per_s: [f64; 2],
+    /// L₀, rows (ω, λ_d, λ_q, i_d, i_q), columns (i_d, i_q).
+    pub gain: [[f64; 2]; 5],
+    /// L₁: the gain at the frame speed ω_f (rad/s) is L₀ + ω_f L₁.
+    pub gain_per_frame_speed: [[f64; 2]; 5],
+}
+
+/// The correction's gain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Gain<T> {
+    None,
+    AtRest([[T; 2]; 5]),
+    InFluxFrame { range: [T; 2], at_zero: [[T; 2]; 5], slope: [[T; 2]; 5] },
+}
+
+/// The observer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thau<T> {
+    basis: Basis<T>,
+    gain: Gain<T>,
+    /// (D + k)/J, 1/s.
+    damping: T,
+    /// Whether the load torque follows the measured current.
+    follows: bool,
+    discretization: Discretization,
+}
+
+/// ω̂, λ̂, î.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThauState<T> {
+    omega_m: T,
+    lambda: Complex<T>,
+    i_hat: Complex<T>,
+    watch: Watch<T>,
+}
+
+impl<T: Scalar> Default for ThauState<T> {
+    fn default() -> Self {
+        Self { omega_m: T::zero(), lambda: Complex::zero(), i_hat: Complex::zero(), watch: Watch::default() }
+    }
+}
+
+impl<T: Scalar> Thau<T> {
+    /// With a gain in the frame at rest and [`Discretization::Implicit`].
+    ///
+    /// # Errors
+    /// A gain that is not finite, a load torque out of bounds, a sampling time too long for the torque loop.
+    pub fn try_new(basis: Basis<T>, gains: ThauGains, load: LoadTorque) -> Result<Self, ObserverError> {
+        Self::discretized(basis, gains, load, Discretization::Implicit)
+    }
+
+    /// With a chosen discretization.
+    ///
+    /// # Errors
+    /// As [`try_new`](Self::try_new).
+    pub fn discretized(
+        basis: Basis<T>,
+        gains: ThauGains,
+        load: LoadTorque,
+        discretization: Discretization,
+    ) -> Result<Self, ObserverError> {
+        finite("gain", &gains.gain)?;
+        let gain = if gains == ThauGains::published() { Gain::None } else { Gain::AtRest(cast(&gains.gain)) };
+        Self::build(basis, gain, load, discretization)
+    }
+
+    /// With a gain certified over a box, in the frame of the estimated flux.
+    ///
+    /// # Errors
+    /// A gain that is not finite, a range that is not positive and ordered, otherwise as [`try_new`](Self::try_new).
+    pub fn in_box(basis: Basis<T>, gains: ThauBoxGains, load: LoadTorque) -> Result<Self, ObserverError> {
+        finite("gain", &gains.gain)?;
+        finite("gain_per_frame_speed", &gains.gain_per_frame_speed)?;
+        let [low, high] = gains.frame_rad_per_s;
+        Bound::NotNegative.check("frame_rad_per_s (lower)", low)?;
+        Bound::Within(low, 1e6).check("frame_rad_per_s (upper)", high)?;
+        let gain = Gain::InFluxFrame {
+            range: [T::from_f64(low), T::from_f64(high)],
+            at_zero: cast(&gains.gain),
+            slope: cast(&gains.gain_per_frame_speed),
+        };
+        Self::build(basis, gain, load, Discretization::Implicit)
+    }
+
+    fn build(basis: Basis<T>, gain: Gain<T>, load: LoadTorque, discretization: Discretization) -> Result<Self, ObserverError> {
+        let (damping, follows) = match load {
+            LoadTorque::Proportional { coefficient_nm_s_per_rad: k } => {
+                Bound::NotNegative.check("coefficient_nm_s_per_rad", k)?;
+                (basis.friction_rate.value() + k * basis.inverse_inertia.value(), false)
+            }
+            LoadTorque::EqualToTorque => (basis.friction_rate.value(), true),
+            LoadTorque::Balanced => (0.0, true),
+        };
+        let h = basis.sample_time_s.value();
+        let mu = basis.nominal.torque.value() * basis.inverse_inertia.value();
+        let stiffness = mu * basis.n_p.value() * basis.nominal.beta.value();
+        let limit_s = 1.0 / (Scalar::sqrt(stiffness) * basis.limits.flux_max_vs.value());
+        if h > limit_s {
+            let (what, remedy) = ("the torque loop at the largest flux", "sample faster, or lower flux_max_vs");
+            return Err(ObserverError::StepTooLong { what, sample_time_s: h, limit_s, remedy });
+        }
+        Ok(Self { basis, gain, damping: T::from_f64(damping), follows, discretization })
+    }
+
+    /// h L e at the end of the sample as (ω, λ, i), e being the error before the correction.
+    #[inline(always)]
+    fn correction(
+        &self,
+        lambda: Complex<T>,
+        omega_m: T,
+        i_s: Complex<T>,
+        eta_l_m: T,
+        e: Complex<T>,
+    ) -> (T, Complex<T>, Complex<T>) {
+        let h = self.basis.sample_time_s;
+        match &self.gain {
+            Gain::None => (T::zero(), Complex::zero(), Complex::zero()),
+            Gain::AtRest(gain) => apply(gain, e, h),
+            Gain::InFluxFrame { range, at_zero, slope } => {
+                let flux2 = norm2(lambda);
+                let least = self.basis.limits.flux_min_vs;
+                if flux2 < least * least {
+                    return (T::zero(), Complex::zero(), Complex::zero());
+                }
+                let frame = self.basis.n_p * omega_m + eta_l_m * cross(lambda, i_s) / flux2;
+                let d = lambda.scale(T::one() / flux2.sqrt());
+                let backward = frame < T::zero();
+                let speed = frame.abs().max(range[0]).min(range[1]);
+                let gain = core::array::from_fn(|r| [0, 1].map(|k| at_zero[r][k] + speed * slope[r][k]));
+                // Seen from the flux; mirrored when it turns backward.
+                let mirror = |z: Complex<T>| if backward { z.conj() } else { z };
+                let (omega, flux, current) = apply(&gain, mirror(e * d.conj()), h);
+                (if backward { -omega } else { omega }, mirror(flux) * d, mirror(current) * d)
+            }
+        }
+    }
+}
+
+fn cast<T: Scalar>(gain: &[[f64; 2]; 5]) -> [[T; 2]; 5] {
+    gain.map(|row| row.map(T::from_f64))
+}
+
+/// h L (1 + hL_i)⁻¹ e.
+#[inline(always)]
+fn apply<T: Scalar>(l: &[[T; 2]; 5], e: Complex<T>, h: T) -> (T, Complex<T>, Complex<T>) {
+    let one = T::one();
+    let [[a, b], [c, d]] = [l[3].map(|x| x * h), l[4].map(|x| x * h)];
+    let det = one / ((one + a) * (one + d) - b * c);
+    let e = [((one + d) * e.re - b * e.im) * det * h, ((one + a) * e.im - c * e.re) * det * h];
+    let row = |r: [T; 2]| r[0] * e[0] + r[1] * e[1];
+    (row(l[0]), Complex::new(row(l[1]), row(l[2])), Complex::new(row(l[3]), row(l[4])))
+}
+
+impl<T: Scalar> Observer<T> for Thau<T> {
+    type State = ThauState<T>;
+
+    fn state_at(&self, rotor_flux_vs: Complex<T>, i_s: Complex<T>, omega_m: T) -> ThauState<T> {
+        ThauState { omega_m, lambda: rotor_flux_vs, i_hat: i_s, watch: Watch::default() }
+    }
+
+    #[inline]
+    fn step(&self, s: &mut ThauState<T>, input: &Input<T>) -> Estimate<T> {
+        let b = &self.basis;
+        let sample = b.admit(&s.watch, input, s.i_hat);
+        let c = b.electrical(s.lambda, sample.i_mean);
+        let (h, mu) = (b.sample_time_s, c.torque * b.inverse_inertia);
+        let drive = sample.u_s.scale(c.inverse_sigma_l_s);
+        let real = |x: T| Complex::new(x, T::zero());
+        let a = Complex::new(-c.eta, b.n_p * s.omega_m);
+        let m = [[a, real(c.eta_l_m)], [-a.scale(c.beta), real(-c.gamma)]];
+        let before = (s.lambda, s.i_hat);
+        // λ̂ × î, or λ̂ × (î − i) where the load torque follows the measured current.
+        let pull = |lambda: Complex<T>, i_hat: Complex<T>, i_s: Complex<T>| {
+            cross(lambda, if self.follows { i_hat - i_s } else { i_hat })
+        };
+        match self.discretization {
+            Discretization::Implicit => {
+                [s.lambda, s.i_hat] = step2(m, [s.lambda, s.i_hat], [Complex::zero(), drive], h);
+                let torque = if self.follows {
+                    pull(s.lambda, s.i_hat, sample.i_s)
+                } else {
+                    (pull(before.0, before.1, sample.i_before) + pull(s.lambda, s.i_hat, sample.i_s)) * T::from_f64(0.5)
+                };
+                s.omega_m = (s.omega_m + h * mu * torque) / (T::one() + h * self.damping);
+                if sample.measured {
+                    let e = sample.i_s - s.i_hat;
+                    let (omega, flux, current) = self.correction(s.lambda, s.omega_m, sample.i_s, c.eta_l_m, e);
+                    s.omega_m += omega;
+                    s.lambda += flux;
+                    s.i_hat += current;
+                }
+            }
+            Discretization::ForwardEuler => {
+                let (omega, flux, current) = match &self.gain {
+                    Gain::AtRest(l) if sample.measured => {
+                        let e = sample.i_before - s.i_hat;
+                        let row = |k: usize| l[k][0] * e.re + l[k][1] * e.im;
+                        (row(0), Complex::new(row(1), row(2)), Complex::new(row(3), row(4)))
+                    }
+                    _ => (T::zero(), Complex::zero(), Complex::zero()),
+                };
+                let torque = pull(s.lambda, s.i_hat, sample.i_before);
+                s.omega_m += (mu * torque - self.damping * s.omega_m + omega) * h;
+                s.lambda += (m[0][0] * before.0 + m[0][1] * before.1 + flux).scale(h);
+                s.i_hat += (m[1][0] * before.0 + m[1][1] * before.1 + drive + current).scale(h);
+            }
+        }
+        let top = b.limits.speed_max_rad_per_s;
+        s.omega_m = s.omega_m.min(top).max(-top);
+        let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut s.i_hat, s.omega_m);
+        if !finite {
+            *s = ThauState::default();
+        }
+        estimate
+    }
+}
