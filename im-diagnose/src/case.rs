@@ -1,8 +1,10 @@
 //! What is to be explained: a motor as its papers give it, recordings to learn from, and one held out.
 
-use im_identify::offline::{Experiment, guess_start};
+use im_identify::offline::{Experiment, Start, guess_start};
 use im_model::{Machine, MotorFile, Recording, State};
 
+use crate::intake::Intake;
+use crate::intake::mapping::Begin;
 use crate::noise::white_sigma;
 
 /// A motor with its recordings.
@@ -24,6 +26,22 @@ impl Case {
         case.estimate_noise();
         for e in case.train.iter_mut().chain(&mut case.holdout) {
             e.start = guess_start(e);
+        }
+        case
+    }
+
+    /// From recordings as they were taken in; the noise of each sensor is estimated from all of them together.
+    pub fn from_intake(motor: MotorFile, train: Vec<Intake>, holdout: Option<Intake>) -> Self {
+        let begins: Vec<Begin> = train.iter().chain(&holdout).map(|i| i.begin).collect();
+        let train = train.into_iter().map(|i| i.experiment).collect();
+        let mut case = Self { motor, train, holdout: holdout.map(|i| i.experiment) };
+        case.estimate_noise();
+        for (e, begin) in case.train.iter_mut().chain(&mut case.holdout).zip(begins) {
+            e.start = match (begin, guess_start(e)) {
+                (Begin::AtRest, _) => Start::Rest,
+                (Begin::InMotion, Start::Rest) => Start::Estimated(State::default()),
+                (_, guess) => guess,
+            };
         }
         case
     }

@@ -3,6 +3,7 @@
 
 pub mod case;
 pub mod diagnosis;
+pub mod intake;
 pub mod leftover;
 pub mod localise;
 pub mod next_test;

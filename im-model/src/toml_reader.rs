@@ -145,6 +145,11 @@ impl<'a> Table<'a> {
         })
     }
 
+    /// The line of `key`, or of the table where the key is absent.
+    pub fn line(&self, key: &str) -> Option<usize> {
+        self.find(key).map(|(span, _)| line_of(self.document.text, span.start)).or(self.line)
+    }
+
     /// What stands at `key`, in words for messages.
     pub fn found(&self, key: &str) -> String {
         self.find(key).map_or_else(|| "missing".to_owned(), |(_, v)| describe(v))

@@ -29,10 +29,10 @@ pub struct Args {
     #[arg(long, value_name = "NAME", value_parser = super::effects::effect_parser())]
     effect: EffectId,
     /// Recordings to fit it to
-    #[arg(long, value_name = "CSV")]
+    #[arg(long, value_name = "FILE")]
     train: Vec<PathBuf>,
     /// A recording that no fit sees
-    #[arg(long, value_name = "CSV")]
+    #[arg(long, value_name = "FILE")]
     holdout: Option<PathBuf>,
     /// Where to write the motor
     #[arg(short, long, value_name = "FILE")]
@@ -54,10 +54,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         writeln!(out, "{}: {effect} added at a usual size; edit it, or give --train to fit it", args.output.display())?;
         return Ok(());
     }
-    let train = recordings(&args.train)?;
-    let holdout = args.holdout.as_deref().map(recording).transpose()?;
+    let train = recordings(&args.train, None, &motor)?;
+    let holdout = args.holdout.as_deref().map(|p| recording(p, None, &motor)).transpose()?;
     let fitted = |m: MotorFile| {
-        let case = Case::new(m, &train, holdout.as_ref());
+        let case = Case::from_intake(m, train.clone(), holdout.clone());
         Refinement::new(case, Options::default()).map_err(|e| refused(&args.motor, &e))
     };
     let (_, before) = fitted(motor.clone())?;

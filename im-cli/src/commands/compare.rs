@@ -8,7 +8,7 @@ use im_diagnose::report::{Comparison, Meta, compare_html, compare_terminal};
 use im_model::{MotorFile, write_atomically};
 use serde_json::json;
 
-use super::inputs::recordings;
+use super::inputs::{findings, quality, recordings};
 use crate::failure::Failure;
 use crate::terminal::STORY_WIDTH;
 
@@ -24,9 +24,12 @@ pub struct Args {
     /// The motor: a motor.toml
     #[arg(long, value_name = "FILE")]
     motor: PathBuf,
-    /// A recording; give it several times for several recordings
-    #[arg(long, value_name = "CSV", required = true)]
+    /// A recording, or its recording.toml; give it several times for several recordings
+    #[arg(long, visible_alias = "train", value_name = "FILE", required = true)]
     data: Vec<PathBuf>,
+    /// What the columns of the recordings mean, instead of the recording.toml beside them
+    #[arg(long, value_name = "FILE")]
+    mapping: Option<PathBuf>,
     /// Folder for compare.html
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -38,11 +41,12 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let motor = MotorFile::read(&args.motor)?;
-    let data = recordings(&args.data)?;
-    let mut case = Case::new(motor.clone(), &data, None);
-    case.estimate_noise();
+    let data = recordings(&args.data, args.mapping.as_deref(), &motor)?;
+    let noticed = findings(data.iter());
+    let case = Case::from_intake(motor.clone(), data, None);
     let comparison = Comparison::new(motor, case.train);
-    let meta = Meta { program: concat!("im ", env!("CARGO_PKG_VERSION")).into(), ..Meta::default() };
+    let program = concat!("im ", env!("CARGO_PKG_VERSION")).into();
+    let meta = Meta { program, quality: quality(&noticed), ..Meta::default() };
     let mut written = None;
     if let Some(dir) = &args.out {
         std::fs::create_dir_all(dir)?;
@@ -52,7 +56,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut out = io::stdout().lock();
     if args.json {
-        writeln!(out, "{}", json!({"schema": 1, "findings": comparison.findings()}))?;
+        writeln!(out, "{}", json!({"schema": 1, "data_quality": noticed, "findings": comparison.findings()}))?;
         return Ok(());
     }
     write!(out, "{}", compare_terminal(&comparison, &meta, STORY_WIDTH))?;

@@ -8,7 +8,7 @@ use im_diagnose::next_test::{Limits, propose};
 use im_diagnose::refine::Options;
 use im_diagnose::report::{self, Meta, NextTest};
 
-use super::inputs::{Data, refused};
+use super::inputs::{Data, quality, refused};
 use crate::failure::Failure;
 use crate::terminal::{Progress, STORY_WIDTH};
 
@@ -39,14 +39,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !(args.significance > 0.0 && args.significance < 0.5) {
         return Err(Failure::Input(format!("--significance {} must lie between 0 and 0.5", args.significance)));
     }
-    let case = args.data.case()?;
+    let (case, noticed) = args.data.case()?;
     let progress = Progress::new("diagnosing");
     progress.then("fitting and scoring");
     let options = Options { significance: args.significance, ..Options::default() };
     let found = diagnose(case, options).map_err(|e| refused(&args.data.motor, &e));
     progress.finish();
     let found = found?;
-    finish(&found, &meta(&found), args.out.as_deref(), args.json)
+    let meta = Meta { quality: quality(&noticed), ..meta(&found) };
+    finish(&found, &meta, args.out.as_deref(), args.json)
 }
 
 /// Writes the files and tells the story.

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::inputs::{Data, refused};
 use crate::failure::Failure;
-use crate::terminal::{Progress, rounded};
+use crate::terminal::{Progress, rounded, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -36,7 +36,7 @@ const UNDETERMINED: f64 = 0.3;
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let case = args.data.case()?;
+    let (case, noticed) = args.data.case()?;
     let before = case.motor.clone();
     let progress = Progress::new("fitting");
     progress.then("fitting");
@@ -67,11 +67,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             })
             .collect();
         let report = json!({
-            "schema": 1, "chi2_per_sample": train.chi2_per_sample, "rmse": train.rmse, "fit_percent": train.fit_percent,
+            "schema": 1, "data_quality": noticed, "chi2_per_sample": train.chi2_per_sample, "rmse": train.rmse, "fit_percent": train.fit_percent,
             "parameters": parameters, "holdout_chi2_per_sample": model.holdout,
         });
         writeln!(out, "{report}")?;
         return Ok(());
+    }
+    for finding in &noticed {
+        write!(out, "{}", wrapped("! ", &finding.line()))?;
     }
     writeln!(out, "{:<60} {:>11} {:>11} {:>11}", "parameter", "before", "after", "std")?;
     for (k, f) in fit.free.iter().enumerate() {

@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::inputs::recording;
 use crate::failure::Failure;
-use crate::terminal::rounded;
+use crate::terminal::{rounded, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -27,8 +27,11 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     after: PathBuf,
     /// A recording that was not used to refine it
-    #[arg(long, value_name = "CSV")]
+    #[arg(long, value_name = "FILE")]
     data: PathBuf,
+    /// What the columns of the recording mean, instead of the recording.toml beside it
+    #[arg(long, value_name = "FILE")]
+    mapping: Option<PathBuf>,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -47,9 +50,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             after.machine.pole_pairs()
         )));
     }
-    let r = recording(&args.data)?;
-    let mut case = Case::new(after.clone(), &[r], None);
-    case.estimate_noise();
+    let taken = recording(&args.data, args.mapping.as_deref(), &after)?;
+    let noticed = taken.findings.clone();
+    let mut case = Case::from_intake(after.clone(), vec![taken], None);
     let drawn = pulled(&case.train);
     let starts = |m: &MotorFile| drawn.iter().map(|e| start_on(&m.machine, e, &m.rating)).collect::<Vec<_>>();
     let (start_before, start_after) = (starts(&before), starts(&after));
@@ -62,8 +65,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let one = |e: &im_diagnose::diagnosis::Errors| json!({"chi2_per_sample": e.chi2_per_sample, "rmse": e.rmse});
             json!({"before": one(&p.0), "after": one(&p.1)})
         };
-        writeln!(out, "{}", json!({"schema": 1, "unaided": pair(&free), "speed_drawn": pair(&aided)}))?;
+        writeln!(out, "{}", json!({"schema": 1, "data_quality": noticed, "unaided": pair(&free), "speed_drawn": pair(&aided)}))?;
         return Ok(());
+    }
+    for finding in &noticed {
+        write!(out, "{}", wrapped("! ", &finding.line()))?;
     }
     writeln!(out, "{}: error in noise floors (1 is the noise of the sensors)\n", args.data.display())?;
     writeln!(out, "{:<34} {:>10} {:>10}", "", "before", "after")?;

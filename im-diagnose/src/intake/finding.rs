@@ -1,0 +1,138 @@
+//! What was noticed about a recording before anything is fitted to it.
+
+use std::ops::Range;
+
+use serde::Serialize;
+
+/// What kind of thing was noticed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FindingKind {
+    /// A current sensor that ends at a limit, hard or soft.
+    ClippedSensor,
+    /// A second sensor takes the place of the first.
+    RedundantSensor,
+    /// Single rows that no machine can have made.
+    Glitch,
+    /// Phase currents that do not sum to zero.
+    CurrentSum,
+    /// A mean where there should be none.
+    Offset,
+    /// Phases of unequal size.
+    Unbalance,
+    /// A channel that does not move.
+    DeadChannel,
+    /// Values that no sensor of this machine should show.
+    OutOfRange,
+    /// Rows missing in time.
+    Gap,
+    /// Times that are not evenly spaced.
+    IrregularSampling,
+    /// Fewer samples than the supply or the leakage need.
+    SlowSampling,
+    /// More rows than are needed or can be used.
+    Decimated,
+    /// Rows that stand twice.
+    RepeatedRows,
+    /// Sequence of the phases and sign of the speed contradict each other.
+    SwappedPhases,
+    /// Steady speed and supply frequency do not fit the pole pairs.
+    WrongPolePairs,
+    /// The speed's unit or gain is off.
+    SpeedScale,
+    /// No load torque is known.
+    MissingLoad,
+    /// No speed is known.
+    MissingSpeed,
+    /// The instant of the voltage is probably another.
+    VoltageInstant,
+    /// The recording and the motor file, or two recordings, seem to be of different machines.
+    DifferentMachine,
+}
+
+/// How much it matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Severity {
+    /// Worth knowing; taken care of.
+    Note,
+    /// May distort what is found.
+    Warning,
+    /// Makes what is found doubtful until it is mended.
+    Serious,
+}
+
+/// One thing that was noticed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// What kind.
+    pub kind: FindingKind,
+    /// How much it matters.
+    pub severity: Severity,
+    /// The recording.
+    pub recording: String,
+    /// The column, where it is about one.
+    pub channel: Option<String>,
+    /// Rows from the first that is used, counted from 0, end excluded; empty where it is about all of them.
+    pub rows: Vec<Range<usize>>,
+    /// The same in time, s: from the beginning of the first to the end of the last.
+    pub span_s: Option<[f64; 2]>,
+    /// What was noticed and what was done about it, in a sentence.
+    pub sentence: String,
+    /// What the user should do; empty when there is nothing to do.
+    pub advice: String,
+}
+
+impl Finding {
+    /// A finding about a whole recording or channel.
+    pub fn new(kind: FindingKind, severity: Severity, sentence: impl Into<String>, advice: impl Into<String>) -> Self {
+        Self {
+            kind,
+            severity,
+            recording: String::new(),
+            channel: None,
+            rows: Vec::new(),
+            span_s: None,
+            sentence: sentence.into(),
+            advice: advice.into(),
+        }
+    }
+
+    /// About one column.
+    #[must_use]
+    pub fn on(mut self, channel: &str) -> Self {
+        self.channel = Some(channel.to_owned());
+        self
+    }
+
+    /// About some rows.
+    #[must_use]
+    pub fn at(mut self, rows: Vec<Range<usize>>) -> Self {
+        self.rows = rows;
+        self
+    }
+
+    /// One line for people.
+    pub fn line(&self) -> String {
+        let stop = if self.sentence.ends_with(['.', '!', '?']) { "" } else { "." };
+        let mark = match self.severity {
+            Severity::Note => "",
+            Severity::Warning => "warning: ",
+            Severity::Serious => "serious: ",
+        };
+        let advice = if self.advice.is_empty() { String::new() } else { format!(" {}", self.advice) };
+        format!("{}: {mark}{}{stop}{advice}", self.recording, self.sentence)
+    }
+}
+
+/// The rows where `marked` holds, as ranges.
+pub fn ranges(marked: &[bool]) -> Vec<Range<usize>> {
+    let mut found: Vec<Range<usize>> = Vec::new();
+    for k in (0..marked.len()).filter(|&k| marked[k]) {
+        match found.last_mut() {
+            Some(r) if r.end == k => r.end = k + 1,
+            _ => found.push(k..k + 1),
+        }
+    }
+    found
+}

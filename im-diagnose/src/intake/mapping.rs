@@ -1,0 +1,257 @@
+//! `recording.toml`: what the columns of a laboratory's file mean. Types; [`super::mapping_file`] reads and writes them.
+//!
+//! Of every column the value used is gain · (x − offset) · unit, with x as it stands in the file and the unit in SI.
+
+use im_model::TextFormat;
+
+use super::unit::Quantity;
+
+/// A column of the file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Column {
+    /// By its name in the first line.
+    Name(String),
+    /// By its place, from 1.
+    Number(usize),
+}
+
+/// What is taken off a column, in the column's own unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Offset {
+    /// A known number.
+    Value(f64),
+    /// The mean over the recording: for alternating quantities in steady operation.
+    Mean,
+    /// The mean before this time, s, while nothing is switched on yet.
+    MeanBefore(f64),
+}
+
+/// A gain found from a stretch of known value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration {
+    /// Begin of the stretch, s.
+    pub from_s: f64,
+    /// End of the stretch, s.
+    pub to_s: f64,
+    /// The mean there, in the column's unit after the gain.
+    pub value: f64,
+}
+
+/// How a column becomes a quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signal {
+    /// Where it stands.
+    pub column: Column,
+    /// One of its units in SI; `None`: from the column's name, else SI.
+    pub unit: Option<f64>,
+    /// Gain; negative to turn the sign.
+    pub gain: f64,
+    /// Offset.
+    pub offset: Offset,
+    /// Replaces the gain.
+    pub calibrate: Option<Calibration>,
+    /// A second sensor of the same quantity.
+    pub alternate: Option<Box<Signal>>,
+    /// Line of the mapping file that names it.
+    pub line: Option<usize>,
+}
+
+impl Signal {
+    /// A column in SI units as it stands.
+    pub fn plain(name: &str) -> Self {
+        Self {
+            column: Column::Name(name.to_owned()),
+            unit: None,
+            gain: 1.0,
+            offset: Offset::Value(0.0),
+            calibrate: None,
+            alternate: None,
+            line: None,
+        }
+    }
+}
+
+/// How the voltage stands in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum VoltageForm {
+    /// Phase voltages a, b, c against any common point.
+    Phases([Signal; 3]),
+    /// Phase voltages a and b against the star point of the machine: the third is minus their sum.
+    TwoPhases([Signal; 2]),
+    /// Two line-to-line voltages.
+    Lines([Line; 2], [Signal; 2]),
+    /// All three line-to-line voltages ab, bc, ca.
+    ThreeLines([Signal; 3]),
+    /// Space vector.
+    AlphaBeta([Signal; 2]),
+    /// Duty cycles of the legs, 0 to 1, and the voltage of the dc link.
+    Duty([Signal; 3], Signal),
+}
+
+/// A line-to-line voltage: of the first against the second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Line {
+    /// u_a − u_b.
+    Ab,
+    /// u_b − u_c.
+    Bc,
+    /// u_c − u_a.
+    Ca,
+}
+
+/// Which instant a voltage belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instant {
+    /// The average from this row to the next: what a drive commands.
+    HeldFromRow,
+    /// The value at the row, as a voltmeter samples it.
+    Sample,
+    /// The average from the row before to this one.
+    HeldUntilRow,
+}
+
+/// The voltage.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Voltage {
+    /// Columns.
+    pub form: VoltageForm,
+    /// Instant.
+    pub instant: Instant,
+}
+
+/// How the current stands in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CurrentForm {
+    /// All three.
+    Phases([Signal; 3]),
+    /// Two of a, b, c (0, 1, 2); the third is minus their sum.
+    TwoPhases([usize; 2], [Signal; 2]),
+    /// Space vector.
+    AlphaBeta([Signal; 2]),
+}
+
+/// The speed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Speed {
+    /// Not measured.
+    Absent,
+    /// The rotor is held.
+    Locked,
+    /// A column; `electrical` when it is the pole pairs' multiple.
+    Measured {
+        /// Column.
+        signal: Signal,
+        /// Whether the pole pairs are to be taken out.
+        electrical: bool,
+    },
+}
+
+/// The load torque.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Load {
+    /// Not known: taken as zero.
+    Absent,
+    /// The same all the time, Nm.
+    Constant(f64),
+    /// A column, times another where given: k·i_a·i_f of a separately excited dc machine.
+    Measured {
+        /// Column; its gain makes Nm.
+        signal: Signal,
+        /// Second factor.
+        times: Option<Signal>,
+    },
+}
+
+/// How the recording begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Begin {
+    /// To be seen from the data.
+    #[default]
+    Auto,
+    /// At rest, without flux.
+    AtRest,
+    /// Turning, or with flux.
+    InMotion,
+}
+
+/// Time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Time {
+    /// The column; without one, `sample_time_s` counts from zero.
+    pub signal: Option<Signal>,
+    /// Sampling time, s, where there is no column.
+    pub sample_time_s: Option<f64>,
+    /// First instant to use, s.
+    pub from_s: f64,
+    /// First instant not to use, s.
+    pub to_s: f64,
+    /// Missing rows are filled and left out of the comparison.
+    pub fill_gaps: bool,
+}
+
+/// What the columns of a file mean.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mapping {
+    /// The mapping file, for messages.
+    pub label: String,
+    /// Data files it belongs to, relative to it; empty: those named like it, or beside it.
+    pub files: Vec<String>,
+    /// How the text is written.
+    pub format: TextFormat,
+    /// Time.
+    pub time: Time,
+    /// Voltage.
+    pub voltage: Voltage,
+    /// Current.
+    pub current: CurrentForm,
+    /// Speed.
+    pub speed: Speed,
+    /// Load torque.
+    pub load: Load,
+    /// Start.
+    pub begin: Begin,
+}
+
+impl VoltageForm {
+    /// The signals in it, in order.
+    pub fn signals(&self) -> Vec<&Signal> {
+        match self {
+            Self::Phases(s) | Self::ThreeLines(s) => s.iter().collect(),
+            Self::TwoPhases(s) | Self::Lines(_, s) | Self::AlphaBeta(s) => s.iter().collect(),
+            Self::Duty(s, dc) => s.iter().chain([dc]).collect(),
+        }
+    }
+}
+
+impl CurrentForm {
+    /// The signals in it, in order.
+    pub fn signals(&self) -> Vec<&Signal> {
+        match self {
+            Self::Phases(s) => s.iter().collect(),
+            Self::TwoPhases(_, s) | Self::AlphaBeta(s) => s.iter().collect(),
+        }
+    }
+}
+
+impl Mapping {
+    /// Every column that is asked for, with what it measures; `None` for a pure number.
+    pub fn signals(&self) -> Vec<(&Signal, Option<Quantity>)> {
+        let mut all: Vec<(&Signal, Option<Quantity>)> = Vec::new();
+        all.extend(self.time.signal.iter().map(|s| (s, Some(Quantity::Time))));
+        let duty = matches!(self.voltage.form, VoltageForm::Duty(..));
+        let voltages = self.voltage.form.signals();
+        let last = voltages.len() - 1;
+        all.extend(voltages.into_iter().enumerate().map(|(k, s)| (s, (!duty || k == last).then_some(Quantity::Voltage))));
+        all.extend(self.current.signals().into_iter().map(|s| (s, Some(Quantity::Current))));
+        if let Speed::Measured { signal, .. } = &self.speed {
+            all.push((signal, Some(Quantity::Speed)));
+        }
+        if let Load::Measured { signal, times } = &self.load {
+            all.push((signal, None));
+            all.extend(times.iter().map(|s| (s, None)));
+        }
+        let alternates: Vec<_> = all.iter().filter_map(|(s, q)| s.alternate.as_deref().map(|a| (a, *q))).collect();
+        all.extend(alternates);
+        all
+    }
+}

@@ -1,0 +1,187 @@
+//! Recordings as laboratories have them: from files with foreign columns to an [`Experiment`] and what is wrong with it.
+//!
+//! file → [`raw`] columns → ([`mapping`]) → [`signals`] in SI units → ([`quality`]) → [`Intake`].
+
+pub mod finding;
+pub mod mapping;
+mod mapping_file;
+pub mod quality;
+pub mod raw;
+pub mod signals;
+pub mod unit;
+
+use std::path::{Path, PathBuf};
+
+use im_identify::offline::{Channel, ChannelKind, Experiment, Start};
+use im_model::{CanonicalColumns, FileError, MotorFile, TextFormat, VectorColumns, space_vector::from_phases};
+
+pub use finding::{Finding, FindingKind, Severity};
+use mapping::{Begin, CurrentForm, Instant, Load, Mapping, Signal, Speed, Time, Voltage, VoltageForm};
+use raw::RawTable;
+use signals::{Signals, SpeedTrace, Trace};
+
+/// A recording, ready to compare with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Intake {
+    /// Inputs and channels; noise levels are still to be estimated.
+    pub experiment: Experiment,
+    /// How it begins, as the mapping says.
+    pub begin: Begin,
+    /// Time of its first row in the file, s.
+    pub start_s: f64,
+    /// What was noticed.
+    pub findings: Vec<Finding>,
+}
+
+/// Reads what a path names: a recording, with the mapping beside it if there is one, or a mapping, with the recordings it names.
+///
+/// The mapping of `run.csv` is `mapping` where given, else `run.recording.toml`, else `recording.toml` in the same folder; a file in
+/// canonical columns needs none.
+///
+/// # Errors
+/// As [`FileError`] says, with file, line and key or column.
+pub fn read(path: &Path, mapping: Option<&Path>, motor: &MotorFile) -> Result<Vec<Intake>, FileError> {
+    sources(path, mapping)?.into_iter().map(|(data, mapping)| read_one(&data, mapping, motor)).collect()
+}
+
+fn read_one(path: &Path, mapping: Option<Mapping>, motor: &MotorFile) -> Result<Intake, FileError> {
+    let label = path.display().to_string();
+    let format = mapping.as_ref().map_or_else(TextFormat::default, |m| m.format);
+    let mut rows = raw::open(path, &label, format)?;
+    let mapping = match mapping {
+        Some(m) => m,
+        None => canonical(&mut rows, &label)?,
+    };
+    let asked: Vec<usize> =
+        mapping.signals().iter().map(|(s, _)| raw::place(rows.names(), s, &mapping)).collect::<Result<_, _>>()?;
+    let mut asked = asked;
+    asked.sort_unstable();
+    asked.dedup();
+    let mut table = RawTable::from_rows(rows, &label, &asked, usize::MAX)?;
+    let signals = Signals::new(&mut table, &mapping, motor.machine.pole_pairs())?;
+    drop(table);
+    let checked = quality::check(&signals, motor);
+    Ok(assemble(&signals, checked, mapping.begin))
+}
+
+/// The recordings that a path names, each with its mapping.
+fn sources(path: &Path, mapping: Option<&Path>) -> Result<Vec<(PathBuf, Option<Mapping>)>, FileError> {
+    if path.extension().is_some_and(|e| e == "toml") {
+        let mapping = read_mapping(path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let files: Vec<PathBuf> = if mapping.files.is_empty() {
+            let stem = path.file_name().map(|n| n.to_string_lossy().replace(".recording.toml", "").replace(".toml", ""));
+            vec![folder.join(format!("{}.csv", stem.unwrap_or_default()))]
+        } else {
+            mapping.files.iter().map(|f| folder.join(f)).collect()
+        };
+        return Ok(files.into_iter().map(|f| (f, Some(mapping.clone()))).collect());
+    }
+    let beside = [path.with_extension("recording.toml"), path.with_file_name("recording.toml")];
+    let file = mapping.map(Path::to_path_buf).or_else(|| beside.into_iter().find(|p| p.is_file()));
+    Ok(vec![(path.to_path_buf(), file.map(|f| read_mapping(&f)).transpose()?)])
+}
+
+/// Reads a mapping.
+///
+/// # Errors
+/// The file cannot be read, or is no mapping.
+pub fn read_mapping(path: &Path) -> Result<Mapping, FileError> {
+    let label = path.display().to_string();
+    let text = std::fs::read_to_string(path).map_err(|e| FileError::io(&label, "read", &e))?;
+    Mapping::parse(&text, &label)
+}
+
+/// The mapping of a file in canonical columns.
+fn canonical<R: std::io::BufRead>(rows: &mut im_model::Rows<'_, R>, label: &str) -> Result<Mapping, FileError> {
+    let found = CanonicalColumns::find(rows)?;
+    let signal = |k: usize| Signal::plain(&rows.names()[k]);
+    let voltage = match found.u {
+        VectorColumns::Vector(c) => VoltageForm::AlphaBeta(c.map(signal)),
+        VectorColumns::Phases(c) => VoltageForm::Phases(c.map(signal)),
+        VectorColumns::TwoPhases(c) => VoltageForm::TwoPhases(c.map(signal)),
+    };
+    let current = match found.i {
+        VectorColumns::Vector(c) => CurrentForm::AlphaBeta(c.map(signal)),
+        VectorColumns::Phases(c) => CurrentForm::Phases(c.map(signal)),
+        VectorColumns::TwoPhases(c) => CurrentForm::TwoPhases([0, 1], c.map(signal)),
+    };
+    Ok(Mapping {
+        label: label.to_owned(),
+        files: Vec::new(),
+        format: TextFormat::default(),
+        time: Time {
+            signal: Some(signal(found.time)),
+            sample_time_s: None,
+            from_s: f64::NEG_INFINITY,
+            to_s: f64::INFINITY,
+            fill_gaps: false,
+        },
+        voltage: Voltage { form: voltage, instant: Instant::HeldFromRow },
+        current,
+        speed: Speed::Measured { signal: signal(found.omega_m), electrical: false },
+        load: found.tau_load.map_or(Load::Absent, |k| Load::Measured { signal: signal(k), times: None }),
+        begin: Begin::Auto,
+    })
+}
+
+/// Makes the experiment of what the checks left.
+fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
+    let u_s = s.held_voltage();
+    let n = u_s.len();
+    let current = |x: usize| -> &Trace {
+        let c = &s.current[x];
+        c.alternate.as_ref().filter(|_| checked.second[x]).unwrap_or(&c.main)
+    };
+    let valid = |x: usize| -> Option<Vec<bool>> {
+        let of = |k: usize| checked.valid.get(x).is_none_or(|v| v[k]) && s.filled.get(k).is_none_or(|f| !f);
+        let mask: Vec<bool> = (0..n).map(of).collect();
+        mask.contains(&false).then_some(mask)
+    };
+    let channel = |name: &str, kind, values: Vec<f64>, valid| Channel { name: name.into(), kind, values, valid, sigma: 1.0 };
+    let along = |direction_rad: f64| ChannelKind::Current { direction_rad };
+    const THIRD: f64 = 2.0 * std::f64::consts::FRAC_PI_3;
+    const RIGHT: f64 = std::f64::consts::FRAC_PI_2;
+    let phase = |x: usize, p: usize| {
+        channel(["i_a_A", "i_b_A", "i_c_A"][p], along(THIRD * p as f64), current(x).values[..n].to_vec(), valid(x))
+    };
+    let vector = |of: &dyn Fn(usize) -> im_model::Complex<f64>| {
+        let mask = if checked.valid.is_empty() { valid(usize::MAX) } else { None };
+        vec![
+            channel("i_alpha_A", along(0.0), (0..n).map(|k| of(k).re).collect(), mask.clone()),
+            channel("i_beta_A", along(RIGHT), (0..n).map(|k| of(k).im).collect(), mask),
+        ]
+    };
+    let at = |x: usize, k: usize| current(x).values[k];
+    let masked = !checked.valid.is_empty();
+    // Whole rows make a space vector; where single phases are left out every phase is compared for itself.
+    let mut channels = match &s.current_form {
+        CurrentForm::AlphaBeta(_) => vec![
+            channel("i_alpha_A", along(0.0), current(0).values[..n].to_vec(), valid(0)),
+            channel("i_beta_A", along(RIGHT), current(1).values[..n].to_vec(), valid(1)),
+        ],
+        CurrentForm::Phases(_) if masked => (0..3).map(|x| phase(x, x)).collect(),
+        CurrentForm::Phases(_) => vector(&|k| from_phases([at(0, k), at(1, k), at(2, k)])),
+        CurrentForm::TwoPhases(which, _) if masked => (0..2).map(|x| phase(x, which[x])).collect(),
+        CurrentForm::TwoPhases(which, _) => vector(&|k| {
+            let mut i = [-at(0, k) - at(1, k); 3];
+            i[which[0]] = at(0, k);
+            i[which[1]] = at(1, k);
+            from_phases(i)
+        }),
+    };
+    if let SpeedTrace::Measured(w) = &s.speed {
+        channels.push(channel("omega_m_rad_s", ChannelKind::Speed, w.values[..n].to_vec(), valid(usize::MAX)));
+    }
+    let experiment = Experiment {
+        name: s.name.clone(),
+        sample_time_s: s.sample_time_s,
+        u_s,
+        tau_load: s.tau_load.as_ref().map_or_else(|| vec![0.0; n], |t| t.values[..n].to_vec()),
+        imposed_speed: matches!(s.speed, SpeedTrace::Locked).then(|| vec![0.0; n]),
+        speed_pull: None,
+        channels,
+        start: Start::Rest,
+    };
+    Intake { experiment, begin, start_s: s.start_s, findings: checked.findings }
+}

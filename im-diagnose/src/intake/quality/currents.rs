@@ -1,0 +1,127 @@
+//! The current sensors: which to believe, in which rows.
+
+use super::Checked;
+use super::clip::{flat_tops, redundant, saturation};
+use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
+use crate::intake::mapping::CurrentForm;
+use crate::intake::signals::Signals;
+use crate::report::number;
+
+/// Chooses among second sensors, finds clipped rows, and looks at the sum.
+pub fn check(s: &Signals) -> Checked {
+    let n = s.len();
+    let mut out = Checked { valid: Vec::new(), second: vec![false; s.current.len()], findings: Vec::new() };
+    let mut wrong: Vec<Vec<bool>> = vec![vec![false; n]; s.current.len()];
+    let mut trusted = vec![false; s.current.len()];
+    for (x, c) in s.current.iter().enumerate() {
+        let Some(other) = &c.alternate else { continue };
+        let (finding, use_second, vouched) = choose(&c.main.column, &c.main.values, &other.column, &other.values);
+        out.second[x] = use_second;
+        trusted[x] = vouched;
+        out.findings.extend(finding);
+    }
+    let chosen: Vec<&super::super::signals::Trace> = s
+        .current
+        .iter()
+        .zip(&out.second)
+        .map(|(c, second)| c.alternate.as_ref().filter(|_| *second).unwrap_or(&c.main))
+        .collect();
+    for (x, c) in chosen.iter().enumerate() {
+        let flat = flat_tops(&c.values);
+        let rows = ranges(&flat);
+        if !rows.is_empty() {
+            let limit = rows.iter().map(|r| c.values[r.start].abs()).fold(0.0, f64::max);
+            let count = flat.iter().filter(|f| **f).count();
+            out.findings.push(
+                Finding::new(
+                    FindingKind::ClippedSensor,
+                    Severity::Warning,
+                    format!("{} is cut off at {} A in {count} rows, which are left out", c.column, number(limit, 3)),
+                    "Record again with a larger range.",
+                )
+                .on(&c.column)
+                .at(rows),
+            );
+            wrong[x] = flat;
+        }
+    }
+    if matches!(s.current_form, CurrentForm::Phases(_)) {
+        let i = [&chosen[0].values[..], &chosen[1].values, &chosen[2].values];
+        let found = saturation(i, [trusted[0], trusted[1], trusted[2]]);
+        for x in 0..3 {
+            let rows = ranges(&found.saturated[x]);
+            if rows.is_empty() {
+                continue;
+            }
+            let count: usize = rows.iter().map(ExactSizeIterator::len).sum();
+            let column = &chosen[x].column;
+            let limit = number(found.limit_a[x], 3);
+            out.findings.push(
+                Finding::new(
+                    FindingKind::ClippedSensor,
+                    Severity::Warning,
+                    format!(
+                        "{column} saturates from about ±{limit} A: the phase currents no longer sum to zero there. {count} rows, \
+                         recovery included, are left out"
+                    ),
+                    "Record again with a larger range, or name a second sensor of the phase as its alternate.",
+                )
+                .on(column)
+                .at(rows),
+            );
+            wrong[x].iter_mut().zip(&found.saturated[x]).for_each(|(w, s)| *w |= s);
+        }
+        let rows = ranges(&found.glitch);
+        if !rows.is_empty() {
+            let count: usize = rows.iter().map(ExactSizeIterator::len).sum();
+            wrong.iter_mut().for_each(|w| w.iter_mut().zip(&found.glitch).for_each(|(w, g)| *w |= g));
+            out.findings.push(
+                Finding::new(
+                    FindingKind::Glitch,
+                    Severity::Note,
+                    format!(
+                        "In {count} rows the phase currents do not sum to zero without a sensor near its limit; they are left out"
+                    ),
+                    "",
+                )
+                .at(rows),
+            );
+        }
+    }
+    if wrong.iter().flatten().any(|w| *w) {
+        out.valid = wrong.into_iter().map(|w| w.into_iter().map(|w| !w).collect()).collect();
+    }
+    out
+}
+
+/// Which of two sensors to use, and whether the choice is proven.
+fn choose(first: &str, x: &[f64], second: &str, y: &[f64]) -> (Option<Finding>, bool, bool) {
+    let found = redundant(x, y);
+    let count = |rows: &[bool]| rows.iter().filter(|r| **r).count();
+    let (short, long) = (count(&found.first_short), count(&found.second_short));
+    let peak = |v: &[f64], rows: &[bool]| v.iter().zip(rows).filter(|(_, r)| **r).fold(0.0, |m: f64, (v, _)| m.max(v.abs()));
+    let clipped = |name: &str, other: &str, v: &[f64], w: &[f64], rows: &[bool], verdict: String| {
+        let (shown, true_) = (number(peak(v, rows), 3), number(peak(w, rows), 3));
+        let text = format!(
+            "{name} shows no more than {shown} A where {other} shows {true_} A, in {} rows: it saturates. {verdict}",
+            count(rows)
+        );
+        Finding::new(FindingKind::RedundantSensor, Severity::Note, text, "").on(name).at(ranges(rows))
+    };
+    // A tail of a recovering sensor may exceed the truth for a while: four to one decides.
+    if short >= 3 && short > 4 * long && peak(y, &found.first_short) > peak(x, &found.first_short) {
+        (Some(clipped(first, second, x, y, &found.first_short, format!("{second} is used instead"))), true, true)
+    } else if long >= 3 && long > 4 * short && peak(x, &found.second_short) > peak(y, &found.second_short) {
+        (Some(clipped(second, first, y, x, &found.second_short, format!("{first} is used"))), false, true)
+    } else if short + long > x.len() / 20 {
+        let text = format!(
+            "{first} and {second} are said to be sensors of one current and differ in {} of {} rows",
+            short + long,
+            x.len()
+        );
+        let advice = format!("Check gain, sign and offset of {second}; {first} is used.");
+        (Some(Finding::new(FindingKind::RedundantSensor, Severity::Warning, text, advice).on(second)), false, false)
+    } else {
+        (None, false, true)
+    }
+}

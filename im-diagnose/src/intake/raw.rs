@@ -1,0 +1,116 @@
+//! The columns of a file as they stand in it.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+use im_model::{FileError, Problem, Rows, TextFormat};
+
+use super::mapping::{Column, Mapping, Signal};
+
+/// Columns of numbers of one length.
+#[derive(Clone, Debug, Default)]
+pub struct RawTable {
+    /// The file, for messages.
+    pub label: String,
+    /// Names of all its columns.
+    pub names: Vec<String>,
+    /// One per name; empty where a column was not asked for.
+    pub columns: Vec<Vec<f64>>,
+    /// Rows that were left out because they repeat the row before them in everything, time included.
+    pub repeated: usize,
+    /// Line in the file less row, from a row on.
+    offsets: Vec<(usize, usize)>,
+}
+
+impl RawTable {
+    /// Reads `asked` columns of a text, at most `limit` rows. Columns that are asked for hold numbers throughout.
+    ///
+    /// # Errors
+    /// As [`Rows::next`]; fewer than two rows.
+    pub fn from_rows<R: BufRead>(mut rows: Rows<'_, R>, label: &str, asked: &[usize], limit: usize) -> Result<Self, FileError> {
+        asked.iter().for_each(|&k| rows.require(k));
+        let names = rows.names().to_vec();
+        let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
+        let mut row = vec![0.0; names.len()];
+        let mut before: Vec<f64> = Vec::new();
+        let (mut n, mut repeated) = (0, 0);
+        while n < limit && rows.next(&mut row)? {
+            // The same row written twice: a logger's stutter. Equal rows at a later time are measurements.
+            if before == row {
+                repeated += 1;
+                continue;
+            }
+            if n == 1000 {
+                let more = rows.rows_ahead().min(limit);
+                asked.iter().for_each(|&k| columns[k].reserve_exact(more));
+            }
+            asked.iter().for_each(|&k| columns[k].push(row[k]));
+            before.clone_from(&row);
+            n += 1;
+        }
+        if n < 2 {
+            let found = if n == 0 { "no rows under the header" } else { "only one row: the sampling time needs two" };
+            return Err(rows.error(None, Problem::NoRows { found }));
+        }
+        Ok(Self { label: label.to_owned(), names, columns, repeated, offsets: rows.line_offsets().to_vec() })
+    }
+
+    /// Columns that come from no text.
+    pub fn from_columns(label: &str, names: Vec<String>, columns: Vec<Vec<f64>>) -> Self {
+        Self { label: label.to_owned(), names, columns, repeated: 0, offsets: Vec::new() }
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.columns.iter().map(Vec::len).max().unwrap_or(0)
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The line in the file of row `k`, where it has lines.
+    pub fn line_of(&self, k: usize) -> Option<usize> {
+        self.offsets.iter().rev().find(|(from, _)| *from <= k).map(|(_, o)| k + o)
+    }
+}
+
+/// Opens a text.
+///
+/// # Errors
+/// It cannot be read, is a folder, is empty, or is no text.
+pub fn open<'a>(path: &Path, label: &'a str, format: TextFormat) -> Result<Rows<'a, BufReader<File>>, FileError> {
+    if path.is_dir() {
+        let problem = Problem::Syntax { reason: "a folder, not a recording; name the file in it".to_owned() };
+        return Err(FileError::new(label, None, None, problem));
+    }
+    Rows::open(path, label, format)
+}
+
+/// The place of the column that a mapping asks for.
+///
+/// # Errors
+/// The file has no such column, or has it twice; the error points at the mapping.
+pub fn place(names: &[String], signal: &Signal, mapping: &Mapping) -> Result<usize, FileError> {
+    let fail = |key: &str, problem| FileError::new(&mapping.label, signal.line, Some(key), problem);
+    match &signal.column {
+        Column::Number(n) if *n <= names.len() => Ok(n - 1),
+        Column::Number(n) => {
+            let expected = format!("a column from 1 to {}: the data file has no more", names.len());
+            Err(fail("column", Problem::Unexpected { found: n.to_string(), expected }))
+        }
+        Column::Name(name) => {
+            let mut places = names.iter().enumerate().filter(|(_, n)| *n == name).map(|(k, _)| k);
+            match (places.next(), places.next()) {
+                (Some(k), None) => Ok(k),
+                (Some(a), Some(b)) => Err(fail(name, Problem::DuplicateColumn { places: [a + 1, b + 1] })),
+                (None, _) => {
+                    let nearest = im_model::toml_reader::nearest(name, names.iter().map(String::as_str)).map(str::to_owned);
+                    Err(fail(name, Problem::MissingColumn { present: names.to_vec(), nearest }))
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,372 @@
+//! A mapping applied to a file: columns become quantities in SI units.
+
+use im_model::{Complex, FileError, Problem, sampling_time, space_vector::from_phases};
+
+use super::mapping::{Calibration, Column, CurrentForm, Instant, Line, Load, Mapping, Offset, Signal, Speed, VoltageForm};
+use super::raw::{RawTable, place};
+use super::unit::{Quantity, in_name};
+
+/// One column in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    /// Its name in the file.
+    pub column: String,
+    /// One value per row.
+    pub values: Vec<f64>,
+}
+
+/// A current and what else shows it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurrentTrace {
+    /// The sensor.
+    pub main: Trace,
+    /// A second sensor.
+    pub alternate: Option<Trace>,
+}
+
+/// What was measured of the speed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SpeedTrace {
+    /// Nothing.
+    Absent,
+    /// The rotor stands.
+    Locked,
+    /// Mechanical speed, rad/s.
+    Measured(Trace),
+}
+
+/// What a recording holds, in SI units, row by row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signals {
+    /// Name of the recording.
+    pub name: String,
+    /// Time of the first row, s.
+    pub start_s: f64,
+    /// Sampling time, s.
+    pub sample_time_s: f64,
+    /// Largest deviation of a step of time from the sampling time, over the sampling time.
+    pub jitter: f64,
+    /// Rows that were missing and are filled in.
+    pub filled: Vec<bool>,
+    /// Columns of the voltage, as they stand.
+    pub voltage: Vec<Trace>,
+    /// What the columns of the voltage are.
+    pub voltage_form: VoltageForm,
+    /// Which instant the voltage belongs to.
+    pub instant: Instant,
+    /// Columns of the current.
+    pub current: Vec<CurrentTrace>,
+    /// What the columns of the current are.
+    pub current_form: CurrentForm,
+    /// Speed.
+    pub speed: SpeedTrace,
+    /// Load torque, Nm.
+    pub tau_load: Option<Trace>,
+    /// First row's line in the file.
+    pub first_line: Option<usize>,
+}
+
+impl Signals {
+    /// Applies `mapping`; `pole_pairs` is the machine's.
+    ///
+    /// # Errors
+    /// A column that is not there, time that does not advance evenly, a unit that does not fit or is needed and not given, a window
+    /// without rows.
+    pub fn new(table: &mut RawTable, mapping: &Mapping, pole_pairs: u32) -> Result<Self, FileError> {
+        let n = table.len();
+        let (mut time, time_line) = match (&mapping.time.signal, mapping.time.sample_time_s) {
+            (Some(s), _) => {
+                let unit = unit_of(s, table, mapping, Some(Quantity::Time))?;
+                let k = place(&table.names, s, mapping)?;
+                (table.columns[k].iter().map(|t| t * unit).collect::<Vec<f64>>(), Some(table.names[k].clone()))
+            }
+            (None, dt) => {
+                let dt = dt.unwrap_or(1.0);
+                ((0..n).map(|k| k as f64 * dt).collect(), None)
+            }
+        };
+        let name = time_line.as_deref().unwrap_or("time");
+        let at = |k: usize, problem| FileError::new(&table.label, table.line_of(k), Some(name), problem);
+        if let Some(k) = (1..n).find(|&k| time[k] <= time[k - 1]) {
+            return Err(at(k, Problem::TimeNotForward { before_s: time[k - 1], now_s: time[k] }));
+        }
+        let from = time.partition_point(|t| *t < mapping.time.from_s);
+        let to = time.partition_point(|t| *t < mapping.time.to_s);
+        if to - from < 2 {
+            let found = format!("a window from {} s to {} s", mapping.time.from_s, mapping.time.to_s);
+            let expected = format!("rows in it: the recording goes from {} s to {} s", time[0], time[n - 1]);
+            return Err(FileError::new(&mapping.label, None, Some("time"), Problem::Unexpected { found, expected }));
+        }
+        let grid = Grid::new(&time[from..to], mapping.time.fill_gaps).map_err(|(k, problem)| at(from + k, problem))?;
+        let sample_time_s = mapping.time.sample_time_s.unwrap_or(grid.sample_time_s);
+        let first_line = table.line_of(from);
+        let mut read = Read { table, mapping, time: &mut time, from, to, grid: &grid };
+        let voltage: Vec<Trace> = {
+            let duty = matches!(mapping.voltage.form, VoltageForm::Duty(..));
+            let signals = mapping.voltage.form.signals();
+            let last = signals.len() - 1;
+            let quantity = |k: usize| (!duty || k == last).then_some(Quantity::Voltage);
+            signals.iter().enumerate().map(|(k, s)| read.trace(s, quantity(k))).collect::<Result<_, _>>()?
+        };
+        let currents = mapping.current.signals();
+        let current = currents
+            .iter()
+            .map(|s| {
+                let alternate = s.alternate.as_deref().map(|a| read.trace(a, Some(Quantity::Current))).transpose()?;
+                Ok(CurrentTrace { main: read.trace(s, Some(Quantity::Current))?, alternate })
+            })
+            .collect::<Result<Vec<_>, FileError>>()?;
+        let speed = match &mapping.speed {
+            Speed::Absent => SpeedTrace::Absent,
+            Speed::Locked => SpeedTrace::Locked,
+            Speed::Measured { signal, electrical } => {
+                let mut trace = read.trace(signal, Some(Quantity::Speed))?;
+                if *electrical {
+                    trace.values.iter_mut().for_each(|w| *w /= f64::from(pole_pairs));
+                }
+                SpeedTrace::Measured(trace)
+            }
+        };
+        let tau_load = match &mapping.load {
+            Load::Absent => None,
+            Load::Constant(x) => Some(Trace { column: "torque_nm".into(), values: vec![*x; grid.rows] }),
+            Load::Measured { signal, times } => {
+                let mut trace = read.trace(signal, times.is_none().then_some(Quantity::Torque))?;
+                if let Some(other) = times {
+                    let other = read.trace(other, None)?;
+                    trace.values.iter_mut().zip(&other.values).for_each(|(x, y)| *x *= y);
+                    trace.column = format!("{}·{}", trace.column, other.column);
+                }
+                Some(trace)
+            }
+        };
+        Ok(Self {
+            name: stem(&table.label),
+            start_s: time[from],
+            sample_time_s,
+            jitter: grid.jitter,
+            filled: grid.filled,
+            voltage,
+            voltage_form: mapping.voltage.form.clone(),
+            instant: mapping.voltage.instant,
+            current,
+            current_form: mapping.current.clone(),
+            speed,
+            tau_load,
+            first_line,
+        })
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.voltage[0].values.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The voltage of row `k` as the columns give it, V.
+    pub fn u(&self, k: usize) -> Complex<f64> {
+        let v = |c: usize| self.voltage[c].values[k];
+        match &self.voltage_form {
+            VoltageForm::Phases(_) => from_phases([v(0), v(1), v(2)]),
+            VoltageForm::TwoPhases(_) => from_phases([v(0), v(1), -v(0) - v(1)]),
+            VoltageForm::AlphaBeta(_) => Complex::new(v(0), v(1)),
+            // What the three have in common is an error of the sensors: their sum is zero.
+            VoltageForm::ThreeLines(_) => from_phases([(v(0) - v(2)) / 3.0, (v(1) - v(0)) / 3.0, (v(2) - v(1)) / 3.0]),
+            VoltageForm::Lines(lines, _) => {
+                // From phase b: u_b = 0 is as good as any other reference.
+                let (ab, bc) = match lines {
+                    [Line::Ab, Line::Bc] => (v(0), v(1)),
+                    [Line::Ab, _] => (v(0), -v(0) - v(1)),
+                    _ => (-v(0) - v(1), v(0)),
+                };
+                from_phases([ab, 0.0, -bc])
+            }
+            VoltageForm::Duty(..) => from_phases([v(0), v(1), v(2)]) * v(3),
+        }
+    }
+
+    /// The average voltage over the sample that begins at each row, V; one row less than there are where it takes the next row to
+    /// know it.
+    pub fn held_voltage(&self) -> Vec<Complex<f64>> {
+        let n = self.len();
+        let u = |k: usize| self.u(k);
+        match self.instant {
+            Instant::HeldFromRow => (0..n).map(u).collect(),
+            Instant::HeldUntilRow => (1..n).map(u).collect(),
+            // The average of the cubic through four samples; of a straight line at the ends.
+            Instant::Sample => (0..n - 1)
+                .map(|k| {
+                    let middle = u(k) + u(k + 1);
+                    if k == 0 || k + 2 >= n { middle * 0.5 } else { (middle * 13.0 - u(k - 1) - u(k + 2)) / 24.0 }
+                })
+                .collect(),
+        }
+    }
+
+    /// Time of row `k`, s.
+    pub fn time_s(&self, k: usize) -> f64 {
+        self.start_s + k as f64 * self.sample_time_s
+    }
+}
+
+fn stem(label: &str) -> String {
+    std::path::Path::new(label).file_stem().map_or_else(|| label.to_owned(), |s| s.to_string_lossy().into_owned())
+}
+
+/// Reads columns on the even grid.
+struct Read<'a> {
+    table: &'a mut RawTable,
+    mapping: &'a Mapping,
+    time: &'a mut Vec<f64>,
+    from: usize,
+    to: usize,
+    grid: &'a Grid,
+}
+
+impl Read<'_> {
+    fn trace(&mut self, signal: &Signal, quantity: Option<Quantity>) -> Result<Trace, FileError> {
+        let unit = unit_of(signal, self.table, self.mapping, quantity)?;
+        let k = place(&self.table.names, signal, self.mapping)?;
+        let x = &self.table.columns[k];
+        let mean = |from: f64, to: f64, what: &str| {
+            let rows = self.time.partition_point(|t| *t < from)..self.time.partition_point(|t| *t < to);
+            let used = &x[rows];
+            if used.is_empty() {
+                let found = format!("{what}, where there are no rows");
+                let (first, last) = (self.time[0], self.time[x.len() - 1]);
+                let problem = Problem::Unexpected { found, expected: format!("a time between {first} s and {last} s") };
+                return Err(FileError::new(&self.mapping.label, signal.line, Some(what), problem));
+            }
+            Ok(used.iter().sum::<f64>() / used.len() as f64)
+        };
+        let offset = match signal.offset {
+            Offset::Value(x) => x,
+            Offset::Mean => x[self.from..self.to].iter().sum::<f64>() / (self.to - self.from) as f64,
+            Offset::MeanBefore(t) => mean(f64::NEG_INFINITY, t, "mean_before_s")?,
+        };
+        let gain = match signal.calibrate {
+            None => signal.gain,
+            Some(Calibration { from_s, to_s, value }) => {
+                let shown = mean(from_s, to_s, "calibrate")? - offset;
+                if shown.abs() < 1e-9 * value.abs() || shown == 0.0 {
+                    let found = format!("about a stretch where the column shows {shown}");
+                    let problem = Problem::Unexpected { found, expected: "a stretch where it is not zero".to_owned() };
+                    return Err(FileError::new(&self.mapping.label, signal.line, Some("calibrate"), problem));
+                }
+                value / shown
+            }
+        } * unit;
+        // Columns that need no change keep every bit.
+        let values = if gain == 1.0 && offset == 0.0 {
+            self.grid.spread(&x[self.from..self.to], |x| x)
+        } else {
+            self.grid.spread(&x[self.from..self.to], |x| gain * (x - offset))
+        };
+        Ok(Trace { column: self.table.names[k].clone(), values })
+    }
+}
+
+/// The unit of a signal in SI: as the mapping says, else as the column's name says.
+fn unit_of(signal: &Signal, table: &RawTable, mapping: &Mapping, quantity: Option<Quantity>) -> Result<f64, FileError> {
+    let Some(quantity) = quantity else { return Ok(signal.unit.unwrap_or(1.0)) };
+    if let Some(unit) = signal.unit {
+        return Ok(unit);
+    }
+    let k = place(&table.names, signal, mapping)?;
+    let name = &table.names[k];
+    let (words, si) = quantity.words();
+    let fail = |found: String, expected: String| {
+        FileError::new(&mapping.label, signal.line, Some("unit"), Problem::Unexpected { found, expected })
+    };
+    match in_name(name) {
+        Some(u) if u.quantity == quantity => Ok(u.si),
+        Some(u) => Err(fail(
+            format!("not given, and column {name} is in {} by its name", u.text),
+            format!("{words}; if it is one, say unit = \"{si}\" or whatever it is in"),
+        )),
+        // Speeds come in rpm as often as in rad/s: an error of a factor of ten is not to be risked.
+        None if quantity == Quantity::Speed => {
+            Err(fail(format!("missing for column {name}"), "\"rpm\", \"rad/s\" or \"Hz\"".to_owned()))
+        }
+        None => Ok(1.0),
+    }
+}
+
+/// The even grid of time that a recording is put on.
+struct Grid {
+    sample_time_s: f64,
+    rows: usize,
+    jitter: f64,
+    filled: Vec<bool>,
+    /// Row of the grid of every row of the file; empty when they are the same.
+    at: Vec<usize>,
+}
+
+/// No more rows are filled in a row: the voltage in a longer gap is not known well enough.
+const LONGEST_GAP: usize = 10;
+
+impl Grid {
+    fn new(time: &[f64], fill: bool) -> Result<Self, (usize, Problem)> {
+        let n = time.len();
+        match sampling_time(time) {
+            Ok(dt) => {
+                let jitter = time.windows(2).map(|w| ((w[1] - w[0]) / dt - 1.0).abs()).fold(0.0, f64::max);
+                Ok(Self { sample_time_s: dt, rows: n, jitter, filled: Vec::new(), at: Vec::new() })
+            }
+            Err((k, problem)) if fill => {
+                let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
+                let middle = steps.len() / 2;
+                let dt = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+                let mut at = vec![0];
+                let mut jitter: f64 = 0.0;
+                for w in time.windows(2) {
+                    let step = (w[1] - w[0]) / dt;
+                    let whole = step.round();
+                    jitter = jitter.max((step - whole).abs());
+                    if whole < 1.0 || (step - whole).abs() > 0.25 || whole as usize > LONGEST_GAP {
+                        return Err((at.len(), Problem::TimeUneven { step_s: w[1] - w[0], usual_s: dt }));
+                    }
+                    at.push(at[at.len() - 1] + whole as usize);
+                }
+                let rows = at[n - 1] + 1;
+                let mut filled = vec![true; rows];
+                at.iter().for_each(|&k| filled[k] = false);
+                // A quarter of the rows missing is no gap, it is another sampling.
+                if filled.iter().filter(|f| **f).count() * 4 > rows {
+                    return Err((k, problem));
+                }
+                let dt = (time[n - 1] - time[0]) / (rows - 1) as f64;
+                Ok(Self { sample_time_s: dt, rows, jitter, filled, at })
+            }
+            Err(e) => Err(e),
+        }
+    }
+
+    /// Values on the grid; straight lines over missing rows.
+    fn spread(&self, x: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> {
+        if self.at.is_empty() {
+            return x.iter().map(|x| f(*x)).collect();
+        }
+        let mut out = vec![0.0; self.rows];
+        for (k, w) in self.at.windows(2).enumerate() {
+            for (j, place) in (w[0]..w[1]).enumerate() {
+                let share = j as f64 / (w[1] - w[0]) as f64;
+                out[place] = f(x[k] + share * (x[k + 1] - x[k]));
+            }
+        }
+        out[self.rows - 1] = f(x[x.len() - 1]);
+        out
+    }
+}
+
+/// The name of a column in a mapping.
+pub fn column_text(column: &Column) -> String {
+    match column {
+        Column::Name(n) => n.clone(),
+        Column::Number(n) => n.to_string(),
+    }
+}

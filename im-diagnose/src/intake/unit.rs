@@ -1,0 +1,140 @@
+//! Units as they stand in the names of columns: `i1_mA`, `Speed (rpm)`, `u [kV]`.
+
+use std::f64::consts::PI;
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Time.
+    Time,
+    /// Voltage.
+    Voltage,
+    /// Current.
+    Current,
+    /// Speed or frequency of rotation.
+    Speed,
+    /// Torque.
+    Torque,
+}
+
+impl Quantity {
+    /// Name and SI unit.
+    pub fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Time => ("a time", "s"),
+            Self::Voltage => ("a voltage", "V"),
+            Self::Current => ("a current", "A"),
+            Self::Speed => ("a speed", "rad/s"),
+            Self::Torque => ("a torque", "Nm"),
+        }
+    }
+}
+
+/// A unit: what it measures, and its size in the SI unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    /// As written.
+    pub text: &'static str,
+    /// What it measures.
+    pub quantity: Quantity,
+    /// One of it in s, V, A, rad/s, Nm.
+    pub si: f64,
+}
+
+const fn unit(text: &'static str, quantity: Quantity, si: f64) -> Unit {
+    Unit { text, quantity, si }
+}
+
+/// Every unit that is understood; the first of each quantity is the SI unit.
+pub const UNITS: &[Unit] = &[
+    unit("s", Quantity::Time, 1.0),
+    unit("sec", Quantity::Time, 1.0),
+    unit("ms", Quantity::Time, 1e-3),
+    unit("us", Quantity::Time, 1e-6),
+    unit("µs", Quantity::Time, 1e-6),
+    unit("μs", Quantity::Time, 1e-6),
+    unit("ns", Quantity::Time, 1e-9),
+    unit("V", Quantity::Voltage, 1.0),
+    unit("mV", Quantity::Voltage, 1e-3),
+    unit("kV", Quantity::Voltage, 1e3),
+    unit("A", Quantity::Current, 1.0),
+    unit("mA", Quantity::Current, 1e-3),
+    unit("kA", Quantity::Current, 1e3),
+    unit("rad/s", Quantity::Speed, 1.0),
+    unit("rad_s", Quantity::Speed, 1.0),
+    unit("rad_per_s", Quantity::Speed, 1.0),
+    unit("rpm", Quantity::Speed, PI / 30.0),
+    unit("1/min", Quantity::Speed, PI / 30.0),
+    unit("min-1", Quantity::Speed, PI / 30.0),
+    unit("U/min", Quantity::Speed, PI / 30.0),
+    unit("r/min", Quantity::Speed, PI / 30.0),
+    unit("Hz", Quantity::Speed, 2.0 * PI),
+    unit("1/s", Quantity::Speed, 2.0 * PI),
+    unit("deg/s", Quantity::Speed, PI / 180.0),
+    unit("Nm", Quantity::Torque, 1.0),
+    unit("N·m", Quantity::Torque, 1.0),
+    unit("N*m", Quantity::Torque, 1.0),
+    unit("mNm", Quantity::Torque, 1e-3),
+    unit("kNm", Quantity::Torque, 1e3),
+];
+
+/// The unit as a mapping writes it.
+pub fn named(text: &str) -> Option<Unit> {
+    let text = text.trim();
+    // Upper and lower case part mV from MV: exactly first, then forgivingly where that is without doubt.
+    UNITS
+        .iter()
+        .find(|u| u.text == text)
+        .or_else(|| UNITS.iter().find(|u| u.text.len() > 2 && u.text.eq_ignore_ascii_case(text)))
+        .copied()
+}
+
+/// The unit in a column's name: in brackets, or behind the last underscore or space.
+pub fn in_name(name: &str) -> Option<Unit> {
+    let name = name.trim();
+    for (open, close) in [('(', ')'), ('[', ']'), ('{', '}'), ('/', ' ')] {
+        if let Some(from) = name.rfind(open)
+            && let inside = name[from + open.len_utf8()..].trim_end_matches(close)
+            && let Some(u) = named(inside)
+        {
+            return Some(u);
+        }
+    }
+    UNITS
+        .iter()
+        .filter(|u| {
+            name.strip_suffix(u.text).is_some_and(|before| before.ends_with(['_', ' ', '.', '-']))
+                || (name == u.text && u.text.len() > 1)
+        })
+        .max_by_key(|u| u.text.len())
+        .copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_read_from_names() {
+        let of = |n: &str| in_name(n).map(|u| (u.quantity, u.si));
+        for (name, quantity, si) in [
+            ("t_s", Quantity::Time, 1.0),
+            ("Time (ms)", Quantity::Time, 1e-3),
+            ("time_µs", Quantity::Time, 1e-6),
+            ("i1_mA", Quantity::Current, 1e-3),
+            ("Phase A [A]", Quantity::Current, 1.0),
+            ("u_kV", Quantity::Voltage, 1e3),
+            ("n_rpm", Quantity::Speed, PI / 30.0),
+            ("speed 1/min", Quantity::Speed, PI / 30.0),
+            ("n / 1/min", Quantity::Speed, PI / 30.0),
+            ("omega_m_rad_s", Quantity::Speed, 1.0),
+            ("Speed (RPM)", Quantity::Speed, PI / 30.0),
+            ("tau_load_Nm", Quantity::Torque, 1.0),
+        ] {
+            assert_eq!(of(name), Some((quantity, si)), "{name}");
+        }
+        for name in ["A", "V", "n_raw", "n_rpm_uncal", "iA", "comment", "", "s"] {
+            assert_eq!(of(name), None, "{name}");
+        }
+    }
+}
