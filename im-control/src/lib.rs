@@ -6,6 +6,7 @@
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 
 pub mod field_oriented;
+pub mod jadot;
 pub mod kenne;
 pub mod modulation;
 pub mod mtpa;
@@ -28,6 +29,7 @@ pub use error::ControlError;
 pub use field_oriented::{FieldOriented, FieldOrientedGains, Orientation};
 pub use field_weakening::FieldWeakening;
 pub use flux::{RotorFlux, RotorFluxModel};
+pub use jadot::{Jadot, JadotGains};
 pub use kenne::{Kenne, KenneGains};
 pub use load_torque::{LoadTorque, LoadTorqueObserver};
 pub use machine_data::MachineData;

@@ -1,0 +1,170 @@
+use super::*;
+use im_identify::online::{Fixed, SchemeSettings, TimeScale};
+use im_model::{Drive, Machine, Plant, State as MachineState, machines};
+
+const H: f64 = 1e-4;
+const DC: f64 = 565.0;
+
+fn paper() -> (Machine<f64>, MachineData<f64>, RegulationParameters<f64>) {
+    let m = machines::JADOT_TABLE_I;
+    let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+    let data = MachineData::of(&machine, 20.0);
+    (machine, data, machine.parameters().inverse_gamma().into())
+}
+
+fn fixed() -> Jadot<f64, Fixed<f64>> {
+    let (_, data, p) = paper();
+    Jadot::try_new(&data, &JadotGains::of_the_paper(), Fixed::try_new(p).unwrap()).unwrap()
+}
+
+/// Runs a controller on the machine of Table I and returns its last state; `see` gets every sample and may spoil the measurement.
+fn run<A: Adaptation<f64>>(
+    c: &mut Jadot<f64, A>,
+    seconds: f64,
+    wanted: impl Fn(f64) -> [f64; 2],
+    mut see: impl FnMut(f64, &mut Measured<f64>, &MachineState<f64>, &Jadot<f64, A>),
+) -> MachineState<f64> {
+    let plant = Plant::new(&paper().0);
+    let mut x = MachineState::default();
+    let mut u_s = Complex::new(0.0, 0.0);
+    for k in 0..(seconds / H) as usize {
+        let t = H * k as f64;
+        let mut m = Measured { i_s: plant.currents(&x).i_s, omega_m: x.omega_m, u_s, dc_voltage_v: DC, sample_time_s: H };
+        see(t, &mut m, &x, c);
+        let [omega_m, load] = wanted(t);
+        let Command::Voltage(u) = c.step(&m, &Reference { omega_m, rotor_flux_vs: 0.95, torque_nm: 0.0 }) else { panic!() };
+        assert!(u.re.is_finite() && u.im.is_finite() && u.norm() <= DC * 2.0 / 3.0 + 1e-9, "{t}: {u}");
+        u_s = u;
+        x = plant.step(&x, &Drive::new(u, load), H);
+    }
+    x
+}
+
+#[test]
+fn speed_flux_and_current_settle_on_their_references_with_known_parameters() {
+    let mut c = fixed();
+    let x = run(&mut c, 2.0, |t| [(300.0 * (t - 0.4)).clamp(0.0, 100.0), if t > 1.0 { 20.0 } else { 0.0 }], |_, _, _, _| ());
+    assert!((x.omega_m - 100.0).abs() < 0.05, "{}", x.omega_m);
+    assert!((x.psi_r.norm() - 0.95).abs() < 0.003, "{}", x.psi_r.norm());
+    // (11): without friction the torque asked for in the steady state is the load's.
+    assert!((c.load_torque_nm() - 20.0).abs() < 0.1, "{}", c.load_torque_nm());
+    // What time in samples leaves of K_Pη, which is zero in continuous time.
+    assert!(c.state.eta.norm() < 0.02, "{}", c.state.eta);
+    assert!((c.references().0 - x.psi_r * c.k_r * c.direction().conj()).norm() < 0.003);
+}
+
+#[test]
+fn currents_and_voltages_keep_their_limits_and_nothing_winds_up() {
+    let mut c = fixed();
+    let mut most = 0.0f64;
+    let mut limited = [false; 2];
+    let mut overshoot = 0.0f64;
+    // A speed step far beyond what the limits allow.
+    run(
+        &mut c,
+        3.0,
+        |t| [if t > 0.5 { 200.0 } else { 0.0 }, 2.0],
+        |t, m, x, c| {
+            most = most.max(m.i_s.norm());
+            limited[0] |= c.status().has(Status::CURRENT_LIMITED);
+            limited[1] |= c.status().has(Status::VOLTAGE_LIMITED);
+            if t > 0.5 {
+                overshoot = overshoot.max(x.omega_m - 200.0);
+            }
+        },
+    );
+    assert!(limited[0] && limited[1], "the study reaches both limits: {limited:?}");
+    // The reference keeps the limit; the machine follows it with the current error of a limited voltage.
+    assert!(most < 1.1 * 20.0, "{most} A");
+    assert!(overshoot < 0.02 * 200.0, "{overshoot} rad/s");
+    assert!(c.status().has(Status::FIELD_WEAKENING));
+}
+
+#[test]
+fn the_reference_follows_a_limited_voltage_so_that_the_error_equations_hold() {
+    let mut c = fixed();
+    let (mut worst, mut binds) = (0.0f64, 0);
+    run(
+        &mut c,
+        1.2,
+        |t| [if t > 0.5 { 200.0 } else { 0.0 }, 2.0],
+        |_, m, _, c| {
+            if c.status().has(Status::VOLTAGE_LIMITED) {
+                // The reference of this sample, after what was missing in the last one.
+                worst = worst.max(m.i_s.norm() - c.i_ref_after(m).norm());
+                binds += 1;
+            }
+        },
+    );
+    assert!(binds > 100, "{binds}");
+    assert!(worst < 0.6, "A machine without its voltage stays by its reference: {worst} A");
+}
+
+#[test]
+fn lost_samples_and_references_are_bridged_and_flagged() {
+    let (_, data, p) = paper();
+    let settings = SchemeSettings::full(p.scaled([1.2, 0.9, 1.1, 1.0]), H);
+    let mut c = Jadot::try_new(&data, &JadotGains::of_the_paper(), TimeScale::try_new(&settings, 0.6).unwrap()).unwrap();
+    let mut seen = Status::OK;
+    let x = run(
+        &mut c,
+        2.0,
+        |t| [if t < 1.5 { 60.0 } else { f64::NAN }, 5.0],
+        |t, m, _, c| {
+            seen = seen.and(c.status());
+            if (t * 1e4).round() as usize % 97 == 3 {
+                m.i_s = Complex::new(f64::NAN, 0.0);
+            }
+            if (t * 1e4).round() as usize % 89 == 5 {
+                (m.omega_m, m.u_s) = (f64::INFINITY, Complex::new(0.0, f64::NAN));
+            }
+        },
+    );
+    assert!(seen.has(Status::CURRENT_LOST.and(Status::SPEED_LOST).and(Status::REFERENCE_LOST)), "{seen}");
+    assert!(c.parameters().values().iter().all(|v| v.is_finite()));
+    // The last slip goes on when the reference is lost: the load is still carried, roughly.
+    assert!(x.omega_m.is_finite() && x.psi_r.norm() > 0.8, "{x:?}");
+}
+
+#[test]
+fn single_precision_does_the_same() {
+    let (_, data, p) = paper();
+    let p32 = RegulationParameters::from_values(p.values().map(|x| x as f32));
+    let mut narrow = Jadot::try_new(&data.cast::<f32>(), &JadotGains::of_the_paper(), Fixed::try_new(p32).unwrap()).unwrap();
+    let mut c = fixed();
+    let mut worst = 0.0f64;
+    run(
+        &mut c,
+        1.0,
+        |t| [(300.0 * (t - 0.4)).clamp(0.0, 50.0), 10.0 * f64::from(t > 0.5)],
+        |t, m, _, wide| {
+            let single = |z: Complex<f64>| Complex::new(z.re as f32, z.im as f32);
+            let m32 = Measured {
+                i_s: single(m.i_s),
+                omega_m: m.omega_m as f32,
+                u_s: single(m.u_s),
+                dc_voltage_v: DC as f32,
+                sample_time_s: H as f32,
+            };
+            let omega_m = (300.0 * (t - 0.4)).clamp(0.0, 50.0) as f32;
+            let Command::Voltage(u) = narrow.step(&m32, &Reference { omega_m, rotor_flux_vs: 0.95, torque_nm: 0.0 }) else {
+                panic!()
+            };
+            let mut twin = *wide;
+            let r = Reference { omega_m: f64::from(omega_m), rotor_flux_vs: 0.95, torque_nm: 0.0 };
+            let Command::Voltage(w) = twin.step(m, &r) else { panic!() };
+            worst = worst.max((w.re - f64::from(u.re)).hypot(w.im - f64::from(u.im)));
+        },
+    );
+    // Two open integrators (frame angle, ξ) in 24 bits over 10,000 samples.
+    assert!(worst < 1.0, "{worst} V");
+}
+
+#[test]
+fn impossible_gains_are_named() {
+    let (_, data, p) = paper();
+    let fixed = Fixed::try_new(p).unwrap();
+    let bad = JadotGains { current_proportional_ohm: -1.0, ..JadotGains::of_the_paper() };
+    assert!(Jadot::try_new(&data, &bad, fixed).unwrap_err().to_string().starts_with("current_proportional_ohm"));
+    assert!(Fixed::try_new(p.scaled([1.0, f64::NAN, 1.0, 1.0])).unwrap_err().to_string().starts_with("magnetizing_inductance_h"));
+}
