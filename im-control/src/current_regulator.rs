@@ -4,11 +4,11 @@
 //!
 //! u = a L_σ (i* − i) − (a L_σ − R_σ) i + jω_s L_σ i + e + x,   dx/dt = a² L_σ (i* − i) + a (ū − u)
 //!
-//! with ū the voltage within the hexagon. Closed loop: i = i* a/(s + a), and disturbances are damped as fast.
+//! with ū the voltage after its limit. Closed loop: i = i* a/(s + a), and disturbances are damped as fast.
 
 use im_model::{Complex, Scalar};
 
-use crate::vector::{rotation, within_hexagon};
+use crate::vector::{clamp, rotation, within_hexagon};
 use im_model::space_vector::j;
 
 /// The regulator's data.
@@ -42,6 +42,8 @@ pub struct Turning<T> {
 pub struct Regulated<T> {
     /// Voltage for the sample, stator frame, within the hexagon, V.
     pub u_s: Complex<T>,
+    /// The same in the turning frame, V.
+    pub u: Complex<T>,
     /// |u| asked for before the limit, V.
     pub wanted_v: T,
     /// The limit was met.
@@ -50,13 +52,22 @@ pub struct Regulated<T> {
 
 impl<T: Scalar> Turning<T> {
     /// A voltage of this frame, held over a sample that begins after the delay, in the stator frame: turned by half a sample and the
-    /// delay, and within the hexagon.
+    /// delay. Outside the hexagon it is brought into the circle U_dc/√3, d before q: a d voltage too small would raise the flux, and
+    /// that the need for voltage.
     #[inline]
     pub fn to_stator(&self, u: Complex<T>, voltage_delay_s: T) -> Regulated<T> {
         let ahead = self.omega_s * (self.sample_time_s * T::from_f64(0.5) + voltage_delay_s);
-        let wanted = u * self.direction * rotation(ahead);
-        let u_s = within_hexagon(wanted, self.dc_voltage_v);
-        Regulated { u_s, wanted_v: crate::vector::norm(u), limited: u_s != wanted }
+        let turn = self.direction * rotation(ahead);
+        let (wanted, wanted_v) = (u * turn, crate::vector::norm(u));
+        if within_hexagon(wanted, self.dc_voltage_v) == wanted {
+            return Regulated { u_s: wanted, u, wanted_v, limited: false };
+        }
+        // A hair inside the circle, so that rounding does not leave the hexagon.
+        let most = self.dc_voltage_v * T::from_f64(0.577_35);
+        let d = clamp(u.re, -most, most);
+        let q_most = (most * most - d * d).max(T::zero()).sqrt();
+        let u = Complex::new(d, clamp(u.im, -q_most, q_most));
+        Regulated { u_s: u * turn, u, wanted_v, limited: true }
     }
 
     /// A vector of the stator frame seen from this one.
@@ -84,8 +95,7 @@ impl<T: Scalar> CurrentRegulator<T> {
         let t = frame.sample_time_s;
         *integral += e * (a * a * l * t);
         if out.limited {
-            let share = crate::vector::norm(out.u_s) / out.wanted_v;
-            *integral += u * ((share - T::one()) * a * t);
+            *integral += (out.u - u) * (a * t);
         }
         out
     }
