@@ -7,6 +7,8 @@ use crate::failure::Failure;
 mod add;
 mod compare;
 mod demo;
+#[cfg(feature = "design")]
+mod design;
 mod diagnose;
 mod effects;
 mod fit;
@@ -37,6 +39,9 @@ pub enum Command {
     Report(report::Args),
     /// Run a machine through a scenario and write the recording
     Simulate(simulate::Args),
+    /// Make gains of observers and controllers, each with a proof; check a proof
+    #[cfg(feature = "design")]
+    Design(design::Args),
     /// List the physical effects that the model knows, or show the card of one
     Effects(effects::Args),
 }
@@ -54,6 +59,8 @@ impl Command {
             Self::Validate(args) => validate::run(&args),
             Self::NextTest(args) => next_test::run(&args),
             Self::Simulate(args) => simulate::run(&args),
+            #[cfg(feature = "design")]
+            Self::Design(args) => design::run(&args),
             Self::Effects(args) => effects::run(&args),
         }
     }

@@ -1,0 +1,144 @@
+//! `im design KIND`: makes gains and proves them.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use im_design::gains::{GainSet, Value};
+use im_design::request::{Kind, design};
+use im_design::{Certificate, DesignError, Plant, plot};
+use im_model::{FileError, MotorFile, Problem, write_atomically};
+use serde_json::json;
+
+use super::check::proven;
+use super::spinner::spinning;
+use crate::failure::Failure;
+use crate::terminal::rounded;
+
+/// Arguments of every design.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The machine: a motor.toml
+    #[arg(long, value_name = "FILE")]
+    motor: PathBuf,
+    /// Where the gains must hold and how fast: a region.toml as shown below
+    #[arg(long, value_name = "FILE")]
+    region: PathBuf,
+    /// Where to write the gains with their proof, as TOML
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Write the gains as Rust constants too, to paste into firmware
+    #[arg(long, value_name = "FILE")]
+    rust: Option<PathBuf>,
+    /// The type of the Rust constants
+    #[arg(long, value_enum, default_value_t = Scalar::F32, requires = "rust")]
+    scalar: Scalar,
+    /// Draw what was designed, as SVG
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Print the gains as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Scalar {
+    F32,
+    F64,
+}
+
+/// Runs the command.
+pub fn run(kind: Kind, args: &Args) -> Result<(), Failure> {
+    let motor = MotorFile::read(&args.motor)?;
+    let region_file = args.region.display().to_string();
+    let region = std::fs::read_to_string(&args.region).map_err(|e| FileError::io(&region_file, "read", &e))?;
+    let plant = Plant::Machine(im_design::Machine::from(&motor.machine));
+    let made = spinning("designing and proving", || design(kind, plant, &region));
+    let certificate = made.map_err(|e| refused(args, kind, e))?;
+    let text = certificate.to_text().map_err(|e| Failure::Input(e.to_string()))?;
+    let set = GainSet::from(&certificate.design);
+    let heading = format!(
+        "# Made by: im design {} --motor {} --region {region_file}\n# Verify with: im design check FILE\n",
+        kind.name(),
+        args.motor.display()
+    );
+    // What can fail is done before anything is written.
+    let picture = args.plot.as_ref().map(|path| (path, spinning("drawing", || plot::picture(&certificate))));
+    write(&args.output, &(heading + &text))?;
+    if let Some(path) = &args.rust {
+        let scalar = match args.scalar {
+            Scalar::F32 => "f32",
+            Scalar::F64 => "f64",
+        };
+        write(path, &set.to_rust(scalar))?;
+    }
+    if let Some((path, svg)) = picture {
+        write(path, &svg)?;
+    }
+    Ok(summary(args, &motor, &certificate, &set)?)
+}
+
+fn write(path: &Path, text: &str) -> Result<(), FileError> {
+    write_atomically(path, |out| out.write_all(text.as_bytes()))
+}
+
+fn refused(args: &Args, kind: Kind, e: DesignError) -> Failure {
+    let file = args.region.display().to_string();
+    match e {
+        DesignError::Region { line, what } => {
+            let key = what.split('`').nth(1).map(str::to_owned);
+            let advice = format!("; im design example-region {} prints a file to start from", kind.name());
+            FileError::new(&file, line, key.as_deref().filter(|_| line.is_some()), Problem::Syntax { reason: what + &advice })
+                .into()
+        }
+        DesignError::Machine { .. } => Failure::Input(format!("{}: {e}", args.motor.display())),
+        e => Failure::Input(format!("{file}: {e}")),
+    }
+}
+
+fn summary(args: &Args, motor: &MotorFile, certificate: &Certificate, set: &GainSet) -> io::Result<()> {
+    let written = [Some(&args.output), args.rust.as_ref(), args.plot.as_ref()];
+    let left_out: Vec<_> = motor.machine.effects().active().map(|id| id.name()).collect();
+    let mut out = io::stdout().lock();
+    if args.json {
+        let value = |v: &Value| match v {
+            Value::Scalar(x) => json!(x),
+            Value::Range(x) => json!(x),
+            Value::List(x) => json!(x),
+            Value::Matrix(m) => {
+                json!((0..m.rows()).map(|i| (0..m.cols()).map(|j| m[(i, j)]).collect()).collect::<Vec<Vec<f64>>>())
+            }
+        };
+        let gains: serde_json::Map<_, _> = set.gains.iter().map(|g| (g.name.clone(), value(&g.value))).collect();
+        let summary = json!({
+            "schema": 1, "kind": set.kind, "machine": motor.name, "gains": gains,
+            "obligations": certificate.margins.len(), "digest": certificate.digest, "effects_left_out": left_out,
+            "written": written.iter().flatten().map(|p| p.display().to_string()).collect::<Vec<_>>(),
+        });
+        return writeln!(out, "{summary}");
+    }
+    for g in &set.gains {
+        let value = match &g.value {
+            Value::Scalar(x) => rounded(*x),
+            Value::Range(x) => listed(x),
+            Value::List(x) => listed(x),
+            Value::Matrix(m) => {
+                let row = |i: usize| listed(&(0..m.cols()).map(|j| m[(i, j)]).collect::<Vec<_>>());
+                (0..m.rows()).map(row).collect::<Vec<_>>().join("; ")
+            }
+        };
+        writeln!(out, "{} = {value}    # {}", g.name, g.meaning)?;
+    }
+    writeln!(out, "\n{}", proven(&set.kind, &certificate.margins))?;
+    if !left_out.is_empty() {
+        writeln!(out, "Proven for the linear machine: these effects of the motor are left out: {}.", left_out.join(", "))?;
+    }
+    for path in written.into_iter().flatten() {
+        writeln!(out, "{}: written", path.display())?;
+    }
+    Ok(())
+}
+
+fn listed(x: &[f64]) -> String {
+    format!("[{}]", x.iter().map(|x| rounded(*x)).collect::<Vec<_>>().join(", "))
+}

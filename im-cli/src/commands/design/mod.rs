@@ -1,0 +1,98 @@
+//! `im design`: gains with proofs, and the check of a proof.
+
+mod check;
+mod make;
+mod spinner;
+
+use clap::Subcommand;
+use im_design::request::Kind;
+use std::io::Write;
+
+use crate::failure::Failure;
+
+/// Arguments.
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+const AFTER_HELP: &str = "\
+Example:
+  im design example-region kubota > region.toml
+  im design kubota --motor examples/motor.toml --region region.toml -o gains.toml --rust gains.rs
+  im design check gains.toml
+
+The file of gains carries its own proof: machine, region, gains, Lyapunov matrices and rates. `im design check` decides
+every inequality again in exact rational arithmetic, without the solver, and refuses a file of which one digit was altered.
+`im design KIND --help` explains a design and shows a region file for it.";
+
+#[derive(Subcommand)]
+enum What {
+    /// Flux observer of Kubota et al.: a gain scheduled over speed, smallest for a decay rate
+    #[command(visible_alias = "scheduled", after_help = help(Kind::Kubota))]
+    Kubota(make::Args),
+    /// Kubota's adaptive speed observer: mended and certified where it fails, regenerating at low speed
+    #[command(after_help = help(Kind::KubotaLoop))]
+    KubotaLoop(make::Args),
+    /// Thau observer of Kwon et al.: the largest Lipschitz constant that a gain can tolerate
+    #[command(after_help = help(Kind::Thau))]
+    Thau(make::Args),
+    /// Speed and flux observer certified over a box of speed, slip and flux, without a Lipschitz bound
+    #[command(after_help = help(Kind::ThauBox))]
+    ThauBox(make::Args),
+    /// Sliding-mode observer of Derdiyok et al.: the smallest nu0
+    #[command(after_help = help(Kind::Derdiyok))]
+    Derdiyok(make::Args),
+    /// Sliding-mode observer of Utkin et al.: the smallest omega0
+    #[command(after_help = help(Kind::Utkin))]
+    Utkin(make::Args),
+    /// Sliding-mode control of Kenné et al.: the smallest gains
+    #[command(after_help = help(Kind::Kenne))]
+    Kenne(make::Args),
+    /// Passivity-based control of Jadot et al.: gains for wanted bandwidths
+    #[command(after_help = help(Kind::Jadot))]
+    Jadot(make::Args),
+    /// Flux observer for forward Euler: a gain made for the sampling period
+    #[command(after_help = help(Kind::Sampled))]
+    Sampled(make::Args),
+    /// Print a commented region file for a design
+    ExampleRegion {
+        /// The design
+        #[arg(value_parser = clap::builder::PossibleValuesParser::new(Kind::ALL.map(|(_, name)| name)))]
+        kind: String,
+    },
+    /// Verify a file of gains exactly; exit status 1 when it is refused
+    Check(check::Args),
+}
+
+/// The example that ends the help of one design.
+fn help(kind: Kind) -> String {
+    let name = kind.name();
+    let example: String = kind.example_region().lines().map(|line| format!("  {line}\n")).collect();
+    format!(
+        "Example:\n  im design example-region {name} > region.toml\n  \
+         im design {name} --motor examples/motor.toml --region region.toml -o gains.toml\n\nA region file:\n{example}"
+    )
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    match &args.what {
+        What::Kubota(a) => make::run(Kind::Kubota, a),
+        What::KubotaLoop(a) => make::run(Kind::KubotaLoop, a),
+        What::Thau(a) => make::run(Kind::Thau, a),
+        What::ThauBox(a) => make::run(Kind::ThauBox, a),
+        What::Derdiyok(a) => make::run(Kind::Derdiyok, a),
+        What::Utkin(a) => make::run(Kind::Utkin, a),
+        What::Kenne(a) => make::run(Kind::Kenne, a),
+        What::Jadot(a) => make::run(Kind::Jadot, a),
+        What::Sampled(a) => make::run(Kind::Sampled, a),
+        What::Check(a) => check::run(a),
+        What::ExampleRegion { kind } => {
+            let kind: Kind = kind.parse().map_err(|e| Failure::Input(format!("{e}")))?;
+            Ok(std::io::stdout().lock().write_all(kind.example_region().as_bytes())?)
+        }
+    }
+}
