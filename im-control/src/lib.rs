@@ -18,6 +18,8 @@ mod field_weakening;
 mod flux;
 mod load_torque;
 mod machine_data;
+#[cfg(feature = "std")]
+pub mod named;
 mod reference;
 mod speed_regulator;
 mod status;

@@ -1,15 +1,16 @@
 //! What comes in may be wrong: what goes out is bounded, says so, and the drive comes back by itself.
 
 use im_control::Status;
+use im_control::named::Supervised;
 use im_model::simulation::{Command, Controller, Measured, Reference, Simulation};
 use im_model::{Complex, Machine, machines};
 use proptest::prelude::*;
 
-use crate::common::{AnyDrive, Case, points};
+use crate::common::{Case, points};
 
 /// Spoils what passes between machine and drive.
 struct Spoiled<'a, F> {
-    drive: &'a mut dyn AnyDrive,
+    drive: &'a mut dyn Supervised,
     spoil: F,
     sample: usize,
     seen: Status,
@@ -40,7 +41,7 @@ fn case() -> (Machine<f64>, Case) {
 /// Runs up to 100 rad/s with something spoiled between samples 8000 and `until`; the end must be as if nothing had been.
 fn recovers(
     name: &str,
-    drive: &mut dyn AnyDrive,
+    drive: &mut dyn Supervised,
     until: usize,
     expected: Status,
     spoil: impl Fn(&mut Measured<f64>, &mut Reference<f64>),

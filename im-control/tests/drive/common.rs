@@ -1,12 +1,9 @@
 //! Scenarios and drives shared by the tests.
 
-use im_control::{Drive, DriveLimits, FieldOriented, FieldOrientedGains, Kenne, KenneGains, MachineData, Reports};
-use im_model::simulation::{Controller, Inverter, Load, Profile, References, Scenario, Source};
+use im_control::named::{NAMES, Setting, Supervised, named};
+use im_control::{DriveLimits, MachineData};
+use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Source};
 use im_model::{Machine, Rating};
-
-/// A controller that is looked after, of any kind.
-pub trait AnyDrive: Controller<f64> + Reports {}
-impl<C: Controller<f64> + Reports> AnyDrive for C {}
 
 /// What a test needs to know of a machine and its drive.
 #[derive(Clone, Copy)]
@@ -33,20 +30,12 @@ impl Case {
         DriveLimits::generous(&self.known, self.speed_rad_s(), self.rating.rotor_flux_vs)
     }
 
-    pub fn field_oriented(&self, direct: bool) -> Box<dyn AnyDrive> {
-        let gains = FieldOrientedGains::typical(&self.known, self.rating.rotor_flux_vs, self.sample_time_s);
-        let gains = if direct { gains.direct() } else { gains };
-        Box::new(Drive::try_new(FieldOriented::try_new(&self.known, &gains).unwrap(), &self.limits()).unwrap())
-    }
-
-    pub fn kenne(&self) -> Box<dyn AnyDrive> {
-        let gains = KenneGains::typical(&self.known, self.rating.rotor_flux_vs, self.dc_voltage_v, self.sample_time_s);
-        Box::new(Drive::try_new(Kenne::try_new(&self.known, &gains).unwrap(), &self.limits()).unwrap())
-    }
-
     /// Every speed drive, by name.
-    pub fn drives(&self) -> [(&'static str, Box<dyn AnyDrive>); 3] {
-        [("indirect", self.field_oriented(false)), ("direct", self.field_oriented(true)), ("kenne", self.kenne())]
+    pub fn drives(&self) -> impl Iterator<Item = (&'static str, Box<dyn Supervised>)> {
+        let Self { known, rating, dc_voltage_v, sample_time_s } = *self;
+        let setting = Setting { machine: known, rating, dc_voltage_v, sample_time_s, dead_time: None, mtpa: None };
+        let names = NAMES.into_iter().map(|(name, _)| name).filter(|name| *name != "mtpa");
+        names.map(move |name| (name, named(name, &setting).unwrap()))
     }
 
     pub fn scenario(&self, speed: Profile, load: Profile, duration_s: f64) -> Scenario {

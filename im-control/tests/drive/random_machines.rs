@@ -2,11 +2,12 @@
 //!
 //! More cases: `PROPTEST_CASES=500 cargo test --release -p im-control --test drive random`.
 
+use im_control::named::Supervised;
 use im_model::simulation::Simulation;
 use im_model::{Effects, Machine, Nameplate, Rating};
 use proptest::prelude::*;
 
-use crate::common::{AnyDrive, Case, points};
+use crate::common::{Case, points};
 
 /// A machine as a catalogue has it: efficiency and power factor grow with size, slip falls.
 fn any_machine() -> impl Strategy<Value = (Machine<f64>, Rating)> {
@@ -40,7 +41,7 @@ fn with_effects(machine: &Machine<f64>, rating: &Rating) -> Machine<f64> {
     machine.with_effects(e).unwrap()
 }
 
-fn check(name: &str, drive: &mut dyn AnyDrive, truth: &Machine<f64>, case: &Case) -> Result<(), TestCaseError> {
+fn check(name: &str, drive: &mut dyn Supervised, truth: &Machine<f64>, case: &Case) -> Result<(), TestCaseError> {
     let (rating, w) = (case.rating, 0.7 * case.speed_rad_s());
     // Magnetized for five rotor time constants, up, loaded with 0.8 of rated torque, down and backwards.
     let t_m = (5.0 * truth.parameters().rotor_inductance_h() / truth.parameters().rotor_resistance_ohm).clamp(0.3, 1.5);

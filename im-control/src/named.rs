@@ -1,0 +1,141 @@
+//! Controllers by name, with typical gains, looked after: for programs and comparisons on a host.
+
+use im_identify::online::{Fixed, Lambda};
+use im_model::Rating;
+use im_model::simulation::Controller;
+use thiserror::Error;
+
+use crate::error::ControlError;
+use crate::field_oriented::{FieldOriented, FieldOrientedGains};
+use crate::field_weakening::FieldWeakening;
+use crate::jadot::{Jadot, JadotGains};
+use crate::kenne::{Kenne, KenneGains};
+use crate::machine_data::MachineData;
+use crate::modulation::DeadTimeCompensation;
+use crate::mtpa::{Mtpa, MtpaGains, MtpaLaw};
+use crate::status::Reports;
+use crate::{Drive, DriveLimits};
+
+/// A controller that says how it is doing.
+pub trait Supervised: Controller<f64> + Reports {}
+impl<C: Controller<f64> + Reports> Supervised for C {}
+
+/// The names, and what each controller follows.
+pub const NAMES: [(&str, &str); 5] = [
+    ("indirect_field_orientation", "speed and rotor flux; flux from current and speed"),
+    ("direct_field_orientation", "speed and rotor flux; flux from the voltage above 5 Hz"),
+    ("kenne", "speed and rotor flux; sliding modes of Kenné et al."),
+    ("jadot", "speed and rotor flux; passivity-based regulation of Jadot et al., parameters fixed"),
+    ("mtpa", "torque with the least current, of Kwon et al.; gives currents, for delta modulation"),
+];
+
+/// What a controller is made for.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting {
+    /// The machine as the controller knows it.
+    pub machine: MachineData<f64>,
+    /// Its rating.
+    pub rating: Rating,
+    /// Voltage of the dc link, V.
+    pub dc_voltage_v: f64,
+    /// Sampling time, s.
+    pub sample_time_s: f64,
+    /// What the bridge takes, where it is to be compensated.
+    pub dead_time: Option<DeadTimeCompensation<f64>>,
+    /// The law for `mtpa`.
+    pub mtpa: Option<MtpaLaw<f64>>,
+}
+
+/// Why there is no such controller.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum NamedError {
+    /// The name is not one of [`NAMES`].
+    #[error("there is no controller named \"{0}\"; there are {list}", list = NAMES.map(|(name, _)| name).join(", "))]
+    Unknown(String),
+    /// `mtpa` needs a law.
+    #[error("the controller mtpa needs a law for current and slip")]
+    NoLaw,
+    /// The machine does not suit.
+    #[error(transparent)]
+    Control(#[from] ControlError),
+}
+
+/// Makes a controller.
+///
+/// # Errors
+/// The name is unknown, or a quantity is out of bounds.
+pub fn named(name: &str, setting: &Setting) -> Result<Box<dyn Supervised>, NamedError> {
+    let Setting { machine, rating, dc_voltage_v, sample_time_s, .. } = *setting;
+    let flux = rating.rotor_flux_vs;
+    let field_oriented = FieldOrientedGains::typical(&machine, flux, sample_time_s);
+    match name {
+        "indirect_field_orientation" => setting.drive(FieldOriented::try_new(&machine, &field_oriented)?),
+        "direct_field_orientation" => setting.drive(FieldOriented::try_new(&machine, &field_oriented.direct())?),
+        "kenne" => setting.drive(Kenne::try_new(&machine, &KenneGains::typical(&machine, flux, dc_voltage_v, sample_time_s))?),
+        "jadot" => {
+            let parameters = regulation_parameters(&machine);
+            let fixed = Fixed::try_new(parameters.into()).map_err(ControlError::from)?;
+            setting.drive(Jadot::try_new(&machine, &JadotGains::typical(&machine, flux, sample_time_s), fixed)?)
+        }
+        "mtpa" => {
+            let law = setting.mtpa.ok_or(NamedError::NoLaw)?;
+            setting.drive(Mtpa::try_new(&machine, &law, &MtpaGains::typical(&machine))?)
+        }
+        other => Err(NamedError::Unknown(other.to_owned())),
+    }
+}
+
+impl Setting {
+    fn drive<C>(&self, controller: C) -> Result<Box<dyn Supervised>, NamedError>
+    where
+        C: Controller<f64> + Reports + Clone + 'static,
+    {
+        let speed = self.rating.synchronous_speed_rad_s(self.machine.pole_pairs);
+        let limits = DriveLimits::generous(&self.machine, speed, self.rating.rotor_flux_vs);
+        let mut drive = Drive::try_new(controller, &limits)?;
+        if let Some(dead_time) = &self.dead_time {
+            drive = drive.compensating(dead_time)?;
+        }
+        Ok(Box::new(drive))
+    }
+}
+
+fn regulation_parameters(machine: &MachineData<f64>) -> im_model::InverseGammaParameters<f64> {
+    let w = &machine.windings;
+    let k = w.mutual_inductance_h / w.rotor_inductance_h;
+    let l = k * w.mutual_inductance_h;
+    im_model::InverseGammaParameters {
+        stator_resistance_ohm: w.stator_resistance_ohm,
+        rotor_resistance_ohm: k * k * w.rotor_resistance_ohm,
+        leakage_inductance_h: w.stator_inductance_h - l,
+        magnetizing_inductance_h: l,
+    }
+}
+
+impl JadotGains<f64> {
+    /// Gains that suit a sampling time, by the polynomials of `im_design::jadot` at a damping of 1/√2: natural frequencies of the current
+    /// loop of 0.15 over sampling time plus delay (1000 rad/s at most) and of the speed loop of a fortieth of that, λ of Section V.
+    /// The proof over a region is `im_design`'s.
+    pub fn typical(machine: &MachineData<f64>, rotor_flux_vs: f64, sample_time_s: f64) -> Self {
+        let p = regulation_parameters(machine);
+        let lag = sample_time_s + machine.voltage_delay_s;
+        let total = p.stator_resistance_ohm + p.rotor_resistance_ohm;
+        let damping2 = core::f64::consts::SQRT_2;
+        // Above what the resistances alone damp.
+        let current = (0.15 / lag).min(1000.0).max(1.5 * total / (damping2 * p.leakage_inductance_h));
+        let speed = (current / 40.0).min(25.0);
+        let k_p = damping2 * current * p.leakage_inductance_h - total;
+        let w = &machine.windings;
+        let phi = rotor_flux_vs * w.mutual_inductance_h / w.rotor_inductance_h;
+        let n_p = f64::from(machine.pole_pairs);
+        let kappa_flux2 = 1.5 * n_p * n_p / w.inertia_kg_m2 * phi * phi / p.rotor_resistance_ohm;
+        Self {
+            current_proportional_ohm: k_p,
+            current_integral_per_s: p.leakage_inductance_h * current * current / k_p,
+            speed_proportional: damping2 * speed / kappa_flux2,
+            speed_integral_per_s: speed / damping2,
+            lambda: Lambda::Scheduled,
+            field_weakening: Some(FieldWeakening { bandwidth_per_s: 15.0, voltage_share: 0.92 }),
+        }
+    }
+}
