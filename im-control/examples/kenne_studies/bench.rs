@@ -123,16 +123,6 @@ impl Study<'_> {
                 r_r_hat: estimate.values[0],
                 current: shown.i_s.norm(),
             });
-                eprintln!(
-                    "{t:.3} w{:.1} f{:.4} fh{:.4} r{:.2} i{:.2} {}",
-                    state.omega_m,
-                    rows.last().unwrap().flux2,
-                    rows.last().unwrap().flux2_hat,
-                    estimate.values[0],
-                    rows.last().unwrap().current,
-                    im_control::Reports::status(&drive)
-                );
-            }
             bench.advance(&Drive::new(u, brake(t)));
             (state, u_s) = (*bench.state(), u);
         }
