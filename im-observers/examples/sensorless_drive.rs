@@ -3,7 +3,9 @@
 //!     cargo run --release -p im-observers --example sensorless_drive
 
 use im_model::machines::MOTULATOR_2_2_KW;
-use im_model::simulation::{Command, Controller, Inverter, Load, Measured, Profile, Reference, References, Scenario, Simulation, Source};
+use im_model::simulation::{
+    Command, Controller, Inverter, Load, Measured, Profile, Reference, References, Scenario, Simulation, Source,
+};
 use im_model::{Complex, Machine};
 use im_observers::{Basis, Kubota, KubotaGains, KubotaState, Observer};
 
@@ -24,7 +26,8 @@ impl Controller<f64> for Sensorless {
         // Speed and flux: proportional-integral and proportional; torque 2.9 Nm per A at rated flux, magnetized by 4.1 A.
         let error = reference.omega_m - estimate.omega_m;
         self.integral[0] = (self.integral[0] + 2.0 * H * error).clamp(-8.0, 8.0);
-        let i_q = if flux.norm() > 0.5 * reference.rotor_flux_vs { (0.3 * error + self.integral[0]).clamp(-8.0, 8.0) } else { 0.0 };
+        let i_q =
+            if flux.norm() > 0.5 * reference.rotor_flux_vs { (0.3 * error + self.integral[0]).clamp(-8.0, 8.0) } else { 0.0 };
         let i_d = (4.1 + 10.0 * (reference.rotor_flux_vs - flux.norm())).clamp(0.0, 8.0);
         // Currents: proportional, with the back-voltage fed forward.
         let back = Complex::new(0.0, 2.0 * estimate.omega_m) * flux * 0.956;

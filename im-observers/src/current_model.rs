@@ -12,7 +12,7 @@ use num_traits::Zero;
 
 use crate::basis::{Basis, Watch};
 use crate::interface::{Estimate, Input, Observer, Status};
-use crate::pade::step1;
+use crate::tustin::{step1, warped};
 
 /// The observer; nothing to tune, no step limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +62,7 @@ impl<T: Scalar> Observer<T> for CurrentModel<T> {
         let mean = (before + s.omega_m) * T::from_f64(0.5);
         let a = Complex::new(-c.eta, b.n_p * mean);
         let lambda_before = s.lambda;
-        s.lambda = step1(a, s.lambda, sample.i_mean.scale(c.eta_l_m), h);
+        s.lambda = step1(a, s.lambda, sample.i_mean.scale(c.eta_l_m), warped(h, b.n_p * mean));
         let middle = (lambda_before + s.lambda).scale(T::from_f64(0.5));
         let drive = sample.u_s.scale(c.inverse_sigma_l_s) - a * middle.scale(c.beta);
         let mut predicted = step1(Complex::new(-c.gamma, T::zero()), sample.i_before, drive, h);

@@ -24,7 +24,7 @@ use num_traits::Zero;
 use crate::basis::{Basis, Discretization, Watch};
 use crate::error::ObserverError;
 use crate::interface::{Estimate, Input, Observer};
-use crate::pade::step1;
+use crate::tustin::step1;
 
 /// Gains as `im-design` gives them (`derdiyok`), with the options of practice; zero switches each off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -182,7 +182,7 @@ impl<T: Scalar> Observer<T> for Derdiyok<T> {
             Discretization::Implicit => {
                 let gamma = Complex::new(-c.gamma, T::zero());
                 let predicted = step1(gamma, s.i_hat, drive, h);
-                // ∫₀ʰ βe^{−γt}dt to the order of the approximant.
+                // ∫₀ʰ βe^{−γt}dt by the same rule.
                 let reach = step1(gamma, Complex::zero(), Complex::new(c.beta, T::zero()), h).re;
                 let nu = if sample.trusted() {
                     let gap = (predicted - sample.i_s).scale(T::one() / ((reach + self.layer) * self.nu0));

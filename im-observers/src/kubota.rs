@@ -9,7 +9,7 @@
 //! As published the loop is unstable when regenerating at low frequency, without feedback for 0 < ω_e/(n_pω) < (R_s/σL_s)/(γ + η);
 //! [`KubotaGains::mended`] is the gain of `im-design` (`kubota_loop`) that is stable at every speed and load but at ω_e = 0.
 //!
-//! **Step limits.** [`Discretization::Implicit`] keeps any continuous certificate of (A − LC) at every step (`pade.rs`). What remains
+//! **Step limits.** [`Discretization::Implicit`] keeps any continuous certificate of (A − LC) at every step (`tustin.rs`). What remains
 //! sampled is the proportional path: hK_P(n_pβ|λ|)² < 2. Forward Euler needs |1 + hs| ≤ 1 for the poles s of A − LC at every speed:
 //! [`KubotaGains::euler_step_limit_s`]. Construction checks both.
 
@@ -20,8 +20,8 @@ use num_traits::Zero;
 use crate::basis::{Basis, Discretization, Watch};
 use crate::error::{ObserverError, finite};
 use crate::interface::{Estimate, Input, Observer};
-use crate::pade::step2;
 use crate::saturation::Electrical;
+use crate::tustin::{Flow, warped};
 
 /// Gains as `im-design` gives them (`kubota_loop`; L alone from `kubota`, `sampled`).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,8 +94,8 @@ impl KubotaGains {
         for k in -20..=20 {
             let omega = speed_max * f64::from(k) / 20.0;
             let m = flow(c, n_p * omega, [g[0] + s[0] * omega, g[1] + s[1] * omega]);
-            let mean = (m[0][0] + m[1][1]) * 0.5;
-            let root = square_root(mean * mean - (m[0][0] * m[1][1] - m[0][1] * m[1][0]));
+            let mean = m.trace() * 0.5;
+            let root = square_root(mean * mean - m.determinant());
             for pole in [mean + root, mean - root] {
                 limit = limit.min(-2.0 * pole.re / pole.norm_sqr());
             }
@@ -115,10 +115,9 @@ impl KubotaGains {
 
 /// A − LC in complex form.
 #[inline(always)]
-fn flow<T: Scalar>(c: &Electrical<T>, omega_e: T, l: [Complex<T>; 2]) -> [[Complex<T>; 2]; 2] {
+fn flow<T: Scalar>(c: &Electrical<T>, omega_e: T, l: [Complex<T>; 2]) -> Flow<T> {
     let a = Complex::new(-c.eta, omega_e);
-    let real = |x: T| Complex::new(x, T::zero());
-    [[a, real(c.eta_l_m) - l[0]], [-a.scale(c.beta), real(-c.gamma) - l[1]]]
+    Flow { a, c: Complex::new(c.eta_l_m - l[0].re, -l[0].im), d: Complex::new(c.gamma + l[1].re, l[1].im), beta: c.beta }
 }
 
 /// The complex form [l₁, l₂] of a gain whose blocks are [x, −y; y, x].
@@ -232,19 +231,25 @@ impl<T: Scalar> Observer<T> for Kubota<T> {
         let c = b.electrical(s.lambda, sample.i_mean);
         let (h, w) = (b.sample_time_s, b.n_p * s.omega_m);
         // Without a measurement there is nothing to correct by.
-        let on = if sample.measured { T::one() } else { T::zero() };
-        let l = [0, 1].map(|k| (self.gain[k] + self.gain_per_speed[k].scale(s.omega_m)).scale(on));
-        let drive = sample.u_s.scale(c.inverse_sigma_l_s);
-        let m = flow(&c, w, l);
-        [s.lambda, s.i_hat] = match self.discretization {
-            Discretization::Implicit => step2(m, [s.lambda, s.i_hat], [l[0] * sample.i_mean, drive + l[1] * sample.i_mean], h),
-            Discretization::ForwardEuler => {
-                let d_lambda = m[0][0] * s.lambda + m[0][1] * s.i_hat + l[0] * sample.i_before;
-                let d_i = m[1][0] * s.lambda + m[1][1] * s.i_hat + l[1] * sample.i_before + drive;
-                [s.lambda + d_lambda.scale(h), s.i_hat + d_i.scale(h)]
-            }
+        let l = if sample.measured {
+            [0, 1].map(|k| self.gain[k] + self.gain_per_speed[k].scale(s.omega_m))
+        } else {
+            [Complex::zero(); 2]
         };
-        let e = (sample.i_s - s.i_hat).scale(on);
+        let e = match self.discretization {
+            Discretization::Implicit => sample.i_mean - s.i_hat,
+            Discretization::ForwardEuler => sample.i_before - s.i_hat,
+        };
+        let turned = Complex::new(-c.eta, w) * s.lambda;
+        let rate = [
+            turned + s.i_hat.scale(c.eta_l_m) + l[0] * e,
+            sample.u_s.scale(c.inverse_sigma_l_s) - turned.scale(c.beta) - s.i_hat.scale(c.gamma) + l[1] * e,
+        ];
+        [s.lambda, s.i_hat] = match self.discretization {
+            Discretization::Implicit => flow(&c, w, l).step([s.lambda, s.i_hat], rate, warped(h, w)),
+            Discretization::ForwardEuler => [s.lambda + rate[0].scale(h), s.i_hat + rate[1].scale(h)],
+        };
+        let e = if sample.measured { sample.i_s - s.i_hat } else { Complex::zero() };
         let epsilon = -b.n_p * c.beta * cross(s.lambda, e);
         let top = b.limits.speed_max_rad_per_s;
         s.integral = (s.integral + h * self.integral * epsilon).min(top).max(-top);

@@ -29,9 +29,9 @@ mod derdiyok;
 mod error;
 mod interface;
 mod kubota;
-mod pade;
 mod saturation;
 mod thau;
+mod tustin;
 mod utkin;
 
 pub use basis::{Basis, Discretization, Limits};

@@ -13,7 +13,7 @@
 //! Designed gains: constant in the frame at rest (`im-design`, `thau`), or certified over a box of frame speed, slip and flux in the frame of the
 //! estimated flux, affine in its speed (`thau_box`). For negative frame speed the gain is mirrored, since the machine is.
 //!
-//! **Step limits.** The electrical part by the (2,2) Padé approximant, any step. The correction is implicit, e at the end of the sample,
+//! **Step limits.** The electrical part by the warped trapezoidal rule, any step. The correction is implicit, e at the end of the sample,
 //! x̂ = x̂_p + hL(1 + hL_i)⁻¹(i − î_p): exact where e = 0, whatever the step. The torque loop is stepped after the electrical one: h²μn_pβ|λ|² < 1
 //! (checked at the largest flux). Forward Euler takes everything at the beginning of the sample.
 
@@ -24,7 +24,7 @@ use num_traits::Zero;
 use crate::basis::{Basis, Discretization, Watch};
 use crate::error::{ObserverError, finite};
 use crate::interface::{Estimate, Input, Observer};
-use crate::pade::step2;
+use crate::tustin::{Flow, warped};
 
 /// What the observer takes the load torque to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -227,7 +227,7 @@ impl<T: Scalar> Observer<T> for Thau<T> {
         let drive = sample.u_s.scale(c.inverse_sigma_l_s);
         let real = |x: T| Complex::new(x, T::zero());
         let a = Complex::new(-c.eta, b.n_p * s.omega_m);
-        let m = [[a, real(c.eta_l_m)], [-a.scale(c.beta), real(-c.gamma)]];
+        let flow = Flow { a, c: real(c.eta_l_m), d: real(c.gamma), beta: c.beta };
         let before = (s.lambda, s.i_hat);
         // λ̂ × î, or λ̂ × (î − i) where the load torque follows the measured current.
         let pull = |lambda: Complex<T>, i_hat: Complex<T>, i_s: Complex<T>| {
@@ -235,7 +235,8 @@ impl<T: Scalar> Observer<T> for Thau<T> {
         };
         match self.discretization {
             Discretization::Implicit => {
-                [s.lambda, s.i_hat] = step2(m, [s.lambda, s.i_hat], [Complex::zero(), drive], h);
+                let [d_lambda, d_i] = flow.apply([s.lambda, s.i_hat]);
+                [s.lambda, s.i_hat] = flow.step([s.lambda, s.i_hat], [d_lambda, d_i + drive], warped(h, b.n_p * s.omega_m));
                 let torque = if self.follows {
                     pull(s.lambda, s.i_hat, sample.i_s)
                 } else {
@@ -261,8 +262,9 @@ impl<T: Scalar> Observer<T> for Thau<T> {
                 };
                 let torque = pull(s.lambda, s.i_hat, sample.i_before);
                 s.omega_m += (mu * torque - self.damping * s.omega_m + omega) * h;
-                s.lambda += (m[0][0] * before.0 + m[0][1] * before.1 + flux).scale(h);
-                s.i_hat += (m[1][0] * before.0 + m[1][1] * before.1 + drive + current).scale(h);
+                let d = flow.apply([before.0, before.1]);
+                s.lambda += (d[0] + flux).scale(h);
+                s.i_hat += (d[1] + drive + current).scale(h);
             }
         }
         let top = b.limits.speed_max_rad_per_s;

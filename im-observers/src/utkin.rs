@@ -18,7 +18,7 @@ use num_traits::Zero;
 use crate::basis::{Basis, Discretization, Watch};
 use crate::error::ObserverError;
 use crate::interface::{Estimate, Input, Observer};
-use crate::pade::step2;
+use crate::tustin::{Flow, warped};
 
 /// Gains as `im-design` gives them (`utkin`), with the options of practice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,15 +126,14 @@ impl<T: Scalar> Observer<T> for Utkin<T> {
         let top = self.omega0;
         let drive = sample.u_s.scale(c.inverse_sigma_l_s);
         let real = |x: T| Complex::new(x, T::zero());
-        let flow = |omega: T| {
-            let a = Complex::new(-c.eta, b.n_p * omega);
-            [[a, real(c.eta_l_m)], [-a.scale(c.beta), real(-c.gamma)]]
-        };
+        let flow = |omega: T| Flow { a: Complex::new(-c.eta, b.n_p * omega), c: real(c.eta_l_m), d: real(c.gamma), beta: c.beta };
         let omega = match self.discretization {
             Discretization::Implicit => {
                 // With the speed that was right so far …
                 let before = s.omega_m;
-                [s.lambda, s.i_hat] = step2(flow(before), [s.lambda, s.i_hat], [Complex::zero(), drive], h);
+                let flow = flow(before);
+                let [d_lambda, d_i] = flow.apply([s.lambda, s.i_hat]);
+                [s.lambda, s.i_hat] = flow.step([s.lambda, s.i_hat], [d_lambda, d_i + drive], warped(h, b.n_p * before));
                 if sample.measured {
                     // … and what it must change by.
                     let e = s.i_hat - sample.i_s;
@@ -162,11 +161,9 @@ impl<T: Scalar> Observer<T> for Utkin<T> {
                 } else {
                     T::zero()
                 };
-                let m = flow(omega);
-                let d_lambda = m[0][0] * s.lambda + m[0][1] * s.i_hat;
-                let d_i = m[1][0] * s.lambda + m[1][1] * s.i_hat + drive;
-                s.lambda += d_lambda.scale(h);
-                s.i_hat += d_i.scale(h);
+                let d = flow(omega).apply([s.lambda, s.i_hat]);
+                s.lambda += d[0].scale(h);
+                s.i_hat += (d[1] + drive).scale(h);
                 omega
             }
         };
