@@ -1,12 +1,17 @@
 //! What is wrong with a recording, told before anything is fitted to it, and mended where that is safe.
 
+mod channels;
 pub mod clip;
 mod currents;
+mod machine;
+pub mod steady;
+mod time;
 
-use im_model::MotorFile;
+use im_model::{Complex, MotorFile, space_vector::from_phases};
 
 use super::finding::Finding;
-use super::signals::Signals;
+use super::mapping::{CurrentForm, Instant};
+use super::signals::{Signals, SpeedTrace, Trace};
 
 /// What the checks leave of the currents.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,15 +24,65 @@ pub struct Checked {
     pub findings: Vec<Finding>,
 }
 
-/// Checks a recording against itself and against the motor.
-pub fn check(signals: &Signals, motor: &MotorFile) -> Checked {
-    let _ = motor;
-    let mut checked = currents::check(signals);
-    for f in &mut checked.findings {
-        f.recording.clone_from(&signals.name);
-        if let (None, Some(first), Some(last)) = (f.span_s, f.rows.first(), f.rows.last()) {
-            f.span_s = Some([signals.time_s(first.start), signals.time_s(last.end)]);
+impl Checked {
+    /// The sensor that is used for a column of the current.
+    pub fn current<'a>(&self, s: &'a Signals, column: usize) -> &'a Trace {
+        let c = &s.current[column];
+        c.alternate.as_ref().filter(|_| self.second[column]).unwrap_or(&c.main)
+    }
+
+    /// The current of row `k`.
+    pub fn i(&self, s: &Signals, k: usize) -> Complex<f64> {
+        let at = |column: usize| self.current(s, column).values[k];
+        match &s.current_form {
+            CurrentForm::AlphaBeta(_) => Complex::new(at(0), at(1)),
+            CurrentForm::Phases(_) => from_phases([at(0), at(1), at(2)]),
+            CurrentForm::TwoPhases(which, _) => {
+                let mut i = [-at(0) - at(1); 3];
+                i[which[0]] = at(0);
+                i[which[1]] = at(1);
+                from_phases(i)
+            }
         }
     }
+
+    /// Whether row `k` is whole.
+    pub fn whole(&self, k: usize) -> bool {
+        self.valid.iter().all(|v| v[k])
+    }
+}
+
+/// Checks a recording against itself and against the motor.
+pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
+    let mut checked = currents::check(s);
+    let n = s.len();
+    let dt = s.sample_time_s;
+    let u: Vec<Complex<f64>> = (0..n).map(|k| s.u(k)).collect();
+    let i: Vec<Complex<f64>> = (0..n).map(|k| checked.i(s, k)).collect();
+    let speed = if let SpeedTrace::Measured(w) = &s.speed { Some(&w.values[..]) } else { None };
+    let mut steady = steady::stretches(&u, &i, speed, dt);
+    steady.retain(|s| s.rows.clone().all(|k| checked.whole(k)));
+    // A voltage held over a sample belongs to its middle.
+    let half = match s.instant {
+        Instant::HeldFromRow => -0.5 * dt,
+        Instant::Sample => 0.0,
+        Instant::HeldUntilRow => 0.5 * dt,
+    };
+    steady.iter_mut().for_each(|s| s.u *= Complex::from_polar(1.0, half * s.omega));
+    let columns: Vec<&str> = (0..s.current.len()).map(|x| checked.current(s, x).column.as_str()).collect();
+    let found = [
+        time::check(s, &steady, motor.machine.parameters()),
+        channels::check(s, &steady, motor),
+        machine::check(&steady, motor, &columns.join(", ")),
+    ];
+    checked.findings.extend(found.into_iter().flatten());
+    for f in &mut checked.findings {
+        f.recording.clone_from(&s.name);
+        if let (None, Some(first), Some(last)) = (f.span_s, f.rows.first(), f.rows.last()) {
+            f.span_s = Some([s.time_s(first.start), s.time_s(last.end)]);
+        }
+    }
+    // The worst first.
+    checked.findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     checked
 }

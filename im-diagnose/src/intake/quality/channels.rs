@@ -1,0 +1,134 @@
+//! Every channel for itself: dead, out of range, with a mean where there should be none; and what is not there at all.
+
+use im_model::MotorFile;
+
+use super::clip::flat_tops;
+use super::steady::Steady;
+use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
+use crate::intake::mapping::VoltageForm;
+use crate::intake::signals::{Signals, SpeedTrace, Trace};
+use crate::report::number;
+
+/// How far beyond the rating a value is beyond belief; and how far below it, for the largest of a recording.
+const BEYOND: [f64; 3] = [4.0, 40.0, 6.0];
+const BELOW: f64 = 0.003;
+
+/// Looks at every channel.
+pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> {
+    let mut out = Vec::new();
+    let p = motor.machine.parameters();
+    let r = &motor.rating;
+    let n_p = f64::from(motor.machine.pole_pairs());
+    let magnetizing = r.rotor_flux_vs / p.magnetizing_inductance_h;
+    let active = r.torque_nm / (1.5 * n_p * r.rotor_flux_vs.max(1e-9));
+    let rated = [r.phase_voltage_peak_v, magnetizing.hypot(active), 2.0 * std::f64::consts::PI * r.electrical_frequency_hz / n_p];
+    let duty = matches!(s.voltage_form, VoltageForm::Duty(..));
+    for t in s.voltage.iter().take(if duty { 0 } else { s.voltage.len() }) {
+        out.extend(range(t, "voltage", "V", rated[0], BEYOND[0]));
+        out.extend(mean(t, "voltage", "V", steady, false));
+        let flat = flat_tops(&t.values);
+        // A drive's limit is the voltage it commands: only sensors clip.
+        if s.instant == crate::intake::mapping::Instant::Sample && flat.contains(&true) {
+            let text = format!(
+                "{} is cut off at its limit in {} rows; the model is driven by it",
+                t.column,
+                flat.iter().filter(|f| **f).count()
+            );
+            let advice = "Record the voltage with a larger range.";
+            out.push(Finding::new(FindingKind::ClippedSensor, Severity::Serious, text, advice).on(&t.column).at(ranges(&flat)));
+        }
+    }
+    for t in s.current.iter().map(|c| &c.main) {
+        out.extend(range(t, "current", "A", rated[1], BEYOND[1]));
+        out.extend(mean(t, "current", "A", steady, true));
+    }
+    match &s.speed {
+        SpeedTrace::Measured(t) => {
+            let peak = largest(t);
+            if span(t) == 0.0 {
+                let text = format!("The speed {} is {} rad/s in every row", t.column, number(t.values[0], 3));
+                let advice = "If the rotor was locked say locked = true in [speed]; else the sensor is dead: leave [speed] out.";
+                out.push(Finding::new(FindingKind::DeadChannel, Severity::Warning, text, advice).on(&t.column));
+            } else if peak > BEYOND[2] * rated[2] {
+                let text = format!(
+                    "The speed {} reaches {} rad/s, {} times the synchronous speed",
+                    t.column,
+                    number(peak, 3),
+                    number(peak / rated[2], 2)
+                );
+                out.push(
+                    Finding::new(FindingKind::OutOfRange, Severity::Serious, text, "Check its unit (rpm or rad/s) and gain.")
+                        .on(&t.column),
+                );
+            }
+        }
+        SpeedTrace::Absent => out.push(Finding::new(
+            FindingKind::MissingSpeed,
+            Severity::Note,
+            "No speed is measured: the model is compared by its currents alone",
+            "",
+        )),
+        SpeedTrace::Locked => {}
+    }
+    if s.tau_load.is_none() && s.speed != SpeedTrace::Locked {
+        out.push(Finding::new(
+            FindingKind::MissingLoad,
+            Severity::Note,
+            "No load torque is known: it is taken as zero, and a load would be taken for friction or inertia",
+            "Give a column or a constant in [load] if the machine drove something.",
+        ));
+    }
+    out
+}
+
+fn span(t: &Trace) -> f64 {
+    let (low, high) = t.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    high - low
+}
+
+fn largest(t: &Trace) -> f64 {
+    t.values.iter().fold(0.0, |m: f64, v| m.max(v.abs()))
+}
+
+fn range(t: &Trace, what: &str, unit: &str, rated: f64, beyond: f64) -> Option<Finding> {
+    let peak = largest(t);
+    if span(t) == 0.0 {
+        let text = format!("The {what} {} is {} {unit} in every row", t.column, number(t.values[0], 3));
+        let advice = "Its sensor is dead or the wrong column is named.";
+        return Some(Finding::new(FindingKind::DeadChannel, Severity::Serious, text, advice).on(&t.column));
+    }
+    let (text, hint) = if peak > beyond * rated {
+        (
+            format!(
+                "{} reaches {} {unit}, {} times what the motor is rated for",
+                t.column,
+                number(peak, 3),
+                number(peak / rated, 2)
+            ),
+            "too large",
+        )
+    } else if peak < BELOW * rated {
+        (
+            format!("{} never exceeds {} {unit}; the motor is rated for {}", t.column, number(peak, 3), number(rated, 3)),
+            "too small",
+        )
+    } else {
+        return None;
+    };
+    let advice = format!("Check its unit and gain: it is {hint}.");
+    Some(Finding::new(FindingKind::OutOfRange, Severity::Serious, text, advice).on(&t.column))
+}
+
+/// A mean over whole periods of what alternates.
+fn mean(t: &Trace, what: &str, unit: &str, steady: &[Steady], diagnosed: bool) -> Option<Finding> {
+    let longest = steady.iter().max_by_key(|s| s.rows.len())?;
+    let size = if diagnosed { longest.i.norm() } else { longest.u.norm() };
+    let x = &t.values[longest.rows.clone()];
+    let mean = x.iter().sum::<f64>() / x.len() as f64;
+    if mean.abs() < 0.02 * size {
+        return None;
+    }
+    let text = format!("The {what} {} has a mean of {} {unit} in steady operation", t.column, number(mean, 2));
+    let advice = "If it is the sensor's, say offset = \"mean\", a number, or { mean_before_s = … } in the mapping.";
+    Some(Finding::new(FindingKind::Offset, Severity::Note, text, advice).on(&t.column).at(vec![longest.rows.clone()]))
+}

@@ -1,0 +1,148 @@
+//! The recording against the motor file: order and sign of the phases, pole pairs, the speed's scale, another machine altogether.
+
+use std::f64::consts::{FRAC_PI_3, PI};
+
+use im_model::{Complex, MotorFile};
+
+use super::steady::{ImpedanceFit, Steady, fit_slip};
+use crate::intake::finding::{Finding, FindingKind, Severity};
+use crate::report::number;
+
+/// Beyond this |ln(Z/Z_model)| the impedance does not fit: half or one and a half times, or thirty degrees.
+const MISFIT: f64 = 0.5;
+/// A turn of the current explains a misfit when it leaves no more of it than this share.
+const EXPLAINED: f64 = 0.4;
+
+/// What steady operation says against the motor file.
+pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding> {
+    let mut out = Vec::new();
+    let largest = steady.iter().fold(0.0, |m: f64, s| m.max(s.i.norm()));
+    let loud: Vec<&Steady> = steady.iter().filter(|s| s.i.norm() > 0.1 * largest && s.u.norm() > 0.0).collect();
+    // The longest story first: the stretch with the largest voltage.
+    let Some(main) = loud.iter().copied().max_by(|a, b| a.u.norm().total_cmp(&b.u.norm())) else { return out };
+    if main.against[1].norm() > main.i.norm() {
+        out.push(
+            Finding::new(
+                FindingKind::SwappedPhases,
+                Severity::Serious,
+                format!("The currents ({columns}) turn against the voltages: two phases are exchanged in one of them"),
+                "Exchange two phases of the voltage or of the current in the mapping.",
+            )
+            .at(vec![main.rows.clone()]),
+        );
+        return out;
+    }
+    let p = motor.machine.parameters();
+    let turned = |s: &Steady, by: f64| {
+        // In the negative sequence everything is mirrored.
+        let z = s.u / s.i * Complex::from_polar(1.0, by);
+        fit_slip(p, if s.omega < 0.0 { z.conj() } else { z }, s.omega.abs())
+    };
+    let mean_off = |by: f64| loud.iter().map(|s| turned(s, by).off).sum::<f64>() / loud.len() as f64;
+    let off = mean_off(0.0);
+    let mut fits = true;
+    if off > MISFIT {
+        fits = false;
+        let turns =
+            [(PI, "point the other way"), (2.0 * FRAC_PI_3, "are one phase off"), (-2.0 * FRAC_PI_3, "are one phase off")];
+        let best = turns.iter().map(|(by, what)| (mean_off(*by), what)).min_by(|a, b| a.0.total_cmp(&b.0));
+        match best {
+            Some((left, what)) if left < EXPLAINED * off && left < MISFIT => out.push(
+                Finding::new(
+                    FindingKind::SwappedPhases,
+                    Severity::Serious,
+                    format!("The currents ({columns}) {what} against the voltages: turned back they would fit the motor"),
+                    if left == mean_off(PI) {
+                        "Turn their sign: gain = -1 in [current]."
+                    } else {
+                        "Name the phases of the current in the order of those of the voltage."
+                    },
+                )
+                .at(vec![main.rows.clone()]),
+            ),
+            _ => {
+                let fit = turned(main, 0.0);
+                out.push(
+                    Finding::new(
+                        FindingKind::DifferentMachine,
+                        Severity::Warning,
+                        format!(
+                            "In steady operation at {} Hz the machine takes {} A at {} V: {} times the impedance of the motor file at \
+                             the slip that fits best ({} off in all)",
+                            number(main.omega.abs() / (2.0 * PI), 3),
+                            number(main.i.norm(), 3),
+                            number(main.u.norm(), 3),
+                            number(fit.ratio, 2),
+                            number(fit.off, 2)
+                        ),
+                        "Check that motor file and recording are of the same machine, star or delta, and the units and gains of voltage and current.",
+                    )
+                    .at(vec![main.rows.clone()]),
+                );
+            }
+        }
+    }
+    if fits {
+        out.extend(speed(&loud, motor, &|s| turned(s, 0.0)));
+    }
+    let unbalance = main.against[1].norm() / main.i.norm();
+    let supply = main.against[0].norm() / main.u.norm().max(1e-12);
+    if unbalance > 0.1 && unbalance > 8.0 * supply {
+        let text = format!(
+            "The currents are unbalanced by {} %, the voltages by {} %",
+            number(100.0 * unbalance, 2),
+            number(100.0 * supply, 2)
+        );
+        let advice = "Check the gains of the current sensors, and the machine for an open or shorted winding.";
+        out.push(Finding::new(FindingKind::Unbalance, Severity::Warning, text, advice).at(vec![main.rows.clone()]));
+    }
+    out
+}
+
+/// Sign, scale and pole pairs of the speed.
+fn speed(loud: &[&Steady], motor: &MotorFile, fit: &dyn Fn(&Steady) -> ImpedanceFit) -> Option<Finding> {
+    let n_p = f64::from(motor.machine.pole_pairs());
+    // (shown, expected) electrical speeds over the supply's, where the machine is on the steep part of its curve.
+    let seen: Vec<(f64, f64, &Steady)> = loud
+        .iter()
+        .filter_map(|s| Some((n_p * s.omega_m? / s.omega, 1.0 - fit(s).slip, *s)))
+        .filter(|(_, expected, _)| (0.8..1.1).contains(expected))
+        .collect();
+    let (shown, expected, at) = *seen.iter().max_by(|a, b| a.2.u.norm().total_cmp(&b.2.u.norm()))?;
+    let factor = shown / expected;
+    if (factor - 1.0).abs() < 0.08 || shown == 0.0 && at.omega_m == Some(0.0) && expected < 0.82 {
+        return None;
+    }
+    let rows = vec![at.rows.clone()];
+    let shows = number(at.omega_m.unwrap_or(0.0), 3);
+    let should = number(expected * at.omega / n_p, 3);
+    if seen.iter().all(|(f, ..)| *f < 0.0) && (factor.abs() - 1.0).abs() < 0.08 {
+        let text = format!(
+            "The speed is {shows} rad/s while the phases turn the other way: two phases are exchanged, or the speed's sign"
+        );
+        let advice = "Turn the speed's sign (gain = -1 in [speed]), or exchange two phases of voltage and current alike.";
+        return Some(Finding::new(FindingKind::SwappedPhases, Severity::Serious, text, advice).at(rows));
+    }
+    let by_current = format!("the speed shows {shows} rad/s where supply frequency and current ask for {should} rad/s");
+    let size = factor.abs();
+    let close = |x: f64| (size / x - 1.0).abs() < 0.06;
+    let pairs = (n_p / size).round();
+    let causes = [
+        (30.0 / PI, "It is in rpm and read as rad/s: unit = \"rpm\" in [speed]."),
+        (PI / 30.0, "It is in rad/s and read as rpm: unit = \"rad/s\" in [speed]."),
+        (1.0 / (2.0 * PI), "It is in Hz: unit = \"Hz\" in [speed]."),
+    ];
+    if let Some((_, advice)) = causes.iter().find(|(f, _)| close(*f)) {
+        let text = format!("The speed has another unit: {by_current}");
+        return Some(Finding::new(FindingKind::SpeedScale, Severity::Serious, text, *advice).at(rows));
+    }
+    if (1.0..=12.0).contains(&pairs) && pairs != n_p && close(n_p / pairs) {
+        let text = format!("The pole pairs do not fit: {by_current}, with the motor file's {n_p} pole pairs");
+        let electrical = if close(n_p) { ", or the speed is electrical (electrical = true in [speed])" } else { "" };
+        let advice = format!("The machine has {pairs} pole pairs{electrical}.");
+        return Some(Finding::new(FindingKind::WrongPolePairs, Severity::Serious, text, advice).at(rows));
+    }
+    let text = format!("The speed's gain is off: {by_current}");
+    let advice = format!("Multiply its gain by {}, or calibrate it by a stretch of known speed.", number(1.0 / factor, 4));
+    Some(Finding::new(FindingKind::SpeedScale, Severity::Warning, text, advice).at(rows))
+}
