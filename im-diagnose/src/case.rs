@@ -52,6 +52,9 @@ impl Case {
             .iter()
             .zip(starts)
             .map(|(e, x)| {
+                if e.supply_frequency_hz.is_some() {
+                    return vec![0.0; e.channels.len()];
+                }
                 let r = im_identify::offline::residuals(machine, e, x);
                 e.channels
                     .iter()
@@ -88,10 +91,15 @@ impl Case {
                 .train
                 .iter()
                 .chain(&self.holdout)
+                .filter(|e| e.supply_frequency_hz.is_none())
                 .flat_map(|e| &e.channels)
                 .filter(|c| c.name == name)
                 .map(|c| white_sigma(&valid_values(c)))
                 .collect();
+            if found.is_empty() {
+                // A table has no roughness: what its instruments are good for is said with it.
+                continue;
+            }
             found.sort_by(f64::total_cmp);
             let sigma = found[found.len() / 2].max(1e-9);
             for c in self.train.iter_mut().chain(&mut self.holdout).flat_map(|e| &mut e.channels).filter(|c| c.name == name) {

@@ -89,6 +89,9 @@ pub fn dependences(machine: &Machine<f64>, starts: &[State<f64>], experiments: &
     let noise = whiteners(experiments, &raw);
     let mut series = Series::default();
     for ((e, x), (raw, noise)) in experiments.iter().zip(starts).zip(raw.iter().zip(&noise)) {
+        if e.supply_frequency_hz.is_some() {
+            continue;
+        }
         let white: Vec<Vec<f64>> = raw.iter().zip(noise).map(|(r, w)| w.apply(r)).collect();
         series.add(machine, e, x, raw, &white);
     }

@@ -4,7 +4,7 @@ use im_identify::offline::{
     ChannelKind, Experiment, Fit, FitError, FitOptions, Free, Start, base_parameters, effect_parameters, fit, residuals,
     start_on, start_parameters,
 };
-use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
+use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
 
 use crate::case::Case;
@@ -118,7 +118,8 @@ impl Refinement {
         let mut effects = *machine.effects();
         effects.rescale(&rating, machine.parameters(), machine.pole_pairs());
         // Iron diffuses no faster than the sampling can follow.
-        let longest = case.train.iter().map(|e| e.sample_time_s).fold(0.0, f64::max);
+        let sampled = case.train.iter().filter(|e| e.supply_frequency_hz.is_none());
+        let longest = sampled.map(|e| e.sample_time_s).fold(0.0, f64::max);
         if !effects.is_on(EffectId::IronLoss) {
             effects.iron_loss.diffusion_time_s = effects.iron_loss.diffusion_time_s.max(0.5 * longest);
         }
@@ -189,6 +190,10 @@ impl Refinement {
 
     fn free(&self, machine: &Machine<f64>, effects: &[EffectId], experiments: &[Experiment]) -> Vec<Free> {
         let mut free = base_parameters();
+        if experiments.iter().all(|e| e.supply_frequency_hz.is_some()) {
+            // Nothing accelerates in a table.
+            free.retain(|f| f.id() != Some(ParameterId::Base(BaseParameter::Inertia)));
+        }
         let own: Vec<EffectId> = self.base.effects().active().collect();
         for &e in own.iter().chain(effects) {
             free.extend(effect_parameters(e, machine, &self.rating));
@@ -369,6 +374,7 @@ pub fn pulled(experiments: &[Experiment]) -> Vec<Experiment> {
         .iter()
         .map(|e| {
             let speed = e.channels.iter().find(|c| c.kind == ChannelKind::Speed && c.valid.is_none());
+            let speed = speed.filter(|_| e.supply_frequency_hz.is_none());
             Experiment { speed_pull: speed.map(|c| (c.values.clone(), PULL_PER_S)), ..e.clone() }
         })
         .collect()

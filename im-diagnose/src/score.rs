@@ -73,7 +73,8 @@ pub fn whiteners(experiments: &[Experiment], residuals: &[Vec<Vec<f64>>]) -> Vec
                             e2.channels.iter().zip(r).filter(|(c2, _)| c2.name == c.name).map(|(_, r)| r.as_slice())
                         })
                         .collect();
-                    Whitener::fit(&alike, NOISE_ORDER)
+                    // Rows of a table do not follow one another.
+                    Whitener::fit(&alike, if e.supply_frequency_hz.is_some() { 0 } else { NOISE_ORDER })
                 })
                 .collect()
         })

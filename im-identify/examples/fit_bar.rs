@@ -37,6 +37,7 @@ fn main() {
         tau_load: column(6),
         imposed_speed: None,
         speed_pull: None,
+        supply_frequency_hz: None,
         channels: vec![
             channel("i_alpha_A", current(0.0), 3, 0.05),
             channel("i_beta_A", current(std::f64::consts::FRAC_PI_2), 4, 0.05),

@@ -238,6 +238,9 @@ pub(crate) fn channel_words(name: &str, kind: ChannelKind) -> (String, &'static 
     match (unit, kind) {
         ("", ChannelKind::Current { .. }) => (words, "A"),
         ("", ChannelKind::Speed) => (words, "rad/s"),
+        ("", ChannelKind::RmsCurrent) => (words, "A"),
+        ("", ChannelKind::ActivePower) => (words, "W"),
+        ("", ChannelKind::ReactivePower) => (words, "var"),
         _ => (words, unit),
     }
 }

@@ -13,6 +13,12 @@ pub enum ChannelKind {
     },
     /// The mechanical speed.
     Speed,
+    /// Root mean square of the phase current; steady states only.
+    RmsCurrent,
+    /// Active power of three phases; steady states only.
+    ActivePower,
+    /// Reactive power of three phases; steady states only.
+    ReactivePower,
 }
 
 /// One measured signal.
@@ -64,13 +70,16 @@ impl Start {
     }
 }
 
-/// Inputs and measured channels of one run, all of the same length.
+/// Inputs and measured channels of one run, or of a table of steady states, all of the same length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Experiment {
     /// Name for messages.
     pub name: String,
     /// Sampling time, s.
     pub sample_time_s: f64,
+    /// Set for a table of steady states, Hz: each row then stands on its own, on a sinusoidal supply of this frequency and of the
+    /// peak value |u_s|.
+    pub supply_frequency_hz: Option<f64>,
     /// Voltage held over the sample that begins at the row, V.
     pub u_s: Vec<Complex<f64>>,
     /// Load torque, Nm; zero where nothing is known.
@@ -126,6 +135,7 @@ impl Experiment {
         Self {
             name: r.name.clone(),
             sample_time_s: r.sample_time_s,
+            supply_frequency_hz: None,
             u_s: r.u_s.clone(),
             tau_load: r.tau_load.clone().unwrap_or_else(|| vec![0.0; r.len()]),
             imposed_speed: None,

@@ -8,6 +8,7 @@ mod fit;
 mod free;
 mod simulate;
 mod start;
+mod steady;
 
 pub use experiment::{Channel, ChannelKind, Experiment, ExperimentError, Start};
 pub use fit::{Fit, FitError, FitOptions, cost, fit};

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::experiment::{ChannelKind, Experiment};
 use super::free::{Free, Target};
+use super::steady;
 
 /// Runs an experiment over its first `rows` rows; `sink` receives each row's channel values.
 #[inline(always)]
@@ -21,7 +22,7 @@ fn run<T: Scalar>(
         .iter()
         .map(|c| match c.kind {
             ChannelKind::Current { direction_rad } => Some(direction_rad.sin_cos()),
-            ChannelKind::Speed => None,
+            _ => None,
         })
         .collect();
     let (u, tau) = (&experiment.u_s[..rows], &experiment.tau_load[..rows]);
@@ -60,10 +61,18 @@ fn constant<T: Scalar>(u: Complex<f64>) -> Complex<T> {
     Complex::new(T::from_f64(u.re), T::from_f64(u.im))
 }
 
+/// Simulates, or solves each steady state, over the first `rows` rows.
+fn sweep(machine: &Machine<f64>, experiment: &Experiment, start: &State<f64>, rows: usize, sink: impl FnMut(usize, usize, f64)) {
+    match experiment.supply_frequency_hz {
+        Some(f) => steady::run(machine, experiment, f, rows, sink),
+        None => run(machine, experiment, *start, rows, sink),
+    }
+}
+
 /// Predicted values of each channel, in the order of `experiment.channels`.
 pub fn predict(machine: &Machine<f64>, experiment: &Experiment, start: &State<f64>) -> Vec<Vec<f64>> {
     let mut out = vec![vec![0.0; experiment.len()]; experiment.channels.len()];
-    run(machine, experiment, *start, experiment.len(), |k, c, y| out[c][k] = y);
+    sweep(machine, experiment, start, experiment.len(), |k, c, y| out[c][k] = y);
     out
 }
 
@@ -75,7 +84,7 @@ pub fn residuals(machine: &Machine<f64>, experiment: &Experiment, start: &State<
 /// As [`residuals`], over the first `rows` rows.
 pub(super) fn residuals_to(machine: &Machine<f64>, experiment: &Experiment, start: &State<f64>, rows: usize) -> Vec<Vec<f64>> {
     let mut out = vec![vec![0.0; rows]; experiment.channels.len()];
-    run(machine, experiment, *start, rows, |k, c, y| {
+    sweep(machine, experiment, start, rows, |k, c, y| {
         let channel = &experiment.channels[c];
         if channel.is_valid(k) {
             out[c][k] = (channel.values[k] - y) / channel.sigma;
@@ -106,6 +115,9 @@ pub(super) fn linearize_to(
     free: &[Free],
     rows: usize,
 ) -> Linearized {
+    if experiment.supply_frequency_hz.is_some() {
+        return steady::linearize(machine, experiment, start, free, rows);
+    }
     // Chunks of the widths that exist; a last chunk of a few parameters takes the narrowest that holds it.
     let mut chunks = Vec::new();
     let mut rest = free;

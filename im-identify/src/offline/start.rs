@@ -60,13 +60,16 @@ pub fn guess_start(e: &Experiment) -> Start {
         let (value, largest) = first(k);
         value.abs() > 0.05 * largest && value.abs() > 5.0 * e.channels[k].sigma / (FIRST_ROWS as f64).sqrt()
     };
+    if e.supply_frequency_hz.is_some() {
+        return Start::Rest;
+    }
     let speed = e.channels.iter().position(|c| c.kind == ChannelKind::Speed);
     let turns = speed.is_some_and(shows) || e.imposed_speed.as_ref().is_some_and(|w| w.first().is_some_and(|w| *w != 0.0));
     // Without voltage a standing machine has no current: what a sensor shows is its offset.
     let largest = e.u_s.iter().map(|u| u.norm()).fold(0.0, f64::max);
     let driven = e.u_s.iter().take(FIRST_ROWS).any(|u| u.norm() > 0.02 * largest);
     let flows = (0..e.channels.len()).any(|k| e.channels[k].kind != ChannelKind::Speed && shows(k));
-    if !turns && !(driven && flows) {
+    if !(turns || driven && flows) {
         return Start::Rest;
     }
     let omega = match (&e.imposed_speed, speed) {
