@@ -16,6 +16,8 @@ pub struct HighGain<T> {
     inverse_sample_time: T,
     /// e^{−Γh}.
     decay: T,
+    /// c/h, s.
+    chord: T,
 }
 
 /// What happened to the filtered signal over a sample.
@@ -35,7 +37,23 @@ impl<T: Scalar> HighGain<T> {
             sample_time: sample_time_s,
             inverse_sample_time: T::one() / sample_time_s,
             decay: (-gain_per_s * sample_time_s).exp(),
+            chord: sample_time_s * T::from_f64(chord((gain_per_s * sample_time_s).value())),
         }
+    }
+
+    /// Γ, 1/s.
+    pub fn gain(&self) -> T {
+        self.gain
+    }
+
+    /// c/h, s: an input that bends by κ s(h − s)/2 below its chord shifts the output by cκ.
+    pub fn chord(&self) -> T {
+        self.chord
+    }
+
+    /// h, s.
+    pub fn sample_time(&self) -> T {
+        self.sample_time
     }
 
     /// The derivative of the output for the input x, 1/s.
@@ -66,6 +84,18 @@ impl<T: Scalar> HighGain<T> {
     }
 }
 
+/// c/h² for z = Γh: the stationary response to the same bend in every sample, ∫₀^z e^{−τ}(z − τ)τ dτ/(2z²(1 − e^{−z})).
+fn chord(z: f64) -> f64 {
+    // ¹⁄₁₂(1 − z²/60 + …); the closed form cancels for small z.
+    if z < 0.05 {
+        return (1.0 - z * z / 60.0) / 12.0;
+    }
+    let decay = Scalar::exp(-z);
+    let first = 1.0 - decay * (1.0 + z);
+    let second = 2.0 - decay * (z * z + 2.0 * z + 2.0);
+    (z * first - second) / (2.0 * z * z * (1.0 - decay))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,6 +116,18 @@ mod tests {
             let truth = response * unit(omega * h * n as f64);
             // Straight lines between samples shorten the vector by (ωh)²/12.
             assert!((output - truth).norm() < 1.1 * (omega * h).powi(2) / 12.0 + 1e-9, "{h}: {}", (output - truth).norm());
+        }
+    }
+
+    #[test]
+    fn shift_by_a_bent_input_is_that_of_the_integral() {
+        for z in [1e-3, 0.0499, 0.0501, 0.3, 3.3f64] {
+            // One sample from rest in steps of h/20,000, then the geometric sum over all samples before.
+            let n = 20_000;
+            let x = |k: usize| (k as f64 + 0.5) / n as f64;
+            let sum: f64 = (0..n).map(|k| z * (-z * (1.0 - x(k))).exp() * 0.5 * x(k) * (1.0 - x(k))).sum();
+            let truth = sum / n as f64 / (1.0 - (-z).exp());
+            assert!((chord(z) / truth - 1.0).abs() < 1e-6, "{z}: {} {truth}", chord(z));
         }
     }
 

@@ -1,0 +1,6 @@
+//! On-line identifiers on simulated machines: the claims of Kenné et al. and Jadot et al., and what happens without their assumptions.
+
+mod bad_input;
+mod bench;
+mod jadot;
+mod kenne;
