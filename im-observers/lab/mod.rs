@@ -2,7 +2,7 @@
 #![allow(dead_code, missing_docs)]
 
 use im_model::machines::NamedMachine;
-use im_model::simulation::{Inverter, Load, Profile, Scenario, Sensors, Simulation, Source, Start, VoltsPerHertz};
+use im_model::simulation::{Inverter, Load, Profile, Run, Scenario, Sensors, Simulation, Source, Start, VoltsPerHertz};
 use im_model::{Complex, Machine, Rating, Recording};
 use im_observers::{
     Basis, CurrentModel, Derdiyok, DerdiyokGains, Estimate, Input, Kubota, KubotaGains, LoadTorque, Observer, Thau, ThauGains,
@@ -21,7 +21,10 @@ pub struct Truth {
 
 impl Truth {
     pub fn of(machine: &Machine<f64>, scenario: &Scenario) -> Self {
-        let run = Simulation::new(machine, scenario).with_internals().run().expect("the scenario runs");
+        Self::from_run(Simulation::new(machine, scenario).with_internals().run().expect("the scenario runs"))
+    }
+
+    pub fn from_run(run: Run) -> Self {
         let internals = run.internals.expect("internals were asked for");
         Self {
             recording: run.recording,
@@ -123,10 +126,12 @@ pub fn scenario(m: &NamedMachine, reference_hz: Profile, load_nm: Profile, durat
     }
 }
 
+type Step = Box<dyn FnMut(&Input<f64>) -> Estimate<f64>>;
+
 /// An observer with its state, whichever it is.
 pub struct Running {
     pub name: &'static str,
-    step: Box<dyn FnMut(&Input<f64>) -> Estimate<f64>>,
+    step: Step,
 }
 
 impl Running {
