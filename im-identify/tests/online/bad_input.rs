@@ -50,7 +50,7 @@ fn gains() -> FollowerGains<f64> {
 fn spoil<const N: usize, I: Identifier<f64, N, Input = Sample<f64>>>(identifier: &I, truth: [f64; N], tolerance: f64) {
     let point = Point { omega_r: 250.0, omega_g: 7.0, flux_vs: 0.9 };
     let mut bench = Bench::new(table_i(), 2, H);
-    bench.to_steady_state(&point);
+    bench.settle(&point);
     let mut state = identifier.start();
     let finite = |e: &Estimate<f64, N>| {
         e.values.iter().chain(&e.excitation.of_each).chain([&e.excitation.smallest]).all(|v| v.is_finite())

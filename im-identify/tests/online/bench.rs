@@ -60,7 +60,7 @@ impl Bench {
     }
 
     /// Straight into the steady state at a point, with the flux at angle zero.
-    pub fn to_steady_state(&mut self, point: &Point) {
+    pub fn settle(&mut self, point: &Point) {
         let p = self.machine.parameters();
         let (l_r, l_m) = (p.rotor_inductance_h(), p.magnetizing_inductance_h);
         let i = Complex::new(self.truth.inverse_rotor_time_constant(), point.omega_g)

@@ -31,7 +31,7 @@ fn loaded(p: &TParameters<f64>, slip: f64) -> Point {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 6, max_shrink_iters: 0, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 6, max_shrink_iters: 0, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// |e(t)| ≤ |e₀| − (k − μ)t until it vanishes, in the limit of continuous time: 5 µs, fast filters, no noise.
     #[test]
@@ -46,7 +46,7 @@ proptest! {
         let mut bench = Bench::new(p, 2, h);
         // The machine's own transients are not slow against the flux (Assumption 2): let them pass.
         let point = loaded(&p, slip);
-        bench.to_steady_state(&point);
+        bench.settle(&point);
         let mut state = identifier.start();
         let (mut truth, mut begun, mut worst) = (r_r, None, f64::MIN);
         for n in 0..30_000 {
@@ -62,8 +62,9 @@ proptest! {
                 worst = worst.max(e - promised);
             }
         }
-        // Late by the two filters; β i_r dR_r/dt against f₁ = β di_r/dt is at most μ/ω (and at right angles in the steady state).
-        let late = (k + mu) * (averaging + 1.0 / gain) + mu / point.omega_r;
+        // Late by the two filters; β i_r dR_r/dt against f₁ = β di_r/dt is at most μ/ω (and at right angles in the steady state);
+        // 1 % is for what the machine's own transients add where the slope changes: Assumption 2.
+        let late = (k + mu) * (averaging + 1.0 / gain) + mu / point.omega_r + 0.01 * r_r;
         prop_assert!(worst < late, "{worst} Ω beyond the promise, {late} for the filters, of {r_r}");
     }
 
@@ -86,7 +87,7 @@ proptest! {
         let identifier = KenneResistances::try_new(&known, 2, &both, h).unwrap();
         let mut bench = Bench::new(p, 2, h);
         let point = loaded(&p, slip);
-        bench.to_steady_state(&point);
+        bench.settle(&point);
         let mut state = identifier.start();
         let mut last = None;
         bench.hold(1.0, &point, |s, _| last = Some(identifier.step(&mut state, s)));
@@ -107,7 +108,7 @@ fn a_resistance_that_swings_by_a_hundred_percent_is_followed() {
     let identifier = KenneRotorResistance::try_new(&p.windings(), 2, &s, h).unwrap();
     let mut bench = Bench::new(p, 2, h);
     let point = Point { omega_r: 290.0, omega_g: 15.0, flux_vs: 0.9 };
-    bench.to_steady_state(&point);
+    bench.settle(&point);
     let mut state = identifier.start();
     let mut worst = 0.0f64;
     for n in 0..(3.0 / h) as usize {
@@ -131,7 +132,7 @@ fn no_load_freezes_the_estimate_and_load_thaws_it() {
     let identifier = KenneRotorResistance::try_new(&p.windings(), 2, &s, h).unwrap();
     let mut bench = Bench::new(p, 2, h);
     let idle = Point { omega_r: 290.0, omega_g: 0.0, flux_vs: 0.9 };
-    bench.to_steady_state(&idle);
+    bench.settle(&idle);
     let mut state = identifier.start();
     let mut last = None;
     bench.hold(0.5, &idle, |s, _| last = Some(identifier.step(&mut state, s)));
@@ -170,7 +171,7 @@ fn eight_percent_noise_is_a_matter_of_the_filter() {
     let mean = |gain: f64| {
         let identifier = KenneRotorResistance::try_new(&p.windings(), 2, &settings(r_r, 13.6 * r_r, gain, 1e-3), h).unwrap();
         let mut bench = Bench::new(p, 2, h);
-        bench.to_steady_state(&point);
+        bench.settle(&point);
         let (mut state, mut seed, mut sum, mut n) = (identifier.start(), 1, 0.0, 0.0);
         let peak = 0.08 * bench.sample().i_s.norm();
         bench.hold(2.0, &point, |s, _| {
