@@ -3,7 +3,7 @@
 
 use im_model::machines::NamedMachine;
 use im_model::simulation::{Inverter, Load, Profile, Run, Scenario, Sensors, Simulation, Source, Start, VoltsPerHertz};
-use im_model::{Complex, Machine, Rating, Recording};
+use im_model::{Complex, Held, Machine, Rating, Recording};
 use im_observers::{
     Basis, CurrentModel, Derdiyok, DerdiyokGains, Estimate, Input, Kubota, KubotaGains, LoadTorque, Observer, Thau, ThauGains,
     Utkin, UtkinGains,
@@ -123,6 +123,24 @@ pub fn scenario(m: &NamedMachine, reference_hz: Profile, load_nm: Profile, durat
         imposed_speed: None,
         start: Start::Rest,
         sensors: Sensors::default(),
+    }
+}
+
+/// At rated flux from the beginning on, in steady state, at an imposed speed (rad/s) and slip (electrical rad/s).
+pub fn held(m: &NamedMachine, speed: f64, slip: f64, duration_s: f64) -> Scenario {
+    let (p, c) = (m.parameters(), m.parameters().windings().derived(m.pole_pairs));
+    let (lambda, omega_e) = (m.rating.rotor_flux_vs, c.n_p * speed + slip);
+    // 0 = −(η + jω_s)λ + ηL_m i,  u = R_s i + jω_e(σL_s i + (L_m/L_r)λ).
+    let i = C::new(c.eta, slip) * (lambda / c.eta_l_m);
+    let back = (i * c.sigma_l_s + lambda * c.beta * c.sigma_l_s) * C::new(0.0, omega_e);
+    let size = (i * p.stator_resistance_ohm + back).norm();
+    let hz = omega_e / (2.0 * core::f64::consts::PI);
+    let source = VoltsPerHertz { voltage_peak_v: size, frequency_hz: 50.0, boost_v: size, ramp_hz_per_s: 1e6 };
+    Scenario {
+        source: Source::VoltsPerHertz(source, Profile::constant(hz)),
+        imposed_speed: Some(Profile::constant(speed)),
+        start: Start::SteadyState(Held::Speed(speed)),
+        ..scenario(m, Profile::constant(hz), Profile::constant(0.0), duration_s)
     }
 }
 

@@ -7,11 +7,11 @@ use im_design::kubota::{KubotaRequest, closed_form};
 use im_design::matrix::Matrix;
 use im_design::{Machine as DesignMachine, Plant, kubota_loop, sliding, thau_box};
 use im_model::machines::{JADOT_TABLE_I, KWON_TABLE_IV, MOTULATOR_2_2_KW, NamedMachine};
-use im_model::simulation::{Profile, Scenario, Start};
+use im_model::simulation::{Profile, Scenario};
 use im_model::space_vector::{cross, unit};
 use im_model::{BaseParameter, Machine, ParameterId};
 use im_observers::*;
-use lab::{C, Truth, basis, machine, scenario, volts_per_hertz};
+use lab::{C, Truth, basis, held, machine, scenario, volts_per_hertz};
 use proptest::prelude::*;
 
 const H: f64 = 1e-4;
@@ -36,13 +36,9 @@ fn rows<const R: usize>(m: &Matrix<f64>) -> [[f64; 2]; R] {
     core::array::from_fn(|r| [m[(r, 0)], m[(r, 1)]])
 }
 
-/// At constant imposed speed and slip, from the run-up on: the truth from 1 s is in steady state.
+/// In steady state at rated flux, an imposed speed and slip.
 fn steady(m: &NamedMachine, speed: f64, slip: f64, duration_s: f64) -> Truth {
-    let n_p = f64::from(m.pole_pairs);
-    let hz = (n_p * speed + slip) / (2.0 * core::f64::consts::PI);
-    let s = scenario(m, Profile::constant(hz), Profile::constant(0.0), duration_s);
-    let s = Scenario { imposed_speed: Some(Profile::constant(speed)), start: Start::Rest, ..s };
-    Truth::of(&machine(m), &s)
+    Truth::of(&machine(m), &held(m, speed, slip, duration_s))
 }
 
 mod kubota {
