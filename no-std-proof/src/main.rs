@@ -1,14 +1,16 @@
-//! Proof that the machine model and the observers link without the standard library and without an allocator: a program of `core` alone with its
-//! own panic handler. Any use of `std` or `alloc` in the crates below would fail to link.
+//! Proof that the machine model, the observers and the controllers link without the standard library and without an allocator: a program of
+//! `core` alone with its own panic handler. Any use of `std` or `alloc` in the crates below would fail to link.
 //!
 //! It starts a machine with every kind of state from standstill and exits with 0 when it runs up and the five observers
-//! follow another one.
+//! follow another one, and when two drives reach their speed.
 
 #![no_std]
 #![no_main]
 
 use core::panic::PanicInfo;
 
+use im_control::{Drive as Looked, DriveLimits, FieldOriented, FieldOrientedGains, Kenne, KenneGains, MachineData, Reports};
+use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::{Bench, Complex, Drive, Effects, Machine, State, machines};
 use im_observers::{
     Basis, CurrentModel, Derdiyok, DerdiyokGains, Input, Kubota, KubotaGains, LoadTorque, Observer, Thau, ThauGains, Utkin,
@@ -76,11 +78,41 @@ fn error(machine: &Machine<f64>, observer: &impl Observer<f32>) -> f32 {
     error
 }
 
+/// Speed in rad/s of a machine after a second on a controller that is asked for 100 rad/s.
+fn controlled<C: Controller<f32> + Reports + Clone>(known: &MachineData<f32>, machine: &Machine<f32>, controller: C) -> Option<f32> {
+    let mut drive = Looked::try_new(controller, &DriveLimits::generous(known, 157.0, 0.9)).ok()?;
+    let mut bench = Bench::new(machine, State::default(), 1e-4);
+    let mut u_s = Complex::new(0.0, 0.0);
+    for _ in 0..10_000 {
+        let shown = bench.output();
+        let measured = Measured { i_s: shown.i_s, omega_m: shown.omega_m, u_s, dc_voltage_v: 560.0, sample_time_s: 1e-4 };
+        let (Command::Voltage(u) | Command::Current(u)) =
+            drive.step(&measured, &Reference { omega_m: 100.0, rotor_flux_vs: 0.9, torque_nm: 0.0 });
+        u_s = u;
+        bench.advance(&Drive::new(u, 0.0));
+    }
+    Some(bench.output().omega_m)
+}
+
+/// Both, in single precision.
+fn drives() -> Option<[f32; 2]> {
+    let m = machines::MOTULATOR_2_2_KW;
+    let machine = Machine::base(m.parameters(), m.pole_pairs).ok()?.cast::<f32>();
+    let known = MachineData::of(&machine, 12.0);
+    let oriented = FieldOriented::try_new(&known, &FieldOrientedGains::typical(&known, 0.9, 1e-4)).ok()?;
+    let kenne = Kenne::try_new(&known, &KenneGains::typical(&known, 0.9, 560.0, 1e-4)).ok()?;
+    Some([controlled(&known, &machine, oriented)?, controlled(&known, &machine, kenne)?])
+}
+
 /// Called by the C runtime.
 #[unsafe(no_mangle)]
 pub extern "C" fn main(_argc: i32, _argv: *const *const u8) -> i32 {
-    match (run_up(), observed()) {
-        (Some(speed), Some(error)) if (150.0..158.0).contains(&speed) && error < 1.0 => 0,
+    match (run_up(), observed(), drives()) {
+        (Some(speed), Some(error), Some(drives))
+            if (150.0..158.0).contains(&speed) && error < 1.0 && drives.iter().all(|w| (99.0..101.0).contains(w)) =>
+        {
+            0
+        }
         _ => 1,
     }
 }
