@@ -2,6 +2,8 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use im_design::kubota::{KubotaRequest, least_norm};
+use im_design::mtpa::{self, Aqdm, Circuit, LawKind, MtpaRequest};
+use im_design::sampled::over_box;
 use im_design::thau_box::{BoxRegion, design};
 use im_design::{Machine, Plant, thau};
 use std::hint::black_box;
@@ -29,6 +31,24 @@ fn designs(criterion: &mut Criterion) {
     criterion.bench_function("observer over a box, 8 vertices", |b| {
         b.iter(|| design(black_box(plant), &region, 1.0, 1e5));
     });
+    criterion.bench_function("the same for forward Euler at 20 us", |b| {
+        b.iter(|| over_box(black_box(plant), &region, Some(20e-6), 1.0));
+    });
+    let circuit = Circuit::Aqdm(Aqdm::kwon_table_v());
+    let law = MtpaRequest {
+        torque_n_m: [1.0, 510.0],
+        tolerance: 0.01,
+        law: LawKind::Series,
+        slip_max_rad_per_s: 500.0,
+        points: 25,
+        aqdm: None,
+    };
+    let kwon = Plant::Machine(Machine::kwon_table_iv());
+    criterion.bench_function("mtpa of Table V, 25 torques, with proof", |b| {
+        b.iter(|| mtpa::design(black_box(kwon), circuit, &law));
+    });
+    let (_, laws) = mtpa::design(kwon, circuit, &law).expect("feasible");
+    criterion.bench_function("check of these laws", |b| b.iter(|| black_box(&laws).check()));
     let (_, certificate) = design(plant, &region, 1.0, 1e5).expect("feasible");
     criterion.bench_function("exact check of that box", |b| b.iter(|| black_box(&certificate).check()));
 }

@@ -2,6 +2,7 @@
 
 use crate::certificate::Design;
 use crate::matrix::Matrix;
+use crate::mtpa::Law;
 use std::fmt::Write;
 
 /// One value of a gain set.
@@ -100,7 +101,7 @@ fn nested(m: &Matrix<f64>) -> String {
 
 impl From<&Design> for GainSet {
     fn from(design: &Design) -> Self {
-        use Value::{Matrix as M, Range, Scalar};
+        use Value::{List, Matrix as M, Range, Scalar};
         match design {
             Design::Thau(d) => GainSet::new("thau")
                 .with("lipschitz", "Lipschitz constant of u2 that is tolerated (SI units)", Scalar(d.lipschitz))
@@ -159,6 +160,48 @@ impl From<&Design> for GainSet {
                 .with("contraction", "per sample, in the norm of P", Scalar(d.contraction))
                 .with("gain", "L0, rows (lambda_a, lambda_b, i_a, i_b), columns (i_a, i_b)", M(d.gain.clone()))
                 .with("gain_per_speed", "L = L0 + speed (rad/s) L1", M(d.gain_per_speed.clone())),
+            Design::SampledBox(d) => GainSet::new("sampled_box")
+                .with("period_s", "sampling period of forward Euler, s", Scalar(d.period_s))
+                .with("contraction", "per sample, in the norm of P", Scalar(d.contraction))
+                .with("frame_rad_per_s", "frame speeds covered, electrical rad/s", Range(d.region.frame_rad_per_s))
+                .with("slip_rad_per_s", "slips covered, electrical rad/s", Range(d.region.slip_rad_per_s))
+                .with("flux_d_wb", "d fluxes covered, Wb", Range(d.region.flux_d_wb))
+                .with("flux_q_wb", "q fluxes covered, Wb", Range(d.region.flux_q_wb))
+                .with("gain", "L0 in the frame of the estimated flux", M(d.gain.clone()))
+                .with("gain_per_frame_speed", "L = L0 + frame speed (rad/s) L1", M(d.gain_per_frame_speed.clone())),
+            Design::SampledThau(d) => GainSet::new("sampled_thau")
+                .with("period_s", "sampling period of forward Euler, s", Scalar(d.period_s))
+                .with("contraction", "per sample, in the norm of P", Scalar(d.contraction))
+                .with("lipschitz", "Lipschitz constant of u2 that is tolerated (SI units)", Scalar(d.lipschitz))
+                .with("gain", "L, rows (omega, lambda_a, lambda_b, i_a, i_b), columns (i_a, i_b)", M(d.gain.clone())),
+            Design::SampledDerdiyok(d) => GainSet::new("sampled_derdiyok")
+                .with("period_s", "sampling period of forward Euler, s", Scalar(d.period_s))
+                .with("speed_max_rad_per_s", "mechanical speed covered, rad/s", Scalar(d.continuous.speed_max_rad_per_s))
+                .with("flux_max_wb", "rotor flux linkage covered, Wb", Scalar(d.continuous.flux_max_wb))
+                .with("nu0", "switching gain, V", Scalar(d.continuous.nu0))
+                .with(
+                    "boundary_layer_a",
+                    "half width of the linear part of the switching function, A",
+                    Scalar(d.boundary_layer_a),
+                ),
+            Design::Mtpa(d) => {
+                let set = GainSet::new("mtpa").with("tolerance", "of current and slip against the optimum", Scalar(d.tolerance));
+                match &d.law {
+                    Law::Series { current, slip } => set
+                        .with(
+                            "torque_n_m",
+                            "torques covered, N m; x = (2 ln T - ln lo - ln hi)/(ln hi - ln lo)",
+                            Range(d.torque_n_m),
+                        )
+                        .with("current", "Chebyshev coefficients of ln I_s over x (rms A)", List(current.clone()))
+                        .with("slip", "Chebyshev coefficients of ln omega_s over x (electrical rad/s)", List(slip.clone())),
+                    Law::Kwon { a, b, c } => set
+                        .with("torque_n_m", "torques covered, N m", Range(d.torque_n_m))
+                        .with("a", "I_s = a1 T + a2 T^b1 + a3 T^b2, rms A", List(a.to_vec()))
+                        .with("b", "exponents of the current law", List(b.to_vec()))
+                        .with("c", "omega_s = c0 + c1 T + ... + c4 T^4, electrical rad/s", List(c.to_vec())),
+                }
+            }
         }
     }
 }

@@ -22,6 +22,7 @@
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
 use crate::error::DesignError;
 use crate::exact::Field;
+use crate::feasible::{largest_share, range, shrunk};
 use crate::kubota::common_decay;
 use crate::machine::Constants;
 use crate::matrix::Matrix;
@@ -208,26 +209,46 @@ pub fn design(plant: Plant, request: &JadotRequest) -> Result<(JadotDesign, Cert
         outer_rate_per_s: 0.0,
         outer_p: Matrix::identity(6),
     };
-    let mut vertices = Vec::new();
-    for slip in r.slip_rad_per_s {
-        vertices.extend(r.electrical_speed_rad_per_s.map(|speed| design.electrical(&c, speed, slip)));
-    }
     // Sizes in balance with the storage function (23): Δφ against √(λL_f)Δi against √(λK_P/K_I)η.
     let i = 1.0 / (design.lambda_h * p.l_f).sqrt();
     let eta = (design.current_integral_per_s / (design.lambda_h * k_p)).sqrt();
-    let scale = Matrix::diagonal(&[1.0, 1.0, i, i, eta, eta]);
-    let (rate, matrix) = common_decay(&vertices, &scale)?;
-    (design.electrical_rate_per_s, design.electrical_p) = (0.95 * rate, matrix);
-    let vertices = r.slip_rad_per_s.map(|slip| design.outer(&c, slip));
+    let electrical_scale = Matrix::diagonal(&[1.0, 1.0, i, i, eta, eta]);
+    let electrical = |speeds: [f64; 2], slips: [f64; 2]| {
+        let vertices = speeds.into_iter().flat_map(|w| slips.map(|g| design.electrical(&c, w, g)));
+        common_decay(&vertices.collect::<Vec<_>>(), &electrical_scale)
+    };
     let current = r.flux_wb * design.speed_proportional / p.r_req;
     let speed = r.speed_bandwidth_rad_per_s;
     let flux = r.flux_wb * speed * design.speed_proportional / c.eta;
-    let scale = Matrix::diagonal(&[speed, speed, flux, flux, current * speed, current * speed]);
-    let (rate, matrix) = common_decay(&vertices, &scale)?;
-    (design.outer_rate_per_s, design.outer_p) = (0.95 * rate, matrix);
+    let outer_scale = Matrix::diagonal(&[speed, speed, flux, flux, current * speed, current * speed]);
+    let outer = |slips: [f64; 2]| common_decay(&slips.map(|slip| design.outer(&c, slip)), &outer_scale);
+    let (speeds, slips) = (r.electrical_speed_rad_per_s, r.slip_rad_per_s);
+    let inner_found = electrical(speeds, slips).map_err(|e| {
+        let works = |share| electrical(shrunk(speeds, share), shrunk(slips, share)).is_ok();
+        smaller(e, "the electrical errors", works, |share| {
+            format!("speeds of {} rad/s with slips of {} rad/s", range(shrunk(speeds, share)), range(shrunk(slips, share)))
+        })
+    })?;
+    let outer_found = outer(slips).map_err(|e| {
+        smaller(
+            e,
+            "the speed loop",
+            |share| outer(shrunk(slips, share)).is_ok(),
+            |share| format!("slips of {} rad/s", range(shrunk(slips, share))),
+        )
+    })?;
+    (design.electrical_rate_per_s, design.electrical_p) = (0.95 * inner_found.0, inner_found.1);
+    (design.outer_rate_per_s, design.outer_p) = (0.95 * outer_found.0, outer_found.1);
     design.adaptation_rate_per_s = 0.1 * design.outer_rate_per_s.min(design.electrical_rate_per_s);
     let certificate = Certificate::seal(plant, design.clone())?;
     Ok((design, certificate))
+}
+
+/// The error of a loop without a common P, with the part of the region that has one.
+fn smaller(e: DesignError, of: &str, works: impl Fn(f64) -> bool, part: impl Fn(f64) -> String) -> DesignError {
+    let DesignError::Infeasible { constraint, .. } = e else { return e };
+    let feasible = largest_share(works).map_or("other bandwidths: not even the centre of the region is stable".into(), part);
+    DesignError::Infeasible { constraint: format!("{of}: {constraint}"), feasible }
 }
 
 #[cfg(test)]

@@ -20,11 +20,13 @@
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
 use crate::error::DesignError;
 use crate::exact::Field;
+use crate::feasible::{largest_share, range, shrunk};
 use crate::kubota::{KubotaDesign, common_decay};
 use crate::linalg;
 use crate::machine::Constants;
 use crate::matrix::Matrix;
 use crate::model;
+use crate::sliding::positive;
 use serde::{Deserialize, Serialize};
 
 /// The gains of the adaptive observer.
@@ -196,7 +198,8 @@ impl Claim for LoopDesign {
 /// Certify the adaptive loop over a region, halving cells up to `depth` times.
 ///
 /// # Errors
-/// [`DesignError::Infeasible`] with the first cell that stays unproven, unstable or not.
+/// [`DesignError::Infeasible`] with the first cell that stays unproven, unstable or not, and with a smaller region that is
+/// not.
 pub fn certify(
     plant: Plant,
     gains: &LoopGains,
@@ -205,13 +208,75 @@ pub fn certify(
     flux_wb: f64,
     depth: u32,
 ) -> Result<(LoopDesign, Certificate), DesignError> {
+    positive("flux_wb", flux_wb)?;
+    positive("integral", gains.integral)?;
+    for (name, [low, high]) in [("speed_rad_per_s", speed_rad_per_s), ("slip_rad_per_s", slip_rad_per_s)] {
+        if !(low < high && low.is_finite() && high.is_finite()) {
+            return Err(DesignError::request(format!("{name} = [{low}, {high}] must be finite and ascending")));
+        }
+    }
     let c = plant.constants::<f64>();
+    let cells = match tile(&c, gains, speed_rad_per_s, slip_rad_per_s, flux_wb, depth) {
+        Ok(cells) => cells,
+        Err(unproven) => {
+            let part = |share| (shrunk(speed_rad_per_s, share), shrunk(slip_rad_per_s, share));
+            // Coarser cells answer sooner, and what they prove is proven.
+            let works = |share| tile(&c, gains, part(share).0, part(share).1, flux_wb, depth.min(2)).is_ok();
+            return Err(DesignError::Infeasible {
+                constraint: unproven.describe(&c),
+                feasible: match largest_share(works) {
+                    Some(share) => {
+                        let (speed, slip) = part(share);
+                        format!("speeds of {} rad/s with slips of {} rad/s", range(speed), range(slip))
+                    }
+                    None => "another centre of the region, away from zero stator frequency, or the mending gain".into(),
+                },
+            });
+        }
+    };
+    let design = LoopDesign { flux_wb, speed_rad_per_s, slip_rad_per_s, gains: gains.clone(), cells };
+    let certificate = Certificate::seal(plant, design.clone())?;
+    Ok((design, certificate))
+}
+
+/// A cell without a common Lyapunov function.
+struct Unproven {
+    speed: [f64; 2],
+    slip: [f64; 2],
+    /// Largest real part at its corners, 1/s.
+    worst: f64,
+}
+
+impl Unproven {
+    fn describe(&self, c: &Constants<f64>) -> String {
+        let Unproven { speed, slip, worst } = self;
+        let [low, high] = [0, 1].map(|k| c.n_p * speed[k] + slip[k]);
+        let why = if low <= 0.0 && high >= 0.0 {
+            "zero stator frequency, where speed cannot be told from the stator's signals,".into()
+        } else if *worst > 0.0 {
+            format!("an unstable corner (eigenvalue {worst:.4} 1/s)")
+        } else {
+            format!("no common Lyapunov function (each corner alone is stable, the slowest at {:.4} 1/s)", -worst)
+        };
+        format!("{why} in the cell of speeds {} rad/s and slips {} rad/s", range(*speed), range(*slip))
+    }
+}
+
+/// Cells that tile the region, each with its P.
+fn tile(
+    c: &Constants<f64>,
+    gains: &LoopGains,
+    speed_rad_per_s: [f64; 2],
+    slip_rad_per_s: [f64; 2],
+    flux_wb: f64,
+    depth: u32,
+) -> Result<Vec<Cell>, Unproven> {
     let push = c.n_p * c.beta * flux_wb;
     let scale = Matrix::diagonal(&[1.0 / c.beta, 1.0 / c.beta, 1.0, 1.0, push / (push * push * gains.integral).sqrt()]);
     let mut cells = Vec::new();
     let mut open = vec![(speed_rad_per_s, slip_rad_per_s, depth)];
     while let Some((speed, slip, left)) = open.pop() {
-        let vertices = corners(speed, slip, flux_wb).map(|at| gains.closed_loop(&c, at));
+        let vertices = corners(speed, slip, flux_wb).map(|at| gains.closed_loop(c, at));
         match common_decay(&vertices, &scale) {
             Ok((rate, p)) => {
                 cells.push(Cell { speed_rad_per_s: speed, slip_rad_per_s: slip, rate_per_s: 0.9 * rate, p });
@@ -224,18 +289,11 @@ pub fn certify(
             }
             Err(_) => {
                 let worst = vertices.iter().map(linalg::spectral_abscissa).fold(f64::NEG_INFINITY, f64::max);
-                return Err(DesignError::Infeasible {
-                    constraint: format!(
-                        "the cell of speeds {speed:?} rad/s and slips {slip:?} rad/s (worst eigenvalue {worst:.4} 1/s)"
-                    ),
-                    feasible: "a region away from zero stator frequency, the mending gain, or smaller cells".into(),
-                });
+                return Err(Unproven { speed, slip, worst });
             }
         }
     }
-    let design = LoopDesign { flux_wb, speed_rad_per_s, slip_rad_per_s, gains: gains.clone(), cells };
-    let certificate = Certificate::seal(plant, design.clone())?;
-    Ok((design, certificate))
+    Ok(cells)
 }
 
 /// Without feedback the loop is unstable for any K_P, K_I > 0 where ω_e lies between zero and this multiple of n_pω.

@@ -20,6 +20,7 @@
 pub mod certificate;
 pub mod error;
 pub mod exact;
+mod feasible;
 pub mod gains;
 pub mod jadot;
 pub mod kenne;

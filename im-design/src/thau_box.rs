@@ -25,6 +25,7 @@
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
 use crate::error::DesignError;
 use crate::exact::Field;
+use crate::feasible::range;
 use crate::linalg;
 use crate::lmi::Problem;
 use crate::machine::Constants;
@@ -88,7 +89,7 @@ impl BoxRegion {
         }
     }
 
-    fn validate(&self) -> Result<(), DesignError> {
+    pub(crate) fn validate(&self) -> Result<(), DesignError> {
         match self.ranges().iter().find(|[low, high]| !(low <= high && low.is_finite() && high.is_finite())) {
             Some([low, high]) => Err(DesignError::request(format!("the range [{low}, {high}] must be finite and ordered"))),
             None => Ok(()),
@@ -155,7 +156,7 @@ impl Claim for BoxDesign {
 }
 
 /// Size of each state, for conditioning: a flux error, the current it drives, the speed error that drives it.
-fn scales(c: &Constants<f64>, region: &BoxRegion) -> [f64; 5] {
+pub(crate) fn scales(c: &Constants<f64>, region: &BoxRegion) -> [f64; 5] {
     let flux = region.flux_d_wb.iter().chain(&region.flux_q_wb).fold(0.0f64, |m, x| m.max(x.abs())).max(1e-6);
     let speed = c.eta.max(region.slip_rad_per_s.iter().fold(0.0f64, |m, x| m.max(x.abs()))) / c.n_p;
     [speed, flux, flux, c.beta * flux, c.beta * flux]
@@ -216,7 +217,7 @@ pub fn design(
     let Some(found) = at_rate(&c, region, rate_per_s, gain_limit_per_s) else {
         let feasible = match highest_rate(&c, region, rate_per_s, gain_limit_per_s) {
             Some((rate, _)) => format!("up to {rate:.4} 1/s over this box with this gain limit"),
-            None => "no rate at all: shrink the box or move it away from zero frame speed".into(),
+            None => format!("no rate over this box, but some over {}", smaller(&c, region, gain_limit_per_s)),
         };
         let constraint = format!("a rate of {rate_per_s} 1/s at every vertex of the box");
         return Err(DesignError::Infeasible { constraint, feasible });
@@ -233,6 +234,18 @@ fn seal(
     let design = BoxDesign { region: *region, rate_per_s, gain, gain_per_frame_speed, p };
     let certificate = Certificate::seal(plant, design.clone())?;
     Ok((design, certificate))
+}
+
+/// A box about the same centre over which some rate is feasible, for people.
+fn smaller(c: &Constants<f64>, region: &BoxRegion, gain_limit: f64) -> String {
+    match crate::feasible::largest_share(|share| at_rate(c, &region.scaled(share), 0.0, gain_limit).is_some()) {
+        Some(share) => {
+            let r = region.scaled(share);
+            let [frame, slip, d, q] = [r.frame_rad_per_s, r.slip_rad_per_s, r.flux_d_wb, r.flux_q_wb].map(range);
+            format!("frame {frame} rad/s, slip {slip} rad/s, flux d {d} Wb, flux q {q} Wb")
+        }
+        None => "a box with another centre: away from zero frame speed and zero flux".into(),
+    }
 }
 
 type Found = (Matrix<f64>, Matrix<f64>, Matrix<f64>);
@@ -265,7 +278,7 @@ pub fn fastest(
     let c = plant.constants::<f64>();
     let (rate, found) = highest_rate(&c, region, upper_rate_per_s, gain_limit_per_s).ok_or_else(|| DesignError::Infeasible {
         constraint: "some decay at every vertex of the box".into(),
-        feasible: "shrink the box or move it away from zero frame speed".into(),
+        feasible: smaller(&c, region, gain_limit_per_s),
     })?;
     seal(plant, region, rate, found)
 }

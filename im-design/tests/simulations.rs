@@ -1,39 +1,13 @@
 //! What was proven, seen in simulations of the nonlinear machine.
 
+#[path = "support/simulation.rs"]
+mod simulation;
+
 use im_design::kubota_loop::{LoopGains, mended, no_feedback};
 use im_design::machine::Constants;
-use im_design::matrix::Matrix;
-use im_design::thau_box::{BoxDesign, BoxRegion, fastest};
+use im_design::thau_box::{BoxRegion, fastest};
 use im_design::{Machine, Plant, model, thau};
-
-/// One step of the classical Runge-Kutta method.
-fn rk4<const N: usize>(x: &mut [f64; N], h: f64, f: impl Fn(&[f64; N]) -> [f64; N]) {
-    let ahead = |x: &[f64; N], k: &[f64; N], h: f64| std::array::from_fn::<f64, N, _>(|i| x[i] + h * k[i]);
-    let k1 = f(x);
-    let k2 = f(&ahead(x, &k1, 0.5 * h));
-    let k3 = f(&ahead(x, &k2, 0.5 * h));
-    let k4 = f(&ahead(x, &k3, h));
-    *x = std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
-}
-
-/// Stator voltage that keeps steady state at rotor flux λ (turning at ω_e) and slip.
-fn steady_voltage(c: &Constants<f64>, speed: f64, slip: f64, flux: f64, t: f64) -> ([f64; 2], [f64; 5]) {
-    let we = c.n_p * speed + slip;
-    // λ = flux e^{jω_e t}: (η + j slip)λ = ηL_m i.
-    let i = [c.eta * flux / c.eta_l_m, slip * flux / c.eta_l_m];
-    let w = c.n_p * speed;
-    // u/σL_s = i' + γ i − β(η − jw)λ with i' = jω_e i.
-    let u = [
-        (-we * i[1] + c.gamma * i[0] - c.beta * c.eta * flux) / c.inverse_sigma_l_s,
-        (we * i[0] + c.gamma * i[1] + c.beta * w * flux) / c.inverse_sigma_l_s,
-    ];
-    let turn = |x: [f64; 2]| {
-        let (s, k) = (we * t).sin_cos();
-        [x[0] * k - x[1] * s, x[0] * s + x[1] * k]
-    };
-    let (u, i, l) = (turn(u), turn(i), turn([flux, 0.0]));
-    (u, [speed, l[0], l[1], i[0], i[1]])
-}
+use simulation::{fifth_order, rk4, steady_voltage, times, turning};
 
 /// Kubota's nonlinear adaptive observer at constant true speed; returns the speed error after `time`.
 fn adaptive_speed_error(c: &Constants<f64>, gains: &LoopGains, speed: f64, slip: f64, start: f64, time: f64) -> f64 {
@@ -76,27 +50,6 @@ fn regenerating_at_low_speed_fails_without_feedback_and_works_mended() {
     assert!(good.abs() < 0.2, "the mended one must stay: {good}");
 }
 
-/// Speed error over time of a fifth-order observer started with errors, in percent of the start after `time`.
-fn fifth_order(c: &Constants<f64>, time: f64, feed: impl Fn(f64, [f64; 2]) -> [f64; 5]) -> f64 {
-    let (speed, slip, flux, h) = (100.0, 4.0, 0.95, 5e-5);
-    let (_, truth) = steady_voltage(c, speed, slip, flux, 0.0);
-    let mut x = [truth[0] + 5.0, truth[1] * 0.95, truth[2], truth[3], truth[4]];
-    let mut t = 0.0;
-    while t < time {
-        rk4(&mut x, h, |x| {
-            let (u, truth) = steady_voltage(c, speed, slip, flux, t);
-            let angle = (c.n_p * speed + slip) * t;
-            // Load torque equal to the estimated torque, friction carried by the drive: the speed is constant.
-            let mut d = model::derivative(c, x, u, 0.0);
-            d[0] = -c.friction_rate * (x[0] - speed);
-            let fed = feed(angle, [truth[3] - x[3], truth[4] - x[4]]);
-            std::array::from_fn(|k| d[k] + fed[k])
-        });
-        t += h;
-    }
-    100.0 * (x[0] - speed).abs() / 5.0
-}
-
 #[test]
 fn box_gain_converges_where_lipschitz_gains_wait_for_friction() {
     let plant = Plant::Machine(Machine::kwon_table_iv());
@@ -113,27 +66,12 @@ fn box_gain_converges_where_lipschitz_gains_wait_for_friction() {
     let (lipschitz, _) = thau::maximize(plant, 1e-3).unwrap();
     let by_box = turning(&boxed, 2.0 * 100.0 + 4.0);
     let time = 2.0;
-    let open = fifth_order(&c, time, |_, _| [0.0; 5]);
-    let bounded = fifth_order(&c, time, |_, e| times(&lipschitz.gain, e));
-    let boxed_error = fifth_order(&c, time, by_box);
+    let last = |errors: Vec<(f64, f64)>| errors[errors.len() - 1].1.abs();
+    let open = last(fifth_order(&c, time, |_, _| [0.0; 5]));
+    let bounded = last(fifth_order(&c, time, |_, e| times(&lipschitz.gain, e)));
+    let boxed_error = last(fifth_order(&c, time, by_box));
     // Friction alone leaves e^(−0.238·2) = 62 %.
     assert!(open > 20.0, "{open}");
     assert!(bounded > 20.0, "{bounded}");
     assert!(boxed_error < 1.0, "{boxed_error}, proven rate {}", boxed.rate_per_s);
-}
-
-fn times(gain: &Matrix<f64>, e: [f64; 2]) -> [f64; 5] {
-    std::array::from_fn(|k| gain[(k, 0)] * e[0] + gain[(k, 1)] * e[1])
-}
-
-/// The box gain applied in a frame at `angle`: turn the error in, the correction out.
-fn turning(design: &BoxDesign, frame_speed: f64) -> impl Fn(f64, [f64; 2]) -> [f64; 5] {
-    let gain = &design.gain + &design.gain_per_frame_speed.scaled(&frame_speed);
-    move |angle, e| {
-        let (s, k) = angle.sin_cos();
-        let out = times(&gain, [e[0] * k + e[1] * s, e[1] * k - e[0] * s]);
-        let back = |x: f64, y: f64| [x * k - y * s, x * s + y * k];
-        let ([la, lb], [ia, ib]) = (back(out[1], out[2]), back(out[3], out[4]));
-        [out[0], la, lb, ia, ib]
-    }
 }

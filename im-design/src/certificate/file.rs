@@ -77,6 +77,14 @@ designs! {
     Jadot(crate::jadot::JadotDesign),
     /// Observer gain for a sampling period under forward Euler.
     Sampled(crate::sampled::SampledDesign),
+    /// Observer over a box for a sampling period under forward Euler.
+    SampledBox(crate::sampled::SampledBoxDesign),
+    /// Thau observer for a sampling period under forward Euler.
+    SampledThau(crate::sampled::SampledThauDesign),
+    /// Sliding gain ν₀ with the boundary layer for a sampling period.
+    SampledDerdiyok(crate::sampled::SampledDerdiyokDesign),
+    /// Laws of maximum torque per ampere.
+    Mtpa(crate::mtpa::MtpaDesign),
 }
 
 /// A design with its proof, as written to a file.

@@ -3,7 +3,6 @@
 use super::circuit::AirGap;
 use super::optimum::{Optimum, for_current, for_torque};
 use crate::error::DesignError;
-use crate::gains::{GainSet, Value};
 use crate::linalg;
 use crate::matrix::Matrix;
 use argmin::core::{CostFunction, Executor, State};
@@ -152,7 +151,7 @@ pub struct LogLaw {
     pub worst: [f64; 2],
 }
 
-fn chebyshev(coefficients: &[f64], x: f64) -> f64 {
+pub(super) fn chebyshev(coefficients: &[f64], x: f64) -> f64 {
     // Clenshaw.
     let (mut b1, mut b2) = (0.0, 0.0);
     for c in coefficients.iter().skip(1).rev() {
@@ -175,18 +174,6 @@ impl LogLaw {
     /// Slip frequency for a torque within the range.
     pub fn slip_at(&self, torque_n_m: f64) -> f64 {
         chebyshev(&self.slip, self.x(torque_n_m)).exp()
-    }
-
-    /// For firmware.
-    pub fn gain_set(&self) -> GainSet {
-        GainSet::new("mtpa")
-            .with(
-                "torque_n_m",
-                "torques covered, N m; x = (2 ln T - ln lo - ln hi)/(ln hi - ln lo)",
-                Value::Range(self.torque_n_m),
-            )
-            .with("current", "Chebyshev coefficients of ln I_s over x (rms A)", Value::List(self.current.clone()))
-            .with("slip", "Chebyshev coefficients of ln omega_s over x (electrical rad/s)", Value::List(self.slip.clone()))
     }
 }
 
@@ -244,7 +231,8 @@ pub fn fit_log(circuit: &impl AirGap, torque_n_m: [f64; 2], tolerance: f64) -> R
 
 #[cfg(test)]
 mod tests {
-    use super::super::circuit::{Aqdm, of_machine};
+    use super::super::circuit::Aqdm;
+    use super::super::t_circuit::TCircuit;
     use super::*;
 
     fn torques(low: f64, high: f64) -> impl Iterator<Item = f64> {
@@ -278,7 +266,7 @@ mod tests {
         effects.main_flux_saturation.excess = 0.4;
         let base = im_model::Machine::base(named.parameters(), named.pole_pairs).unwrap();
         let saturated = base.with_effects(effects).unwrap();
-        let (linear, curved) = (of_machine(&base), of_machine(&saturated));
+        let (linear, curved) = (TCircuit::from(&base), TCircuit::from(&saturated));
         let torque = 20.0;
         let (a, b) = (for_torque(&linear, torque).unwrap(), for_torque(&curved, torque).unwrap());
         assert!(b.current_rms_a > a.current_rms_a && b.slip_rad_per_s > a.slip_rad_per_s && b.flux_wb < a.flux_wb);

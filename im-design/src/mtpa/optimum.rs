@@ -138,15 +138,14 @@ pub fn for_torque(circuit: &impl AirGap, torque_n_m: f64) -> Result<Optimum, Des
 
 #[cfg(test)]
 mod tests {
-    use super::super::circuit::TCircuit;
+    use super::super::t_circuit::TCircuit;
     use super::*;
 
     /// Linear T circuit: at constant current torque peaks at ω_s = R_r/L_r, with T = (3/2)n_p (L_m²/L_r) I_s².
     #[test]
     fn linear_machine_peaks_at_the_rotor_corner() {
         let (l_m, l_lr, r_r) = (0.0915, 0.0042, 0.159);
-        let circuit =
-            TCircuit { inverse_magnetizing: move |_| 1.0 / l_m, rotor_leakage_h: l_lr, rotor_resistance_ohm: r_r, pole_pairs: 2 };
+        let circuit = TCircuit::linear(r_r, l_lr, l_m, 2);
         let o = for_current(&circuit, 12.0).unwrap();
         assert!((o.slip_rad_per_s * (l_m + l_lr) / r_r - 1.0).abs() < 1e-5);
         let torque = 1.5 * 2.0 * l_m * l_m / (l_m + l_lr) * 144.0;

@@ -8,7 +8,6 @@ use crate::certificate::Plant;
 use crate::kubota::KubotaDesign;
 use crate::kubota_loop::LoopDesign;
 use crate::linalg;
-use crate::mtpa::Optimum;
 use std::fmt::Write;
 
 const WIDTH: f64 = 640.0;
@@ -100,12 +99,21 @@ pub fn stability_map(plant: Plant, design: &LoopDesign) -> String {
         format!(r#"x="{:.1}" y="{:.1}" width="{width:.1}" height="{height:.1}""#, u(x[0]), v(y[1]))
     };
     let part = |[low, high]: [f64; 2], k: usize| [k, k + 1].map(|k| low + (high - low) * k as f64 / N as f64);
+    // In ten shades, and neighbours of one shade as one, to keep the file small.
+    let shade = |decay: f64| {
+        let strength = (10.0 * (decay.abs() / most).sqrt()).ceil() as u8;
+        (decay > 0.0, strength)
+    };
     for (row, decays) in map.iter().enumerate() {
-        for (column, decay) in decays.iter().enumerate() {
-            let colour = if *decay > 0.0 { COLOURS[0] } else { COLOURS[1] };
-            let opacity = 0.15 + 0.85 * (decay.abs() / most).sqrt();
-            let place = place(part(slip, column), part(speed, row));
+        let mut column = 0;
+        while column < N {
+            let (stable, strength) = shade(decays[column]);
+            let end = (column..N).find(|&k| shade(decays[k]) != (stable, strength)).unwrap_or(N);
+            let place = place([part(slip, column)[0], part(slip, end - 1)[1]], part(speed, row));
+            let colour = if stable { COLOURS[0] } else { COLOURS[1] };
+            let opacity = 0.1 + 0.09 * f64::from(strength);
             let _ = writeln!(svg, r#"<rect {place} fill="{colour}" fill-opacity="{opacity:.2}"/>"#);
+            column = end;
         }
     }
     for cell in &design.cells {
@@ -126,33 +134,12 @@ pub fn pole_map(plant: Plant, design: &KubotaDesign) -> String {
     chart("Poles of the estimation error", "real part, 1/s", "imaginary part, rad/s", &[poles])
 }
 
-/// A pair of laws over torque, to draw beside the optimum.
-pub struct Law<'a> {
-    /// Name in the legend.
-    pub name: &'a str,
-    /// Rms current for a torque.
-    pub current: &'a dyn Fn(f64) -> f64,
-    /// Slip frequency for a torque.
-    pub slip: &'a dyn Fn(f64) -> f64,
-}
-
-/// Current and slip of the optimum over torque, each with the laws to compare.
-pub fn mtpa_curves(optimum: &[Optimum], laws: &[Law<'_>]) -> [String; 2] {
-    let line = |name: &str, value: &dyn Fn(&Optimum) -> f64| Series {
-        name: name.into(),
-        mark: Mark::Line,
-        points: optimum.iter().map(|o| (o.torque_n_m, value(o))).collect(),
-    };
-    let mut current = vec![line("optimum", &|o| o.current_rms_a)];
-    let mut slip = vec![line("optimum", &|o| o.slip_rad_per_s)];
-    for law in laws {
-        current.push(line(law.name, &|o| (law.current)(o.torque_n_m)));
-        slip.push(line(law.name, &|o| (law.slip)(o.torque_n_m)));
-    }
-    [
-        chart("Least current", "torque, N m", "stator current, A rms", &current),
-        chart("Slip of least current", "torque, N m", "slip frequency, rad/s", &slip),
-    ]
+/// One picture below another.
+fn stacked(upper: &str, lower: &str) -> String {
+    let height = 2.0 * HEIGHT;
+    let lower = lower.replacen("<svg ", &format!("<svg y=\"{HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" "), 1);
+    let upper = upper.replacen("<svg ", &format!("<svg width=\"{WIDTH}\" height=\"{HEIGHT}\" "), 1);
+    format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\">\n{upper}{lower}</svg>\n")
 }
 
 fn bounds(values: impl Iterator<Item = f64>) -> [f64; 2] {
@@ -222,8 +209,5 @@ mod tests {
         let request = KubotaRequest { speed_rad_per_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: 1e4 };
         let poles = pole_map(plant, &closed_form(plant, &request).unwrap().0);
         assert_eq!(poles.matches("<path").count(), 100, "four poles at 25 speeds");
-        let point = |t: f64| Optimum { torque_n_m: t, current_rms_a: t.sqrt(), slip_rad_per_s: 1.0, flux_wb: 1.0 };
-        let curves = mtpa_curves(&[point(1.0), point(4.0)], &[Law { name: "law <1 %", current: &|t| t, slip: &|_| f64::NAN }]);
-        assert!(curves.iter().all(|c| c.contains("law &lt;1 %") && !c.contains("NaN")));
     }
 }

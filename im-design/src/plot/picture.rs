@@ -2,9 +2,11 @@
 
 use super::{Mark, Series, chart, curves, pole_map, stability_map};
 use crate::certificate::{Certificate, Design};
+use crate::exact::Interval;
 use crate::linalg;
 use crate::machine::Constants;
 use crate::matrix::Matrix;
+use crate::mtpa::{AirGap, Aqdm, Circuit, CurrentLaw, MtpaDesign, SlipLaw, Witness};
 use crate::sliding::UtkinDesign;
 use crate::{kenne, model, thau_box};
 
@@ -62,11 +64,55 @@ pub fn picture(certificate: &Certificate) -> String {
                 vec![("electrical errors".into(), inner), ("speed, flux, reference".into(), outer)],
             )
         }
+        Design::SampledBox(d) => {
+            let closed = d.region.vertices().iter().map(|v| d.step_matrix(&c, v)).collect();
+            discrete(&format!("Poles per sample of {:.1} us", 1e6 * d.period_s), d.contraction, closed)
+        }
+        Design::SampledThau(d) => {
+            let closed = &model::linear_part(&c) - &(&d.gain * &model::output());
+            let step = &Matrix::identity(5) + &closed.scaled(&d.period_s);
+            discrete(&format!("Poles per sample of {:.1} us", 1e6 * d.period_s), d.contraction, vec![step])
+        }
+        Design::SampledDerdiyok(d) => {
+            let (nu0, reserve, h) = (d.continuous.nu0, d.continuous.reserve, d.period_s);
+            let layer = |us: f64| 1e-6 * us * c.beta * (2.0 * nu0 - reserve) / (1.0 - 1e-6 * us * c.gamma);
+            let mut series = curves([0.0, 1.5e6 * h], &[("needed", &layer)]);
+            series.push(Series { name: "this design".into(), mark: Mark::Cross, points: vec![(1e6 * h, d.boundary_layer_a)] });
+            chart("Smallest boundary layer", "sampling period, us", "boundary layer, A", &series)
+        }
+        Design::Mtpa(d) => torque_curves(d),
         Design::Sampled(d) => {
             let closed = steps(d.speed_rad_per_s, 24).map(|speed| d.step_matrix(&c, speed)).collect();
             discrete(&format!("Poles per sample of {:.1} us", 1e6 * d.period_s), d.contraction, closed)
         }
     }
+}
+
+/// Laws and witnesses over torque, current and slip one below the other.
+fn torque_curves(d: &MtpaDesign) -> String {
+    let torques: Vec<f64> = steps(d.torque_n_m.map(f64::ln), 80).map(f64::exp).collect();
+    let kwon = d.torque_n_m[1] > 100.0 && matches!(d.circuit, Circuit::Aqdm(c) if c == Aqdm::kwon_table_v());
+    let chart_of = |k: usize, title: &str, y_label: &str, printed: &dyn Fn(f64) -> f64| {
+        let line = |f: &dyn Fn(f64) -> f64| torques.iter().map(|t| (*t, f(*t))).collect::<Vec<_>>();
+        let best = |w: &Witness| {
+            let e = d.circuit.enclose(w.at.map(Interval::point));
+            (w.torque_n_m, [e.current_rms_a, e.slip_rad_per_s][k].low)
+        };
+        let mut series = vec![
+            Series { name: "law".into(), mark: Mark::Line, points: line(&|t| d.law.at(d.torque_n_m, t)[k]) },
+            Series { name: "optimum".into(), mark: Mark::Cross, points: d.points.iter().map(best).collect() },
+        ];
+        if kwon {
+            // Where the printed law leaves the picture it would squeeze everything else.
+            let most = 1.5 * series[0].points.iter().fold(0.0f64, |m, p| m.max(p.1));
+            let points = line(printed).into_iter().filter(|p| p.1 < most).collect();
+            series.push(Series { name: "as printed".into(), mark: Mark::Line, points });
+        }
+        chart(title, "torque, N m", y_label, &series)
+    };
+    let current = chart_of(0, "Least current", "stator current, A rms", &|t| CurrentLaw::KWON.at(t));
+    let slip = chart_of(1, "Slip of least current", "slip, electrical rad/s", &|t| SlipLaw::KWON.at(t));
+    super::stacked(&current, &slip)
 }
 
 fn steps([low, high]: [f64; 2], n: u32) -> impl Iterator<Item = f64> {

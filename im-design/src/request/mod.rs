@@ -5,13 +5,14 @@
 //! let region = "speed_rad_per_s = [-190.0, 190.0]\nrate_per_s = 0.8\n";
 //! let certificate = design("kubota".parse().unwrap(), Plant::Machine(Machine::kwon_table_iv()), region).unwrap();
 //! certificate.check().unwrap();
-//! assert_eq!(Kind::ALL.len(), 9);
+//! assert_eq!(Kind::ALL.len(), 10);
 //! ```
 
 use crate::certificate::{Certificate, Plant};
 use crate::error::DesignError;
+use crate::mtpa::{Aqdm, Circuit, TCircuit};
 use crate::sliding::UtkinDesign;
-use crate::{jadot, kenne, kubota, kubota_loop, sampled, sliding, thau, thau_box};
+use crate::{jadot, kenne, kubota, kubota_loop, mtpa, sampled, sliding, thau, thau_box};
 use regions::read;
 use std::str::FromStr;
 
@@ -40,11 +41,13 @@ pub enum Kind {
     Jadot,
     /// `sampled`: [`sampled::design`]; region: [`SampledRequest`].
     Sampled,
+    /// `mtpa`: [`mtpa::design`]; region: [`mtpa::MtpaRequest`].
+    Mtpa,
 }
 
 impl Kind {
     /// All, with their names.
-    pub const ALL: [(Kind, &'static str); 9] = [
+    pub const ALL: [(Kind, &'static str); 10] = [
         (Kind::Thau, "thau"),
         (Kind::ThauBox, "thau-box"),
         (Kind::Kubota, "kubota"),
@@ -54,6 +57,7 @@ impl Kind {
         (Kind::Kenne, "kenne"),
         (Kind::Jadot, "jadot"),
         (Kind::Sampled, "sampled"),
+        (Kind::Mtpa, "mtpa"),
     ];
 
     /// The name, as in the command line.
@@ -73,6 +77,7 @@ impl Kind {
             Kind::Kenne => include_str!("examples/kenne.toml"),
             Kind::Jadot => include_str!("examples/jadot.toml"),
             Kind::Sampled => include_str!("examples/sampled.toml"),
+            Kind::Mtpa => include_str!("examples/mtpa.toml"),
         }
     }
 }
@@ -98,14 +103,7 @@ pub fn design(kind: Kind, plant: Plant, region: &str) -> Result<Certificate, Des
         Kind::Thau => thau::maximize(plant, read::<ThauRequest>(region)?.slack).map(|d| d.1),
         Kind::ThauBox => {
             let r: BoxRequest = read(region)?;
-            let at = thau_box::BoxRegion {
-                frame_rad_per_s: r.frame_rad_per_s,
-                slip_rad_per_s: r.slip_rad_per_s,
-                flux_d_wb: r.flux_d_wb,
-                flux_q_wb: r.flux_q_wb,
-                current_d_a: r.current_d_a,
-                current_q_a: r.current_q_a,
-            };
+            let at = r.region();
             match r.rate_per_s {
                 Some(rate) => thau_box::design(plant, &at, rate, r.gain_limit_per_s),
                 None => thau_box::fastest(plant, &at, r.gain_limit_per_s, r.gain_limit_per_s),
@@ -147,7 +145,101 @@ pub fn design(kind: Kind, plant: Plant, region: &str) -> Result<Certificate, Des
             let r: SampledRequest = read(region)?;
             sampled::design(plant, r.speed_rad_per_s, r.period_s, r.rate_per_s).map(|d| d.1)
         }
+        Kind::Mtpa => match plant {
+            Plant::Machine(m) => {
+                let [l_r, l_m] = [m.rotor_inductance_h, m.mutual_inductance_h];
+                maximum_torque(plant, TCircuit::linear(m.rotor_resistance_ohm, l_r - l_m, l_m, m.pole_pairs), region)
+            }
+            Plant::Constants(_) => Err(DesignError::request("mtpa needs a machine, not derived constants")),
+        },
     }
+}
+
+/// Make a design for a machine model; `mtpa` takes its saturation and skin effect into account, the others its linear machine.
+///
+/// # Errors
+/// As [`design`].
+pub fn design_for(kind: Kind, machine: &im_model::Machine<f64>, region: &str) -> Result<Certificate, DesignError> {
+    let plant = Plant::Machine(crate::Machine::from(machine));
+    match kind {
+        Kind::Mtpa => maximum_torque(plant, TCircuit::from(machine), region),
+        kind => design(kind, plant, region),
+    }
+}
+
+/// The sampling period that a proof is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Period {
+    /// This one, s.
+    At(f64),
+    /// The largest at which there is a proof, to 1 %, below 1/γ.
+    Largest,
+}
+
+impl FromStr for Period {
+    type Err = DesignError;
+    fn from_str(text: &str) -> Result<Self, DesignError> {
+        match text.parse() {
+            Ok(s) if s > 0.0 && s < 1.0 => Ok(Period::At(s)),
+            _ if text == "largest" => Ok(Period::Largest),
+            _ => Err(DesignError::request(format!("a period is a number of seconds such as 50e-6, or largest; not {text}"))),
+        }
+    }
+}
+
+/// Make a design for an observer stepped by forward Euler at a period: the gain and the proof are for the sampled observer.
+///
+/// # Errors
+/// As [`design`]; a kind without a sampled proof; the largest period when the one asked for is too long.
+pub fn design_sampled(kind: Kind, plant: Plant, region: &str, period: Period) -> Result<Certificate, DesignError> {
+    if let Plant::Machine(machine) = &plant {
+        machine.validate()?;
+    }
+    let at = match period {
+        Period::At(s) => Some(s),
+        Period::Largest => None,
+    };
+    match kind {
+        Kind::Kubota => {
+            let r: KubotaFile = read(region)?;
+            match at {
+                Some(s) => sampled::design(plant, r.speed_rad_per_s, s, r.rate_per_s),
+                None => sampled::design_for_largest_period(plant, r.speed_rad_per_s, r.rate_per_s, 1e-3),
+            }
+            .map(|d| d.1)
+        }
+        Kind::ThauBox => {
+            let r: BoxRequest = read(region)?;
+            let what = "rate_per_s is missing: a sampled proof needs the rate to keep";
+            let rate = r.rate_per_s.ok_or_else(|| DesignError::Region { line: None, what: what.into() })?;
+            sampled::over_box(plant, &r.region(), at, rate).map(|d| d.1)
+        }
+        Kind::Thau => {
+            read::<ThauRequest>(region)?;
+            sampled::thau(plant, at).map(|d| d.1)
+        }
+        Kind::Derdiyok => {
+            let r: DerdiyokRequest = read(region)?;
+            let what = "derdiyok has a boundary layer for every period up to 1/gamma: give the period itself";
+            let s = at.ok_or_else(|| DesignError::request(what))?;
+            sampled::derdiyok(plant, r.speed_max_rad_per_s, r.flux_max_wb, r.reserve, s).map(|d| d.1)
+        }
+        Kind::Sampled => Err(DesignError::request("sampled has its period in the region file; leave --period out")),
+        kind => Err(DesignError::request(format!(
+            "{} has no proof for a sampling period; kubota, thau, thau-box and derdiyok have",
+            kind.name()
+        ))),
+    }
+}
+
+/// Laws for the circuit of the region file, or else for the machine's own.
+fn maximum_torque(plant: Plant, own: TCircuit, region: &str) -> Result<Certificate, DesignError> {
+    let request: mtpa::MtpaRequest = read(region)?;
+    let circuit = request.aqdm.map_or(Circuit::T(own), |t| {
+        let mtpa::AqdmTable { rotor_leakage, magnetizing, rotor } = t;
+        Circuit::Aqdm(Aqdm { rotor_leakage, magnetizing, rotor, pole_pairs: own.pole_pairs })
+    });
+    mtpa::design(plant, circuit, &request).map(|d| d.1)
 }
 
 #[cfg(test)]
@@ -188,6 +280,18 @@ mod tests {
         assert!(matches!(&error, DesignError::Region { line: Some(2), what } if what.contains("rate_per_s")), "{error}");
         let missing = design(Kind::Kubota, plant(), "rate_per_s = 0.8").unwrap_err().to_string();
         assert!(missing.contains("speed_rad_per_s"), "{missing}");
+        let at = |kind: &str, period: &str| {
+            let kind: Kind = kind.parse().unwrap();
+            let region = kind.example_region().replace("# rate_per_s", "rate_per_s");
+            design_sampled(kind, plant(), &region, period.parse().unwrap()).map(|c| c.check().unwrap())
+        };
+        at("kubota", "20e-6").unwrap();
+        at("kubota", "largest").unwrap();
+        at("derdiyok", "100e-6").unwrap();
+        at("thau", "20e-6").unwrap();
+        let error = at("thau-box", "0.1").unwrap_err().to_string();
+        assert!(error.contains("periods up to"), "{error}");
+        assert!(at("kenne", "1e-4").unwrap_err().to_string().contains("no proof for a sampling period"));
         assert!("luenberger".parse::<Kind>().unwrap_err().to_string().contains("thau-box"));
     }
 }

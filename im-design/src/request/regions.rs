@@ -1,6 +1,7 @@
 //! What region files hold, design by design.
 
 use crate::error::DesignError;
+use crate::thau_box::BoxRegion;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
@@ -51,6 +52,20 @@ pub struct BoxRequest {
     /// Limit of the gain in scaled states, 1/s; 10⁴ when not given.
     #[serde(default = "ten_thousand")]
     pub gain_limit_per_s: f64,
+}
+
+impl BoxRequest {
+    /// The box alone.
+    pub(super) fn region(&self) -> BoxRegion {
+        BoxRegion {
+            frame_rad_per_s: self.frame_rad_per_s,
+            slip_rad_per_s: self.slip_rad_per_s,
+            flux_d_wb: self.flux_d_wb,
+            flux_q_wb: self.flux_q_wb,
+            current_d_a: self.current_d_a,
+            current_q_a: self.current_q_a,
+        }
+    }
 }
 
 fn ten_thousand() -> f64 {

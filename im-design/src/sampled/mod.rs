@@ -11,6 +11,14 @@
 //! with M = (I − hA/2)⁻¹(I + hA/2), MᵀPM − P = h(I − hA/2)⁻ᵀ(AᵀP + PA)(I − hA/2)⁻¹, so a continuous certificate
 //! (kubota, thau_box) holds for the sampled observer at *every* period; the implicit Euler rule likewise.
 
+mod boundary_layer;
+mod lipschitz;
+mod turning;
+
+pub use boundary_layer::{SampledDerdiyokDesign, derdiyok};
+pub use lipschitz::{SampledThauDesign, thau};
+pub use turning::{SampledBoxDesign, over_box};
+
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
 use crate::error::DesignError;
 use crate::exact::Field;
@@ -83,56 +91,111 @@ impl Claim for SampledDesign {
 }
 
 /// P, L₀, L₁.
-type Found = (Matrix<f64>, Matrix<f64>, Matrix<f64>);
+pub(crate) type Found = (Matrix<f64>, Matrix<f64>, Matrix<f64>);
 type Sealed = (SampledDesign, Certificate);
 
-/// P and, when it is not given, the gain for one period and contraction.
-fn at_period(c: &Constants<f64>, speeds: [f64; 2], period: f64, contraction: f64, fixed: Option<&KubotaDesign>) -> Option<Found> {
-    let scale = Matrix::diagonal(&[1.0 / c.beta, 1.0 / c.beta, 1.0, 1.0]);
-    let inverse = Matrix::diagonal(&[c.beta, c.beta, 1.0, 1.0]);
-    let mut lmi = Problem::new("sampled observer");
-    let (p, t) = (lmi.symmetric(4), lmi.scalar());
-    let unit = speeds.iter().fold(1.0f64, |m, x| m.max(x.abs()));
-    let (y0, y1) = (lmi.matrix(4, 2), lmi.matrix(4, 2));
-    lmi.positive("P ≤ 1", -(&p - &Matrix::identity(4)));
-    lmi.positive("P ≥ t", &p - &t.times(&Matrix::identity(4)));
-    // Subtracting the second block row and column from the first, and scaling by h, leaves the continuous inequality
-    // with a correction of order h, well conditioned however short the period:
-    // [(ρ²−1)P/h − N − Nᵀ   √h Nᵀ; √h N   P] > 0 with N = P(A − LC).
-    let excess = (contraction * contraction - 1.0) / period;
-    for speed in speeds {
-        let scaled = |a: &Matrix<f64>| &(&inverse * a) * &scale;
-        let flow = match fixed {
-            Some(design) => p.right(&scaled(&design.error_matrix(c, speed))),
+/// An observer's error dynamics over a polytope: A at its vertices, and the number that schedules L₀ + s L₁ there.
+pub(crate) struct Polytope {
+    /// A and s.
+    pub vertices: Vec<(Matrix<f64>, f64)>,
+    /// C.
+    pub output: Matrix<f64>,
+    /// Size of each state, for conditioning only.
+    pub scale: Vec<f64>,
+    /// A typical rate, 1/s, likewise.
+    pub rate_unit: f64,
+}
+
+impl Polytope {
+    /// P and, when it is not given, the gain for one period and contraction.
+    pub fn at_period(&self, period: f64, contraction: f64, fixed: Option<(&Matrix<f64>, &Matrix<f64>)>) -> Option<Found> {
+        let n = self.scale.len();
+        let scale = Matrix::diagonal(&self.scale);
+        let inverse = Matrix::diagonal(&self.scale.iter().map(|x| 1.0 / x).collect::<Vec<_>>());
+        let output = &self.output * &scale;
+        // The measured outputs are of one size.
+        let output = output.scaled(&(1.0 / output.norm()));
+        let mut lmi = Problem::new("sampled observer");
+        let (p, t) = (lmi.symmetric(n), lmi.scalar());
+        let unit = self.vertices.iter().fold(1.0f64, |m, (_, s)| m.max(s.abs()));
+        let (y0, y1) = (lmi.matrix(n, output.rows()), lmi.matrix(n, output.rows()));
+        lmi.positive("P ≤ 1", -(&p - &Matrix::identity(n)));
+        lmi.positive("P ≥ t", &p - &t.times(&Matrix::identity(n)));
+        // Subtracting the second block row and column from the first, and scaling by h, leaves the continuous inequality
+        // with a correction of order h, well conditioned however short the period:
+        // [(ρ²−1)P/h − N − Nᵀ   √h Nᵀ; √h N   P] > 0 with N = P(A − LC).
+        let excess = (contraction * contraction - 1.0) / period;
+        for (k, (a, schedule)) in self.vertices.iter().enumerate() {
+            let flow = match fixed {
+                Some((l0, l1)) => {
+                    let closed = a - &(&(l0 + &l1.scaled(schedule)) * &self.output);
+                    p.right(&(&(&inverse * &closed) * &scale))
+                }
+                None => {
+                    let y = &y0 + &(&y1 * (schedule / unit));
+                    p.right(&(&(&inverse * a) * &scale)) - y.right(&output)
+                }
+            };
+            let first = &(&p * excess) - &flow.plus_transpose() - t.times(&Matrix::identity(n)) * self.rate_unit;
+            let coupling = &flow * period.sqrt();
+            lmi.positive(
+                format!("contraction at vertex {k}"),
+                Affine::blocks(&[&[&first, &coupling.transpose()], &[&coupling, &p]]),
+            );
+        }
+        if fixed.is_some() {
+            // The unknown gain is not used: pin it.
+            let zero = Affine::constant(&Matrix::from_rows(&[[1.0]]));
+            lmi.norm_below("unused", &Affine::blocks(&[&[&y0, &y1]]), &zero);
+        }
+        lmi.maximize(t.clone());
+        let answer = lmi.solve().ok()?;
+        if answer.scalar(&t) <= 0.0 {
+            return None;
+        }
+        let p = answer.value(&p);
+        let (gain, slope) = match fixed {
+            Some((l0, l1)) => (l0.clone(), l1.clone()),
             None => {
-                let y = &y0 + &(&y1 * (speed / unit));
-                p.right(&scaled(&model::reduced(c, &speed))) - y.right(&model::reduced_output())
+                let size = (&self.output * &scale).norm();
+                let solve = |y: &Matrix<f64>| (&scale * &linalg::solve(&p, y)).scaled(&(1.0 / size));
+                (solve(&answer.value(&y0)), solve(&answer.value(&y1)).scaled(&(1.0 / unit)))
             }
         };
-        let first = &(&p * excess) - &flow.plus_transpose() - t.times(&Matrix::identity(4)) * c.eta;
-        let coupling = &flow * period.sqrt();
-        let block = Affine::blocks(&[&[&first, &coupling.transpose()], &[&coupling, &p]]);
-        lmi.positive(format!("contraction at {speed} rad/s"), block);
+        Some(((&(&inverse * &p) * &inverse).symmetrized(), gain, slope))
     }
-    if fixed.is_some() {
-        // The unknown gain is not used: pin it.
-        let zero = Affine::constant(&Matrix::from_rows(&[[1.0]]));
-        lmi.norm_below("unused", &Affine::blocks(&[&[&y0, &y1]]), &zero);
+}
+
+/// Error dynamics of the flux observer over a range of speeds.
+fn full_order(c: &Constants<f64>, speeds: [f64; 2]) -> Polytope {
+    Polytope {
+        vertices: speeds.map(|speed| (model::reduced(c, &speed), speed)).into(),
+        output: model::reduced_output(),
+        scale: vec![1.0 / c.beta, 1.0 / c.beta, 1.0, 1.0],
+        rate_unit: c.eta,
     }
-    lmi.maximize(t.clone());
-    let answer = lmi.solve().ok()?;
-    if answer.scalar(&t) <= 0.0 {
-        return None;
-    }
-    let p = answer.value(&p);
-    let (gain, slope) = match fixed {
-        Some(design) => (design.gain.clone(), design.gain_per_speed.clone()),
-        None => {
-            let solve = |y: &Matrix<f64>| &scale * &linalg::solve(&p, y);
-            (solve(&answer.value(&y0)), solve(&answer.value(&y1)).scaled(&(1.0 / unit)))
+}
+
+/// The largest period up to `most_s` at which an attempt succeeds, to 1 %, with what it gives.
+pub(crate) fn longest<T>(most_s: f64, attempt: impl Fn(f64) -> Option<T>) -> Option<T> {
+    let mut low = most_s;
+    let mut best = attempt(low);
+    while best.is_none() {
+        low *= 0.5;
+        if low < 1e-6 * most_s {
+            return None;
         }
-    };
-    Some(((&(&inverse * &p) * &inverse).symmetrized(), gain, slope))
+        best = attempt(low);
+    }
+    let mut top = (2.0 * low).min(most_s);
+    while top - low > 0.01 * top {
+        let middle = 0.5 * (low + top);
+        match attempt(middle) {
+            Some(found) => (low, best) = (middle, Some(found)),
+            None => top = middle,
+        }
+    }
+    best
 }
 
 /// A proven design for one period and rate, if there is one.
@@ -144,7 +207,9 @@ fn attempt(
     fixed: Option<&KubotaDesign>,
 ) -> Option<Sealed> {
     let contraction = (-rate_per_s * period_s).exp();
-    let (p, gain, gain_per_speed) = at_period(&plant.constants::<f64>(), speed_rad_per_s, period_s, contraction, fixed)?;
+    let fixed = fixed.map(|d| (&d.gain, &d.gain_per_speed));
+    let polytope = full_order(&plant.constants::<f64>(), speed_rad_per_s);
+    let (p, gain, gain_per_speed) = polytope.at_period(period_s, contraction, fixed)?;
     let design = SampledDesign { speed_rad_per_s, period_s, contraction, gain, gain_per_speed, p };
     let certificate = Certificate::seal(plant, design.clone()).ok()?;
     Some((design, certificate))
@@ -161,17 +226,55 @@ pub fn design(plant: Plant, speed_rad_per_s: [f64; 2], period_s: f64, rate_per_s
     if let Some(found) = attempt(period_s) {
         return Ok(found);
     }
-    let (mut low, mut high) = (0.0, period_s);
-    for _ in 0..20 {
-        let middle = if low == 0.0 { 0.3 * high } else { 0.5 * (low + high) };
-        if attempt(middle).is_some() { low = middle } else { high = middle }
-    }
-    let feasible = if low > 0.0 {
-        format!("this rate at periods up to {:.2} µs, or the trapezoidal rule at any period", 1e6 * low)
-    } else {
-        "a lower rate, or a narrower range of speeds".into()
+    let feasible = match longest(0.5 * period_s, attempt) {
+        Some((d, _)) => format!("this rate at periods up to {:.2} µs, or the trapezoidal rule at any period", 1e6 * d.period_s),
+        None => "a lower rate, or a narrower range of speeds".into(),
     };
     Err(DesignError::Infeasible { constraint: format!("forward Euler at {period_s} s over the whole speed range"), feasible })
+}
+
+/// A gain for the largest period, to 1 %, at which forward Euler contracts by e^(−αh) per sample.
+///
+/// # Errors
+/// [`DesignError::Infeasible`] when none is found from `most_s` down to a millionth of it.
+pub fn design_for_largest_period(
+    plant: Plant,
+    speed_rad_per_s: [f64; 2],
+    rate_per_s: f64,
+    most_s: f64,
+) -> Result<Sealed, DesignError> {
+    positive("rate_per_s", rate_per_s)?;
+    longest(most_s, |h| attempt(plant, speed_rad_per_s, h, rate_per_s, None)).ok_or_else(|| no_period(rate_per_s, most_s))
+}
+
+/// Longest period at which a step of forward Euler is an image of the machine: from hγ = 1 on the currents' own decay turns
+/// round, and what is proven of the steps says nothing of the machine.
+pub(crate) fn longest_meaningful_s(c: &Constants<f64>) -> f64 {
+    1.0 / c.gamma
+}
+
+/// A period must be positive and meaningful.
+pub(crate) fn meaningful(c: &Constants<f64>, period_s: f64) -> Result<(), DesignError> {
+    positive("period_s", period_s)?;
+    let most = longest_meaningful_s(c);
+    if period_s < most {
+        return Ok(());
+    }
+    Err(DesignError::Infeasible {
+        constraint: format!("forward Euler at {period_s} s against γ = {:.1} 1/s", c.gamma),
+        feasible: format!("periods up to {:.2} µs", 1e6 * most),
+    })
+}
+
+/// No period works.
+pub(crate) fn no_period(rate_per_s: f64, most_s: f64) -> DesignError {
+    DesignError::Infeasible {
+        constraint: format!(
+            "a rate of {rate_per_s} 1/s under forward Euler at any period from {:e} to {most_s:e} s",
+            1e-6 * most_s
+        ),
+        feasible: "a lower rate, or the trapezoidal rule, which keeps the continuous rate at any period".into(),
+    }
 }
 
 /// The largest period, to 1 %, at which forward Euler keeps a given gain contracting by e^(−αh).
@@ -181,28 +284,8 @@ pub fn design(plant: Plant, speed_rad_per_s: [f64; 2], period_s: f64, rate_per_s
 pub fn largest_period(plant: Plant, design: &KubotaDesign, rate_per_s: f64, most_s: f64) -> Result<Sealed, DesignError> {
     positive("most_s", most_s)?;
     positive("rate_per_s", rate_per_s)?;
-    let attempt = |h: f64| attempt(plant, design.speed_rad_per_s, h, rate_per_s, Some(design));
-    let mut high = most_s;
-    let mut best = attempt(high);
-    while best.is_none() {
-        high *= 0.5;
-        if high < 1e-6 * most_s {
-            return Err(DesignError::Infeasible {
-                constraint: format!("a rate of {rate_per_s} 1/s under forward Euler with this gain"),
-                feasible: "a lower rate, or the trapezoidal rule, which keeps the continuous rate at any period".into(),
-            });
-        }
-        best = attempt(high);
-    }
-    let (mut low, mut top) = (high, (2.0 * high).min(most_s));
-    while top - low > 0.01 * top {
-        let middle = 0.5 * (low + top);
-        match attempt(middle) {
-            Some(found) => (low, best) = (middle, Some(found)),
-            None => top = middle,
-        }
-    }
-    best.ok_or_else(|| DesignError::request("no period was found"))
+    longest(most_s, |h| attempt(plant, design.speed_rad_per_s, h, rate_per_s, Some(design)))
+        .ok_or_else(|| no_period(rate_per_s, most_s))
 }
 
 #[cfg(test)]

@@ -1,0 +1,345 @@
+//! Every kind of design on random machines: what it certifies checks exactly, holds in simulation, and cannot be forged.
+
+#[path = "support/simulation.rs"]
+mod simulation;
+mod support;
+
+use im_design::certificate::{Certificate, Design};
+use im_design::matrix::Matrix;
+use im_design::mtpa::{AirGap, Circuit, TCircuit};
+use im_design::request::{Kind, Period, design, design_for, design_sampled};
+use im_design::{Machine, Plant, model};
+use proptest::prelude::*;
+use support::{cases, decay, machine, top_speed};
+
+/// A region that fits a machine, as a user would write it.
+fn region(kind: Kind, m: &Machine) -> String {
+    let plant = Plant::Machine(*m);
+    let c = plant.constants::<f64>();
+    let w = top_speed(m);
+    let we = c.n_p * w;
+    // Rated flux of a 400-V, 50-Hz machine, and its magnetizing current.
+    let flux = 0.95;
+    let current = flux / m.mutual_inductance_h;
+    let unit = 1.0 / (c.n_p * c.beta * flux).powi(2);
+    match kind {
+        Kind::Thau => "slack = 0.01".into(),
+        Kind::ThauBox => format!(
+            "frame_rad_per_s = [{}, {we}]\nslip_rad_per_s = [{}, {}]\nflux_d_wb = [0.85, 1.05]\nflux_q_wb = [-0.03, 0.03]",
+            0.6 * we,
+            -0.5 * c.eta,
+            0.5 * c.eta
+        ),
+        Kind::Kubota => format!("speed_rad_per_s = [{}, {w}]\nrate_per_s = {}", -w, 0.5 * c.eta),
+        Kind::KubotaLoop => format!(
+            "speed_rad_per_s = [{}, {}]\nslip_rad_per_s = [{}, {}]\nflux_wb = {flux}\nproportional = {}\nintegral = {}\nrho = 0.5",
+            0.4 * w,
+            0.6 * w,
+            -c.eta,
+            c.eta,
+            0.5 * unit * c.gamma,
+            0.1 * unit * c.gamma * c.gamma
+        ),
+        Kind::Derdiyok => format!("speed_max_rad_per_s = {w}\nflux_max_wb = {}\nreserve = 1.0", 1.2 * flux),
+        Kind::Utkin => format!(
+            "speed_max_rad_per_s = {w}\nflux_min_wb = {}\nflux_error_max_wb = {}\ncurrent_error_max_a = {}\ncurrent_max_a = {}",
+            0.7 * flux,
+            0.05 * flux,
+            0.05 * c.beta * flux,
+            4.0 * current
+        ),
+        Kind::Kenne => format!(
+            "speed_max_rad_per_s = {w}\nflux_wb = [0.9, 1.0]\nflux_uncertainty = 0.02\ncurrent_max_a = {}\n\
+             stator_resistance_ratio = [0.8, 1.4]\nrotor_resistance_ratio = [0.8, 1.5]\nacceleration_max_rad_per_s2 = 1000.0\n\
+             reference_max_rad_per_s3 = 0.0\nload_error_rad_per_s2 = 0.0\nload_rate_rad_per_s3 = 0.0\n\
+             rotor_resistance_rate_per_s = 0.1\nc_omega = 15.0\nc_lambda = 10.0\nreach_omega = 100.0\nreach_lambda = 1.0",
+            4.0 * current
+        ),
+        Kind::Jadot => format!(
+            "electrical_speed_rad_per_s = [{}, {we}]\nslip_rad_per_s = [{}, {}]\nflux_wb = 0.9\n\
+             current_bandwidth_rad_per_s = {}\nspeed_bandwidth_rad_per_s = {}\ndamping = 0.8",
+            -we,
+            -c.eta,
+            c.eta,
+            2.0 * c.gamma + 300.0,
+            2.0 * c.eta
+        ),
+        Kind::Sampled => {
+            // A flux error turns at n_pω and decays at η: forward Euler needs h well below 2η/(n_pω)².
+            let period = (0.4 * c.eta / (we * we)).min(50e-6);
+            format!("speed_rad_per_s = [{}, {w}]\nperiod_s = {period:e}\nrate_per_s = {}", -w, 0.2 * c.eta)
+        }
+        Kind::Mtpa => {
+            let torque = 1.5 * c.n_p * flux * current;
+            format!("torque_n_m = [{}, {}]\npoints = 3\ntolerance = 0.01", 0.1 * torque, torque)
+        }
+    }
+}
+
+fn every(machine: &Machine) -> Vec<(&'static str, Certificate)> {
+    let plant = Plant::Machine(*machine);
+    let made = Kind::ALL.map(|(kind, name)| {
+        let made = design(kind, plant, &region(kind, machine));
+        (name, made.unwrap_or_else(|e| panic!("{name}: {e} on {machine:?}")))
+    });
+    let sampled = [(Kind::ThauBox, "sampled thau-box"), (Kind::Thau, "sampled thau"), (Kind::Derdiyok, "sampled derdiyok")];
+    let sampled = sampled.map(|(kind, name)| {
+        let c = plant.constants::<f64>();
+        let region = match kind {
+            Kind::ThauBox => region(kind, machine) + &format!("\nrate_per_s = {}", 0.2 * c.eta),
+            kind => region(kind, machine),
+        };
+        let made = design_sampled(kind, plant, &region, Period::At(2e-5_f64.min(0.2 / c.gamma)));
+        (name, made.unwrap_or_else(|e| panic!("{name}: {e} on {machine:?}")))
+    });
+    made.into_iter().chain(sampled).collect()
+}
+
+/// Every number of a certificate in order of writing; `change` may replace one.
+fn numbers(value: &mut toml::Value, change: &mut impl FnMut(&mut toml::Value)) {
+    match value {
+        toml::Value::Float(_) | toml::Value::Integer(_) => change(value),
+        toml::Value::Array(items) => items.iter_mut().for_each(|item| numbers(item, change)),
+        toml::Value::Table(table) => table.iter_mut().for_each(|(_, item)| numbers(item, change)),
+        _ => {}
+    }
+}
+
+/// Another float, at least the next.
+fn moved(x: f64, relative: f64) -> f64 {
+    let far = x * (1.0 + relative);
+    if far == x { x.next_up() } else { far }
+}
+
+proptest! {
+    #![proptest_config(cases(4))]
+
+    #[test]
+    fn every_certificate_checks_exactly_and_any_number_changed_is_seen(
+        machine in machine(), which in prop::collection::vec(0.0..1.0f64, 13), relative in 1e-14..1e-2f64
+    ) {
+        for ((name, certificate), which) in every(&machine).into_iter().zip(which) {
+            let text = certificate.to_text().unwrap();
+            let (_, margins) = Certificate::check_text(&text).unwrap_or_else(|e| panic!("{name}: {e}"));
+            prop_assert!(margins.iter().all(|m| m.margin > 0.0), "{name}");
+            // One number anywhere: machine, region, gain, P, rate or margin.
+            let mut value: toml::Value = toml::from_str(&text).unwrap();
+            let mut count = 0;
+            numbers(&mut value, &mut |_| count += 1);
+            let (at, mut k) = ((which * f64::from(count)) as i32, 0);
+            numbers(&mut value, &mut |x| {
+                if k == at {
+                    *x = match &*x {
+                        toml::Value::Integer(i) => toml::Value::Integer(i + 1),
+                        toml::Value::Float(0.0) => toml::Value::Float(relative),
+                        toml::Value::Float(f) => toml::Value::Float(moved(*f, relative)),
+                        other => other.clone(),
+                    };
+                }
+                k += 1;
+            });
+            let altered = toml::to_string(&value).unwrap();
+            prop_assert!(Certificate::check_text(&altered).is_err(), "{name}: number {at} of {count} changed unseen");
+        }
+    }
+
+    /// A forger who recomputes digest and margins: what is then accepted must be true, and these claims are not.
+    #[test]
+    fn a_forged_certificate_of_a_false_claim_is_refused(machine in machine(), beyond in 1.02..3.0f64) {
+        for (name, certificate) in every(&machine) {
+            let c = certificate.plant.constants::<f64>();
+            let mut forged = certificate.design.clone();
+            match &mut forged {
+                Design::Thau(d) => d.lipschitz *= beyond,
+                Design::ThauBox(d) => d.rate_per_s += beyond * c.gamma.max(1.0) * 100.0,
+                Design::Kubota(d) => d.rate_per_s = beyond * c.eta,
+                Design::KubotaLoop(d) => d.cells[0].rate_per_s = beyond * (2.0 * c.gamma + 1e4),
+                Design::Derdiyok(d) => d.nu0 /= beyond,
+                Design::Utkin(d) => d.omega0_rad_per_s /= beyond,
+                Design::Kenne(d) => d.k_sd /= beyond,
+                Design::Jadot(d) => d.electrical_rate_per_s = beyond * (2.0 * c.gamma + 1e4),
+                Design::Sampled(d) => d.contraction = 0.5 / beyond,
+                Design::SampledBox(d) => d.contraction = 0.1 / beyond,
+                Design::SampledThau(d) => d.lipschitz *= 2.0 * beyond,
+                Design::SampledDerdiyok(d) => d.boundary_layer_a /= beyond,
+                // Asking for 2 % more or less current than there must be.
+                Design::Mtpa(d) => {
+                    let im_design::mtpa::Law::Series { current, .. } = &mut d.law else { unreachable!() };
+                    current[0] += 0.02 * beyond;
+                }
+            }
+            prop_assert!(Certificate::seal(certificate.plant, forged).is_err(), "{name}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(6))]
+
+    /// Saturated machines, deep bars: the laws are proven, and no point of a blind search is better.
+    #[test]
+    fn mtpa_of_saturated_machines_is_proven(
+        machine in machine(), saturation in 0.0..1.5f64, leakage in 0.0..1.2f64, bars in 0.0..2.0f64
+    ) {
+        let t = im_model::TParameters {
+            stator_resistance_ohm: machine.stator_resistance_ohm,
+            rotor_resistance_ohm: machine.rotor_resistance_ohm,
+            stator_leakage_inductance_h: machine.stator_inductance_h - machine.mutual_inductance_h,
+            rotor_leakage_inductance_h: machine.rotor_inductance_h - machine.mutual_inductance_h,
+            magnetizing_inductance_h: machine.mutual_inductance_h,
+            inertia_kg_m2: machine.inertia_kg_m2,
+            viscous_friction_nm_s_per_rad: machine.viscous_friction_n_m_s,
+        };
+        let rating = im_model::Rating::guess(&t, machine.pole_pairs);
+        let mut effects = im_model::Effects::scaled(&rating, &t, machine.pole_pairs);
+        effects.main_flux_saturation.excess = saturation;
+        effects.leakage_flux_saturation.drop = leakage;
+        effects.rotor_skin_effect.resistance_rise = bars;
+        let model = im_model::Machine::try_new(t, machine.pole_pairs, effects).unwrap();
+        let text = region(Kind::Mtpa, &machine);
+        let certificate = design_for(Kind::Mtpa, &model, &text).unwrap();
+        Certificate::check_text(&certificate.to_text().unwrap()).unwrap();
+        let Design::Mtpa(d) = &certificate.design else { unreachable!() };
+        prop_assert_eq!(d.circuit, Circuit::T(TCircuit::from(&model)));
+        for point in &d.points {
+            let [least, _] = d.law.at(d.torque_n_m, point.torque_n_m);
+            for k in 0..60 {
+                for l in 0..60 {
+                    let (flux, slip) = (0.02 * 1.08f64.powi(k), 0.05 * 1.13f64.powi(l));
+                    let (current, torque) = d.circuit.operate(flux, slip);
+                    prop_assert!(torque < point.torque_n_m || current > (1.0 - d.tolerance) * least);
+                }
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(12))]
+
+    /// Utkin: from the machine's and the observer's own equations, s_n falls from both sides everywhere in the region.
+    #[test]
+    fn utkins_surface_attracts_from_random_states(
+        machine in machine(), states in prop::collection::vec((prop::array::uniform8(-1.0..1.0f64), 0.0..1.0f64), 200)
+    ) {
+        let certificate = design(Kind::Utkin, Plant::Machine(machine), &region(Kind::Utkin, &machine)).unwrap();
+        let Design::Utkin(d) = &certificate.design else { unreachable!() };
+        let c = certificate.plant.constants::<f64>();
+        for ([speed, angle, flux, dx, dy, along, ix, iy], side) in states {
+            let disc = |x: f64, y: f64, r: f64| { let n = x.hypot(y).max(1.0); [r * x / n, r * y / n] };
+            // Near the surface: ê along λ̂, and a hair to one side.
+            let size = d.flux_min_wb * (1.0 + flux.abs());
+            let (sin, cos) = (3.2 * angle).sin_cos();
+            let hat = [size * cos, size * sin];
+            let hair = if side < 0.5 { -1e-9 } else { 1e-9 };
+            let e = d.current_error_max_a * along;
+            let error = [e * cos - hair * sin, e * sin + hair * cos];
+            let gap = disc(dx, dy, d.flux_error_max_wb);
+            let lambda = [hat[0] + gap[0], hat[1] + gap[1]];
+            let i = disc(ix, iy, d.current_max_a);
+            let omega_hat = d.omega0_rad_per_s * hair.signum();
+            let truth = model::derivative(&c, &[speed * d.speed_max_rad_per_s, lambda[0], lambda[1], i[0], i[1]], [0.0; 2], 0.0);
+            let estimate = [omega_hat, hat[0], hat[1], i[0] + error[0], i[1] + error[1]];
+            let estimated = model::derivative(&c, &estimate, [0.0; 2], 0.0);
+            let e_rate = [estimated[3] - truth[3], estimated[4] - truth[4]];
+            let slope = estimated[1] * error[1] - estimated[2] * error[0] + hat[0] * e_rate[1] - hat[1] * e_rate[0];
+            prop_assert!(slope * hair < 0.0, "{slope} {hair}");
+        }
+    }
+
+    /// Box: two nonlinear machines, one corrected, in the turning frame; while their mean is in the box the distance falls.
+    #[test]
+    fn nonlinear_states_in_the_box_contract_at_the_certified_rate(
+        machine in machine(), start in prop::array::uniform5(-1.0..1.0f64), at in prop::array::uniform2(0.2..0.8f64)
+    ) {
+        let certificate = design(Kind::ThauBox, Plant::Machine(machine), &region(Kind::ThauBox, &machine)).unwrap();
+        let Design::ThauBox(d) = &certificate.design else { unreachable!() };
+        let c = certificate.plant.constants::<f64>();
+        let between = |[low, high]: [f64; 2], x: f64| low + x * (high - low);
+        let frame = between(d.region.frame_rad_per_s, at[0]);
+        let slip = between(d.region.slip_rad_per_s, at[1]);
+        let flux = between(d.region.flux_d_wb, 0.5);
+        let speed = (frame - slip) / c.n_p;
+        // Both in the frame: steady truth, with (η + jω_s)λ = ηL_m i; estimate as far off as the box is wide.
+        let i = [c.eta * flux / c.eta_l_m, slip * flux / c.eta_l_m];
+        let truth = [speed, flux, 0.0, i[0], i[1]];
+        let wide = [0.4 * c.eta / c.n_p, 0.1, 0.04, 0.02 * c.beta, 0.02 * c.beta];
+        let mut x: [f64; 5] = std::array::from_fn(|k| truth[k] + wide[k] * start[k]);
+        let gain = &d.gain + &d.gain_per_frame_speed.scaled(&frame);
+        let flow = |x: &[f64; 5]| {
+            let mut f = model::derivative(&c, x, [0.0; 2], 0.0);
+            // The load torque is taken equal to the torque.
+            f[0] = -c.friction_rate * x[0];
+            for k in [1, 3] {
+                (f[k], f[k + 1]) = (f[k] + frame * x[k + 1], f[k + 1] - frame * x[k]);
+            }
+            f
+        };
+        let still = flow(&truth);
+        let rates = |x: &[f64; 5]| -> [f64; 5] {
+            let f = flow(x);
+            let e = [truth[3] - x[3], truth[4] - x[4]];
+            std::array::from_fn(|k| f[k] - still[k] + gain[(k, 0)] * e[0] + gain[(k, 1)] * e[1])
+        };
+        let size = |x: &[f64; 5]| {
+            let e: Vec<f64> = (0..5).map(|k| x[k] - truth[k]).collect();
+            (0..5).flat_map(|k| (0..5).map(move |l| (k, l))).map(|(k, l)| e[k] * d.p[(k, l)] * e[l]).sum::<f64>().sqrt()
+        };
+        let inside = |x: &[f64; 5]| {
+            let mean: Vec<f64> = (0..5).map(|k| 0.5 * (x[k] + truth[k])).collect();
+            let within = |[low, high]: [f64; 2], x: f64| low <= x && x <= high;
+            within(d.region.slip_rad_per_s, frame - c.n_p * mean[0])
+                && within(d.region.flux_d_wb, mean[1])
+                && within(d.region.flux_q_wb, mean[2])
+        };
+        let step = 0.02 / (gain.norm() + c.gamma + frame);
+        for _ in 0..400 {
+            let (before, was_inside) = (size(&x), inside(&x));
+            simulation::rk4(&mut x, step, rates);
+            if was_inside && inside(&x) {
+                let bound = before * (-d.rate_per_s * step).exp();
+                prop_assert!(size(&x) <= bound * (1.0 + 1e-9) + 1e-12, "{} {bound}", size(&x));
+            }
+        }
+    }
+
+    /// Jadot: the electrical errors while speed and slip jump about in the region.
+    #[test]
+    fn jadots_electrical_errors_decay_at_the_certified_rate_while_speed_jumps(
+        machine in machine(), start in prop::array::uniform6(-1.0..1.0f64), jumps in prop::collection::vec((0.0..1.0f64, 0.0..1.0f64), 4)
+    ) {
+        let certificate = design(Kind::Jadot, Plant::Machine(machine), &region(Kind::Jadot, &machine)).unwrap();
+        let Design::Jadot(d) = &certificate.design else { unreachable!() };
+        let c = certificate.plant.constants::<f64>();
+        let mut e = Matrix::from_fn(6, 1, |i, _| start[i]);
+        for (w, g) in jumps {
+            let [w_low, w_high] = d.electrical_speed_rad_per_s;
+            let [g_low, g_high] = d.slip_rad_per_s;
+            let a = d.electrical(&c, w_low + w * (w_high - w_low), g_low + g * (g_high - g_low));
+            let (before, after) = decay(&a, &d.electrical_p, &mut e, 2e-3);
+            prop_assert!(after <= before * (-d.electrical_rate_per_s * 2e-3).exp() * (1.0 + 1e-9));
+        }
+    }
+
+    /// Stepped by forward Euler, random errors shrink by the certified factor every sample.
+    #[test]
+    fn sampled_errors_contract_every_sample(
+        machine in machine(), start in prop::array::uniform5(-1.0..1.0f64), at in prop::collection::vec(prop::array::uniform4(0.0..1.0f64), 20)
+    ) {
+        let plant = Plant::Machine(machine);
+        let c = plant.constants::<f64>();
+        let text = region(Kind::ThauBox, &machine) + &format!("\nrate_per_s = {}", 0.2 * c.eta);
+        let certificate = design_sampled(Kind::ThauBox, plant, &text, Period::Largest).unwrap();
+        let Design::SampledBox(d) = &certificate.design else { unreachable!() };
+        let size = |e: &Matrix<f64>| (&(&e.t() * &d.p) * e)[(0, 0)].sqrt();
+        let mut e = Matrix::from_fn(5, 1, |i, _| start[i] * [1.0, 0.1, 0.1, 10.0, 10.0][i]);
+        for [f, s, x, y] in at {
+            let between = |[low, high]: [f64; 2], x: f64| low + x * (high - low);
+            let r = &d.region;
+            let here = [between(r.frame_rad_per_s, f), between(r.slip_rad_per_s, s), between(r.flux_d_wb, x), between(r.flux_q_wb, y), 0.0, 0.0];
+            let next = &d.step_matrix(&c, &here) * &e;
+            prop_assert!(size(&next) <= d.contraction * size(&e) * (1.0 + 1e-9));
+            e = next;
+        }
+    }
+}
