@@ -17,6 +17,8 @@ mod filter;
 mod jadot;
 mod kenne;
 mod law;
+#[cfg(feature = "std")]
+mod sensitivity;
 
 use core::fmt::Debug;
 
@@ -31,6 +33,8 @@ pub use kenne::{
     KenneResistances, KenneResistancesState, KenneRotorResistance, KenneRotorResistanceState, KenneSettings, ResistancesSettings,
 };
 pub use law::{Range, sign_law};
+#[cfg(feature = "std")]
+pub use sensitivity::SensitivityMap;
 
 /// What an identifier sees at the end of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,6 +5,7 @@
 //! trapezoidal rule (stable at any period, exact in the steady state), the voltage turned to the middle of the sample.
 
 use super::super::{Estimate, Identifier, Sample, Status, finite};
+use super::parameters::RegulationParameters;
 use super::scheme::{Adaptation, Tracking};
 use im_model::space_vector::{cross, norm2, unit};
 use im_model::{Bound, Complex, ModelError, Scalar};
@@ -52,6 +53,23 @@ pub struct FollowerGains<T> {
     pub lambda: Lambda<T>,
     /// Sampling time, s.
     pub sample_time_s: T,
+}
+
+impl<T: Scalar> FollowerGains<T> {
+    /// Current errors with natural frequency ω = `bandwidth_rad_s` and damping 1/√2, as far as the resistances allow:
+    /// L_f s² + (R_s + R_req + K_P)s + K_PK_I. λ follows the speed.
+    pub fn for_bandwidth(p: &RegulationParameters<T>, pole_pairs: u32, bandwidth_rad_s: T, sample_time_s: T) -> Self {
+        let wanted = p.leakage_inductance_h * bandwidth_rad_s;
+        let resistance = p.stator_resistance_ohm + p.rotor_resistance_ohm;
+        let k_p = (wanted * T::from_f64(core::f64::consts::SQRT_2) - resistance).max(wanted * T::from_f64(0.3));
+        Self {
+            pole_pairs,
+            current_proportional_ohm: k_p,
+            current_integral_per_s: wanted * bandwidth_rad_s / k_p,
+            lambda: Lambda::Scheduled,
+            sample_time_s,
+        }
+    }
 }
 
 /// A reference generator that follows a machine, with an adaptation in it.

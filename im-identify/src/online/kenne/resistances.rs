@@ -18,7 +18,7 @@ use super::super::{Estimate, ExcitationMonitor, Identifier, Range, Sample, Statu
 use super::current_model::{CurrentModel, Filters};
 use super::rotor_resistance::{KenneSettings, clamped, share};
 use im_model::space_vector::{dot, norm2};
-use im_model::{Bound, Complex, ModelError, Scalar, WindingParameters};
+use im_model::{Bound, Complex, ModelError, Rating, Scalar, WindingParameters};
 
 /// What can be chosen beyond [`KenneSettings`], which speak of the rotor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +33,20 @@ pub struct ResistancesSettings<T> {
     pub stator_range_ohm: Range<T>,
     /// Smallest eigenvalue, 0 to ½, above which both resistances are estimated.
     pub least_excitation: T,
+}
+
+impl<T: Scalar> ResistancesSettings<T> {
+    /// As [`KenneSettings::for_rating`]; R̂_s from half to double the nominal value and by as much as all of it in a second.
+    pub fn for_rating(windings: &WindingParameters<T>, pole_pairs: u32, rating: &Rating, sample_time_s: T) -> Self {
+        let r_s = windings.stator_resistance_ohm;
+        Self {
+            rotor: KenneSettings::for_rating(windings, pole_pairs, rating, sample_time_s),
+            stator_rate_ohm_per_s: r_s,
+            stator_boundary_layer_ohm: r_s * T::from_f64(0.1),
+            stator_range_ohm: Range::around(r_s, T::from_f64(2.0)),
+            least_excitation: T::from_f64(3e-3),
+        }
+    }
 }
 
 /// R_r and R_s from current, voltage and speed; values in this order, Ω.

@@ -18,7 +18,7 @@
 use super::super::{Estimate, ExcitationMonitor, Identifier, Range, Sample, Status, finite, sign_law};
 use super::current_model::{CurrentModel, Filters};
 use im_model::space_vector::{dot, norm2};
-use im_model::{Bound, Complex, ModelError, Scalar, WindingParameters};
+use im_model::{Bound, Complex, ModelError, Rating, Scalar, WindingParameters};
 
 /// What can be chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,6 +96,30 @@ pub(super) fn clamped<T: Scalar>(z: Complex<T>, limit: T) -> Complex<T> {
 }
 
 impl<T: Scalar> KenneSettings<T> {
+    /// For a machine of this rating, sampled every `sample_time_s`: filters of about twice the rated frequency, R̂_r from a third to three times
+    /// the nominal value and by as much as its double in a second, held below a tenth of the rated rotor current at rated frequency.
+    pub fn for_rating(windings: &WindingParameters<T>, pole_pairs: u32, rating: &Rating, sample_time_s: T) -> Self {
+        let c = T::from_f64;
+        let r_r = windings.rotor_resistance_ohm;
+        let omega = c(2.0 * core::f64::consts::PI * rating.electrical_frequency_hz);
+        // τ = (3/2) n_p ψ_r i_r
+        let rotor_current = c(rating.torque_nm / (1.5 * f64::from(pole_pairs) * rating.rotor_flux_vs));
+        let rated_rate = rotor_current * omega;
+        let beta = windings.derived(pole_pairs).beta;
+        Self {
+            high_gain_per_s: omega + omega,
+            // (34) with the widest error and a threefold current.
+            sliding_gain_a_per_s2: beta * rated_rate * r_r * c(9.0),
+            averaging_time_s: c(1e-3).max(sample_time_s + sample_time_s),
+            rate_ohm_per_s: r_r + r_r,
+            boundary_layer_ohm: r_r * c(0.1),
+            range_ohm: Range::around(r_r, c(3.0)),
+            start_ohm: r_r,
+            least_rotor_current_rate_a_per_s: rated_rate * c(0.1),
+            excitation_window_s: c(0.5),
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), ModelError> {
         Bound::Positive.check("sliding_gain_a_per_s2", self.sliding_gain_a_per_s2.value())?;
         Bound::Positive.check("averaging_time_s", self.averaging_time_s.value())?;

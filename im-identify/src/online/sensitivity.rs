@@ -1,0 +1,150 @@
+//! Fig. 2 of Jadot et al. for any machine: which parameters an operating point says something about.
+//!
+//! Over speed and load torque, the share |Bᵢ|/‖B‖ of each parameter in the regressor (33) at a given flux. What lies near 1 dominates the
+//! adaptation there; what lies near 0 is not seen.
+
+use std::fmt::Write;
+
+use super::jadot::{RegulationParameters, relative_sensitivity};
+
+/// The plane, and the machine on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensitivityMap {
+    /// The machine.
+    pub parameters: RegulationParameters<f64>,
+    /// Pole pairs.
+    pub pole_pairs: u32,
+    /// φ = (L_m/L_r)ψ_r, Vs.
+    pub flux_vs: f64,
+    /// The map reaches from zero to this mechanical speed, rad/s.
+    pub speed_max_rad_s: f64,
+    /// The map reaches from zero to this torque, Nm.
+    pub torque_max_nm: f64,
+}
+
+/// Cells along each side.
+const CELLS: usize = 32;
+/// Shades from the paper's black, below 0.1, to its white, above 0.75.
+const SHADES: usize = 8;
+const SIDE: f64 = 220.0;
+const MARGIN: f64 = 56.0;
+
+impl SensitivityMap {
+    /// |B|/‖B‖ for R_req, L, R_s, L_f at a mechanical speed, rad/s, and a torque, Nm.
+    pub fn at(&self, speed_rad_s: f64, torque_nm: f64) -> [f64; 4] {
+        let n_p = f64::from(self.pole_pairs);
+        // (11), (14): i_q = τ/(1.5 n_p φ), ω_g = R_req i_q/φ.
+        let slip = self.parameters.rotor_resistance_ohm * torque_nm / (1.5 * n_p * self.flux_vs * self.flux_vs);
+        relative_sensitivity(&self.parameters, self.flux_vs, n_p * speed_rad_s, slip)
+    }
+
+    /// Four maps side by side two by two as SVG, white where a parameter dominates (0.75 and more), black where it is not seen (0.1 and less).
+    pub fn svg(&self, title: &str) -> String {
+        let (width, height) = (2.0 * (SIDE + MARGIN) + 20.0, 2.0 * (SIDE + MARGIN) + 60.0);
+        let mut out = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"12\">\n\
+             <rect width=\"{width}\" height=\"{height}\" fill=\"white\"/>\n<text x=\"{MARGIN}\" y=\"20\" font-size=\"14\">{}</text>\n",
+            escaped(title)
+        );
+        let cell = SIDE / CELLS as f64;
+        for (k, symbol) in RegulationParameters::<f64>::SYMBOLS.into_iter().enumerate() {
+            let (x0, y0) = (MARGIN + (k % 2) as f64 * (SIDE + MARGIN), 54.0 + (k / 2) as f64 * (SIDE + MARGIN));
+            let _ = writeln!(out, "<text x=\"{x0}\" y=\"{}\">{symbol}</text>", y0 - 6.0);
+            for row in 0..CELLS {
+                // Torque upwards; neighbours of one shade are one rectangle.
+                let torque = self.torque_max_nm * (CELLS - row) as f64 / CELLS as f64 - 0.5 * self.torque_max_nm / CELLS as f64;
+                let shade = |column: usize| {
+                    let share = self.at(self.speed_max_rad_s * (column as f64 + 0.5) / CELLS as f64, torque)[k];
+                    ((share - 0.1) / 0.65 * SHADES as f64).clamp(0.0, SHADES as f64) as usize
+                };
+                let mut from = 0;
+                for column in 1..=CELLS {
+                    if column == CELLS || shade(column) != shade(from) {
+                        let grey = 255 * shade(from) / SHADES;
+                        let _ = writeln!(
+                            out,
+                            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"#{grey:02x}{grey:02x}{grey:02x}\"/>",
+                            x0 + cell * from as f64,
+                            y0 + cell * row as f64,
+                            cell * (column - from) as f64 + 0.3,
+                            cell + 0.3
+                        );
+                        from = column;
+                    }
+                }
+            }
+            let _ = writeln!(
+                out,
+                "<rect x=\"{x0}\" y=\"{y0}\" width=\"{SIDE}\" height=\"{SIDE}\" fill=\"none\" stroke=\"black\"/>\n\
+                 <text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{:.3}</text><text x=\"{}\" y=\"{}\" text-anchor=\"end\">0</text>\n\
+                 <text x=\"{}\" y=\"{}\" text-anchor=\"end\">{:.1}</text>",
+                x0 - 4.0,
+                y0 + 10.0,
+                self.torque_max_nm,
+                x0 - 4.0,
+                y0 + SIDE,
+                x0 + SIDE,
+                y0 + SIDE + 14.0,
+                self.speed_max_rad_s,
+            );
+        }
+        let _ = writeln!(
+            out,
+            "<text x=\"{MARGIN}\" y=\"{}\">across: speed, rad/s; up: load torque, Nm; white: share of the regressor of 0.75 and more, black: 0.1 and less</text>\n</svg>",
+            height - 8.0
+        );
+        out
+    }
+}
+
+/// Text within XML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table_i() -> SensitivityMap {
+        let m = im_model::machines::JADOT_TABLE_I;
+        SensitivityMap {
+            parameters: m.parameters().inverse_gamma().into(),
+            pole_pairs: m.pole_pairs,
+            flux_vs: 0.93,
+            speed_max_rad_s: 157.0,
+            torque_max_nm: 26.0,
+        }
+    }
+
+    /// The four conclusions that the paper draws from Fig. 2.
+    #[test]
+    fn the_papers_four_conclusions_hold_on_its_machine() {
+        let map = table_i();
+        let [r_req, l, r_s, l_f] = [0, 1, 2, 3].map(|k| move |w: f64, t: f64| map.at(w, t)[k]);
+        // R_req: high except at low speed and at low load. L: high except at low speed.
+        assert!(r_req(120.0, 20.0) > 0.7 && r_req(120.0, 1.0) < 0.1);
+        assert!(l(120.0, 1.0) > 0.9 && l(120.0, 20.0) > 0.4 && l(0.5, 1.0) < 0.5);
+        // R_s: low except at low speed.
+        assert!(r_s(120.0, 20.0) < 0.15 && r_s(0.5, 1.0) > 0.75);
+        // L_f: low except at high load and sufficient speed.
+        assert!(l_f(120.0, 1.0) < 0.1 && l_f(120.0, 26.0) > l_f(120.0, 2.0));
+    }
+
+    #[test]
+    fn shares_are_those_of_a_unit_vector() {
+        let map = table_i();
+        for (w, t) in [(1.0, 0.1), (30.0, 20.0), (157.0, 26.0), (-80.0, 5.0)] {
+            let squares: f64 = map.at(w, t).iter().map(|x| x * x).sum();
+            assert!((squares - 1.0).abs() < 1e-12);
+        }
+        assert!(map.at(0.0, 0.0)[2] > 0.999, "at standstill only R_s shows");
+    }
+
+    #[test]
+    fn picture_is_small_and_escapes_its_title() {
+        let svg = table_i().svg("a < b & c");
+        assert!(svg.len() < 60_000, "{}", svg.len());
+        assert!(svg.contains("a &lt; b &amp; c") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"));
+    }
+}
