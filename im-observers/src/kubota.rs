@@ -13,7 +13,7 @@
 //! sampled is the proportional path: hK_P(n_pβ|λ|)² < 2. Forward Euler needs |1 + hs| ≤ 1 for the poles s of A − LC at every speed:
 //! [`KubotaGains::euler_step_limit_s`]. Construction checks both.
 
-use im_model::space_vector::cross;
+use im_model::space_vector::{cross, norm2};
 use im_model::{Bound, Complex, Machine, Rating, Scalar};
 use num_traits::Zero;
 
@@ -34,6 +34,9 @@ pub struct KubotaGains {
     pub proportional: f64,
     /// K_I, K_P's unit per s.
     pub integral: f64,
+    /// Current error |e| at which the feedback is faded to half, L/(1 + |e|²/fade²), A; 0 never fades. The mended gain is proven around the
+    /// machine; far from it, switched on to a running machine, it has equilibria of its own at ω̂ ≈ 0. Without feedback there are none.
+    pub fade_a: f64,
 }
 
 impl KubotaGains {
@@ -48,7 +51,7 @@ impl KubotaGains {
 
     /// No feedback: the model with the speed law alone.
     pub fn without_feedback(proportional: f64, integral: f64) -> Self {
-        Self { gain: [[0.0; 2]; 4], gain_per_speed: [[0.0; 2]; 4], proportional, integral }
+        Self { gain: [[0.0; 2]; 4], gain_per_speed: [[0.0; 2]; 4], proportional, integral, fade_a: 0.0 }
     }
 
     /// Stable at every speed and every load, for any K_P, K_I > 0, while ω_e ≠ 0:
@@ -68,16 +71,21 @@ impl KubotaGains {
             gain_per_speed: [[0.0, -slope], [slope, 0.0], o, o],
             proportional,
             integral,
+            fade_a: 0.0,
         })
     }
 
-    /// What to start from for a machine: the mended gain with ρ = 0.5 and a speed law of 400 rad/s.
+    /// What to start from for a machine: the mended gain with ρ = 0.3 and a speed law of 400 rad/s, faded from a current
+    /// error of 10 % of the locked-rotor current on.
     ///
     /// # Errors
     /// None for a valid machine and rating.
     pub fn for_machine(machine: &Machine<f64>, rating: &Rating) -> Result<Self, ObserverError> {
         let (proportional, integral) = Self::speed_law(machine, rating, 400.0);
-        Self::mended(machine, 0.5, proportional, integral)
+        let c = machine.parameters().windings().derived(machine.pole_pairs());
+        let omega_e = 2.0 * core::f64::consts::PI * rating.electrical_frequency_hz;
+        let fade_a = 0.1 * rating.phase_voltage_peak_v / (omega_e * c.sigma_l_s);
+        Ok(Self { fade_a, ..Self::mended(machine, 0.3, proportional, integral)? })
     }
 
     /// The longest step at which forward Euler is stable with this gain for all speeds up to a mechanical one, s:
@@ -109,6 +117,7 @@ impl KubotaGains {
         invariant("gain", &self.gain)?;
         invariant("gain_per_speed", &self.gain_per_speed)?;
         Bound::NotNegative.check("proportional", self.proportional)?;
+        Bound::NotNegative.check("fade_a", self.fade_a)?;
         Ok(Bound::Positive.check("integral", self.integral)?)
     }
 }
@@ -154,6 +163,8 @@ pub struct Kubota<T> {
     gain_per_speed: [Complex<T>; 2],
     proportional: T,
     integral: T,
+    /// 1/fade², 0 for none.
+    fade: T,
     discretization: Discretization,
 }
 
@@ -212,6 +223,7 @@ impl<T: Scalar> Kubota<T> {
             gain_per_speed: cast(&gains.gain_per_speed),
             proportional: T::from_f64(gains.proportional),
             integral: T::from_f64(gains.integral),
+            fade: T::from_f64(if gains.fade_a > 0.0 { 1.0 / (gains.fade_a * gains.fade_a) } else { 0.0 }),
             discretization,
         })
     }
@@ -230,15 +242,16 @@ impl<T: Scalar> Observer<T> for Kubota<T> {
         let sample = b.admit(&s.watch, input, s.i_hat);
         let c = b.electrical(s.lambda, sample.i_mean);
         let (h, w) = (b.sample_time_s, b.n_p * s.omega_m);
-        // Without a measurement there is nothing to correct by.
-        let l = if sample.measured {
-            [0, 1].map(|k| self.gain[k] + self.gain_per_speed[k].scale(s.omega_m))
-        } else {
-            [Complex::zero(); 2]
-        };
         let e = match self.discretization {
             Discretization::Implicit => sample.i_mean - s.i_hat,
             Discretization::ForwardEuler => sample.i_before - s.i_hat,
+        };
+        // Without a measurement there is nothing to correct by.
+        let l = if sample.measured {
+            let share = T::one() / (T::one() + norm2(e) * self.fade);
+            [0, 1].map(|k| (self.gain[k] + self.gain_per_speed[k].scale(s.omega_m)).scale(share))
+        } else {
+            [Complex::zero(); 2]
         };
         let turned = Complex::new(-c.eta, w) * s.lambda;
         let rate = [

@@ -21,7 +21,10 @@ pub fn chart(title: &str, x_label: &str, y_label: &str, y: [f64; 2], lines: &[Li
     let (x0, x1) = (xs().fold(f64::INFINITY, f64::min), xs().fold(f64::NEG_INFINITY, f64::max));
     let right = W - 130.0;
     let at = |(u, v): (f64, f64)| {
-        (LEFT + (u - x0) / (x1 - x0) * (right - LEFT), H - BOTTOM - (v.clamp(y[0], y[1]) - y[0]) / (y[1] - y[0]) * (H - BOTTOM - TOP))
+        (
+            LEFT + (u - x0) / (x1 - x0) * (right - LEFT),
+            H - BOTTOM - (v.clamp(y[0], y[1]) - y[0]) / (y[1] - y[0]) * (H - BOTTOM - TOP),
+        )
     };
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {W} {H}\" font-family=\"sans-serif\" font-size=\"11\">\n\
@@ -36,12 +39,20 @@ pub fn chart(title: &str, x_label: &str, y_label: &str, y: [f64; 2], lines: &[Li
         let _ = writeln!(svg, r#"<text x="{px:.1}" y="{}" text-anchor="middle">{u:.2}</text>"#, H - BOTTOM + 15.0);
     }
     let _ = writeln!(svg, r#"<text x="{}" y="{}" text-anchor="middle">{x_label}</text>"#, 0.5 * (LEFT + right), H - 8.0);
-    let _ = writeln!(svg, r#"<text x="14" y="{0}" text-anchor="middle" transform="rotate(-90 14 {0})">{y_label}</text>"#, 0.5 * H);
+    let _ =
+        writeln!(svg, r#"<text x="14" y="{0}" text-anchor="middle" transform="rotate(-90 14 {0})">{y_label}</text>"#, 0.5 * H);
     for (k, line) in lines.iter().enumerate() {
         let colour = COLOURS[k % COLOURS.len()];
-        let path: Vec<String> = line.points.iter().filter(|p| p.1.is_finite()).map(|p| at(*p)).map(|(u, v)| format!("{u:.1},{v:.1}")).collect();
+        let path: Vec<String> =
+            line.points.iter().filter(|p| p.1.is_finite()).map(|p| at(*p)).map(|(u, v)| format!("{u:.1},{v:.1}")).collect();
         let _ = writeln!(svg, r#"<polyline points="{}" fill="none" stroke="{colour}" stroke-width="1.3"/>"#, path.join(" "));
-        let _ = writeln!(svg, r#"<text x="{}" y="{:.1}" fill="{colour}">{}</text>"#, right + 8.0, TOP + 10.0 + 16.0 * k as f64, line.name);
+        let _ = writeln!(
+            svg,
+            r#"<text x="{}" y="{:.1}" fill="{colour}">{}</text>"#,
+            right + 8.0,
+            TOP + 10.0 + 16.0 * k as f64,
+            line.name
+        );
     }
     svg + "</svg>\n"
 }

@@ -147,9 +147,7 @@ impl Maker {
                 let thau = Thau::try_new(basis, ThauGains::published(), LoadTorque::EqualToTorque);
                 Running::from_rest(name, thau.expect("fits"))
             }
-            Kind::ThauBox => {
-                Running::from_rest(name, Thau::in_box(basis, self.box_gains, LoadTorque::Balanced).expect("fits"))
-            }
+            Kind::ThauBox => Running::from_rest(name, Thau::in_box(basis, self.box_gains, LoadTorque::Balanced).expect("fits")),
         }
     }
 
@@ -229,7 +227,8 @@ impl Study {
                 mean.hypot(scatter)
             };
             let e = over(&clean, 1.0, 1.0);
-            let lowest = ladder.iter().take_while(|(_, truth)| speed_error(truth, 0.95, 1.0) < RIGHT).last().map(|(s, _)| 100.0 * s);
+            let lowest =
+                ladder.iter().take_while(|(_, truth)| speed_error(truth, 0.95, 1.0) < RIGHT).last().map(|(s, _)| 100.0 * s);
             let figures = Figures {
                 converges_s: converges(&maker, &clean, kind),
                 steady: 100.0 * errors(&maker, &clean, &e)[0].abs(),

@@ -46,10 +46,7 @@ pub fn all(studies: &[Study]) -> String {
                 figure(f.regenerating)
             );
         }
-        let _ = writeln!(
-            text,
-            "\n| Observer | R_s × 0.5 | R_s × 1.5 | R_r × 0.5 | R_r × 2 |\n| --- | --- | --- | --- | --- |"
-        );
+        let _ = writeln!(text, "\n| Observer | R_s × 0.5 | R_s × 1.5 | R_r × 0.5 | R_r × 2 |\n| --- | --- | --- | --- | --- |");
         for (kind, f) in &s.figures {
             let cells = f.parameters.map(|p| p.map(figure).join(" / ")).join(" | ");
             let _ = writeln!(text, "| {} | {cells} |", kind.name());
@@ -84,7 +81,9 @@ pub fn maps() -> String {
     let mended = Kubota::try_new(basis, KubotaGains::mended(&machine, 0.5, p, i).expect("valid")).expect("fits");
     let speeds = [5.0, 10.0, 20.0, 40.0, 80.0, 120.0];
     let slips = [-24.0, -16.0, -12.0, -8.0, -4.0, 0.0, 4.0, 8.0, 16.0];
-    let mut text = String::from("### Where they converge: jadot_table_i, speed in rad/s down, slip in rad/s across\n\n`+` converges, `-` does not, `0` has |stator frequency| below 3 rad/s.\n\n```text\n");
+    let mut text = String::from(
+        "### Where they converge: jadot_table_i, speed in rad/s down, slip in rad/s across\n\n`+` converges, `-` does not, `0` has |stator frequency| below 3 rad/s.\n\n```text\n",
+    );
     let _ = writeln!(text, "{:>8}  {:<29} {:<29} {}", "", "Utkin", "Kubota, L = 0", "Kubota, mended");
     let heads: String = slips.iter().map(|s| format!("{s:>3.0}")).collect();
     let _ = writeln!(text, "{:>8}  {heads:<29} {heads:<29} {heads}", "");
@@ -118,7 +117,8 @@ pub fn maps() -> String {
 pub fn pictures() -> Vec<(&'static str, String)> {
     let maker = Maker::new(&JADOT_TABLE_I);
     let m = maker.named;
-    let hz = Profile::points([[0.0, 0.0], [0.2, 0.0], [0.7, 40.0], [1.5, 40.0], [1.9, 5.0], [2.6, 5.0], [3.2, -40.0]]).expect("ordered");
+    let hz = Profile::points([[0.0, 0.0], [0.2, 0.0], [0.7, 40.0], [1.5, 40.0], [1.9, 5.0], [2.6, 5.0], [3.2, -40.0]])
+        .expect("ordered");
     let load = Profile::points([[1.0, 0.0], [1.0, 10.0], [2.3, 10.0], [2.3, 0.0]]).expect("ordered");
     let truth = Truth::of(&maker.machine(), &scenario(&m, hz, load, 4.0));
     let shown = [Kind::Kubota, Kind::Derdiyok, Kind::Utkin, Kind::ThauPublished];
@@ -141,11 +141,20 @@ pub fn pictures() -> Vec<(&'static str, String)> {
         }
     }
     vec![
-        ("manoeuvre.svg", chart("Start, load step, 5 Hz, reversal (jadot_table_i)", "s", "speed, rad/s", [-140.0, 140.0], &speeds)),
+        (
+            "manoeuvre.svg",
+            chart("Start, load step, 5 Hz, reversal (jadot_table_i)", "s", "speed, rad/s", [-140.0, 140.0], &speeds),
+        ),
         ("errors.svg", chart("Error of the estimated speed in it", "s", "rad/s", [-10.0, 10.0], &errors)),
         (
             "stator_resistance.svg",
-            chart("R_s believed 10 % too small, 40 % torque", "speed, % of rated", "speed error, % of rated", [-5.0, 5.0], &wrong),
+            chart(
+                "R_s believed 10 % too small, 40 % torque",
+                "speed, % of rated",
+                "speed error, % of rated",
+                [-5.0, 5.0],
+                &wrong,
+            ),
         ),
     ]
 }
