@@ -1,11 +1,13 @@
 //! The hidden-effect campaign: trials of [`hidden`](crate::hidden) put before the diagnosing tool, which is told nothing.
 
+use std::fmt::Write;
+
 use im_diagnose::case::Case as DiagnosisCase;
 use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
 use im_diagnose::refine::Options;
 use im_model::{Complex, MotorFile, Recording};
 
-use crate::hidden::{Case, Part, Table, Trial, simulate};
+use crate::hidden::{Case, EffectKind, Excitation, Machine, Noise, Part, Strength, Table, Trial, simulate};
 
 /// A table as the tool reads it.
 pub fn recording(name: &str, t: &Table) -> Recording {
@@ -102,4 +104,100 @@ pub fn run(case: &Case) -> Result<Outcome, String> {
         hidden,
         diagnosis,
     })
+}
+
+/// One trial of the campaign.
+#[derive(Clone, Debug)]
+pub struct Planned {
+    /// The row of the table that it counts in.
+    pub group: &'static str,
+    /// What is hidden, in words.
+    pub name: String,
+    /// The case.
+    pub case: Case,
+}
+
+/// The rows of the table.
+pub const GROUPS: [&str; 10] = ["strong", "medium", "weak", "clean", "coloured", "pairs", "triples", "outside", "poor", "steady"];
+
+/// The whole campaign: single effects of three strengths, machines of all sizes, clean runs with white and coloured noise, pairs, triples,
+/// effects outside the library, and excitation that shows little (constant speed, started from rest; and nothing but a steady state).
+pub fn plan(seeds: u64) -> Vec<Planned> {
+    let library: Vec<EffectKind> = EffectKind::ALL.iter().copied().filter(|k| k.in_library()).collect();
+    let quick: Vec<EffectKind> = library.iter().copied().filter(|k| !k.is_thermal()).collect();
+    let strengths = [("strong", Strength::Strong), ("medium", Strength::Medium), ("weak", Strength::Weak)];
+    let mut out = Vec::new();
+    for seed in 0..seeds {
+        let machine = |k: usize, stride: usize| (k * stride + 3 * seed as usize) % Machine::COUNT;
+        let mut add = |group, name: String, case| out.push(Planned { group, name, case });
+        for (k, kind) in EffectKind::ALL.iter().enumerate() {
+            for (group, strength) in strengths {
+                let m = machine(k, 5) + group.len();
+                let case = Case::new(m % Machine::COUNT, &[(*kind, strength)], 100 + seed);
+                add(if kind.in_library() { group } else { "outside" }, format!("{} {group}", kind.name()), case);
+            }
+        }
+        for m in 0..Machine::COUNT {
+            add("clean", "nothing".into(), Case::new(m, &[], 300 + seed));
+            let mut case = Case::new(m, &[], 400 + seed);
+            case.noise = Noise::coloured(0.9);
+            add("coloured", "nothing".into(), case);
+        }
+        for (k, &first) in quick.iter().enumerate() {
+            let other = |step: usize| quick[(k + step + seed as usize) % quick.len()];
+            let (a, b) = (other(3), other(7));
+            let two = [(first, Strength::Strong), (a, Strength::Medium)];
+            add("pairs", format!("{} + {}", first.name(), a.name()), Case::new(machine(k, 7), &two, 500 + seed));
+            if a != b && b != first {
+                let three = [two[0], two[1], (b, Strength::Medium)];
+                let name = format!("{} + {} + {}", first.name(), a.name(), b.name());
+                add("triples", name, Case::new(machine(k, 3), &three, 600 + seed));
+            }
+        }
+        for (k, &kind) in quick.iter().enumerate() {
+            for (group, excitation) in [("poor", Excitation::Poor), ("steady", Excitation::Steady)] {
+                let mut case = Case::new(machine(k, 5), &[(kind, Strength::Medium)], 700 + seed);
+                case.excitation = excitation;
+                add(group, kind.name().into(), case);
+            }
+        }
+    }
+    out
+}
+
+/// The table over finished trials, one row per group, in Markdown.
+pub fn table(outcomes: &[(&Planned, Outcome)]) -> String {
+    let mut out = String::from(
+        "| trials of | number | named first | exact | with a false effect | adequate | confounded | inconclusive | unexplained | held out before | after | after, worst tenth |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for group in GROUPS {
+        let of: Vec<&Outcome> = outcomes.iter().filter(|(p, _)| p.group == group).map(|(_, o)| o).collect();
+        if of.is_empty() {
+            continue;
+        }
+        let count = |f: &dyn Fn(&Outcome) -> bool| of.iter().filter(|o| f(o)).count();
+        let verdict = |v| count(&|o| o.verdict == v);
+        let part = |q: f64, of_one: &dyn Fn(&Outcome) -> f64| {
+            let mut v: Vec<f64> = of.iter().map(|o| of_one(o)).collect();
+            v.sort_by(f64::total_cmp);
+            v[((v.len() - 1) as f64 * q).round() as usize]
+        };
+        let _ = writeln!(
+            out,
+            "| {group} | {} | {} | {} | {} | {} | {} | {} | {} | {:.2} | {:.2} | {:.2} |",
+            of.len(),
+            count(&|o| o.first_right()),
+            count(&Outcome::exact),
+            count(&|o| o.false_additions() > 0),
+            verdict(Verdict::Adequate),
+            verdict(Verdict::Confounded),
+            verdict(Verdict::Inconclusive),
+            verdict(Verdict::Unexplained),
+            part(0.5, &|o| o.holdout.0),
+            part(0.5, &|o| o.holdout.1),
+            part(0.9, &|o| o.holdout.1),
+        );
+    }
+    out
 }

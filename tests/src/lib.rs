@@ -4,3 +4,4 @@
 
 pub mod campaign;
 pub mod hidden;
+pub mod own_effect;

@@ -1,7 +1,12 @@
 //! A short hidden-effect campaign: what the tool must get right on data it has not seen. The long one is `im verify`'s.
 
-use im_tests::campaign::run;
-use im_tests::hidden::{Case, EffectKind, Noise, Strength};
+use im_diagnose::diagnosis::diagnose;
+use im_diagnose::refine::Options;
+use im_model::effects::CustomId;
+use im_model::{EffectId, ParameterId};
+use im_tests::campaign::{case_of, run};
+use im_tests::hidden::{Case, EffectKind, Noise, Strength, simulate};
+use im_tests::own_effect::TachometerScaleEffect;
 
 /// One strong effect at a time, on machines from small to large: named, and nothing else beside it.
 #[test]
@@ -48,4 +53,19 @@ fn what_cannot_be_told_apart_is_said_so() {
     assert_eq!(o.verdict.name(), "confounded");
     let all: Vec<&str> = o.named.iter().chain(o.alternatives.iter().flatten()).copied().collect();
     assert!(all.contains(&"voltage_gain") && all.contains(&"current_sensor_gain"), "{all:?}");
+}
+
+/// The library does not hold a wrong tachometer scale; written by a user, it takes part like a built-in effect.
+#[test]
+fn an_effect_of_the_users_own_is_found() {
+    let trial = simulate(&Case::new(4, &[(EffectKind::SpeedSensorScale, Strength::Medium)], 11));
+    let own = CustomId(&TachometerScaleEffect);
+    let mut case = case_of(&trial);
+    let machine = &case.motor.machine;
+    case.motor.machine = machine.with_effects(machine.effects().with_custom(own)).unwrap();
+    let d = diagnose(case, Options::default()).unwrap();
+    assert_eq!(d.effects, [EffectId::Custom(own)], "{:?}", d.verdict);
+    let gain = d.refined.machine.get(ParameterId::Effect(EffectId::Custom(own), 0)).abs();
+    let truth = EffectKind::SpeedSensorScale.sizes()[1];
+    assert!((gain / truth - 1.0).abs() < 0.1, "{gain} for {truth}");
 }
