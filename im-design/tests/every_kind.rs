@@ -112,7 +112,7 @@ fn moved(x: f64, relative: f64) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(cases(4))]
+    #![proptest_config(cases(3))]
 
     #[test]
     fn every_certificate_checks_exactly_and_any_number_changed_is_seen(
@@ -174,7 +174,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(cases(6))]
+    #![proptest_config(cases(3))]
 
     /// Saturated machines, deep bars: the laws are proven, and no point of a blind search is better.
     #[test]
@@ -215,7 +215,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(cases(12))]
+    #![proptest_config(cases(8))]
 
     /// Utkin: from the machine's and the observer's own equations, s_n falls from both sides everywhere in the region.
     #[test]

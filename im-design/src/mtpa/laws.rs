@@ -191,7 +191,7 @@ pub fn fit_log(circuit: &impl AirGap, torque_n_m: [f64; 2], tolerance: f64) -> R
     let torque = |x: f64| (0.5 * (low + high) + 0.5 * (high - low) * x).exp();
     let samples: Vec<Optimum> = (0..n).map(|k| for_torque(circuit, torque(node(k)))).collect::<Result<_, _>>()?;
     // A finer set, shifted, to judge by.
-    let judged = (0..=4 * n).map(|k| for_torque(circuit, torque(-1.0 + 2.0 * k as f64 / (4 * n) as f64)));
+    let judged = (0..=2 * n).map(|k| for_torque(circuit, torque(-1.0 + 2.0 * k as f64 / (2 * n) as f64)));
     let judged: Vec<Optimum> = judged.collect::<Result<_, _>>()?;
     let series = |value: &dyn Fn(&Optimum) -> f64| -> Vec<f64> {
         let term = |j: usize, k: usize| (j as f64 * std::f64::consts::PI * (k as f64 + 0.5) / n as f64).cos();

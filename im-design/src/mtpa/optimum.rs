@@ -23,7 +23,8 @@ const FLUX: [f64; 2] = [1e-7, 50.0];
 
 /// λ_m at a current and slip, (26): the operating point of largest torque when saturation allows several.
 fn flux_at(circuit: &impl AirGap, current: f64, slip: f64) -> Option<(f64, f64)> {
-    let excess = |log_flux: f64| circuit.operate(log_flux.exp(), slip).0 - current;
+    // In logarithms, as the current grows with a power of the flux.
+    let excess = |log_flux: f64| (circuit.operate(log_flux.exp(), slip).0 / current).ln();
     let (low, high) = (FLUX[0].ln(), FLUX[1].ln());
     let steps = 48;
     let at = |k: u32| low + (high - low) * f64::from(k) / f64::from(steps);
@@ -32,7 +33,7 @@ fn flux_at(circuit: &impl AirGap, current: f64, slip: f64) -> Option<(f64, f64)>
     for k in 0..steps {
         let right = excess(at(k + 1));
         if left <= 0.0 && right > 0.0 {
-            let flux = bisect(at(k), at(k + 1), excess).exp();
+            let flux = zero(at(k), at(k + 1), excess).exp();
             let torque = circuit.operate(flux, slip).1;
             if best.is_none_or(|(_, t)| torque > t) {
                 best = Some((flux, torque));
@@ -43,13 +44,27 @@ fn flux_at(circuit: &impl AirGap, current: f64, slip: f64) -> Option<(f64, f64)>
     best
 }
 
-/// Zero of a function that is negative at `low` and positive at `high`, to the last bits.
-fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if f(middle) <= 0.0 { low = middle } else { high = middle }
+/// Zero, to 10⁻¹⁴, of a function that is negative at one end and positive at the other, by regula falsi (Illinois).
+fn zero(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let (mut fa, mut fb) = (f(a), f(b));
+    let mut x = b;
+    for _ in 0..100 {
+        if fb == fa || (b - a).abs() < 1e-14 * b.abs().max(1.0) {
+            break;
+        }
+        x = (a * fb - b * fa) / (fb - fa);
+        let fx = f(x);
+        if fx * fb < 0.0 {
+            (a, fa) = (b, fb);
+        } else {
+            fa *= 0.5;
+        }
+        (b, fb) = (x, fx);
+        if fx.abs() < 1e-14 {
+            break;
+        }
     }
-    0.5 * (low + high)
+    x
 }
 
 /// The slip of largest torque at an rms current.
@@ -94,11 +109,12 @@ pub fn for_current(circuit: &impl AirGap, current_rms_a: f64) -> Result<Optimum,
 /// [`DesignError::Infeasible`] with the largest torque the circuit gives when this one is out of reach.
 pub fn for_torque(circuit: &impl AirGap, torque_n_m: f64) -> Result<Optimum, DesignError> {
     crate::sliding::positive("torque_n_m", torque_n_m)?;
-    let mut low = 1e-3;
+    // Torque goes about with the square of the current.
+    let guess = (torque_n_m / for_current(circuit, 1.0)?.torque_n_m).sqrt();
+    let (mut low, mut high) = (guess / 1.3, guess * 1.3);
     while for_current(circuit, low)?.torque_n_m > torque_n_m {
-        low *= 0.1;
+        (low, high) = (low / 2.0, low);
     }
-    let mut high = low * 10.0;
     let mut reached = 0.0f64;
     loop {
         match for_current(circuit, high) {
@@ -111,7 +127,7 @@ pub fn for_torque(circuit: &impl AirGap, torque_n_m: f64) -> Result<Optimum, Des
                 });
             }
         }
-        (low, high) = (high, high * 3.0);
+        (low, high) = (high, high * 2.0);
     }
     // Torque over current is smooth and close to a power: regula falsi (Illinois) on logarithms converges in a few steps.
     let gap = |log_current: f64| -> Result<f64, DesignError> {

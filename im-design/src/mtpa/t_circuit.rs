@@ -96,6 +96,9 @@ impl TCircuit {
         };
         // Without saturation the flux is proportional to x; saturation makes it grow faster, so this is an upper end.
         let mut high = flux / at(f64::MIN_POSITIVE.sqrt()) * f64::MIN_POSITIVE.sqrt();
+        if self.leakage_saturation[0] == 0.0 {
+            return high;
+        }
         let mut low = high / (1.0 + self.leakage_saturation[0]);
         // Regula falsi (Illinois).
         let (mut f_low, mut f_high) = (at(low) - flux, at(high) - flux);
@@ -135,6 +138,11 @@ impl From<&im_model::Machine<f64>> for TCircuit {
             skin_effect: [skin.resistance_rise, skin.time_constant_s],
         }
     }
+}
+
+/// The circuit of a machine model with its saturations and deep bars, as a refined `motor.toml` holds it.
+pub fn of_machine(machine: &im_model::Machine<f64>) -> TCircuit {
+    TCircuit::from(machine)
 }
 
 impl AirGap for TCircuit {
