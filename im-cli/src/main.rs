@@ -3,6 +3,7 @@
 //! Exit status: 0 done, 1 bad input (one message that says where and what to do), 2 usage.
 
 mod commands;
+mod controllers;
 mod failure;
 mod terminal;
 

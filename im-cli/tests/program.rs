@@ -119,7 +119,9 @@ fn bad_input_is_refused_with_its_place() {
     let text = with_scenario(&scenario.replace("kind = \"carrier_pwm\"", "kind = \"delta_modulation\""));
     assert!(text.contains("carrier_frequency_hz is given for kind"), "{text}");
     let controller = "[scenario]\nduration_s = 1\n[controller]\nname = \"x\"\n";
-    assert!(with_scenario(controller).contains("no controller named x"));
+    assert!(with_scenario(controller).contains("no controller named \"x\"; there are indirect_field_orientation,"));
+    let fluxless = controller.replace('x', "kenne");
+    assert!(with_scenario(&fluxless).contains("[controller] rotor_flux_vs is zero"));
     let recording = "[scenario]\nname = \"again\"\n[recording]\nfile = \"cut.csv\"\n";
     dir.file("cut.csv", "t_s,u_alpha_V,u_beta_V,i_alpha_A,i_beta_A,omega_m_rad_s\n0,1,2,3,4,5\n0.1,1,,3,4,5\n");
     let text = with_scenario(recording);
@@ -129,6 +131,20 @@ fn bad_input_is_refused_with_its_place() {
     let nowhere = dir.path("none/run.csv");
     let args = ["simulate", "--motor", &example("motor.toml"), "--scenario", &example("scenario_dol.toml"), "-o", &nowhere];
     assert!(refused(&args).contains("cannot write it: no such file or folder"));
+}
+
+#[test]
+fn every_controller_of_a_scenario_brings_the_machine_to_speed() {
+    let dir = Folder::new("controllers");
+    let text = fs::read_to_string(example("scenario_drive.toml")).unwrap();
+    for name in ["indirect_field_orientation", "direct_field_orientation", "kenne", "jadot"] {
+        let scenario = dir.file("scenario.toml", &text.replace("indirect_field_orientation", name));
+        let args = ["simulate", "--motor", &example("motor.toml"), "--scenario", &scenario, "-o", &dir.path("run.csv"), "--json"];
+        let summary: serde_json::Value = serde_json::from_str(&done(&args)).unwrap();
+        let speed = summary["final_speed_rad_s"].as_f64().unwrap();
+        // The last speed reference of the example; half a rad/s for noise and the carrier's ripple.
+        assert!((speed + 60.0).abs() < 0.5, "{name}: {speed}");
+    }
 }
 
 #[test]

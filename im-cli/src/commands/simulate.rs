@@ -7,6 +7,7 @@ use im_model::simulation::{Run, Scenario, Simulation, SimulationError};
 use im_model::{MotorFile, Recording};
 use serde_json::json;
 
+use crate::controllers;
 use crate::failure::Failure;
 use crate::terminal::{Progress, rounded};
 
@@ -46,11 +47,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(seed) = args.seed {
         scenario.sensors.seed = seed;
     }
+    let file = args.scenario.display();
+    let mut controller = controllers::of(&scenario, &motor).map_err(|e| Failure::Input(format!("{file}: {e}")))?;
     let mut progress = Progress::new("simulating");
     let mut tell = |done, all| progress.tell(done, all);
     let mut simulation = Simulation::new(&motor.machine, &scenario).with_progress(&mut tell);
     if args.internals.is_some() {
         simulation = simulation.with_internals();
+    }
+    if let Some(controller) = &mut controller {
+        simulation = simulation.controlled_by(controller.as_mut());
     }
     let result = simulation.run();
     progress.then("writing");
@@ -76,12 +82,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 fn refused(args: &Args, e: &SimulationError) -> Failure {
     let file = args.scenario.display();
-    Failure::Input(match e {
-        SimulationError::NoController(name) => {
-            format!("{file}: this program has no controller named {name}; use the library to run your own")
-        }
-        _ => format!("{file}: {e}"),
-    })
+    Failure::Input(format!("{file}: {e}"))
 }
 
 fn summary(args: &Args, motor: &MotorFile, run: &Run) -> io::Result<()> {
