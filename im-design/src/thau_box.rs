@@ -163,7 +163,7 @@ pub(crate) fn scales(c: &Constants<f64>, region: &BoxRegion) -> [f64; 5] {
 }
 
 /// Solve for P and the gain at a fixed rate; the gain in scaled states stays below `gain_limit` (1/s).
-fn at_rate(
+pub(crate) fn at_rate(
     c: &Constants<f64>,
     region: &BoxRegion,
     rate: f64,

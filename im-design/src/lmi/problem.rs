@@ -162,7 +162,9 @@ impl Problem {
         let fail = |status: String| DesignError::Solver { problem: self.name, status };
         let settings = DefaultSettingsBuilder::default().verbose(false).build().map_err(|e| fail(e.to_string()))?;
         let mut solver = DefaultSolver::new(&p, &q, &a, &b, &cones, settings).map_err(|e| fail(e.to_string()))?;
-        solver.solve();
+        // Clarabel panics where a singular value decomposition does not converge; to us that is a solver without an answer.
+        let solve = std::panic::AssertUnwindSafe(|| solver.solve());
+        std::panic::catch_unwind(solve).map_err(|_| fail("a numerical breakdown".into()))?;
         let solution = &solver.solution;
         match solution.status {
             SolverStatus::Solved | SolverStatus::AlmostSolved => {

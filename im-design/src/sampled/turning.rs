@@ -11,7 +11,7 @@ use crate::machine::Constants;
 use crate::matrix::Matrix;
 use crate::model;
 use crate::sliding::positive;
-use crate::thau_box::{BoxRegion, jacobian, scales};
+use crate::thau_box::{BoxRegion, at_rate, jacobian, scales};
 use serde::{Deserialize, Serialize};
 
 /// A gain affine in the frame's speed, proven for forward Euler at a period.
@@ -88,10 +88,14 @@ pub fn over_box(
     };
     let attempt = |period_s: f64| {
         let contraction = (-rate_per_s * period_s).exp();
-        let (p, gain, gain_per_frame_speed) = polytope.at_period(period_s, contraction, None)?;
-        let design = SampledBoxDesign { region: *region, period_s, contraction, gain, gain_per_frame_speed, p };
-        let certificate = Certificate::seal(plant, design.clone()).ok()?;
-        Some((design, certificate))
+        let seal = |(p, gain, gain_per_frame_speed)| {
+            let design = SampledBoxDesign { region: *region, period_s, contraction, gain, gain_per_frame_speed, p };
+            let certificate = Certificate::seal(plant, design.clone()).ok()?;
+            Some((design, certificate))
+        };
+        // At short periods a continuous gain with rate to spare may be the better conditioned answer.
+        let continuous = || at_rate(&c, region, 1.5 * rate_per_s, 0.1 / period_s);
+        polytope.at_period(period_s, contraction, None).and_then(seal).or_else(|| continuous().and_then(seal))
     };
     let most = 0.999 * longest_meaningful_s(&c);
     let Some(period_s) = period_s else {

@@ -4,10 +4,12 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use im_design::certificate::Design;
 use im_design::gains::{GainSet, Value};
-use im_design::request::{Kind, design};
+use im_design::mtpa::TCircuit;
+use im_design::request::{Kind, Period, design_for, design_sampled};
 use im_design::{Certificate, DesignError, Plant, plot};
-use im_model::{FileError, MotorFile, Problem, write_atomically};
+use im_model::{EffectId, FileError, MotorFile, Problem, write_atomically};
 use serde_json::json;
 
 use super::check::proven;
@@ -27,6 +29,9 @@ pub struct Args {
     /// Where to write the gains with their proof, as TOML
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Design for forward Euler at this sampling period (s), or for the largest: kubota, thau, thau-box, derdiyok
+    #[arg(long, value_name = "SECONDS|largest")]
+    period: Option<Period>,
     /// Write the gains as Rust constants too, to paste into firmware
     #[arg(long, value_name = "FILE")]
     rust: Option<PathBuf>,
@@ -53,7 +58,10 @@ pub fn run(kind: Kind, args: &Args) -> Result<(), Failure> {
     let region_file = args.region.display().to_string();
     let region = std::fs::read_to_string(&args.region).map_err(|e| FileError::io(&region_file, "read", &e))?;
     let plant = Plant::Machine(im_design::Machine::from(&motor.machine));
-    let made = spinning("designing and proving", || design(kind, plant, &region));
+    let made = spinning("designing and proving", || match args.period {
+        Some(period) => design_sampled(kind, plant, &region, period),
+        None => design_for(kind, &motor.machine, &region),
+    });
     let certificate = made.map_err(|e| refused(args, kind, e))?;
     let text = certificate.to_text().map_err(|e| Failure::Input(e.to_string()))?;
     let set = GainSet::from(&certificate.design);
@@ -98,7 +106,8 @@ fn refused(args: &Args, kind: Kind, e: DesignError) -> Failure {
 
 fn summary(args: &Args, motor: &MotorFile, certificate: &Certificate, set: &GainSet) -> io::Result<()> {
     let written = [Some(&args.output), args.rust.as_ref(), args.plot.as_ref()];
-    let left_out: Vec<_> = motor.machine.effects().active().map(|id| id.name()).collect();
+    let taken_in = |id: &EffectId| matches!(certificate.design, Design::Mtpa(_)) && TCircuit::EFFECTS.contains(id);
+    let left_out: Vec<_> = motor.machine.effects().active().filter(|id| !taken_in(id)).map(|id| id.name()).collect();
     let mut out = io::stdout().lock();
     if args.json {
         let value = |v: &Value| match v {
@@ -131,7 +140,7 @@ fn summary(args: &Args, motor: &MotorFile, certificate: &Certificate, set: &Gain
     }
     writeln!(out, "\n{}", proven(&set.kind, &certificate.margins))?;
     if !left_out.is_empty() {
-        writeln!(out, "Proven for the linear machine: these effects of the motor are left out: {}.", left_out.join(", "))?;
+        writeln!(out, "Effects of the motor that the proof leaves out: {}.", left_out.join(", "))?;
     }
     for path in written.into_iter().flatten() {
         writeln!(out, "{}: written", path.display())?;

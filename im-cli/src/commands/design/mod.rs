@@ -26,6 +26,7 @@ Example:
 
 The file of gains carries its own proof: machine, region, gains, Lyapunov matrices and rates. `im design check` decides
 every inequality again in exact rational arithmetic, without the solver, and refuses a file of which one digit was altered.
+With --period the gain is made, and proven, for an observer stepped by forward Euler.
 `im design KIND --help` explains a design and shows a region file for it.";
 
 #[derive(Subcommand)]
@@ -57,6 +58,9 @@ enum What {
     /// Flux observer for forward Euler: a gain made for the sampling period
     #[command(after_help = help(Kind::Sampled))]
     Sampled(make::Args),
+    /// Maximum torque per ampere: laws for current and slip, with saturation, near the least current there is
+    #[command(after_help = help(Kind::Mtpa))]
+    Mtpa(make::Args),
     /// Print a commented region file for a design
     ExampleRegion {
         /// The design
@@ -89,6 +93,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         What::Kenne(a) => make::run(Kind::Kenne, a),
         What::Jadot(a) => make::run(Kind::Jadot, a),
         What::Sampled(a) => make::run(Kind::Sampled, a),
+        What::Mtpa(a) => make::run(Kind::Mtpa, a),
         What::Check(a) => check::run(a),
         What::ExampleRegion { kind } => {
             let kind: Kind = kind.parse().map_err(|e| Failure::Input(format!("{e}")))?;
