@@ -18,6 +18,8 @@ mod jadot;
 mod kenne;
 mod law;
 #[cfg(feature = "std")]
+mod replay;
+#[cfg(feature = "std")]
 mod sensitivity;
 
 use core::fmt::Debug;
@@ -33,6 +35,8 @@ pub use kenne::{
     KenneResistances, KenneResistancesState, KenneRotorResistance, KenneRotorResistanceState, KenneSettings, ResistancesSettings,
 };
 pub use law::{Range, sign_law};
+#[cfg(feature = "std")]
+pub use replay::{ReplayRow, ReplayScheme, replay};
 #[cfg(feature = "std")]
 pub use sensitivity::SensitivityMap;
 
