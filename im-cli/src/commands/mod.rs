@@ -14,6 +14,7 @@ mod effects;
 mod fit;
 mod inputs;
 mod next_test;
+mod observe;
 mod report;
 mod simulate;
 mod validate;
@@ -39,6 +40,8 @@ pub enum Command {
     Report(report::Args),
     /// Run a machine through a scenario and write the recording
     Simulate(simulate::Args),
+    /// Run a recording through a flux and speed observer
+    Observe(observe::Args),
     /// Make gains of observers and controllers, each with a proof; check a proof
     #[cfg(feature = "design")]
     Design(design::Args),
@@ -59,6 +62,7 @@ impl Command {
             Self::Validate(args) => validate::run(&args),
             Self::NextTest(args) => next_test::run(&args),
             Self::Simulate(args) => simulate::run(&args),
+            Self::Observe(args) => observe::run(&args),
             #[cfg(feature = "design")]
             Self::Design(args) => design::run(&args),
             Self::Effects(args) => effects::run(&args),
