@@ -177,7 +177,7 @@ impl fmt::Display for FileError {
             Problem::TimeUneven { step_s, usual_s } => write!(
                 f,
                 "{key} advances by {} s here, by {} s elsewhere: rows are missing or the sampling time changes; cut the recording \
-                 there, or resample it evenly",
+                 there, resample it evenly, or leave short gaps out: gaps = \"leave_out\" in [time] of its recording.toml",
                 rounded(*step_s),
                 rounded(*usual_s)
             ),

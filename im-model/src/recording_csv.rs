@@ -333,7 +333,7 @@ mod tests {
         assert_eq!(
             bad("0.0003", "0.0013"),
             "run.csv:5: t_s advances by 0.0011 s here, by 0.0001 s elsewhere: rows are missing or the sampling time changes; cut the \
-             recording there, or resample it evenly"
+             recording there, resample it evenly, or leave short gaps out: gaps = \"leave_out\" in [time] of its recording.toml"
         );
         assert_eq!(error(""), "run.csv: the file is empty, expected a line of column names and rows of numbers below");
         assert!(error(&GOOD[..GOOD.find('\n').unwrap()]).contains("no rows under the header"));

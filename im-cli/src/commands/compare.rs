@@ -8,9 +8,9 @@ use im_diagnose::report::{Comparison, Meta, compare_html, compare_terminal};
 use im_model::{MotorFile, write_atomically};
 use serde_json::json;
 
-use super::inputs::{findings, quality, recordings};
+use super::inputs::{findings, quality, recordings_or_drafts};
 use crate::failure::Failure;
-use crate::terminal::STORY_WIDTH;
+use crate::terminal::{STORY_WIDTH, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -41,7 +41,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let motor = MotorFile::read(&args.motor)?;
-    let data = recordings(&args.data, args.mapping.as_deref(), &motor)?;
+    let (data, guessed) = recordings_or_drafts(&args.data, args.mapping.as_deref(), &motor, args.out.as_deref())?;
     let noticed = findings(data.iter());
     let case = Case::from_intake(motor.clone(), data, None);
     let comparison = Comparison::new(motor, case.train);
@@ -56,8 +56,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut out = io::stdout().lock();
     if args.json {
-        writeln!(out, "{}", json!({"schema": 1, "data_quality": noticed, "findings": comparison.findings()}))?;
+        writeln!(
+            out,
+            "{}",
+            json!({"schema": 1, "guessed": guessed, "data_quality": noticed, "findings": comparison.findings()})
+        )?;
         return Ok(());
+    }
+    for guess in &guessed {
+        write!(out, "{}", wrapped("? ", guess))?;
+    }
+    if !guessed.is_empty() {
+        writeln!(out)?;
     }
     write!(out, "{}", compare_terminal(&comparison, &meta, STORY_WIDTH))?;
     if let Some(path) = written {

@@ -1,9 +1,10 @@
 //! Motor and recordings as the commands of the main job take them.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use im_diagnose::case::Case;
-use im_diagnose::intake::{self, Finding, Intake};
+use im_diagnose::intake::{self, Draft, Finding, Intake, IntakeError};
 use im_identify::offline::FitError;
 use im_model::MotorFile;
 
@@ -38,22 +39,100 @@ impl Data {
     }
 }
 
-/// Reads recordings that are long enough to say something.
+/// Reads recordings that are long enough to say something, and whose columns somebody has said the meaning of.
 pub fn recordings(paths: &[PathBuf], mapping: Option<&Path>, motor: &MotorFile) -> Result<Vec<Intake>, Failure> {
     let mut all = Vec::new();
     for path in paths {
-        for taken in intake::read(path, mapping, motor)? {
-            let n = taken.experiment.len();
-            if n < 200 {
-                return Err(Failure::Input(format!(
-                    "{}: {n} rows are too few to fit a machine to; record a start or a load step with at least 200",
-                    path.display()
-                )));
-            }
-            all.push(taken);
+        let unmapped = |draft: &Draft| {
+            let guesses = draft.guesses.join(". ");
+            Failure::Input(format!(
+                "{}: no recording.toml says what its columns mean. im compare --motor … --data {} writes a first one; check it, then \
+                 come back. Guessed so far: {guesses}",
+                path.display(),
+                path.display()
+            ))
+        };
+        let taken = intake::read(path, mapping, motor).map_err(|e| match e {
+            IntakeError::File(e) => Failure::File(e),
+            IntakeError::Unmapped { draft, .. } => unmapped(&draft),
+        })?;
+        if let Some(draft) = taken.iter().find_map(|t| t.draft.as_ref()) {
+            return Err(unmapped(draft));
         }
+        all.extend(long_enough(path, taken)?);
     }
     Ok(all)
+}
+
+/// Reads recordings as [`recordings`] does; of files without a mapping a draft is written beside them, or where that is not allowed
+/// into `folder`. What was guessed comes along, one sentence each.
+pub fn recordings_or_drafts(
+    paths: &[PathBuf],
+    mapping: Option<&Path>,
+    motor: &MotorFile,
+    folder: Option<&Path>,
+) -> Result<(Vec<Intake>, Vec<String>), Failure> {
+    let (mut all, mut said) = (Vec::new(), Vec::new());
+    for path in paths {
+        match intake::read(path, mapping, motor) {
+            Ok(taken) => {
+                if let Some(draft) = taken.iter().find_map(|t| t.draft.as_ref()) {
+                    let written = write_draft(path, draft, folder)?;
+                    said.push(format!(
+                        "{}: no recording.toml says what its columns mean; {} was written with what was guessed. Check it",
+                        path.display(),
+                        written.display()
+                    ));
+                    said.extend(draft.guesses.iter().cloned());
+                }
+                all.extend(long_enough(path, taken)?);
+            }
+            Err(IntakeError::File(e)) => return Err(Failure::File(e)),
+            Err(e @ IntakeError::Unmapped { .. }) => {
+                let IntakeError::Unmapped { draft, .. } = &e else { continue };
+                let written = write_draft(path, draft, folder)?;
+                let guesses = draft.guesses.join(". ");
+                return Err(Failure::Input(format!("{e}. {} is a first draft. Guessed so far: {guesses}", written.display())));
+            }
+        }
+    }
+    Ok((all, said))
+}
+
+/// Writes a draft beside its recording, or into `folder`, or where we are; never over a file that is there.
+fn write_draft(path: &Path, draft: &Draft, folder: Option<&Path>) -> Result<PathBuf, Failure> {
+    let name = PathBuf::from(path.with_extension("recording.toml").file_name().unwrap_or_default());
+    let beside = path.with_file_name(&name);
+    let here = folder.unwrap_or(Path::new("")).join(&name);
+    let write = |to: &Path, text: &str| {
+        if to.exists() {
+            return Err(Failure::Input(format!("{}: is there already; name it with --mapping, or move it away", to.display())));
+        }
+        im_model::write_atomically(to, |w| w.write_all(text.as_bytes())).map_err(Failure::File)
+    };
+    if write(&beside, &draft.text).is_ok() {
+        return Ok(beside);
+    }
+    if let Some(folder) = folder {
+        std::fs::create_dir_all(folder)?;
+    }
+    // Elsewhere it needs the whole path to its recording.
+    let whole = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    let line =
+        |l: &str| if l.starts_with("file = ") { format!("file = {:?}", whole.display().to_string()) } else { l.to_owned() };
+    let text: Vec<String> = draft.text.lines().map(line).collect();
+    write(&here, &(text.join("\n") + "\n"))?;
+    Ok(here)
+}
+
+fn long_enough(path: &Path, taken: Vec<Intake>) -> Result<Vec<Intake>, Failure> {
+    match taken.iter().map(|t| t.experiment.len()).find(|n| *n < 200) {
+        None => Ok(taken),
+        Some(n) => Err(Failure::Input(format!(
+            "{}: {n} rows are too few to fit a machine to; record a start or a load step with at least 200",
+            path.display()
+        ))),
+    }
 }
 
 /// Reads one recording.

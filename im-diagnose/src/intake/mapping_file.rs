@@ -218,6 +218,11 @@ fn signal(t: &Table<'_>, key: &'static str, quantity: Option<Quantity>, common: 
     }
 }
 
+/// A column in a quantity of any kind, with nothing in common with others.
+pub(super) fn plain_signal(t: &Table<'_>, key: &'static str) -> Result<Option<Signal>, FileError> {
+    signal(t, key, None, &Common { unit: None, gain: 1.0, offset: Offset::Value(0.0) })
+}
+
 fn from_table(t: &Table<'_>, quantity: Option<Quantity>, common: &Common) -> Result<Signal, FileError> {
     let alternate = signal(t, "alternate", quantity, common)?.map(Box::new);
     let calibrate = t

@@ -2,23 +2,30 @@
 //!
 //! file → [`raw`] columns → ([`mapping`]) → [`signals`] in SI units → ([`quality`]) → [`Intake`].
 
+pub mod draft;
+mod error;
 pub mod finding;
 pub mod mapping;
 mod mapping_file;
 pub mod quality;
 pub mod raw;
 pub mod signals;
+pub mod sniff;
+pub mod steady_table;
 pub mod unit;
 
 use std::path::{Path, PathBuf};
 
 use im_identify::offline::{Channel, ChannelKind, Experiment, Start};
-use im_model::{CanonicalColumns, FileError, MotorFile, TextFormat, VectorColumns, space_vector::from_phases};
+use im_model::{CanonicalColumns, FileError, MotorFile, TextFormat, VectorColumns};
 
+pub use draft::Draft;
+pub use error::IntakeError;
 pub use finding::{Finding, FindingKind, Severity};
 use mapping::{Begin, CurrentForm, Instant, Load, Mapping, Signal, Speed, Time, Voltage, VoltageForm};
 use raw::RawTable;
-use signals::{Signals, SpeedTrace, Trace};
+use signals::{Signals, SpeedTrace};
+pub use steady_table::{SteadyRow, SteadyTable, TableKind};
 
 /// A recording, ready to compare with.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,37 +38,66 @@ pub struct Intake {
     pub start_s: f64,
     /// What was noticed.
     pub findings: Vec<Finding>,
+    /// The mapping that was guessed because there was none.
+    pub draft: Option<Draft>,
 }
 
 /// Reads what a path names: a recording, with the mapping beside it if there is one, or a mapping, with the recordings it names.
 ///
 /// The mapping of `run.csv` is `mapping` where given, else `run.recording.toml`, else `recording.toml` in the same folder; a file in
-/// canonical columns needs none.
+/// canonical columns needs none. For any other one is guessed, and used if nothing essential is missing.
 ///
 /// # Errors
-/// As [`FileError`] says, with file, line and key or column.
-pub fn read(path: &Path, mapping: Option<&Path>, motor: &MotorFile) -> Result<Vec<Intake>, FileError> {
+/// What is wrong with a file, with line and key or column; [`IntakeError::Unmapped`] where the guess is not complete.
+pub fn read(path: &Path, mapping: Option<&Path>, motor: &MotorFile) -> Result<Vec<Intake>, IntakeError> {
     sources(path, mapping)?.into_iter().map(|(data, mapping)| read_one(&data, mapping, motor)).collect()
 }
 
-fn read_one(path: &Path, mapping: Option<Mapping>, motor: &MotorFile) -> Result<Intake, FileError> {
+fn read_one(path: &Path, mapping: Option<Mapping>, motor: &MotorFile) -> Result<Intake, IntakeError> {
     let label = path.display().to_string();
     let format = mapping.as_ref().map_or_else(TextFormat::default, |m| m.format);
     let mut rows = raw::open(path, &label, format)?;
-    let mapping = match mapping {
-        Some(m) => m,
-        None => canonical(&mut rows, &label)?,
+    let (mapping, draft) = match mapping {
+        Some(m) => (m, None),
+        None if CanonicalColumns::meant(rows.names()) => (canonical(&mut rows, &label)?, None),
+        None => {
+            let (mapping, draft) = guess(path, &label, motor)?;
+            rows = raw::open(path, &label, mapping.format)?;
+            (mapping, Some(draft))
+        }
     };
-    let asked: Vec<usize> =
+    let mut asked: Vec<usize> =
         mapping.signals().iter().map(|(s, _)| raw::place(rows.names(), s, &mapping)).collect::<Result<_, _>>()?;
-    let mut asked = asked;
     asked.sort_unstable();
     asked.dedup();
+    asked.iter().for_each(|&k| rows.require(k));
     let mut table = RawTable::from_rows(rows, &label, &asked, usize::MAX)?;
     let signals = Signals::new(&mut table, &mapping, motor.machine.pole_pairs())?;
+    let repeated = table.repeated;
     drop(table);
-    let checked = quality::check(&signals, motor);
-    Ok(assemble(&signals, checked, mapping.begin))
+    let mut checked = quality::check(&signals, motor);
+    if repeated > 0 {
+        let text = format!("{repeated} rows stand twice, time included; they are read once");
+        let mut finding = Finding::new(FindingKind::RepeatedRows, Severity::Note, text, "");
+        finding.recording.clone_from(&signals.name);
+        checked.findings.push(finding);
+    }
+    Ok(Intake { draft, ..assemble(&signals, checked, mapping.begin) })
+}
+
+/// Guesses what the columns of a file mean.
+fn guess(path: &Path, label: &str, motor: &MotorFile) -> Result<(Mapping, Draft), IntakeError> {
+    let sniffed = sniff::sniff(path, label)?;
+    let rows = raw::open(path, label, sniffed.format)?;
+    let all: Vec<usize> = (0..rows.names().len()).collect();
+    let table = RawTable::from_rows(rows, label, &all, draft::ROWS)?;
+    let file = path.file_name().map_or_else(|| label.to_owned(), |f| f.to_string_lossy().into_owned());
+    let draft = draft::draft(&table, &file, &sniffed, motor);
+    if !draft.missing.is_empty() {
+        return Err(IntakeError::Unmapped { file: path.to_path_buf(), draft: Box::new(draft) });
+    }
+    let mapping = Mapping::parse(&draft.text, "the guessed mapping")?;
+    Ok((mapping, draft))
 }
 
 /// The recordings that a path names, each with its mapping.
@@ -129,10 +165,7 @@ fn canonical<R: std::io::BufRead>(rows: &mut im_model::Rows<'_, R>, label: &str)
 fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
     let u_s = s.held_voltage();
     let n = u_s.len();
-    let current = |x: usize| -> &Trace {
-        let c = &s.current[x];
-        c.alternate.as_ref().filter(|_| checked.second[x]).unwrap_or(&c.main)
-    };
+    let current = |x: usize| checked.current(s, x);
     let valid = |x: usize| -> Option<Vec<bool>> {
         let of = |k: usize| checked.valid.get(x).is_none_or(|v| v[k]) && s.filled.get(k).is_none_or(|f| !f);
         let mask: Vec<bool> = (0..n).map(of).collect();
@@ -152,7 +185,6 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
             channel("i_beta_A", along(RIGHT), (0..n).map(|k| of(k).im).collect(), mask),
         ]
     };
-    let at = |x: usize, k: usize| current(x).values[k];
     let masked = !checked.valid.is_empty();
     // Whole rows make a space vector; where single phases are left out every phase is compared for itself.
     let mut channels = match &s.current_form {
@@ -161,14 +193,9 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
             channel("i_beta_A", along(RIGHT), current(1).values[..n].to_vec(), valid(1)),
         ],
         CurrentForm::Phases(_) if masked => (0..3).map(|x| phase(x, x)).collect(),
-        CurrentForm::Phases(_) => vector(&|k| from_phases([at(0, k), at(1, k), at(2, k)])),
+        CurrentForm::Phases(_) => vector(&|k| checked.i(s, k)),
         CurrentForm::TwoPhases(which, _) if masked => (0..2).map(|x| phase(x, which[x])).collect(),
-        CurrentForm::TwoPhases(which, _) => vector(&|k| {
-            let mut i = [-at(0, k) - at(1, k); 3];
-            i[which[0]] = at(0, k);
-            i[which[1]] = at(1, k);
-            from_phases(i)
-        }),
+        CurrentForm::TwoPhases(..) => vector(&|k| checked.i(s, k)),
     };
     if let SpeedTrace::Measured(w) = &s.speed {
         channels.push(channel("omega_m_rad_s", ChannelKind::Speed, w.values[..n].to_vec(), valid(usize::MAX)));
@@ -184,5 +211,5 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         channels,
         start: Start::Rest,
     };
-    Intake { experiment, begin, start_s: s.start_s, findings: checked.findings }
+    Intake { experiment, begin, start_s: s.start_s, findings: checked.findings, draft: None }
 }

@@ -24,12 +24,11 @@ pub struct RawTable {
 }
 
 impl RawTable {
-    /// Reads `asked` columns of a text, at most `limit` rows. Columns that are asked for hold numbers throughout.
+    /// Reads `asked` columns of a text, at most `limit` rows; what must hold numbers throughout has been required of `rows`.
     ///
     /// # Errors
     /// As [`Rows::next`]; fewer than two rows.
     pub fn from_rows<R: BufRead>(mut rows: Rows<'_, R>, label: &str, asked: &[usize], limit: usize) -> Result<Self, FileError> {
-        asked.iter().for_each(|&k| rows.require(k));
         let names = rows.names().to_vec();
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
         let mut row = vec![0.0; names.len()];
@@ -94,7 +93,15 @@ pub fn open<'a>(path: &Path, label: &'a str, format: TextFormat) -> Result<Rows<
 /// # Errors
 /// The file has no such column, or has it twice; the error points at the mapping.
 pub fn place(names: &[String], signal: &Signal, mapping: &Mapping) -> Result<usize, FileError> {
-    let fail = |key: &str, problem| FileError::new(&mapping.label, signal.line, Some(key), problem);
+    find(names, signal, &mapping.label)
+}
+
+/// As [`place`]; `mapping` names the mapping in messages.
+///
+/// # Errors
+/// As [`place`].
+pub fn find(names: &[String], signal: &Signal, mapping: &str) -> Result<usize, FileError> {
+    let fail = |key: &str, problem| FileError::new(mapping, signal.line, Some(key), problem);
     match &signal.column {
         Column::Number(n) if *n <= names.len() => Ok(n - 1),
         Column::Number(n) => {

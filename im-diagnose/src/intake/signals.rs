@@ -1,6 +1,9 @@
 //! A mapping applied to a file: columns become quantities in SI units.
 
-use im_model::{Complex, FileError, Problem, sampling_time, space_vector::from_phases};
+use im_model::{
+    Complex, FileError, Problem, sampling_time,
+    space_vector::{from_line_to_line, from_phases},
+};
 
 use super::mapping::{Calibration, Column, CurrentForm, Instant, Line, Load, Mapping, Offset, Signal, Speed, VoltageForm};
 use super::raw::{RawTable, place};
@@ -177,13 +180,12 @@ impl Signals {
             // What the three have in common is an error of the sensors: their sum is zero.
             VoltageForm::ThreeLines(_) => from_phases([(v(0) - v(2)) / 3.0, (v(1) - v(0)) / 3.0, (v(2) - v(1)) / 3.0]),
             VoltageForm::Lines(lines, _) => {
-                // From phase b: u_b = 0 is as good as any other reference.
                 let (ab, bc) = match lines {
                     [Line::Ab, Line::Bc] => (v(0), v(1)),
                     [Line::Ab, _] => (v(0), -v(0) - v(1)),
                     _ => (-v(0) - v(1), v(0)),
                 };
-                from_phases([ab, 0.0, -bc])
+                from_line_to_line(ab, bc)
             }
             VoltageForm::Duty(..) => from_phases([v(0), v(1), v(2)]) * v(3),
         }

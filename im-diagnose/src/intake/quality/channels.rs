@@ -11,7 +11,7 @@ use crate::report::number;
 
 /// How far beyond the rating a value is beyond belief; and how far below it, for the largest of a recording.
 const BEYOND: [f64; 3] = [4.0, 40.0, 6.0];
-const BELOW: f64 = 0.003;
+const BELOW: f64 = 0.01;
 
 /// Looks at every channel.
 pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> {

@@ -68,8 +68,9 @@ pub fn saturation(i: [&[f64]; 3], trusted: [bool; 3]) -> Clipped {
             .max_by(|&x, &y| i[x][k].abs().total_cmp(&i[y][k].abs()))
             .filter(|&x| i[x][k].abs() > 0.6 * largest[x])
     };
-    let begins = (1..n).filter(|&k| wrong[k] && !wrong[k - 1] && (k..n.min(k + TRUST)).all(|j| wrong[j]));
-    let mut knees: Vec<f64> = begins.filter_map(|k| culprit(k).map(|x| i[x][k].abs())).collect();
+    let begin = |k: &usize| wrong[*k] && !wrong[k - 1] && (*k..n.min(k + TRUST)).all(|j| wrong[j]);
+    let begins: Vec<usize> = (1..n).filter(begin).collect();
+    let mut knees: Vec<f64> = begins.iter().copied().filter_map(|k| culprit(k).map(|x| i[x][k].abs())).collect();
     let knee = if knees.is_empty() { f64::INFINITY } else { NEAR * median(&mut knees) };
     for x in (0..3).filter(|&x| !trusted[x]) {
         let proven = i[x]
@@ -79,19 +80,14 @@ pub fn saturation(i: [&[f64]; 3], trusted: [bool; 3]) -> Clipped {
             .fold(0.0, |m: f64, (_, w)| m.max(w.iter().fold(f64::INFINITY, |m, v| m.min(v.abs()))));
         found.limit_a[x] = if largest[x] > knee { knee.max(proven) } else { f64::INFINITY };
     }
-    let mut since: [Option<f64>; 3] = [None; 3];
-    for k in 0..n {
-        let well = (k..n.min(k + TRUST)).all(|j| !wrong[j]);
-        for x in 0..3 {
-            match since[x] {
-                None if wrong[k] && i[x][k].abs() >= found.limit_a[x] => since[x] = Some(i[x][k].signum()),
-                Some(sign) if well || i[x][k] * sign <= 0.0 => since[x] = None,
-                _ => {}
-            }
-            found.saturated[x][k] = since[x].is_some();
-        }
-        if wrong[k] && since.iter().all(Option::is_none) {
-            found.glitch[k] = true;
+    // First only the sensors that were seen to begin it; the others when these do not explain every row.
+    let begun = begins.iter().filter_map(|&k| culprit(k)).fold([false; 3], |mut c, x| {
+        c[x] = true;
+        c
+    });
+    for accused in [begun, [true; 3]] {
+        if follow(i, &sums, &wrong, accused, &mut found) * 10 <= count {
+            break;
         }
     }
     // The knee is soft: back to where the sum begins to leave its noise.
@@ -108,6 +104,29 @@ pub fn saturation(i: [&[f64]; 3], trusted: [bool; 3]) -> Clipped {
         }
     }
     found
+}
+
+/// Follows the accused sensors into saturation and out of it; the number of rows that they do not explain.
+fn follow(i: [&[f64]; 3], sums: &[f64], wrong: &[bool], accused: [bool; 3], found: &mut Clipped) -> usize {
+    let n = wrong.len();
+    let mut since: [Option<f64>; 3] = [None; 3];
+    let mut unexplained = 0;
+    for k in 0..n {
+        let well = (k..n.min(k + TRUST)).all(|j| !wrong[j]);
+        for x in 0..3 {
+            match since[x] {
+                None if accused[x] && wrong[k] && i[x][k].abs() >= found.limit_a[x] => since[x] = Some(i[x][k].signum()),
+                Some(sign) if well || i[x][k] * sign <= 0.0 => since[x] = None,
+                _ => {}
+            }
+            found.saturated[x][k] = since[x].is_some();
+        }
+        // A saturated sensor shows too little: the sum errs against its sign.
+        let explained = (0..3).any(|x| since[x].is_some_and(|sign| sign * sums[k] < 0.0));
+        unexplained += usize::from(wrong[k] && !explained);
+        found.glitch[k] = wrong[k] && since.iter().all(Option::is_none);
+    }
+    unexplained
 }
 
 /// Where two sensors of one current part.

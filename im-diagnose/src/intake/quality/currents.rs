@@ -1,7 +1,7 @@
 //! The current sensors: which to believe, in which rows.
 
 use super::Checked;
-use super::clip::{flat_tops, redundant, saturation};
+use super::clip::{Clipped, flat_tops, redundant, saturation};
 use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
 use crate::intake::mapping::CurrentForm;
 use crate::intake::signals::Signals;
@@ -48,6 +48,7 @@ pub fn check(s: &Signals) -> Checked {
     if matches!(s.current_form, CurrentForm::Phases(_)) {
         let i = [&chosen[0].values[..], &chosen[1].values, &chosen[2].values];
         let found = saturation(i, [trusted[0], trusted[1], trusted[2]]);
+        out.findings.extend(sum(i, [0, 1, 2].map(|x| chosen[x].column.as_str()), &found));
         for x in 0..3 {
             let rows = ranges(&found.saturated[x]);
             if rows.is_empty() {
@@ -124,4 +125,44 @@ fn choose(first: &str, x: &[f64], second: &str, y: &[f64]) -> (Option<Finding>, 
     } else {
         (None, false, true)
     }
+}
+
+/// A sum that saturation does not explain: a sign, a gain, or a current that flows elsewhere.
+fn sum(i: [&[f64]; 3], names: [&str; 3], found: &Clipped) -> Option<Finding> {
+    let n = i[0].len();
+    let well = |k: &usize| !found.glitch[*k] && found.saturated.iter().all(|s| !s[*k]);
+    let rows: Vec<usize> = (0..n).filter(well).collect();
+    let rms = |f: &dyn Fn(usize) -> f64| (rows.iter().map(|&k| f(k).powi(2)).sum::<f64>() / rows.len().max(1) as f64).sqrt();
+    let off = |k: usize| i[0][k] + i[1][k] + i[2][k] - found.sum_mean_a;
+    let size = (0..3).map(|x| rms(&|k| i[x][k])).fold(0.0, f64::max);
+    let whole = rms(&off);
+    if whole < 0.03 * size {
+        return None;
+    }
+    // The gain of one sensor that brings the sum nearest to zero.
+    let fits = (0..3).map(|x| {
+        let (si, ii) = rows.iter().fold((0.0, 0.0), |(si, ii), &k| (si + off(k) * i[x][k], ii + i[x][k] * i[x][k]));
+        let gain = 1.0 - si / ii.max(1e-300);
+        (rms(&|k| off(k) + (gain - 1.0) * i[x][k]), x, gain)
+    });
+    let (left, x, gain) = fits.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let share = number(100.0 * whole / size, 2);
+    let (text, advice) = if left < 0.4 * whole && (gain + 1.0).abs() < 0.1 {
+        (
+            format!("The phase currents do not sum to zero: {} has the wrong sign", names[x]),
+            "Turn it: gain = -1 for this column.".to_owned(),
+        )
+    } else if left < 0.4 * whole && gain > 0.0 {
+        (
+            format!("The phase currents sum to {share} % of their size: {} is probably mis-scaled", names[x]),
+            format!("Multiplied by {} it would fit the others.", number(gain, 3)),
+        )
+    } else {
+        (
+            format!("The phase currents {} do not sum to zero: {share} % of their size is left", names.join(", ")),
+            "Check order, gains and signs, whether these are the currents of one machine, and whether its star point is connected.".to_owned(),
+        )
+    };
+    let severity = if whole > 0.1 * size { Severity::Serious } else { Severity::Warning };
+    Some(Finding::new(FindingKind::CurrentSum, severity, text, advice))
 }

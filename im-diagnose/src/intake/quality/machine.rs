@@ -16,8 +16,9 @@ const EXPLAINED: f64 = 0.4;
 /// What steady operation says against the motor file.
 pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding> {
     let mut out = Vec::new();
-    let largest = steady.iter().fold(0.0, |m: f64, s| m.max(s.i.norm()));
-    let loud: Vec<&Steady> = steady.iter().filter(|s| s.i.norm() > 0.1 * largest && s.u.norm() > 0.0).collect();
+    let size = |s: &Steady| s.i.norm().max(s.against[1].norm());
+    let largest = steady.iter().map(size).fold(0.0, f64::max);
+    let loud: Vec<&Steady> = steady.iter().filter(|s| size(s) > 0.1 * largest && s.u.norm() > 0.0).collect();
     // The longest story first: the stretch with the largest voltage.
     let Some(main) = loud.iter().copied().max_by(|a, b| a.u.norm().total_cmp(&b.u.norm())) else { return out };
     if main.against[1].norm() > main.i.norm() {

@@ -70,8 +70,10 @@ fn one(rows: Range<usize>, u: &[Complex<f64>], i: &[Complex<f64>], speed: Option
     };
     let periods_in_half = (periods / 2.0).floor();
     let part = (periods_in_half * per_period).round() as usize;
-    let (a, b) = (phasor(i, whole.start..whole.start + part, omega), phasor(i, whole.end - part..whole.end, omega));
-    if (a.norm() - b.norm()).abs() > 0.05 * (a.norm() + b.norm()) {
+    // Both sequences: the phases may be exchanged.
+    let size = |r: Range<usize>| phasor(i, r.clone(), omega).norm().hypot(phasor(i, r, -omega).norm());
+    let (a, b) = (size(whole.start..whole.start + part), size(whole.end - part..whole.end));
+    if (a - b).abs() > 0.05 * (a + b) {
         return None;
     }
     let mean = |r: Range<usize>| speed.map(|w| w[r.clone()].iter().sum::<f64>() / r.len() as f64);

@@ -1,0 +1,448 @@
+//! A first mapping for a file that has none: what its columns probably mean, by their names, their units and their numbers.
+
+use std::f64::consts::PI;
+use std::fmt::Write as _;
+
+use im_model::{Complex, MotorFile, TextFormat, space_vector::from_phases};
+
+use super::quality::{clip::median, steady};
+use super::raw::RawTable;
+use super::sniff::Sniffed;
+use super::unit::{Quantity, Unit, in_name, named};
+
+/// Rows that are looked at.
+pub const ROWS: usize = 100_000;
+
+/// A mapping as a text to edit, and why it says what it says.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Draft {
+    /// The text of the recording.toml.
+    pub text: String,
+    /// What was guessed and why, a sentence each.
+    pub guesses: Vec<String>,
+    /// What could not be guessed and must be filled in, a sentence each; without any the mapping can be used as it is.
+    pub missing: Vec<String>,
+}
+
+/// A column as the guessing sees it.
+struct Seen<'a> {
+    name: &'a str,
+    /// As the mapping names it: a name in quotes, or a number.
+    key: String,
+    x: &'a [f64],
+    unit: Option<Unit>,
+    /// The same where the mapping must say it, for the name does not.
+    said: Option<Unit>,
+    quantity: Option<Quantity>,
+    /// Which phase or axis its name says: a, b, c (0 to 2) or α, β (3, 4); line to line 5 to 7.
+    place: Option<usize>,
+    size: f64,
+    taken: bool,
+}
+
+/// Drafts the mapping of a table whose columns have been read as far as they are numbers.
+pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile) -> Draft {
+    let format = &sniffed.format;
+    let has_names = format.header != Some(false);
+    let mut d = Draft::default();
+    let n = table.len();
+    let mut seen: Vec<Seen<'_>> = table
+        .names
+        .iter()
+        .zip(&table.columns)
+        .enumerate()
+        .filter(|(_, (_, x))| x.len() == n && x.iter().all(|v| v.is_finite()))
+        .map(|(k, (name, x))| {
+            let under = sniffed.units.get(k).and_then(|u| named(u));
+            let unit = in_name(name).or(under);
+            let said = if in_name(name).is_none() { under } else { None };
+            let quantity = unit.map(|u| u.quantity).or_else(|| quantity_by_name(name));
+            let mean = x.iter().sum::<f64>() / n as f64;
+            let size = (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n as f64).sqrt();
+            let key = if has_names { format!("{name:?}") } else { (k + 1).to_string() };
+            Seen { name, key, x, unit, said, quantity, place: place_by_name(name), size, taken: false }
+        })
+        .collect();
+    let mut text = String::new();
+    let _ = writeln!(text, "# What the columns of {file} mean: a draft by im. Check every line.\n");
+    let _ = writeln!(text, "file = {file:?}\nstart = \"auto\"      # \"at_rest\", \"in_motion\"\n");
+    text_section(&mut text, format, has_names);
+    let dt = time_section(&mut text, &mut d, &mut seen);
+    let voltage = set_section(&mut text, &mut d, &mut seen, Quantity::Voltage, None, dt);
+    let current = set_section(&mut text, &mut d, &mut seen, Quantity::Current, voltage.as_deref(), dt);
+    let turning = match (&voltage, &current, dt) {
+        (Some(u), Some(i), Some(dt)) => {
+            let stretches = steady::stretches(u, i, None, dt);
+            stretches.into_iter().max_by(|a, b| a.u.norm().total_cmp(&b.u.norm()))
+        }
+        _ => None,
+    };
+    speed_section(&mut text, &mut d, &mut seen, turning.as_ref(), motor);
+    load_section(&mut text, &mut d, &mut seen);
+    let rest: Vec<&str> = seen.iter().filter(|s| !s.taken).map(|s| s.name).collect();
+    if !rest.is_empty() {
+        let _ = writeln!(text, "# Not used: {}", rest.join(", "));
+    }
+    d.text = text;
+    d
+}
+
+fn unit_line(s: &Seen<'_>) -> String {
+    s.said.map_or_else(String::new, |u| format!("\nunit = {:?}", u.text))
+}
+
+fn text_section(text: &mut String, format: &TextFormat, has_names: bool) {
+    let mut lines = String::new();
+    if let Some(s) = format.separator {
+        let word = match s {
+            b'\t' => "tab".to_owned(),
+            b' ' => "space".to_owned(),
+            other => char::from(other).to_string(),
+        };
+        let _ = writeln!(lines, "separator = {word:?}");
+    }
+    if format.decimal_comma {
+        let _ = writeln!(lines, "decimal = \",\"");
+    }
+    if !has_names {
+        let _ = writeln!(lines, "header = false");
+    }
+    if format.skip_lines > 0 {
+        let _ = writeln!(lines, "skip_lines = {}", format.skip_lines);
+    }
+    if format.skip_after_header > 0 {
+        let _ = writeln!(lines, "skip_after_header = {}", format.skip_after_header);
+    }
+    if !lines.is_empty() {
+        let _ = writeln!(text, "[text]\n{lines}");
+    }
+}
+
+fn time_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) -> Option<f64> {
+    let rises = |s: &Seen<'_>| s.x.windows(2).all(|w| w[1] > w[0]);
+    let named = |s: &Seen<'_>| s.quantity == Some(Quantity::Time);
+    let chosen =
+        (0..seen.len()).find(|&k| named(&seen[k]) && rises(&seen[k])).or_else(|| (0..seen.len()).find(|&k| rises(&seen[k])));
+    let Some(k) = chosen else {
+        d.missing.push("[time]: no column advances from row to row; give sample_time_s".to_owned());
+        let _ = writeln!(text, "[time]\nsample_time_s = FILL_IN        # no column advances from row to row\n");
+        return None;
+    };
+    seen[k].taken = true;
+    let s = &seen[k];
+    let step = median(&mut s.x.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>());
+    let whole = s.unit.is_none() && s.x.iter().take(100).all(|v| v.fract() == 0.0);
+    let _ = writeln!(text, "[time]\ncolumn = {}{}", s.key, unit_line(s));
+    let mut unit = s.unit.map_or(1.0, |u| u.si);
+    if whole {
+        d.missing.push(format!(
+            "[time] unit: {} counts in whole numbers; say \"s\", \"ms\" or \"µs\", or give sample_time_s instead",
+            s.name
+        ));
+        let _ = writeln!(text, "unit = FILL_IN                 # \"s\", \"ms\", \"µs\"; or sample_time_s instead of column");
+        unit = f64::NAN;
+    } else {
+        let why = if s.unit.is_some() { "by its name" } else { "the column that advances from row to row" };
+        d.guesses.push(format!(
+            "{} is the time ({why}), sampled at {} Hz",
+            s.name,
+            crate::report::number(1.0 / (step * unit), 4)
+        ));
+    }
+    let _ = writeln!(text);
+    unit.is_finite().then_some(step * unit)
+}
+
+/// Finds the three phases, two phases or the vector of a quantity; what they are in SI.
+fn set_section(
+    text: &mut String,
+    d: &mut Draft,
+    seen: &mut [Seen<'_>],
+    quantity: Quantity,
+    voltage: Option<&[Complex<f64>]>,
+    dt: Option<f64>,
+) -> Option<Vec<Complex<f64>>> {
+    let (section, word) = if quantity == Quantity::Voltage { ("voltage", "voltages") } else { ("current", "currents") };
+    let alternating = |s: &Seen<'_>| s.size > 0.0 && !s.taken;
+    let candidates: Vec<usize> =
+        (0..seen.len()).filter(|&k| alternating(&seen[k]) && seen[k].quantity == Some(quantity)).collect();
+    let with = |place: usize| candidates.iter().copied().find(|&k| seen[k].place == Some(place));
+    let _ = writeln!(text, "[{section}]");
+    let (keys, chosen, why): (Vec<&str>, Vec<usize>, String) = if let (Some(a), Some(b)) = (with(3), with(4)) {
+        (vec!["alpha", "beta"], vec![a, b], "by their names".into())
+    } else if let (Some(a), Some(b), Some(c)) = (with(5), with(6), with(7)) {
+        (vec!["ab", "bc", "ca"], vec![a, b, c], "by their names".into())
+    } else if let Some(set) = balanced(seen, &candidates) {
+        (vec!["a", "b", "c"], set.to_vec(), "of equal size, and their sum nearly vanishes".into())
+    } else if let (Some(a), Some(b), Some(c)) = (with(0), with(1), with(2)) {
+        (vec!["a", "b", "c"], vec![a, b, c], "by their names".into())
+    } else if let (Some(a), Some(b)) = (with(5), with(6)) {
+        (vec!["ab", "bc"], vec![a, b], "by their names".into())
+    } else if let (Some(a), Some(b)) = (with(0), with(1)) {
+        (vec!["a", "b"], vec![a, b], "by their names; the third is taken as minus their sum".into())
+    } else {
+        let found: Vec<&str> = candidates.iter().map(|&k| seen[k].name).collect();
+        let found = if found.is_empty() {
+            "no column looks like one by name or unit".into()
+        } else {
+            format!("candidates are {}", found.join(", "))
+        };
+        d.missing.push(format!("[{section}] a, b, c: {found}"));
+        let _ = writeln!(text, "a = FILL_IN                    # {found}\nb = FILL_IN\nc = FILL_IN\n");
+        return None;
+    };
+    chosen.iter().for_each(|&k| seen[k].taken = true);
+    let names: Vec<&str> = chosen.iter().map(|&k| seen[k].name).collect();
+    d.guesses.push(format!("{} are the {word} {} ({why})", names.join(", "), keys.join(", ")));
+    let n = seen[chosen[0]].x.len();
+    let unit = |k: usize| seen[k].unit.filter(|u| u.quantity == quantity).map_or(1.0, |u| u.si);
+    let at = |c: usize, k: usize| seen[chosen[c]].x[k] * unit(chosen[c]);
+    let mut vector: Vec<Complex<f64>> = (0..n)
+        .map(|k| match keys[..] {
+            ["alpha", _] => Complex::new(at(0, k), at(1, k)),
+            ["ab", _, _] => from_phases([(at(0, k) - at(2, k)) / 3.0, (at(1, k) - at(0, k)) / 3.0, (at(2, k) - at(1, k)) / 3.0]),
+            ["ab", _] => from_phases([at(0, k), 0.0, -at(1, k)]),
+            [_, _, _] => from_phases([at(0, k), at(1, k), at(2, k)]),
+            _ => from_phases([at(0, k), at(1, k), -at(0, k) - at(1, k)]),
+        })
+        .collect();
+    if let Some(u) = chosen.iter().find_map(|&k| seen[k].said) {
+        let _ = writeln!(text, "unit = {:?}", u.text);
+    }
+    let mut order = chosen.clone();
+    if let (Some(u), 3, true) = (voltage, keys.len(), dt.is_some()) {
+        // The currents turn with the voltages, or two of them are exchanged.
+        let turn = |x: &[Complex<f64>]| x.windows(2).map(|w| (w[1] * w[0].conj()).im).sum::<f64>();
+        if turn(u) * turn(&vector) < 0.0 {
+            order.swap(1, 2);
+            vector.iter_mut().for_each(|i| *i = i.conj());
+            d.guesses
+                .push(format!("{} and {} are exchanged: else the currents would turn against the voltages", names[1], names[2]));
+        }
+    }
+    for (key, &k) in keys.iter().zip(&order) {
+        let second = (0..seen.len()).find(|&o| quantity == Quantity::Current && !seen[o].taken && twin(seen[k].x, seen[o].x));
+        match second {
+            None => {
+                let _ = writeln!(text, "{key} = {}", seen[k].key);
+            }
+            Some(o) => {
+                seen[o].taken = true;
+                d.guesses.push(format!(
+                    "{} is a second sensor of {} (they agree wherever both are small)",
+                    seen[o].name, seen[k].name
+                ));
+                let _ = writeln!(text, "{key} = {{ column = {}, alternate = {} }}", seen[k].key, seen[o].key);
+            }
+        }
+    }
+    let scale = |k: usize| seen[k].x.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let mean = |k: usize| seen[k].x.iter().sum::<f64>() / n as f64;
+    if chosen.iter().any(|&k| mean(k).abs() > 0.01 * scale(k)) {
+        let _ =
+            writeln!(text, "# offset = \"mean\"              # the columns have a mean of their own; or {{ mean_before_s = … }}");
+    }
+    if quantity == Quantity::Voltage {
+        // A drive commands exact numbers; a voltmeter shows noise even at rest.
+        let first = &vector[..(n / 100).clamp(3, 200).min(n)];
+        let still = first.iter().all(|u| *u == first[0]);
+        let measured = sampled(&vector) && !still;
+        let (instant, why) = if measured {
+            ("sample", "they are smooth and noisy like a voltmeter's")
+        } else {
+            ("held_from_row", "they look like a drive's commands")
+        };
+        d.guesses.push(format!("The voltages are taken as {instant:?}: {why}"));
+        let _ = writeln!(text, "instant = {instant:?}         # \"held_from_row\", \"sample\", \"held_until_row\"");
+    }
+    let _ = writeln!(text);
+    Some(vector)
+}
+
+/// The three of the candidates that are of nearly equal size and have the smallest sum.
+fn balanced(seen: &[Seen<'_>], candidates: &[usize]) -> Option<[usize; 3]> {
+    let step = (seen.first()?.x.len() / 5000).max(1);
+    let mut best: Option<(f64, [usize; 3])> = None;
+    let some = &candidates[..candidates.len().min(12)];
+    for (p, &a) in some.iter().enumerate() {
+        for (q, &b) in some.iter().enumerate().skip(p + 1) {
+            for &c in &some[q + 1..] {
+                let sizes = [seen[a].size, seen[b].size, seen[c].size];
+                let (low, high) =
+                    (sizes.iter().fold(f64::INFINITY, |m, x| m.min(*x)), sizes.iter().fold(0.0, |m: f64, x| m.max(*x)));
+                if low < 0.6 * high {
+                    continue;
+                }
+                let rows = (0..seen[a].x.len()).step_by(step);
+                let mean = |k: usize| seen[k].x.iter().step_by(step).sum::<f64>() / rows.len() as f64;
+                let middle = mean(a) + mean(b) + mean(c);
+                let sum: f64 = rows.clone().map(|k| (seen[a].x[k] + seen[b].x[k] + seen[c].x[k] - middle).powi(2)).sum();
+                let relative = (sum / rows.len() as f64).sqrt() / high;
+                // What the names say first counts where two sets are as good.
+                if relative < 0.35 && best.is_none_or(|(r, _)| relative < 0.7 * r) {
+                    best = Some((relative, [a, b, c]));
+                }
+            }
+        }
+    }
+    best.map(|(_, set)| set)
+}
+
+/// Whether two columns are sensors of one current: they agree where both are small, and both move.
+fn twin(x: &[f64], y: &[f64]) -> bool {
+    let largest = x.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let (mut xy, mut xx, mut yy) = (0.0, 0.0, 0.0);
+    for (a, b) in x.iter().zip(y).filter(|(a, b)| a.abs().max(b.abs()) < 0.4 * largest) {
+        (xy, xx, yy) = (xy + a * b, xx + a * a, yy + b * b);
+    }
+    xx > 0.0 && yy > 0.0 && xy / (xx * yy).sqrt() > 0.98 && (0.5..2.0).contains(&(xy / xx))
+}
+
+/// Whether a voltage looks sampled: it goes smoothly through its values, and rows differ by more than a command's exact steps.
+fn sampled(u: &[Complex<f64>]) -> bool {
+    let size: f64 = u.iter().map(|u| u.norm_sqr()).sum::<f64>() / u.len() as f64;
+    let repeats = u.windows(2).filter(|w| w[0] == w[1]).count();
+    let rough: f64 = u.windows(3).map(|w| (w[0] - w[1] * 2.0 + w[2]).norm_sqr()).sum::<f64>() / u.len() as f64;
+    repeats * 20 < u.len() && rough < 0.1 * size && rough > 1e-9 * size
+}
+
+fn speed_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turning: Option<&steady::Steady>, motor: &MotorFile) {
+    let Some(k) = (0..seen.len()).find(|&k| !seen[k].taken && seen[k].quantity == Some(Quantity::Speed)) else {
+        d.guesses.push("No column looks like a speed: the currents alone are compared".to_owned());
+        let _ = writeln!(text, "# [speed]                      # column = …, unit = \"rpm\"; or locked = true\n");
+        return;
+    };
+    seen[k].taken = true;
+    let s = &seen[k];
+    let _ = writeln!(text, "[speed]\ncolumn = {}{}", s.key, unit_line(s));
+    let n_p = f64::from(motor.machine.pole_pairs());
+    // Its mean where the machine runs steadily, against the synchronous speed.
+    let shown = turning.map(|t| (s.x[t.rows.clone()].iter().sum::<f64>() / t.rows.len() as f64, t.omega));
+    let units = [("rad/s", 1.0), ("rpm", PI / 30.0), ("Hz", 2.0 * PI)];
+    match (s.unit, shown) {
+        (Some(u), shown) => {
+            let electrical = shown.map(|(x, w)| x * u.si / w).is_some_and(|r| n_p > 1.0 && (0.85..1.02).contains(&r));
+            d.guesses.push(format!("{} is the speed in {} (by its name)", s.name, u.text));
+            if electrical {
+                d.guesses.push(format!("{} is electrical: it equals the supply's angular frequency", s.name));
+                let _ = writeln!(text, "electrical = true");
+            }
+        }
+        (None, Some((x, w))) => {
+            let fits = |ratio: f64| (0.85..1.02).contains(&ratio.abs());
+            let mechanical = units.iter().find(|(_, si)| fits(n_p * x * si / w));
+            let electrical = units.iter().find(|(_, si)| fits(x * si / w));
+            match (mechanical, electrical) {
+                (Some((unit, _)), _) => {
+                    d.guesses.push(format!("{} is the speed in {unit}: it then turns nearly synchronously", s.name));
+                    let _ = writeln!(text, "unit = {unit:?}");
+                }
+                (None, Some((unit, _))) => {
+                    d.guesses
+                        .push(format!("{} is the electrical speed in {unit}: it then equals the supply's frequency", s.name));
+                    let _ = writeln!(text, "unit = {unit:?}\nelectrical = true");
+                }
+                (None, None) if x.abs() > 0.0 => {
+                    let rpm = w / n_p * 30.0 / PI;
+                    d.missing.push(format!(
+                        "[speed] unit, and gain or calibrate: {} shows {x:.4} where {rpm:.0} rpm is synchronous",
+                        s.name
+                    ));
+                    let _ = writeln!(
+                        text,
+                        "unit = FILL_IN                 # \"rpm\", \"rad/s\", \"Hz\"\n# calibrate = {{ from_s = …, to_s = …, value = … }}"
+                    );
+                }
+                _ => {
+                    d.missing
+                        .push(format!("[speed] unit: {} stands; say \"rpm\", \"rad/s\" or \"Hz\", or locked = true", s.name));
+                    let _ = writeln!(text, "unit = FILL_IN");
+                }
+            }
+            if x * w < 0.0 {
+                d.guesses.push(format!("{} turns against the phases: gain = -1; or two phases are exchanged", s.name));
+                let _ = writeln!(text, "gain = -1                      # or exchange two phases");
+            }
+        }
+        (None, None) => {
+            d.missing.push(format!("[speed] unit of {}: say \"rpm\", \"rad/s\" or \"Hz\"", s.name));
+            let _ = writeln!(text, "unit = FILL_IN                 # \"rpm\", \"rad/s\", \"Hz\"");
+        }
+    }
+    let _ = writeln!(text);
+}
+
+fn load_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) {
+    match (0..seen.len()).find(|&k| !seen[k].taken && seen[k].quantity == Some(Quantity::Torque)) {
+        Some(k) => {
+            seen[k].taken = true;
+            d.guesses.push(format!("{} is the load torque, positive against positive rotation", seen[k].name));
+            let _ = writeln!(text, "[load]\ncolumn = {}{}\n", seen[k].key, unit_line(&seen[k]));
+        }
+        None => {
+            d.guesses.push("No column looks like a torque: the load is taken as zero".to_owned());
+            let _ = writeln!(text, "# [load]                       # column = …, times = …, gain = …; or torque_nm = …\n");
+        }
+    }
+}
+
+/// What a name without a unit says of the quantity.
+fn quantity_by_name(name: &str) -> Option<Quantity> {
+    let low = name.to_lowercase();
+    let has = |words: &[&str]| words.iter().any(|w| low.contains(w));
+    let starts = |words: &[&str]| {
+        words.iter().any(|w| {
+            low == *w
+                || low
+                    .strip_prefix(w)
+                    .is_some_and(|r| r.starts_with(|c: char| !c.is_alphabetic() || "abcuvwrst".contains(c)) && r.len() <= 8)
+        })
+    };
+    if has(&["time", "zeit", "temps"]) || low == "t" {
+        Some(Quantity::Time)
+    } else if has(&["torque", "moment", "load", "m_l"]) {
+        Some(Quantity::Torque)
+    } else if has(&["speed", "omega", "rpm", "drehzahl", "tacho", "encoder", "vitesse"])
+        || low == "n"
+        || low.starts_with("n_")
+        || low == "w"
+        || low.starts_with("w_")
+    {
+        Some(Quantity::Speed)
+    } else if has(&["volt", "spannung", "tension"]) || starts(&["u", "v"]) {
+        Some(Quantity::Voltage)
+    } else if has(&["curr", "strom", "amp"]) || starts(&["i"]) {
+        Some(Quantity::Current)
+    } else {
+        None
+    }
+}
+
+/// Which phase or axis a name says.
+fn place_by_name(name: &str) -> Option<usize> {
+    let low = name.to_lowercase();
+    if low.contains("alpha") || low.contains('α') {
+        return Some(3);
+    }
+    if low.contains("beta") || low.contains('β') {
+        return Some(4);
+    }
+    // Without unit, brackets and words.
+    let stem: String = low.split(['(', '[']).next().unwrap_or("").to_owned();
+    let parts: Vec<&str> = stem.split(['_', ' ', '.', '-', '/']).filter(|p| !p.is_empty()).collect();
+    let mark = |m: &str| match m {
+        "ab" | "uv" | "rs" | "12" => Some(5),
+        "bc" | "vw" | "st" | "23" => Some(6),
+        "ca" | "wu" | "tr" | "31" => Some(7),
+        "a" | "u" | "r" | "1" | "l1" => Some(0),
+        "b" | "v" | "s" | "2" | "l2" => Some(1),
+        "c" | "w" | "t" | "3" | "l3" => Some(2),
+        _ => None,
+    };
+    // i_a, u_ab, phase a, channel 1; or ia, u12.
+    parts.iter().skip(1).find_map(|p| mark(p)).or_else(|| {
+        let first = parts.first()?;
+        let tail = first.strip_prefix(['u', 'v', 'i', 'e'])?;
+        mark(tail)
+    })
+}

@@ -1,0 +1,204 @@
+//! Tables of steady states, as no-load, locked-rotor and load tests are written down: one row per point.
+//!
+//! `V_LL_V,I_A,P_3ph_W,Q_3ph_var,n_rpm,T_Nm`: line-to-line voltage and line current, rms; active and reactive power of the three phases;
+//! speed; torque at the shaft. `Q_3ph_var`, `n_rpm` and `T_Nm` may be missing. A mapping names foreign columns:
+//!
+//! ```toml
+//! [table]
+//! kind = "no_load"                       # "locked", "load"; else seen from the rows
+//! voltage = "U (V)"                      # line to line, rms; phase_voltage instead where it is the phase's
+//! current = { column = "I", unit = "mA" }
+//! power = "P (kW)"
+//! speed = "n_rpm"
+//! ```
+
+use std::path::Path;
+
+use im_model::toml_reader::{Document, Table};
+use im_model::{FileError, Problem, TextFormat};
+use serde::Serialize;
+
+use super::mapping::{Column, Signal};
+use super::raw;
+use super::unit;
+
+/// What a table was taken for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TableKind {
+    /// Running free, at several voltages.
+    NoLoad,
+    /// Rotor held.
+    Locked,
+    /// At several torques.
+    Load,
+}
+
+/// One steady state.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SteadyRow {
+    /// Phase voltage of the star-equivalent machine, V rms.
+    pub phase_voltage_rms_v: f64,
+    /// Line current, A rms.
+    pub current_rms_a: f64,
+    /// Active power of three phases, W.
+    pub active_power_w: f64,
+    /// Reactive power of three phases, var; lagging positive.
+    pub reactive_power_var: Option<f64>,
+    /// Speed, rad/s mechanical.
+    pub omega_m_rad_s: Option<f64>,
+    /// Torque at the shaft, Nm.
+    pub torque_nm: Option<f64>,
+}
+
+/// A table of steady states.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SteadyTable {
+    /// Name: the file's.
+    pub name: String,
+    /// What it was taken for.
+    pub kind: TableKind,
+    /// Its points.
+    pub rows: Vec<SteadyRow>,
+}
+
+const KEYS: [&str; 7] = ["voltage", "phase_voltage", "current", "power", "reactive_power", "speed", "torque"];
+const CANONICAL: [&str; 7] = ["V_LL_V", "V_ph_V", "I_A", "P_3ph_W", "Q_3ph_var", "n_rpm", "T_Nm"];
+
+/// How the columns of a table stand in a file: by the order of [`KEYS`].
+struct TableMapping {
+    label: String,
+    kind: Option<TableKind>,
+    signals: [Option<(Signal, f64)>; 7],
+}
+
+impl SteadyTable {
+    /// Reads a table; `mapping` is its `[table]` file where the columns are foreign.
+    ///
+    /// # Errors
+    /// The file cannot be read, lacks a column, holds something that is not a number, or a point that no machine takes: a voltage or a
+    /// current that is not positive, a power beyond √3 U I by more than a tenth.
+    pub fn read(path: &Path, mapping: Option<&Path>) -> Result<Self, FileError> {
+        let label = path.display().to_string();
+        let mut rows = raw::open(path, &label, TextFormat::default())?;
+        let names = rows.names().to_vec();
+        let mapping = match mapping {
+            Some(m) => TableMapping::read(m)?,
+            None => TableMapping::canonical(&names, &label),
+        };
+        let mut places = [None; 7];
+        for (k, place) in places.iter_mut().enumerate() {
+            if let Some((signal, _)) = &mapping.signals[k] {
+                let at = raw::find(&names, signal, &mapping.label)?;
+                rows.require(at);
+                *place = Some(at);
+            }
+        }
+        for (k, any) in [(0, places[0].or(places[1])), (2, places[2]), (3, places[3])] {
+            if any.is_none() {
+                return Err(rows.missing(CANONICAL[k], |n| !CANONICAL.contains(&n)));
+            }
+        }
+        let mut points = Vec::new();
+        let mut row = vec![0.0; names.len()];
+        while rows.next(&mut row)? {
+            let get = |k: usize| -> Option<f64> {
+                let (signal, unit) = mapping.signals[k].as_ref()?;
+                let offset = if let super::mapping::Offset::Value(x) = signal.offset { x } else { 0.0 };
+                Some(signal.gain * unit * (row[places[k]?] - offset))
+            };
+            let voltage = get(1).or(get(0).map(|v| v / 3f64.sqrt())).unwrap_or(0.0);
+            let (current, power) = (get(2).unwrap_or(0.0), get(3).unwrap_or(0.0));
+            let wrong = |key: &str, x: f64, expected: &str| {
+                Err(rows.error(Some(key), Problem::Unexpected { found: x.to_string(), expected: expected.to_owned() }))
+            };
+            if !(voltage > 0.0) {
+                return wrong(CANONICAL[0], voltage, "a positive voltage");
+            }
+            if !(current > 0.0) {
+                return wrong(CANONICAL[2], current, "a positive current");
+            }
+            if power.abs() > 1.1 * 3.0 * voltage * current {
+                return wrong(CANONICAL[3], power, "no more than √3 U I; is it in another unit, or of one phase?");
+            }
+            points.push(SteadyRow {
+                phase_voltage_rms_v: voltage,
+                current_rms_a: current,
+                active_power_w: power,
+                reactive_power_var: get(4),
+                omega_m_rad_s: get(5),
+                torque_nm: get(6),
+            });
+        }
+        if points.is_empty() {
+            return Err(rows.error(None, Problem::NoRows { found: "no rows under the header" }));
+        }
+        let name = path.file_stem().map_or_else(|| label.clone(), |s| s.to_string_lossy().into_owned());
+        let kind = mapping.kind.unwrap_or_else(|| kind_of(&points));
+        Ok(Self { name, kind, rows: points })
+    }
+}
+
+/// Locked without speed; load when current and torque vary at one voltage; no load else.
+fn kind_of(rows: &[SteadyRow]) -> TableKind {
+    let stands = |r: &SteadyRow| r.omega_m_rad_s.is_none_or(|w| w.abs() < 1.0);
+    if rows.iter().all(stands) {
+        return TableKind::Locked;
+    }
+    let spread = |f: &dyn Fn(&SteadyRow) -> f64| {
+        let (low, high) = rows.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), r| (l.min(f(r)), h.max(f(r))));
+        (high - low) / high.abs().max(1e-12)
+    };
+    if spread(&|r| r.phase_voltage_rms_v) < 0.1 && spread(&|r| r.active_power_w) > 0.3 {
+        TableKind::Load
+    } else {
+        TableKind::NoLoad
+    }
+}
+
+impl TableMapping {
+    fn canonical(names: &[String], label: &str) -> Self {
+        let rpm = |k: usize| if k == 5 { std::f64::consts::PI / 30.0 } else { 1.0 };
+        let signals = std::array::from_fn(|k| {
+            let name = CANONICAL[k];
+            names.iter().any(|n| n == name).then(|| (Signal::plain(name), rpm(k)))
+        });
+        Self { label: label.to_owned(), kind: None, signals }
+    }
+
+    fn read(path: &Path) -> Result<Self, FileError> {
+        let label = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|e| FileError::io(&label, "read", &e))?;
+        let document = Document::parse(&text, &label)?;
+        let top = document.top(&["table"])?;
+        let known: Vec<&'static str> = std::iter::once("kind").chain(KEYS).collect();
+        let t = top.table("table", &known)?.ok_or_else(|| top.missing("table", "[table] with voltage, current and power"))?;
+        let kinds = [("no_load", TableKind::NoLoad), ("locked", TableKind::Locked), ("load", TableKind::Load)];
+        let kind = t.choice("kind", &kinds)?;
+        let mut signals: [Option<(Signal, f64)>; 7] = std::array::from_fn(|_| None);
+        for (k, key) in KEYS.into_iter().enumerate() {
+            signals[k] = column(&t, key)?;
+        }
+        Ok(Self { label, kind, signals })
+    }
+}
+
+fn column(t: &Table<'_>, key: &'static str) -> Result<Option<(Signal, f64)>, FileError> {
+    let Some(signal) = super::mapping_file::plain_signal(t, key)? else { return Ok(None) };
+    let power = |text: &str| match text {
+        "W" | "var" | "VAr" | "Var" => Some(1.0),
+        "kW" | "kvar" | "kVAr" => Some(1e3),
+        _ => None,
+    };
+    let name = if let Column::Name(n) = &signal.column { n.clone() } else { String::new() };
+    let by_name = || match key {
+        "power" | "reactive_power" => {
+            let tail = name.rsplit(['_', ' ', '(', '[']).next().unwrap_or("");
+            power(tail.trim_end_matches([')', ']'])).unwrap_or(1.0)
+        }
+        "speed" => unit::in_name(&name).map_or(std::f64::consts::PI / 30.0, |u| u.si),
+        _ => unit::in_name(&name).map_or(1.0, |u| u.si),
+    };
+    let unit = signal.unit.unwrap_or_else(by_name);
+    Ok(Some((signal, unit)))
+}

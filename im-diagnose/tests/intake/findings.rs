@@ -1,0 +1,196 @@
+//! Every fault is found where it was made, and none where there is none.
+
+use im_diagnose::intake::{FindingKind, Severity};
+
+use crate::simulated::{Folder, MAPPING, column, columns, csv, of, start, take, taken};
+
+fn only(name: &str, kind: FindingKind, change: impl FnOnce(&mut Vec<(&'static str, Vec<f64>)>)) -> String {
+    with_mapping(name, kind, MAPPING, change)
+}
+
+fn with_mapping(name: &str, kind: FindingKind, mapping: &str, change: impl FnOnce(&mut Vec<(&'static str, Vec<f64>)>)) -> String {
+    let mut all = columns();
+    change(&mut all);
+    let t = taken(name, &all, mapping);
+    let found = of(&t.findings, kind);
+    assert!(!found.is_empty(), "{name}: {:?}", t.findings);
+    found.iter().map(|f| f.line()).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn a_good_recording_has_nothing_to_be_said_about_it() {
+    let t = taken("good", &columns(), MAPPING);
+    assert_eq!(t.findings, []);
+    let folder = Folder::new("canonical");
+    let path = folder.0.join("run.csv");
+    start().write_csv(&path).unwrap();
+    let t = take(&path).unwrap();
+    assert_eq!(t.findings, []);
+}
+
+/// A sensor that ends softly at 45 A while the start needs more, with a tail that decays: nothing wrong passes, little right is lost.
+#[test]
+fn a_sensor_that_saturates_is_left_out_until_it_recovers() {
+    let mut all = columns();
+    let truth = column(&mut all, "i2_A").clone();
+    let mut limit = f64::INFINITY;
+    for (k, x) in column(&mut all, "i2_A").iter_mut().enumerate() {
+        // Above 45 A the core saturates and the reading decays, until the current itself falls below it.
+        if truth[k].abs() > 45.0_f64.max(limit.min(45.0)) || (limit.is_finite() && truth[k].abs() > limit) {
+            limit = if limit.is_finite() { limit * 0.985 } else { 45.0 };
+            *x = limit * truth[k].signum();
+        } else {
+            limit = f64::INFINITY;
+        }
+    }
+    let clipped: Vec<bool> = truth.iter().zip(column(&mut all, "i2_A").iter()).map(|(t, x)| (t - x).abs() > 1.5).collect();
+    let count = clipped.iter().filter(|c| **c).count();
+    assert!(count > 30, "the case is no case: {count}");
+    let t = taken("soft", &all, MAPPING);
+    let b = t.experiment.channels.iter().find(|c| c.name == "i_b_A").unwrap();
+    let passed = (0..truth.len()).filter(|&k| clipped[k] && b.is_valid(k)).count();
+    let lost = (0..truth.len()).filter(|&k| !clipped[k] && !b.is_valid(k)).count();
+    assert!(passed == 0, "{passed} of {count} wrong rows passed");
+    assert!(lost < count, "{lost} right rows were lost for {count}");
+    let a = t.experiment.channels.iter().find(|c| c.name == "i_a_A").unwrap();
+    // The sum is wrong by phase b: large readings of the others cannot be proven then.
+    assert!(t.experiment.len() - a.count() < count, "phase a is right");
+    assert_eq!(of(&t.findings, FindingKind::ClippedSensor).len(), 1);
+}
+
+#[test]
+fn hard_limits_are_found_without_a_third_phase() {
+    let two = MAPPING.replace("c = \"i3_A\"\n", "");
+    let text = with_mapping("hard", FindingKind::ClippedSensor, &two, |all| {
+        column(all, "i1_A").iter_mut().for_each(|x| *x = x.clamp(-40.0, 40.0));
+    });
+    assert!(text.contains("i1_A is cut off at 40 A"), "{text}");
+}
+
+#[test]
+fn a_second_sensor_takes_the_place_of_a_clipped_one() {
+    let mapping = MAPPING.replace("c = \"i3_A\"", "c = { column = \"i3_A\", alternate = \"i6_A\" }");
+    let text = with_mapping("second", FindingKind::RedundantSensor, &mapping, |all| {
+        let truth = column(all, "i3_A").clone();
+        all.push(("i6_A", truth.iter().map(|x| 0.99 * x).collect()));
+        column(all, "i3_A").iter_mut().for_each(|x| *x = x.clamp(-40.0, 40.0));
+    });
+    assert!(text.contains("i6_A is used instead"), "{text}");
+}
+
+#[test]
+fn swapped_phases_and_turned_signs_are_told_from_each_other() {
+    let swapped = MAPPING.replace("b = \"i2_A\"\nc = \"i3_A\"", "b = \"i3_A\"\nc = \"i2_A\"");
+    let text = with_mapping("swap", FindingKind::SwappedPhases, &swapped, |_| {});
+    assert!(text.contains("two phases are exchanged"), "{text}");
+    let turned = MAPPING.replace("c = \"i3_A\"", "c = \"i3_A\"\ngain = -1");
+    let text = with_mapping("turn", FindingKind::SwappedPhases, &turned, |_| {});
+    assert!(text.contains("gain = -1 in [current]"), "{text}");
+    let shifted = MAPPING.replace("a = \"i1_A\"\nb = \"i2_A\"\nc = \"i3_A\"", "a = \"i2_A\"\nb = \"i3_A\"\nc = \"i1_A\"");
+    let text = with_mapping("shift", FindingKind::SwappedPhases, &shifted, |_| {});
+    assert!(text.contains("one phase off"), "{text}");
+    let backwards = MAPPING.replace("column = \"n_rpm\"", "column = \"n_rpm\"\ngain = -1");
+    let text = with_mapping("backwards", FindingKind::SwappedPhases, &backwards, |_| {});
+    assert!(text.contains("gain = -1 in [speed]"), "{text}");
+}
+
+#[test]
+fn speed_in_another_unit_or_of_other_pole_pairs_is_named() {
+    let wrong = MAPPING.replace("column = \"n_rpm\"", "column = \"n_rpm\"\nunit = \"rad/s\"");
+    let text = with_mapping("unit", FindingKind::SpeedScale, &wrong, |_| {});
+    assert!(text.contains("unit = \"rpm\""), "{text}");
+    let text = only("pairs", FindingKind::WrongPolePairs, |all| column(all, "n_rpm").iter_mut().for_each(|n| *n *= 2.0 / 3.0));
+    assert!(text.contains("The machine has 3 pole pairs"), "{text}");
+    let text = only("gain", FindingKind::SpeedScale, |all| column(all, "n_rpm").iter_mut().for_each(|n| *n *= 0.8));
+    assert!(text.contains("Multiply its gain by 1.2"), "{text}");
+}
+
+#[test]
+fn another_machine_is_noticed() {
+    let text = only("other", FindingKind::DifferentMachine, |all| {
+        for name in ["i1_A", "i2_A", "i3_A"] {
+            column(all, name).iter_mut().for_each(|x| *x *= 4.0);
+        }
+    });
+    assert!(text.contains("same machine"), "{text}");
+}
+
+#[test]
+fn dead_missing_offset_and_out_of_range_channels_are_named() {
+    let text = only("dead", FindingKind::DeadChannel, |all| column(all, "i2_A").fill(0.25));
+    assert!(text.contains("i2_A is 0.25 A in every row"), "{text}");
+    let no_load = MAPPING.replace("[load]\ncolumn = \"T_Nm\"\n", "");
+    with_mapping("noload", FindingKind::MissingLoad, &no_load, |_| {});
+    let no_speed = MAPPING.replace("[speed]\ncolumn = \"n_rpm\"\n", "");
+    with_mapping("nospeed", FindingKind::MissingSpeed, &no_speed, |_| {});
+    let text = only("offset", FindingKind::Offset, |all| column(all, "u2_V").iter_mut().for_each(|u| *u += 15.0));
+    assert!(text.contains("u2_V has a mean of 15"), "{text}");
+    let milli = MAPPING.replace("c = \"i3_A\"", "c = \"i3_A\"\nunit = \"mA\"");
+    let text = with_mapping("milli", FindingKind::OutOfRange, &milli, |_| {});
+    assert!(text.contains("unit and gain"), "{text}");
+}
+
+#[test]
+fn currents_that_do_not_sum_to_zero_are_named() {
+    let text = only("sum", FindingKind::CurrentSum, |all| column(all, "i3_A").iter_mut().for_each(|i| *i *= 0.8));
+    assert!(text.contains("i3_A"), "{text}");
+    let text = only("sign", FindingKind::CurrentSum, |all| column(all, "i3_A").iter_mut().for_each(|i| *i *= -1.0));
+    assert!(text.contains("i3_A") && text.contains("sign"), "{text}");
+}
+
+#[test]
+fn rows_that_are_missing_are_named_and_filled_when_asked() {
+    let mut all = columns();
+    for (_, x) in &mut all {
+        x.drain(1500..1504);
+    }
+    let folder = Folder::new("gap");
+    let path = folder.put("run.csv", csv(&all));
+    folder.put("run.recording.toml", MAPPING);
+    let e = take(&path).unwrap_err().to_string();
+    assert!(e.contains("run.csv:1502: t_s advances by 0.001 s here") && e.contains("gaps = \"leave_out\""), "{e}");
+    folder.put("run.recording.toml", MAPPING.replace("column = \"t_s\"", "column = \"t_s\"\ngaps = \"leave_out\""));
+    let t = take(&path).unwrap();
+    let c = &t.experiment.channels[0];
+    assert_eq!((t.experiment.len(), c.values.len() - c.count()), (start().len(), 4));
+    assert!(!c.is_valid(1500) && c.is_valid(1499) && c.is_valid(1504));
+    assert_eq!(of(&t.findings, FindingKind::Gap)[0].rows, [1500..1504]);
+    // In between nothing is invented that is far off: 4 rows of 0.2 ms of a 50-Hz sine.
+    assert!((t.experiment.u_s[1502] - start().u_s[1502]).norm() < 5.0);
+}
+
+#[test]
+fn slow_uneven_and_repeated_sampling_is_noticed() {
+    let thin = |all: &mut Vec<(&'static str, Vec<f64>)>, n: usize| {
+        for (_, x) in all.iter_mut() {
+            *x = x.iter().copied().step_by(n).collect();
+        }
+    };
+    let text = only("slow", FindingKind::SlowSampling, |all| thin(all, 12));
+    assert!(text.contains("8.3 rows per period"), "{text}");
+    let text = only("uneven", FindingKind::IrregularSampling, |all| {
+        column(all, "t_s").iter_mut().step_by(3).skip(1).for_each(|t| *t += 3e-5);
+    });
+    assert!(text.contains('%'), "{text}");
+    let text = only("hold", FindingKind::RepeatedRows, |all| {
+        for name in ["i1_A", "i2_A", "i3_A"] {
+            let x = column(all, name);
+            (0..x.len()).for_each(|k| x[k] = x[k - k % 2]);
+        }
+    });
+    assert!(text.contains("repeat the currents"), "{text}");
+    let text = only("twice", FindingKind::RepeatedRows, |all| {
+        for (_, x) in all.iter_mut() {
+            x.insert(100, x[99]);
+        }
+    });
+    assert!(text.contains("1 rows stand twice"), "{text}");
+}
+
+#[test]
+fn severities_say_what_must_be_mended() {
+    let turned = MAPPING.replace("c = \"i3_A\"", "c = \"i3_A\"\ngain = -1");
+    let t = taken("severity", &columns(), &turned);
+    assert_eq!(t.findings[0].severity, Severity::Serious);
+    assert!(t.findings[0].line().starts_with("run: serious: "), "{}", t.findings[0].line());
+}

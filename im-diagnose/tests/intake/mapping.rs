@@ -1,0 +1,241 @@
+//! What a mapping says is what is read, and what is wrong with it is said with line and key.
+
+use im_diagnose::intake::mapping::Mapping;
+use im_identify::offline::Experiment;
+use proptest::prelude::*;
+
+use crate::simulated::{Folder, MAPPING, columns, csv, start, take, taken};
+
+fn error(text: &str) -> String {
+    Mapping::parse(text, "run.recording.toml").unwrap_err().to_string()
+}
+
+#[test]
+fn errors_of_a_mapping_name_line_key_and_cure() {
+    assert!(Mapping::parse(MAPPING, "x").is_ok());
+    let bad = |from: &str, to: &str| error(&MAPPING.replacen(from, to, 1));
+    assert_eq!(
+        bad("a = \"u1_V\"", "aa = \"u1_V\""),
+        "run.recording.toml:4: unknown key aa in [voltage]; known there: a, b, c, ab, bc, ca, alpha, beta, duty_a, duty_b, duty_c, \
+         dc_link, unit, gain, offset, instant"
+    );
+    assert!(bad("[current]", "[curent]").contains("unknown key curent at the top of the file; did you mean current?"));
+    assert!(bad("b = \"u2_V\"\n", "").contains("run.recording.toml:3: b is missing in [voltage]"));
+    assert!(bad("\"u2_V\"", "2.5").contains("run.recording.toml:5: b is 2.5, expected a column"));
+    assert!(
+        bad("column = \"n_rpm\"", "column = \"n_rpm\"\nunit = \"knots\"").contains("unit is \"knots\", expected one of rad/s")
+    );
+    assert!(bad("column = \"n_rpm\"", "locked = true\ncolumn = \"n_rpm\"").contains("beside locked = true"));
+    assert!(bad("column = \"t_s\"", "").contains("run.recording.toml:1: column is missing in [time]"));
+    assert!(bad("c = \"u3_V\"", "c = \"u3_V\"\ninstant = \"now\"").contains("expected one of \"held_from_row\""));
+    assert!(bad("c = \"u3_V\"", "alpha = \"u3_V\"").contains("several forms"));
+    assert!(error("this is no TOML").contains("run.recording.toml:1"));
+    assert!(error("").contains("time is missing at the top of the file"));
+}
+
+#[test]
+fn a_mapping_that_asks_for_what_is_not_there_is_told_so() {
+    let folder = Folder::new("absent");
+    let path = folder.put("run.csv", csv(&columns()));
+    let e = |mapping: String| {
+        folder.put("run.recording.toml", mapping);
+        take(&path).unwrap_err().to_string()
+    };
+    let text = e(MAPPING.replace("u2_V", "u2V"));
+    assert!(text.contains("run.recording.toml:5: column u2V is missing; is u2_V meant for it?"), "{text}");
+    let text = e(MAPPING.replace("\"u2_V\"", "99"));
+    assert!(text.contains("column is 99, expected a column from 1 to 9"), "{text}");
+    let text = e(MAPPING.replace("a = \"u1_V\"", "a = \"i1_A\""));
+    assert!(text.contains("in A by its name"), "{text}");
+    let text = e(MAPPING.replace("column = \"t_s\"", "column = \"t_s\"\nfrom_s = 7"));
+    assert!(text.contains("rows in it: the recording goes from 0 s"), "{text}");
+    folder.put("run.recording.toml", MAPPING);
+    let folder_as_file = take(&folder.0).unwrap_err().to_string();
+    assert!(folder_as_file.contains("a folder, not a recording"), "{folder_as_file}");
+    let absent = take(&folder.0.join("none.csv")).unwrap_err().to_string();
+    assert!(absent.contains("no such file"), "{absent}");
+    for (text, expected) in [
+        ("", "the file is empty"),
+        ("t_s,u1_V\n", "is missing"),
+        ("t_s,u1_V,u2_V,u3_V,i1_A,i2_A,i3_A,n_rpm,T_Nm\n0,1,2\n", "the file ends within this row"),
+        ("t_s,u1_V,u2_V,u3_V,i1_A,i2_A,i3_A,n_rpm,T_Nm\n0,1,2,3,4,x,6,7,8\n1,1,2,3,4,5,6,7,8\n", "run.csv:2: i2_A is \"x\""),
+        ("t_s,u1_V,u2_V,u3_V,i1_A,i2_A,i3_A,n_rpm,T_Nm\n0,1,2,3,4,nan,6,7,8\n1,1,2,3,4,5,6,7,8\n", "run.csv:2: i2_A is NaN"),
+        ("t_s,u1_V,u2_V,u3_V,i1_A,i2_A,i3_A,n_rpm,T_Nm\n1,1,2,3,4,5,6,7,8\n0,1,2,3,4,5,6,7,8\n", "run.csv:3: t_s = 0 after 1"),
+        ("t_s,u1_V,u1_V,u2_V,u3_V,i1_A,i2_A,i3_A,n_rpm,T_Nm\n", "column u1_V stands twice, as columns 2 and 3"),
+    ] {
+        let path = folder.put("run.csv", text);
+        let e = take(&path).unwrap_err().to_string();
+        assert!(e.contains(expected), "{e}");
+    }
+}
+
+#[test]
+fn a_mapping_names_its_recordings_and_one_beside_them_serves_all() {
+    let folder = Folder::new("several");
+    folder.put("one.csv", csv(&columns()));
+    let two = folder.put("two.csv", csv(&columns()));
+    let mapping = folder.put("recording.toml", format!("files = [\"one.csv\", \"two.csv\"]\n{MAPPING}"));
+    let all = im_diagnose::intake::read(&mapping, None, &crate::simulated::motor()).unwrap();
+    assert_eq!(all.iter().map(|t| t.experiment.name.as_str()).collect::<Vec<_>>(), ["one", "two"]);
+    assert_eq!(take(&two).unwrap().experiment, all[1].experiment);
+    // One of its own goes before the folder's.
+    folder.put("two.recording.toml", "[time]\n");
+    assert!(take(&two).unwrap_err().to_string().contains("two.recording.toml"));
+}
+
+/// The same voltage in every form.
+#[test]
+fn every_form_of_the_voltage_means_the_same() {
+    let mut all = columns();
+    let u: Vec<Vec<f64>> = (1..4).map(|c| all[c].1.clone()).collect();
+    let line = |a: usize, b: usize| u[a].iter().zip(&u[b]).map(|(x, y)| x - y).collect::<Vec<f64>>();
+    all.push(("ab_V", line(0, 1)));
+    all.push(("bc_V", line(1, 2)));
+    all.push(("ca_V", line(2, 0)));
+    all.push(("dc_V", vec![700.0; u[0].len()]));
+    for (name, x) in ["d1", "d2", "d3"].into_iter().zip(&u) {
+        all.push((name, x.iter().map(|u| 0.5 + u / 700.0).collect()));
+    }
+    let truth = &start().u_s;
+    let given = "a = \"u1_V\"\nb = \"u2_V\"\nc = \"u3_V\"";
+    for (k, form) in [
+        "ab = \"ab_V\"\nbc = \"bc_V\"",
+        "ab = \"ab_V\"\nca = \"ca_V\"",
+        "bc = \"bc_V\"\nca = \"ca_V\"",
+        "ab = \"ab_V\"\nbc = \"bc_V\"\nca = \"ca_V\"",
+        "a = \"u1_V\"\nb = \"u2_V\"",
+        "duty_a = \"d1\"\nduty_b = \"d2\"\nduty_c = \"d3\"\ndc_link = \"dc_V\"",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let t = taken(&format!("form{k}"), &all, &MAPPING.replace(given, form));
+        let off = t.experiment.u_s.iter().zip(truth).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(off < 1e-9, "{form}: {off}");
+    }
+}
+
+/// A voltmeter's samples give the average over the sample as well as a drive's command does: to 2e-6 of a 50-Hz sine at 5 kHz.
+#[test]
+fn sampled_voltages_become_averages() {
+    let n = 400;
+    let (dt, w) = (2e-4, 2.0 * std::f64::consts::PI * 50.0);
+    let t: Vec<f64> = (0..n).map(|k| f64::from(k) * dt).collect();
+    let phase = |p: f64| t.iter().map(|t| 300.0 * (w * t - p * 2.0 * std::f64::consts::FRAC_PI_3).cos()).collect::<Vec<f64>>();
+    let zero: Vec<f64> = t.iter().map(|t| (300.0 * t).sin()).collect();
+    let all = vec![
+        ("t_s", t.clone()),
+        ("u1_V", phase(0.0)),
+        ("u2_V", phase(1.0)),
+        ("u3_V", phase(2.0)),
+        ("i1_A", zero.clone()),
+        ("i2_A", zero.iter().map(|x| -0.5 * x).collect()),
+        ("i3_A", zero.iter().map(|x| -0.5 * x).collect()),
+        ("n_rpm", zero.clone()),
+        ("T_Nm", zero.clone()),
+    ];
+    let average = |from: f64| {
+        let e = |t: f64| im_model::Complex::from_polar(300.0, w * t);
+        (e(from + dt) - e(from)) / im_model::Complex::new(0.0, w * dt)
+    };
+    for (instant, shift, tolerance) in
+        [("sample", 0.0, 2e-6 * 300.0), ("held_from_row", 0.5 * dt, 0.1), ("held_until_row", -0.5 * dt, 0.1)]
+    {
+        let mapping = MAPPING.replace("c = \"u3_V\"", &format!("c = \"u3_V\"\ninstant = {instant:?}"));
+        let t = taken(instant, &all, &mapping).experiment;
+        assert_eq!(t.len(), if instant == "held_from_row" { n as usize } else { n as usize - 1 });
+        // The sample at t_k is the average about t_k of what is held around it.
+        let skip = usize::from(instant == "held_until_row");
+        for k in 1..t.len() - 2 {
+            let off = (t.u_s[k] - average((k + skip) as f64 * dt - if instant == "sample" { 0.0 } else { 0.5 * dt })).norm();
+            assert!(off < tolerance, "{instant} {k} (shift {shift}): {off}");
+        }
+    }
+}
+
+fn same(a: &Experiment, b: &Experiment) -> Result<(), TestCaseError> {
+    let close = |x: f64, y: f64| (x - y).abs() <= 1e-9 * (1.0 + x.abs().max(y.abs()));
+    prop_assert_eq!(a.len(), b.len());
+    for k in 0..a.len() {
+        prop_assert!(close(a.u_s[k].re, b.u_s[k].re) && close(a.u_s[k].im, b.u_s[k].im), "u {}", k);
+        prop_assert!(close(a.tau_load[k], b.tau_load[k]), "load {}", k);
+        for (x, y) in a.channels.iter().zip(&b.channels) {
+            prop_assert!(close(x.values[k], y.values[k]), "{} {}", x.name, k);
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    /// However a recording is permuted, scaled, shifted and renamed, a mapping that says so gives the same experiment.
+    #[test]
+    fn a_mapping_undoes_what_was_done_to_a_recording(
+        order in Just((0..9usize).collect::<Vec<_>>()).prop_shuffle(),
+        gains in prop::collection::vec(prop_oneof![0.01..100.0f64, -100.0..-0.01f64], 9),
+        offsets in prop::collection::vec(-5.0..5.0f64, 9),
+        numbers in any::<bool>(),
+        comma in any::<bool>(),
+    ) {
+        let all = columns();
+        let truth = taken("truth", &all, MAPPING).experiment;
+        // Time keeps its sign and its origin.
+        let gain = |c: usize| if c == 0 { gains[0].abs() } else { gains[c] };
+        let offset = |c: usize| if c == 0 { 0.0 } else { offsets[c] };
+        let mut text = order.iter().map(|c| format!("channel {c}")).collect::<Vec<_>>().join(";") + "\n";
+        for k in 0..all[0].1.len() {
+            let field = |c: &usize| {
+                let x = format!("{:?}", all[*c].1[k] / gain(*c) + offset(*c));
+                if comma { x.replace('.', ",") } else { x }
+            };
+            text += &order.iter().map(field).collect::<Vec<_>>().join(";");
+            text.push('\n');
+        }
+        let column = |c: usize| {
+            let place = order.iter().position(|o| *o == c).unwrap() + 1;
+            if numbers { place.to_string() } else { format!("\"channel {c}\"") }
+        };
+        let signal = |c: usize| format!("column = {}, gain = {:?}, offset = {:?}", column(c), gain(c), offset(c));
+        let lines = |c: usize| signal(c).replace(", ", "\n");
+        let mut mapping = format!("[text]\nseparator = \";\"\ndecimal = {:?}\n", if comma { "," } else { "." });
+        // A time in other units: the gain is one that has a name.
+        mapping += &format!("[time]\nsample_time_s = {:?}\n", start().sample_time_s);
+        mapping += &format!("[voltage]\na = {{ {} }}\nb = {{ {} }}\nc = {{ {} }}\n", signal(1), signal(2), signal(3));
+        mapping += &format!("[current]\na = {{ {} }}\nb = {{ {} }}\nc = {{ {} }}\n", signal(4), signal(5), signal(6));
+        mapping += &format!("[speed]\n{}\nunit = \"rpm\"\n[load]\n{}\n", lines(7), lines(8));
+        let folder = Folder::new("undo");
+        folder.put("run.recording.toml", mapping);
+        let t = take(&folder.put("run.csv", text)).unwrap();
+        same(&t.experiment, &truth)?;
+    }
+
+    /// No bytes make the reading, the guessing or the checking panic.
+    #[test]
+    fn any_bytes_are_taken_in_or_refused(
+        at in 0usize..4000,
+        junk in prop::collection::vec(any::<u8>(), 0..40),
+        cut in 1usize..60_000,
+        mapped in any::<bool>(),
+        line in 0usize..13,
+        value in prop::sample::select(vec!["", "0", "-1", "\"i1_A\"", "[]", "{}", "true", "1e400", "\"mean\"", "{ column = 3, gain = 0 }"]),
+    ) {
+        let mut bytes = csv(&columns()).into_bytes();
+        let at = at.min(bytes.len());
+        bytes.splice(at..at, junk.iter().copied());
+        bytes.truncate(cut);
+        let folder = Folder::new("junk");
+        if mapped {
+            let mut lines: Vec<String> = MAPPING.lines().map(str::to_owned).collect();
+            let k = line.min(lines.len() - 1);
+            lines[k] = match lines[k].split_once('=') {
+                Some((key, _)) => format!("{key} = {value}"),
+                None => lines[k].clone(),
+            };
+            folder.put("run.recording.toml", lines.join("\n"));
+        }
+        let _ = take(&folder.put("run.csv", &bytes));
+        let _ = take(&folder.put("junk.csv", &junk));
+        let _ = Mapping::parse(&String::from_utf8_lossy(&junk), "x");
+    }
+}

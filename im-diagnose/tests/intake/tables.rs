@@ -1,0 +1,63 @@
+//! Tables of steady states.
+
+use std::path::Path;
+
+use im_diagnose::intake::{SteadyTable, TableKind};
+
+use crate::simulated::Folder;
+
+#[test]
+fn canonical_and_foreign_tables_say_the_same() {
+    let folder = Folder::new("tables");
+    let a = folder.put("a.csv", "V_LL_V,I_A,P_3ph_W,Q_3ph_var,n_rpm,T_Nm\n400,2.0,200,1350,1495,0.3\n200,1.0,80,330,1490,0.3\n");
+    let mapping = "[table]\nkind = \"no_load\"\nphase_voltage = \"U (V)\"\ncurrent = \"I (mA)\"\npower = \"P (kW)\"\nreactive_power = \"Q\"\n\
+        speed = { column = \"w\", unit = \"rad/s\" }\ntorque = 6\n";
+    let m = folder.put("table.toml", mapping);
+    let rad = |n: f64| n * std::f64::consts::PI / 30.0;
+    let row = |v: f64, i: f64, p: f64, q: f64, n: f64| {
+        format!("{:?},{:?},{:?},{q},{:?},0.3\n", v / 3f64.sqrt(), 1e3 * i, 1e-3 * p, rad(n))
+    };
+    let text =
+        format!("U (V),I (mA),P (kW),Q,w,T\n{}{}", row(400.0, 2.0, 200.0, 1350.0, 1495.0), row(200.0, 1.0, 80.0, 330.0, 1490.0));
+    let b = folder.put("b.csv", text);
+    let (a, b) = (SteadyTable::read(&a, None).unwrap(), SteadyTable::read(&b, Some(&m)).unwrap());
+    assert_eq!((a.kind, b.kind), (TableKind::NoLoad, TableKind::NoLoad));
+    for (x, y) in a.rows.iter().zip(&b.rows) {
+        assert!(
+            (x.phase_voltage_rms_v - y.phase_voltage_rms_v).abs() < 1e-9 && (x.current_rms_a - y.current_rms_a).abs() < 1e-12
+        );
+        assert!(
+            (x.active_power_w - y.active_power_w).abs() < 1e-9
+                && (x.omega_m_rad_s.unwrap() - y.omega_m_rad_s.unwrap()).abs() < 1e-9
+        );
+        assert_eq!((x.reactive_power_var, x.torque_nm), (y.reactive_power_var, y.torque_nm));
+    }
+}
+
+#[test]
+fn bad_tables_are_refused_with_their_place() {
+    let folder = Folder::new("badtables");
+    for (text, expected) in [
+        ("V_LL_V,I_A,P_W\n400,2,200\n", "column P_3ph_W is missing; is P_W meant for it?"),
+        ("V_LL_V,I_A,P_3ph_W\n400,x,200\n", "t.csv:2: I_A is \"x\""),
+        ("V_LL_V,I_A,P_3ph_W\n400,2,200\n400,-2,200\n", "t.csv:3: I_A is -2, expected a positive current"),
+        ("V_LL_V,I_A,P_3ph_W\n400,2,2000\n", "expected no more than √3 U I"),
+        ("V_LL_V,I_A,P_3ph_W\n", "no rows under the header"),
+    ] {
+        let e = SteadyTable::read(&folder.put("t.csv", text), None).unwrap_err().to_string();
+        assert!(e.contains(expected), "{e}");
+    }
+}
+
+#[test]
+fn the_laboratory_tables_are_read() {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings/measured/steady_state_1kw");
+    if !here.is_dir() {
+        eprintln!("skipped: the tables are not at hand");
+        return;
+    }
+    let of = |name: &str| SteadyTable::read(&here.join(name), None).unwrap();
+    let (free, locked, load) = (of("no_load.csv"), of("locked_rotor.csv"), of("load.csv"));
+    assert_eq!((free.kind, locked.kind, load.kind), (TableKind::NoLoad, TableKind::Locked, TableKind::Load));
+    assert_eq!((free.rows.len(), locked.rows.len(), load.rows.len()), (13, 8, 6));
+}
