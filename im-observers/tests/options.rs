@@ -1,0 +1,190 @@
+//! What practice adds, and the step limits: each holds on one side and fails on the other.
+
+#[path = "../lab/mod.rs"]
+mod lab;
+
+use im_model::effects::InverterNonlinearity;
+use im_model::machines::{JADOT_TABLE_I, MOTULATOR_2_2_KW};
+use im_model::{Complex, Effects, Machine};
+use im_observers::*;
+use lab::{C, Truth, basis, held, machine, rms, volts_per_hertz};
+
+const H: f64 = 1e-4;
+
+/// 100 µs is too long for forward Euler with the gain of (3) in SI units and short enough for the rule here; the limit is where e⁺ = (1 + hM)e
+/// turns from decay to growth.
+#[test]
+fn forward_euler_holds_up_to_its_limit_and_fails_beyond() {
+    let m = JADOT_TABLE_I;
+    let machine = machine(&m);
+    let c = machine.parameters().windings().derived(2);
+    let k = c.beta;
+    let l1 = c.eta_l_m + k * c.eta;
+    let o = [0.0; 2];
+    let gains = KubotaGains {
+        gain: [[l1, 0.0], [0.0, l1], o, o],
+        gain_per_speed: [[0.0, -k * c.n_p], [k * c.n_p, 0.0], o, o],
+        ..KubotaGains::without_feedback(0.01, 1.0)
+    };
+    let limit = gains.euler_step_limit_s(&machine, 157.0);
+    assert!(limit > 0.0 && limit < H, "{limit}");
+    let size_after = |h: f64| {
+        // The worst speed is the highest; l₂ = 0.
+        let a = C::new(-c.eta, c.n_p * 157.0);
+        let l = C::new(l1, k * c.n_p * 157.0);
+        let mut e = [C::new(1e-3, 0.0), C::new(0.0, 1e-3)];
+        for _ in 0..400_000 {
+            let d = [a * e[0] + (c.eta_l_m - l) * e[1], -a * c.beta * e[0] - e[1] * c.gamma];
+            e = [e[0] + d[0] * h, e[1] + d[1] * h];
+            if !e[1].norm().is_finite() {
+                return f64::INFINITY;
+            }
+        }
+        e[0].norm() + e[1].norm()
+    };
+    let (within, beyond) = (size_after(0.8 * limit), size_after(1.2 * limit));
+    assert!(within < 5e-4 && beyond > 1e-2, "{within} {beyond} at {limit} s");
+    let refused = Kubota::discretized(basis(&m, H), gains, Discretization::ForwardEuler).unwrap_err();
+    assert!(refused.to_string().contains("may be at most"), "{refused}");
+    let truth = Truth::of(&machine, &held(&m, 100.0, 4.0, 1.0));
+    let e = truth.observe(&Kubota::try_new(basis(&m, H), gains).unwrap());
+    assert!(e.iter().all(|e| e.rotor_flux_vs.norm() < 2.0), "the rule here is stable with the same gain and step");
+}
+
+#[test]
+fn the_proportional_path_is_refused_where_it_would_oscillate() {
+    let m = JADOT_TABLE_I;
+    let machine = machine(&m);
+    let truth = Truth::of(&machine, &held(&m, 100.0, 4.0, 0.6));
+    let last = |bandwidth: f64| {
+        let (p, _) = KubotaGains::speed_law(&machine, &m.rating, bandwidth);
+        // Flux held to what it is: the limit is then that of rated flux.
+        let limits = Limits { flux_max_vs: 1.02 * m.rating.rotor_flux_vs, ..Limits::of(&machine, &m.rating) };
+        let observer = Kubota::try_new(basis(&m, H).with_limits(limits).unwrap(), KubotaGains::without_feedback(p, 1e-6));
+        observer.map(|o| {
+            let mut state = truth.state(&o, 0);
+            let e: Vec<f64> = (1..truth.len()).map(|k| o.step(&mut state, &truth.input(k)).omega_m).collect();
+            rms(e[5000..].iter().map(|w| w - 100.0))
+        })
+    };
+    assert!(last(1.5 / H).unwrap() < 1.0);
+    assert!(matches!(last(2.0 / H), Err(ObserverError::StepTooLong { .. })));
+}
+
+#[test]
+fn implicit_sliding_does_not_chatter_and_the_sign_does_within_its_band() {
+    let m = MOTULATOR_2_2_KW;
+    let machine = machine(&m);
+    let beta = machine.parameters().windings().derived(2).beta;
+    let truth = Truth::of(&machine, &held(&m, 100.0, 4.0, 0.5));
+    let gains = DerdiyokGains::published(&machine, 1.1, 160.0);
+    let residual = |o: Derdiyok<f64>| {
+        let e = truth.observe_from(&o, 1, truth.state(&o, 0));
+        rms(e[2000..].iter().map(|e| e.residual_a.norm()))
+    };
+    let band = 2.0 * H * beta * gains.nu0;
+    let sign = residual(Derdiyok::discretized(basis(&m, H), gains, Discretization::ForwardEuler).unwrap());
+    let implicit = residual(Derdiyok::try_new(basis(&m, H), gains).unwrap());
+    assert!(sign > 0.05 * band && sign < 1.5 * band, "{sign} {band}");
+    assert!(implicit < 1e-9, "{implicit}");
+    let layer = |share: f64| DerdiyokGains { boundary_layer_a: share * H * beta * gains.nu0, ..gains };
+    assert!(Derdiyok::discretized(basis(&m, H), layer(0.9), Discretization::ForwardEuler).is_err());
+    let wide = residual(Derdiyok::discretized(basis(&m, H), layer(1.1), Discretization::ForwardEuler).unwrap());
+    assert!(wide < band, "{wide} {band}");
+}
+
+#[test]
+fn knowing_the_saturation_takes_the_flux_error_away() {
+    let m = MOTULATOR_2_2_KW;
+    let mut e = Effects::scaled(&m.rating, &m.parameters(), m.pole_pairs);
+    e.main_flux_saturation.excess = 0.5;
+    let saturated = Machine::try_new(m.parameters(), m.pole_pairs, e).unwrap();
+    let truth = Truth::of(&saturated, &volts_per_hertz(&m, 45.0, 6.0, 2.0));
+    let gains = KubotaGains::for_machine(&saturated, &m.rating).unwrap();
+    let plain = Basis::try_new(&saturated, &m.rating, H).unwrap();
+    let error = |b: Basis<f64>| {
+        let currents = truth.observe(&CurrentModel::new(b));
+        let e = truth.observe(&Kubota::try_new(b, gains).unwrap());
+        (truth.flux_rms(&currents, 1.5), truth.speed_rms(&e, 1.5))
+    };
+    let (without, aware) = (error(plain), error(plain.with_saturation(&saturated)));
+    assert!(aware.0 < 0.1 * without.0, "flux of the current model: {without:?} {aware:?}");
+    assert!(aware.1 < 0.1, "speed: {without:?} {aware:?}");
+}
+
+#[test]
+fn dead_time_compensation_mends_low_speed() {
+    let m = JADOT_TABLE_I;
+    let inverter = InverterNonlinearity { voltage_v: 4.0, zero_crossing_current_a: 0.1 };
+    let mut effects = Effects::none();
+    effects.inverter_nonlinearity = inverter;
+    let machine = Machine::try_new(m.parameters(), m.pole_pairs, effects).unwrap();
+    let scenario = held(&m, 8.0, 3.0, 2.5);
+    let truth = Truth::of(&machine, &scenario);
+    let gains = KubotaGains::for_machine(&machine, &m.rating).unwrap();
+    let error = |b: Basis<f64>| {
+        let o = Kubota::try_new(b, gains).unwrap();
+        truth.speed_rms(&truth.observe_from(&o, 1, truth.state(&o, 0)), 1.5)
+    };
+    let (without, with) = (error(basis(&m, H)), error(basis(&m, H).with_inverter(inverter).unwrap()));
+    assert!(with < 0.2 * without && without > 0.2, "{without} {with}");
+}
+
+/// Single precision follows double within what rounding leaves: 24 bits of a speed of 100 rad/s, seen through β ≈ 50 1/H.
+#[test]
+fn single_precision_agrees_with_double() {
+    let m = JADOT_TABLE_I;
+    let machine = machine(&m);
+    let truth = Truth::of(&machine, &volts_per_hertz(&m, 40.0, 8.0, 2.0));
+    let single = Basis::<f32>::try_new(&machine, &m.rating, H).unwrap();
+    let gains = KubotaGains::for_machine(&machine, &m.rating).unwrap();
+    fn run<T: im_model::Scalar, O: Observer<T>>(truth: &Truth, o: &O) -> Vec<f64> {
+        let z = |z: C| Complex::new(T::from_f64(z.re), T::from_f64(z.im));
+        let mut state = O::State::default();
+        (0..truth.len())
+            .map(|k| {
+                let x = truth.input(k);
+                let e = o.step(&mut state, &Input::new(z(x.u_s), z(x.i_s)).with_speed(T::from_f64(truth.omega[k])));
+                e.omega_m.value()
+            })
+            .collect()
+    }
+    let pairs = [
+        (run(&truth, &Kubota::try_new(single, gains).unwrap()), run(&truth, &Kubota::try_new(basis(&m, H), gains).unwrap())),
+        (
+            run(&truth, &Derdiyok::try_new(single, DerdiyokGains::for_machine(&machine, &m.rating)).unwrap()),
+            run(&truth, &Derdiyok::try_new(basis(&m, H), DerdiyokGains::for_machine(&machine, &m.rating)).unwrap()),
+        ),
+        (
+            run(&truth, &Utkin::try_new(single, UtkinGains::for_machine(&machine, &m.rating)).unwrap()),
+            run(&truth, &Utkin::try_new(basis(&m, H), UtkinGains::for_machine(&machine, &m.rating)).unwrap()),
+        ),
+    ];
+    for (k, (a, b)) in pairs.iter().enumerate() {
+        // From the run-up on: what happens within the first magnetization is decided by rounding.
+        let off = rms(a[12_000..].iter().zip(&b[12_000..]).map(|(x, y)| x - y));
+        assert!(off < 0.05, "{k}: {off}");
+    }
+}
+
+#[test]
+fn gains_and_limits_out_of_range_are_named() {
+    let m = JADOT_TABLE_I;
+    let machine = machine(&m);
+    let b = basis(&m, H);
+    let told = |e: ObserverError, what: &str| assert!(e.to_string().contains(what), "{e}");
+    let good = KubotaGains::for_machine(&machine, &m.rating).unwrap();
+    told(Kubota::try_new(b, KubotaGains { integral: 0.0, ..good }).unwrap_err(), "integral = 0");
+    told(Kubota::try_new(b, KubotaGains { proportional: f64::NAN, ..good }).unwrap_err(), "proportional = NaN");
+    told(KubotaGains::mended(&machine, 0.0, 0.1, 1.0).unwrap_err(), "rho = 0");
+    let mut skewed = good;
+    skewed.gain[0][1] = 3.0;
+    told(Kubota::try_new(b, skewed).unwrap_err(), "form [x, -y; y, x]");
+    let mut infinite = ThauGains::published();
+    infinite.gain[2][1] = f64::INFINITY;
+    told(Thau::try_new(b, infinite, LoadTorque::Balanced).unwrap_err(), "gain = inf");
+    told(Basis::<f64>::try_new(&machine, &m.rating, 0.1).unwrap_err(), "sample_time_s = 0.1");
+    let limits = Limits { flux_min_vs: 3.0, ..Limits::of(&machine, &m.rating) };
+    told(b.with_limits(limits).unwrap_err(), "flux_min_vs");
+    told(b.with_inverter(InverterNonlinearity { voltage_v: -1.0, zero_crossing_current_a: 0.1 }).unwrap_err(), "voltage_v = -1");
+}
