@@ -21,6 +21,7 @@ mod machine_data;
 #[cfg(feature = "std")]
 pub mod named;
 mod reference;
+mod speed_loop;
 mod speed_regulator;
 mod status;
 mod vector;
@@ -37,5 +38,6 @@ pub use load_torque::{LoadTorque, LoadTorqueObserver};
 pub use machine_data::MachineData;
 pub use mtpa::{Mtpa, MtpaGains, MtpaLaw};
 pub use reference::{ReferenceShaper, Shaped};
+pub use speed_loop::SpeedLoop;
 pub use speed_regulator::SpeedRegulator;
 pub use status::{Reports, Status};

@@ -4,7 +4,7 @@
 //!
 //! with τ̄ the torque after its limit. The reference is followed exactly; a load torque of T shows as T s/(J(s + a)²).
 
-use im_model::Scalar;
+use im_model::{Bound, ModelError, Scalar};
 
 use crate::reference::Shaped;
 use crate::vector::clamp;
@@ -19,6 +19,15 @@ pub struct SpeedRegulator<T> {
 }
 
 impl<T: Scalar> SpeedRegulator<T> {
+    /// Checks the values: both positive.
+    ///
+    /// # Errors
+    /// Names the quantity out of bounds.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        Bound::Positive.check("bandwidth_rad_s", self.bandwidth_rad_s.value())?;
+        Bound::Positive.check("inertia_kg_m2", self.inertia_kg_m2.value())
+    }
+
     /// One sample: torque within ±`limit`, Nm. `integral` is x, Nm.
     #[inline]
     pub fn step(&self, integral: &mut T, wanted: &Shaped<T>, omega_m: T, limit: T, sample_time_s: T) -> T {

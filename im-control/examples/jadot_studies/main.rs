@@ -74,8 +74,11 @@ impl Figures {
     }
 }
 
+/// Points per curve, so that the pictures stay small.
+const POINTS: usize = 260;
+
 fn curve(rows: &[Row], from: f64, y: impl Fn(&Row) -> f64) -> Vec<(f64, f64)> {
-    rows.iter().filter(|r| r.t >= from).map(|r| (r.t, y(r))).collect()
+    rows.iter().step_by(rows.len().div_ceil(POINTS)).filter(|r| r.t >= from).map(|r| (r.t, y(r))).collect()
 }
 
 /// Mean of |y| between two times.
@@ -175,12 +178,14 @@ fn figures_6_and_7(figures: &Figures) -> Result<(), String> {
         let torque = mean(rows, 45.0, 60.0, |_, r| r.torque_hat_nm / r.load_nm - 1.0);
         println!("{name:<16} {}; torque at the end {:.2} %", all.join(", "), 100.0 * torque);
     }
-    let percent = |rows: &[Row], k: usize| {
-        curve(rows, 5.0, |r| {
-            100.0 * r.estimates[k] * ((resistances(r.t)[usize::from(k == 0)] - 1.0) * f64::from(u8::from(k % 2 == 0)) + 1.0)
-        })
+    // R_req, L, R_s over their values of Table I.
+    let factor = |k: usize, t: f64| match k {
+        0 => resistances(t)[1],
+        2 => resistances(t)[0],
+        _ => 1.0,
     };
-    let truth = |k: usize| curve(&slow, 5.0, |r| 100.0 * resistances(r.t)[usize::from(k == 0)]);
+    let percent = |rows: &[Row], k: usize| curve(rows, 5.0, |r| 100.0 * r.estimates[k] * factor(k, r.t));
+    let truth = |k: usize| curve(&slow, 5.0, |r| 100.0 * factor(k, r.t));
     figures.draw(
         "fig6-drift.svg",
         "Estimates while the resistances drift (Fig. 6)",
@@ -214,11 +219,14 @@ fn figures_9_to_11(figures: &Figures) -> Result<(), String> {
     }
     let apart = mean(&full, 10.5, 16.0, |k, r| reduced[k].torque_hat_nm / r.torque_hat_nm - 1.0);
     println!("reduced against full, 10.5 to 16 s: torque estimates {:.2} % apart", 100.0 * apart);
-    for (k, symbol) in [(0, "R_req"), (1, "L")] {
-        let of = |rows: &[Row]| curve(rows, 0.0, |r| 100.0 * r.estimates[k]);
-        let series = [("full", of(&full)), ("reduced", of(&reduced))];
-        figures.draw(&format!("fig9-{symbol}.svg"), &format!("{symbol} (Fig. 9)"), "estimate, percent of the truth", &series)?;
-    }
+    let of = |rows: &[Row], k: usize| curve(rows, 0.0, |r| 100.0 * r.estimates[k]);
+    let series = [
+        ("R_req, full", of(&full, 0)),
+        ("R_req, reduced", of(&reduced, 0)),
+        ("L, full", of(&full, 1)),
+        ("L, reduced", of(&reduced, 1)),
+    ];
+    figures.draw("fig9-estimates.svg", "Full and reduced scheme (Fig. 9)", "estimate, percent of the truth", &series)?;
     let torque = |rows: &[Row]| curve(rows, 1.0, |r| r.torque_hat_nm);
     let load = ("load", curve(&ideal, 1.0, |r| r.load_nm));
     let series = [("full", torque(&full)), ("reduced", torque(&reduced)), load];

@@ -2,5 +2,6 @@
 
 mod bad_input;
 mod common;
+mod limits;
 mod mtpa;
 mod random_machines;
