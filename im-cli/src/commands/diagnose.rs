@@ -8,7 +8,7 @@ use im_diagnose::next_test::{Limits, propose};
 use im_diagnose::refine::Options;
 use im_diagnose::report::{self, Meta, NextTest};
 
-use super::inputs::{Data, quality, refused};
+use super::inputs::{Data, quality, refused, write_quality};
 use crate::failure::Failure;
 use crate::terminal::{Progress, STORY_WIDTH};
 
@@ -19,7 +19,7 @@ Example:
   im diagnose --motor motor.toml --train a.csv --train b.csv --holdout c.csv --out out
 
 Writes out/report.html (open it in a browser), out/motor.refined.toml (every command takes it as
---motor) and out/diagnosis.json.")]
+--motor), out/diagnosis.json, and out/data_quality.json: what was noticed about the recordings.")]
 pub struct Args {
     #[command(flatten)]
     data: Data,
@@ -47,6 +47,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     progress.finish();
     let found = found?;
     let meta = Meta { quality: quality(&noticed), ..meta(&found) };
+    if let Some(dir) = &args.out {
+        write_quality(dir, &noticed)?;
+    }
     finish(&found, &meta, args.out.as_deref(), args.json)
 }
 

@@ -154,6 +154,13 @@ pub fn quality(findings: &[Finding]) -> Option<Vec<String>> {
     Some(findings.iter().map(Finding::line).collect())
 }
 
+/// Writes what was noticed into `dir/data_quality.json`, for programs.
+pub fn write_quality(dir: &Path, findings: &[Finding]) -> Result<(), Failure> {
+    std::fs::create_dir_all(dir)?;
+    let text = format!("{:#}\n", serde_json::json!({"schema": 1, "data_quality": findings}));
+    im_model::write_atomically(&dir.join("data_quality.json"), |w| w.write_all(text.as_bytes())).map_err(Failure::File)
+}
+
 /// A fit that could not be made, for people.
 pub fn refused(motor: &Path, e: &FitError) -> Failure {
     Failure::Input(format!("{}: {e}", motor.display()))

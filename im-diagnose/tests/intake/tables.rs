@@ -38,7 +38,7 @@ fn canonical_and_foreign_tables_say_the_same() {
 fn bad_tables_are_refused_with_their_place() {
     let folder = Folder::new("badtables");
     for (text, expected) in [
-        ("V_LL_V,I_A,P_W\n400,2,200\n", "column P_3ph_W is missing; is P_W meant for it?"),
+        ("V_LL_V,I_A,P_3ph\n400,2,200\n", "column P_3ph_W is missing; is P_3ph meant for it?"),
         ("V_LL_V,I_A,P_3ph_W\n400,x,200\n", "t.csv:2: I_A is \"x\""),
         ("V_LL_V,I_A,P_3ph_W\n400,2,200\n400,-2,200\n", "t.csv:3: I_A is -2, expected a positive current"),
         ("V_LL_V,I_A,P_3ph_W\n400,2,2000\n", "expected no more than √3 U I"),

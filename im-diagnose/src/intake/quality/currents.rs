@@ -5,6 +5,7 @@ use super::clip::{Clipped, flat_tops, redundant, saturation};
 use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
 use crate::intake::mapping::CurrentForm;
 use crate::intake::signals::Signals;
+use crate::noise::white_sigma;
 use crate::report::number;
 
 /// Chooses among second sensors, finds clipped rows, and looks at the sum.
@@ -135,7 +136,9 @@ fn sum(i: [&[f64]; 3], names: [&str; 3], found: &Clipped) -> Option<Finding> {
     let rms = |f: &dyn Fn(usize) -> f64| (rows.iter().map(|&k| f(k).powi(2)).sum::<f64>() / rows.len().max(1) as f64).sqrt();
     let off = |k: usize| i[0][k] + i[1][k] + i[2][k] - found.sum_mean_a;
     let size = (0..3).map(|x| rms(&|k| i[x][k])).fold(0.0, f64::max);
-    let whole = rms(&off);
+    // Noise that comes and goes from row to row is no error of gain or order.
+    let noise = white_sigma(&rows.iter().map(|&k| off(k)).collect::<Vec<_>>());
+    let whole = (rms(&off).powi(2) - noise * noise).max(0.0).sqrt();
     if whole < 0.03 * size {
         return None;
     }
