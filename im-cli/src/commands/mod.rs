@@ -12,6 +12,7 @@ mod design;
 mod diagnose;
 mod effects;
 mod fit;
+mod identify;
 mod inputs;
 mod next_test;
 mod observe;
@@ -30,6 +31,8 @@ pub enum Command {
     Diagnose(diagnose::Args),
     /// Fit the parameters of a motor to recordings
     Fit(fit::Args),
+    /// Estimate parameters as a drive does while running; show where they can be estimated
+    Identify(identify::Args),
     /// Add a physical effect to a motor
     Add(add::Args),
     /// Compare a motor before and after on a recording that neither has seen
@@ -58,6 +61,7 @@ impl Command {
             Self::Report(args) => report::run(&args),
             Self::Diagnose(args) => diagnose::run(&args),
             Self::Fit(args) => fit::run(&args),
+            Self::Identify(args) => identify::run(&args),
             Self::Add(args) => add::run(&args),
             Self::Validate(args) => validate::run(&args),
             Self::NextTest(args) => next_test::run(&args),

@@ -40,7 +40,7 @@ impl SensitivityMap {
 
     /// Four maps side by side two by two as SVG, white where a parameter dominates (0.75 and more), black where it is not seen (0.1 and less).
     pub fn svg(&self, title: &str) -> String {
-        let (width, height) = (2.0 * (SIDE + MARGIN) + 20.0, 2.0 * (SIDE + MARGIN) + 60.0);
+        let (width, height) = (2.0 * (SIDE + MARGIN) + 20.0, 2.0 * (SIDE + MARGIN) + 66.0);
         let mut out = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"12\">\n\
              <rect width=\"{width}\" height=\"{height}\" fill=\"white\"/>\n<text x=\"{MARGIN}\" y=\"20\" font-size=\"14\">{}</text>\n",
@@ -88,11 +88,12 @@ impl SensitivityMap {
                 self.speed_max_rad_s,
             );
         }
-        let _ = writeln!(
-            out,
-            "<text x=\"{MARGIN}\" y=\"{}\">across: speed, rad/s; up: load torque, Nm; white: share of the regressor of 0.75 and more, black: 0.1 and less</text>\n</svg>",
-            height - 8.0
-        );
+        let notes =
+            ["across: speed, rad/s; up: load torque, Nm", "white: share of the regressor of 0.75 and more; black: 0.1 and less"];
+        for (k, note) in notes.into_iter().enumerate() {
+            let _ = writeln!(out, "<text x=\"{MARGIN}\" y=\"{}\">{note}</text>", height - 26.0 + 16.0 * k as f64);
+        }
+        out.push_str("</svg>\n");
         out
     }
 }
