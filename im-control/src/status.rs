@@ -75,11 +75,10 @@ impl Status {
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut first = true;
-        for (k, name) in Self::NAMES.iter().enumerate().filter(|(k, _)| self.0 & (1 << k) != 0) {
+        for (_, name) in Self::NAMES.iter().enumerate().filter(|(k, _)| self.0 & (1 << k) != 0) {
             if !first {
                 f.write_str(", ")?;
             }
-            let _ = k;
             f.write_str(name)?;
             first = false;
         }

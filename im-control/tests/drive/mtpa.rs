@@ -1,10 +1,12 @@
 //! The drive of Kwon et al. on a saturated machine: delta modulation, dead time, and the least current for the torque.
 
 use im_control::mtpa::{LawForm, MtpaLaw};
-use im_control::{MachineData, Mtpa, MtpaGains};
+use im_control::{FieldOriented, FieldOrientedGains, MachineData, Mtpa, MtpaGains, ReferenceShaper, SpeedLoop, SpeedRegulator};
 use im_design::mtpa::laws::fit_log;
 use im_design::mtpa::{for_torque, of_machine};
-use im_model::simulation::{Bridge, Controller, DeltaModulator, Inverter, Load, References, Scenario, Simulation, Source};
+use im_model::simulation::{
+    Bridge, Controller, DeltaModulator, Inverter, Load, Profile, References, Scenario, Simulation, Source,
+};
 use im_model::{Effects, Machine, machines};
 
 fn machine() -> Machine<f64> {
@@ -56,7 +58,6 @@ fn the_current_is_the_least_for_the_torque_within_one_percent() {
         let mut drive = Mtpa::try_new(&known, &law, &MtpaGains::typical(&known)).unwrap();
         let [torque, current] = settled(&machine, &mut drive, &scenario(wanted));
         let least = for_torque(&of_machine(&machine), torque.abs()).unwrap().current_rms_a;
-        eprintln!("{wanted}: {torque} Nm, {current} A, least {least}");
         assert!((current / least - 1.0).abs() < 0.01, "{wanted}: {current} A for {torque} Nm, least {least} A");
         // The law lies within 0.3 % in current, the flux-frame mean and the ripple of 100 µs decisions leave the rest.
         assert!((torque / wanted - 1.0).abs() < 0.03, "{wanted}: {torque}");
@@ -74,7 +75,6 @@ fn more_or_less_slip_gives_less_torque() {
         settled(&machine, &mut drive, &scenario(15.0))[0]
     };
     let [less, law, more] = [0.9, 1.0, 1.1].map(torque);
-    eprintln!("{less} {law} {more}");
     assert!(less < law && more < law, "{less} {law} {more}");
 }
 
@@ -90,4 +90,29 @@ fn the_printed_laws_are_those_of_the_design() {
         assert_eq!(law.at(-torque), (current, -slip));
     }
     assert!((law.at(150.0).0 - 25.4).abs() < 0.1);
+}
+
+/// A torque controller within a speed loop follows speed: here field orientation, whose torque is as fast as its current.
+#[test]
+fn a_speed_loop_makes_a_speed_drive_of_a_torque_controller() {
+    let m = machines::JADOT_TABLE_I;
+    let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+    let known = MachineData::of(&machine, 20.0);
+    let gains = FieldOrientedGains { follows_torque: true, ..FieldOrientedGains::typical(&known, 0.9, 1e-4) };
+    let inner = FieldOriented::try_new(&known, &gains).unwrap();
+    let regulator = SpeedRegulator { bandwidth_rad_s: 30.0, inertia_kg_m2: 0.045 };
+    let shaper = ReferenceShaper { bandwidth_rad_s: 50.0, acceleration_max_rad_s2: 400.0 };
+    let mut drive = SpeedLoop::try_new(&regulator, &shaper, 40.0, inner).unwrap();
+    let mut s = scenario(0.0);
+    (s.inverter, s.imposed_speed, s.duration_s) = (Inverter::Averaged { dc_voltage_v: Some(560.0) }, None, 2.0);
+    let Source::Controller { references, .. } = &mut s.source else { unreachable!() };
+    references.speed_rad_s = Profile::points([[0.5, 0.0], [0.5, 100.0]]).unwrap();
+    references.rotor_flux_vs = 0.9.into();
+    s.load.torque_nm = Profile::points([[1.2, 0.0], [1.2, 15.0]]).unwrap();
+    let run = Simulation::new(&machine, &s).controlled_by(&mut drive).run().unwrap();
+    assert!(
+        (run.recording.omega_m[11_900] - 100.0).abs() < 0.1 && (run.state.omega_m - 100.0).abs() < 0.1,
+        "{}",
+        run.state.omega_m
+    );
 }

@@ -46,13 +46,13 @@ fn check(name: &str, drive: &mut dyn Supervised, truth: &Machine<f64>, case: &Ca
     // Magnetized for five rotor time constants, up, loaded with 0.8 of rated torque, down and backwards.
     let t_m = (5.0 * truth.parameters().rotor_inductance_h() / truth.parameters().rotor_resistance_ohm).clamp(0.3, 1.5);
     let t_j = (1.5 * truth.parameters().inertia_kg_m2 * w / rating.torque_nm).max(0.3);
-    let (up, down) = (t_m, t_m + t_j + 1.3);
+    let (up, down) = (t_m, t_m + t_j + 1.5);
     let speed = points(&[[0.0, 0.0], [up, 0.0], [up + t_j, w], [down, w], [down + 2.0 * t_j, -w]]);
     let load = 0.8 * rating.torque_nm;
-    let on = up + t_j + 0.3;
+    let on = up + t_j + 0.5;
     let off = on + 0.7;
     let torque = points(&[[0.0, 0.0], [on, 0.0], [on, load], [off, load], [off, 0.0]]);
-    let mut s = case.scenario(speed, torque, down + 2.0 * t_j + 0.3);
+    let mut s = case.scenario(speed, torque, down + 2.0 * t_j + 0.5);
     s.sensors.current_noise_a = 0.005 * case.known.current_max_a;
     s.sensors.speed_noise_rad_s = 5e-4 * case.speed_rad_s();
     let run = Simulation::new(truth, &s).controlled_by(drive).run().unwrap();
