@@ -12,6 +12,7 @@ pub mod raw;
 pub mod signals;
 pub mod sniff;
 pub mod steady_table;
+mod thin;
 pub mod unit;
 
 use std::path::{Path, PathBuf};
@@ -82,7 +83,12 @@ fn read_one(path: &Path, mapping: Option<Mapping>, motor: &MotorFile) -> Result<
         finding.recording.clone_from(&signals.name);
         checked.findings.push(finding);
     }
-    Ok(Intake { draft, ..assemble(&signals, checked, mapping.begin) })
+    let mut taken = Intake { draft, ..assemble(&signals, checked, mapping.begin) };
+    if let Some(mut finding) = thin::thin(&mut taken.experiment, motor.rating.electrical_frequency_hz) {
+        finding.recording.clone_from(&signals.name);
+        taken.findings.push(finding);
+    }
+    Ok(taken)
 }
 
 /// Guesses what the columns of a file mean.
