@@ -9,13 +9,14 @@
 //! - A command that is no number restarts the controller.
 
 use im_model::simulation::{Command, Controller, Measured, Reference};
+use im_model::space_vector::norm2;
 use im_model::{Bound, Complex, ModelError, Scalar};
 
 use crate::error::ControlError;
 use crate::machine_data::MachineData;
 use crate::modulation::DeadTimeCompensation;
 use crate::status::{Reports, Status};
-use crate::vector::{clamp, is_finite, norm, rotation, shortened, within_hexagon};
+use crate::vector::{clamp, is_finite, rotation, shortened, within_hexagon};
 
 /// What is believed and what may be asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -175,7 +176,7 @@ impl<T: Scalar, C: Controller<T> + Reports + Clone> Drive<T, C> {
         let sample_time_s = if t_ok { m.sample_time_s } else { last.sample_time_s };
         let speed_ok = m.omega_m.is_finite() && m.omega_m.abs() <= l.speed_range_rad_s;
         let omega_m = if speed_ok { m.omega_m } else { last.omega_m };
-        let current_ok = t_ok && is_finite(m.i_s) && norm(m.i_s) <= l.current_range_a;
+        let current_ok = t_ok && is_finite(m.i_s) && norm2(m.i_s) <= l.current_range_a * l.current_range_a;
         let n_p = T::from_f64(f64::from(l.pole_pairs));
         let i_s = if current_ok { m.i_s } else { last.i_s * rotation(n_p * omega_m * sample_time_s) };
         let dc_ok = m.dc_voltage_v.is_finite() && m.dc_voltage_v >= T::zero();
@@ -185,7 +186,7 @@ impl<T: Scalar, C: Controller<T> + Reports + Clone> Drive<T, C> {
             .and_if(!current_ok, Status::CURRENT_LOST)
             .and_if(!speed_ok, Status::SPEED_LOST)
             .and_if(!dc_ok, Status::DC_VOLTAGE_LOST)
-            .and_if(current_ok && norm(i_s) > l.overcurrent_a, Status::OVERCURRENT);
+            .and_if(norm2(i_s) > l.overcurrent_a * l.overcurrent_a, Status::OVERCURRENT);
         (Measured { i_s, omega_m, u_s, dc_voltage_v, sample_time_s }, status)
     }
 

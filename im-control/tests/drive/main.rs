@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod common;
+mod designed;
 mod limits;
 mod mtpa;
 mod random_machines;
