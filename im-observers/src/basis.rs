@@ -168,15 +168,13 @@ impl<T: Scalar> Basis<T> {
         status.add_if(!current_ok, Status::CURRENT_LOST);
         let (i_s, i_before) = if current_ok { (input.i_s, watch.i_s) } else { (i_hat, i_hat) };
         let i_before = if watch.has_current { i_before } else { i_s };
-        let size = norm2(input.u_s);
         let limit = self.limits.voltage_max_v;
         let mut u_s = input.u_s;
-        let voltage_ok = size <= limit * limit;
+        let voltage_ok = norm2(u_s) <= limit * limit;
         if !voltage_ok {
-            let finite = u_s.re.is_finite() && u_s.im.is_finite() && size.is_finite();
-            status.add_if(finite, Status::VOLTAGE_LIMITED);
-            status.add_if(!finite, Status::VOLTAGE_LOST);
-            u_s = if finite { u_s * (limit / size.sqrt()) } else { watch.u_s };
+            let reason;
+            (u_s, reason) = usable(u_s, limit, watch.u_s);
+            status = status.and(reason);
         }
         let i_mean = (i_before + i_s).scale(T::from_f64(0.5));
         let u_machine = match &self.inverter {
@@ -200,9 +198,8 @@ impl<T: Scalar> Basis<T> {
         let mut status = sample.status;
         let limits = &self.limits;
         let (flux2, current2) = (norm2(*lambda), norm2(*i_hat));
-        // The difference of something with itself is zero unless it is not finite.
-        let sum = flux2 + current2 + omega_m;
-        let finite = (sum - sum).is_zero();
+        // Zero times anything is zero, unless that is not finite.
+        let finite = ((flux2 + current2 + omega_m) * T::zero()).is_zero();
         if !finite {
             *watch = Watch::default();
             let zero = Complex::zero();
@@ -212,12 +209,9 @@ impl<T: Scalar> Basis<T> {
             return (estimate, false);
         }
         status.add_if(flux2 < limits.flux_min_vs * limits.flux_min_vs, Status::FLUX_LOW);
-        if flux2 > limits.flux_max_vs * limits.flux_max_vs {
-            *lambda = lambda.scale(limits.flux_max_vs / flux2.sqrt());
-            status = status.and(Status::LIMITED);
-        }
-        if current2 > limits.current_max_a * limits.current_max_a {
-            *i_hat = i_hat.scale(limits.current_max_a / current2.sqrt());
+        if flux2 > limits.flux_max_vs * limits.flux_max_vs || current2 > limits.current_max_a * limits.current_max_a {
+            *lambda = shortened(*lambda, limits.flux_max_vs);
+            *i_hat = shortened(*i_hat, limits.current_max_a);
             status = status.and(Status::LIMITED);
         }
         status.add_if(omega_m.abs() >= limits.speed_max_rad_per_s, Status::LIMITED);
@@ -230,6 +224,19 @@ impl<T: Scalar> Basis<T> {
         let torque_nm = constants.torque * cross(*lambda, sample.i_s);
         (Estimate { rotor_flux_vs: *lambda, omega_m, torque_nm, residual_a, status }, true)
     }
+}
+
+/// A voltage beyond its limit, cut; one that is not finite, replaced by the one before.
+#[cold]
+fn usable<T: Scalar>(u_s: Complex<T>, limit: T, before: Complex<T>) -> (Complex<T>, Status) {
+    if norm2(u_s).is_finite() { (shortened(u_s, limit), Status::VOLTAGE_LIMITED) } else { (before, Status::VOLTAGE_LOST) }
+}
+
+/// Cuts a vector to a length.
+#[cold]
+fn shortened<T: Scalar>(z: Complex<T>, longest: T) -> Complex<T> {
+    let size = norm2(z).sqrt();
+    if size > longest { z.scale(longest / size) } else { z }
 }
 
 impl Limits<f64> {
