@@ -131,6 +131,7 @@ pub enum CurrentForm {
 }
 
 /// The speed.
+#[allow(clippy::large_enum_variant)] // One per recording.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Speed {
     /// Not measured.
@@ -147,6 +148,7 @@ pub enum Speed {
 }
 
 /// The load torque.
+#[allow(clippy::large_enum_variant)] // One per recording.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Load {
     /// Not known: taken as zero.

@@ -112,10 +112,10 @@ impl SteadyTable {
             let wrong = |key: &str, x: f64, expected: &str| {
                 Err(rows.error(Some(key), Problem::Unexpected { found: x.to_string(), expected: expected.to_owned() }))
             };
-            if !(voltage > 0.0) {
+            if voltage <= 0.0 {
                 return wrong(CANONICAL[0], voltage, "a positive voltage");
             }
-            if !(current > 0.0) {
+            if current <= 0.0 {
                 return wrong(CANONICAL[2], current, "a positive current");
             }
             if power.abs() > 1.1 * 3.0 * voltage * current {

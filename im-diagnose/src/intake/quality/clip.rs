@@ -34,6 +34,7 @@ pub struct Clipped {
 }
 
 /// Looks through three phase currents; `trusted` phases have a second sensor that vouches for them.
+#[allow(clippy::needless_range_loop)] // Phases are counted through several arrays at once.
 pub fn saturation(i: [&[f64]; 3], trusted: [bool; 3]) -> Clipped {
     let n = i[0].len();
     let raw = |k: usize| i[0][k] + i[1][k] + i[2][k];
@@ -72,8 +73,8 @@ pub fn saturation(i: [&[f64]; 3], trusted: [bool; 3]) -> Clipped {
     let begins: Vec<usize> = (1..n).filter(begin).collect();
     let mut knees: Vec<f64> = begins.iter().copied().filter_map(|k| culprit(k).map(|x| i[x][k].abs())).collect();
     let knee = if knees.is_empty() { f64::INFINITY } else { NEAR * median(&mut knees) };
-    for x in (0..3).filter(|&x| !trusted[x]) {
-        let proven = i[x]
+    for (x, phase) in i.iter().enumerate().filter(|(x, _)| !trusted[*x]) {
+        let proven = phase
             .windows(PROOF)
             .enumerate()
             .filter(|(k, _)| wrong[*k..*k + PROOF].iter().all(|w| !w))
@@ -163,7 +164,7 @@ pub fn flat_tops(x: &[f64]) -> Vec<bool> {
     let mut marked = vec![false; x.len()];
     let (low, high) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let span = high - low;
-    if !(span > 0.0) {
+    if span <= 0.0 || span.is_nan() {
         return marked;
     }
     // Converters repeat their end code exactly; a hundred-thousandth allows for a gain taken out in between.

@@ -60,7 +60,7 @@ fn one(rows: Range<usize>, u: &[Complex<f64>], i: &[Complex<f64>], speed: Option
     }
     let per_period = 2.0 * PI / (omega.abs() * dt);
     let periods = (rows.len() as f64 / per_period).floor();
-    if !(periods >= PERIODS) || per_period < 4.0 {
+    if periods.is_nan() || periods < PERIODS || per_period < 4.0 {
         return None;
     }
     let whole = rows.start..rows.start + (periods * per_period).round() as usize;
