@@ -6,3 +6,4 @@ mod designed;
 mod limits;
 mod mtpa;
 mod random_machines;
+mod sensorless;

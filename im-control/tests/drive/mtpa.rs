@@ -9,14 +9,14 @@ use im_model::simulation::{
 };
 use im_model::{Effects, Machine, machines};
 
-fn machine() -> Machine<f64> {
+pub fn machine() -> Machine<f64> {
     let m = machines::JADOT_TABLE_I;
     let mut e = Effects::scaled(&m.rating, &m.parameters(), m.pole_pairs);
     e.main_flux_saturation.excess = 0.5;
     Machine::try_new(m.parameters(), m.pole_pairs, e).unwrap()
 }
 
-fn scenario(torque: f64) -> Scenario {
+pub fn scenario(torque: f64) -> Scenario {
     let bridge = Bridge { dead_time_s: 3e-6, ..Bridge::ideal(560.0) };
     Scenario {
         source: Source::Controller {
@@ -31,7 +31,7 @@ fn scenario(torque: f64) -> Scenario {
 }
 
 /// Mean torque, and rms of the fundamental of the current, over the last half second.
-fn settled(machine: &Machine<f64>, controller: &mut dyn Controller<f64>, scenario: &Scenario) -> [f64; 2] {
+pub fn settled(machine: &Machine<f64>, controller: &mut dyn Controller<f64>, scenario: &Scenario) -> [f64; 2] {
     let run = Simulation::new(machine, scenario).controlled_by(controller).with_internals().run().unwrap();
     let x = run.internals.unwrap();
     let n = x.torque_nm.len();
@@ -44,7 +44,7 @@ fn settled(machine: &Machine<f64>, controller: &mut dyn Controller<f64>, scenari
     [torque, mean.norm() / 2f64.sqrt()]
 }
 
-fn law(machine: &Machine<f64>) -> MtpaLaw<f64> {
+pub fn law(machine: &Machine<f64>) -> MtpaLaw<f64> {
     let fit = fit_log(&of_machine(machine), [1.0, 40.0], 0.003).unwrap();
     MtpaLaw::series(fit.torque_n_m, &fit.current, &fit.slip).unwrap()
 }
