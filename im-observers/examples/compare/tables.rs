@@ -125,7 +125,7 @@ pub fn pictures() -> Vec<(&'static str, String)> {
         errors.push(Line { name, points: rows().map(|k| (truth.time_s(k), e[k].omega_m - truth.omega[k])).collect() });
     }
     let mut wrong: Vec<Line> = names.iter().map(|name| Line { name, points: Vec::new() }).collect();
-    for share in [0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8] {
+    for share in [0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.15, 0.2] {
         let truth = maker.at(share * maker.speed(), maker.slip(0.4), 3.0, 0.0);
         for (kind, line) in shown.into_iter().zip(&mut wrong) {
             let e = maker.make(kind, 0.9, 1.0).over(&truth);
