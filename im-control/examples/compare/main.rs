@@ -34,15 +34,16 @@ fn shown(x: f64, digits: usize, factor: f64) -> String {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut cost = Cost(Vec::new());
-    common::each(false, &mut cost);
+    let (mut alone, mut closed) = (Cost(Vec::new()), Cost(Vec::new()));
+    common::each(false, &mut alone);
+    common::each(true, &mut closed);
     let truths = truths();
     print!("| controller | speed error rad/s | torque error Nm | torque ripple Nm | current A | losses W |");
     for (name, _) in &truths[1..] {
         print!(" {name} |");
     }
-    println!(" step ns |");
-    println!("|{}", "---|".repeat(7 + truths.len() - 1));
+    println!(" step ns | closed loop ns |");
+    println!("|{}", "---|".repeat(8 + truths.len() - 1));
     for name in NAMES {
         let figures = truths.iter().map(|(_, machine)| Figures::of(name, machine)).collect::<Result<Vec<_>, _>>()?;
         let f = &figures[0];
@@ -51,8 +52,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for f in &figures[1..] {
             print!(" {}, {:.2}, {} |", shown(f.speed_rms, 2, 1.0), f.torque_rms, shown(f.flux_error, 0, 100.0));
         }
-        let step = cost.0.iter().find(|(n, _)| n == name).map_or(f64::NAN, |(_, ns)| *ns);
-        println!(" {step:.0} |");
+        let of = |cost: &Cost| cost.0.iter().find(|(n, _)| n == name).map_or("–".into(), |(_, ns)| format!("{ns:.0}"));
+        println!(" {} | {} |", of(&alone), of(&closed));
+    }
+    if let Some((name, ns)) = closed.0.last() {
+        println!("\n{name}: closed loop {ns:.0} ns");
     }
     println!("\nUnder each other truth: speed error rad/s, torque error Nm, mean error of the flux %.");
     Ok(())
