@@ -16,6 +16,9 @@ use im_model::{Complex, Scalar};
 /// Added to the diagonal before inverting: below it information counts as none.
 const NOTHING: f64 = 1e-6;
 
+/// Every how many samples the matrix is looked into: windows are long against it, and it costs more than all the rest.
+const EVERY: u8 = 8;
+
 /// How well a window determines N parameters, by relative error; from 0 to 1/N, at best equal for all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Excitation<T, const N: usize> {
@@ -39,12 +42,14 @@ pub struct ExcitationMonitor<T, const N: usize> {
     information: [[T; N]; N],
     weakest: [T; N],
     last: Excitation<T, N>,
+    /// Samples since the matrix was last looked into.
+    since: u8,
 }
 
 impl<T: Scalar, const N: usize> Default for ExcitationMonitor<T, N> {
     fn default() -> Self {
         let zero = T::zero();
-        Self { information: [[zero; N]; N], weakest: [T::one(); N], last: Excitation::none(zero) }
+        Self { information: [[zero; N]; N], weakest: [T::one(); N], last: Excitation::none(zero), since: 0 }
     }
 }
 
@@ -74,11 +79,14 @@ impl<T: Scalar, const N: usize> ExcitationMonitor<T, N> {
                 *m += (dot(regressor[i], regressor[j]) * weight - *m) * share;
             }
         }
-        self.last = self.evaluate();
+        self.since += 1;
+        if self.since >= EVERY {
+            (self.since, self.last) = (0, self.evaluate());
+        }
         self.last
     }
 
-    /// M + εI = LDLᵀ; inverse iteration on it, one step per sample, from the last direction.
+    /// M + εI = LDLᵀ; one step of inverse iteration on it, from the last direction.
     fn evaluate(&mut self) -> Excitation<T, N> {
         let (zero, one, nothing) = (T::zero(), T::one(), T::from_f64(NOTHING));
         let m = &self.information;
@@ -143,6 +151,10 @@ impl<T: Scalar, const N: usize> ExcitationMonitor<T, N> {
         let mut smallest = zero;
         for i in 0..N {
             v[i] *= scale;
+            // Directions that drop out must not linger as denormal numbers, which are slow.
+            if v[i].abs() < nothing {
+                v[i] = zero;
+            }
             let mut row = m[i][i] * v[i];
             for j in 0..i {
                 row += m[i][j] * v[j] + m[i][j] * v[j];
