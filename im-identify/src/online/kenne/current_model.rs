@@ -182,4 +182,24 @@ mod tests {
             assert!(worst < tolerance * size, "{h} s, {gain} 1/s: {worst} of {size}");
         }
     }
+
+    /// f₁ is β di_r/dt, and not (β/L_r) dψ_r/dt: at no load it vanishes although the flux turns.
+    #[test]
+    fn f_1_is_the_derivative_of_the_rotor_current() {
+        let m = machines::JADOT_TABLE_I;
+        let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+        let (w, omega) = (m.parameters().windings(), 100.0 * core::f64::consts::PI);
+        let c = w.kenne(m.pole_pairs);
+        for load in [0.0, 5.0, 26.0] {
+            let x = steady_state(&machine, 326.6, 50.0, Held::Load(load)).unwrap();
+            let currents = Plant::new(&machine).currents(&x);
+            // Everything turns with the supply, whose voltage points along α.
+            let (u, i_rate) = (Complex::new(326.6, 0.0), j(currents.i_s) * omega);
+            let f_1 = u * c.gamma[1] - currents.i_s * c.gamma[2] - i_rate * c.gamma[3];
+            let truth = j(currents.i_r) * (omega * w.derived(m.pole_pairs).beta);
+            let flux = j(x.psi_r) * (omega * w.derived(m.pole_pairs).beta / w.rotor_inductance_h);
+            assert!((f_1 - truth).norm() < 1e-6 * flux.norm(), "{load}: {f_1} {truth}");
+            assert!((f_1 - flux).norm() > 0.5 * flux.norm(), "{load}: {f_1} {flux}");
+        }
+    }
 }
