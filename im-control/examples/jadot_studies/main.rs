@@ -56,6 +56,11 @@ fn trajectory() -> Study<'static> {
     Study { duration_s: TIMES[3], speed_percent: &speed, load_percent: &load, resistances: &|_| [1.0, 1.0], start: START }
 }
 
+/// A quantity of a row with its name.
+type Named<'a> = (&'a str, &'a dyn Fn(&Row) -> f64);
+/// Reproduces some figures.
+type Reproduce = fn(&Figures) -> Result<(), String>;
+
 struct Figures {
     directory: Option<PathBuf>,
 }
@@ -234,7 +239,7 @@ fn figures_9_to_11(figures: &Figures) -> Result<(), String> {
     let current = |rows: &[Row]| curve(rows, 1.0, |r| r.current_a);
     let series = [("full", current(&full)), ("reduced", current(&reduced)), ("right parameters", current(&ideal))];
     figures.draw("fig10-current.svg", "Current consumption (Fig. 10)", "A, peak", &series)?;
-    let states: [(&str, &dyn Fn(&Row) -> f64); 4] = [
+    let states: [Named<'_>; 4] = [
         ("phi_d", &|r| r.phi[0].re),
         ("phi_q", &|r| r.phi[0].im),
         ("phi_d ref", &|r| r.phi[1].re),
@@ -242,7 +247,7 @@ fn figures_9_to_11(figures: &Figures) -> Result<(), String> {
     ];
     let series = states.map(|(n, y)| (n, curve(&reduced, 0.0, y)));
     figures.draw("fig11-flux.svg", "Flux with the reduced scheme (Fig. 11)", "Vs", &series)?;
-    let states: [(&str, &dyn Fn(&Row) -> f64); 4] =
+    let states: [Named<'_>; 4] =
         [("i_d", &|r| r.i[0].re), ("i_q", &|r| r.i[0].im), ("i_d ref", &|r| r.i[1].re), ("i_q ref", &|r| r.i[1].im)];
     let series = states.map(|(n, y)| (n, curve(&reduced, 0.0, y)));
     figures.draw("fig11-current.svg", "Current with the reduced scheme (Fig. 11)", "A", &series)?;
@@ -256,7 +261,7 @@ fn main() -> Result<(), String> {
     let out = arguments.iter().position(|a| a == "--out").and_then(|k| arguments.get(k + 1));
     let figures = Figures { directory: out.map(|d| Path::new(d).to_owned()) };
     let name = arguments.first().filter(|a| *a != "--out").map_or("all", String::as_str);
-    let studies: [(&str, fn(&Figures) -> Result<(), String>); 3] =
+    let studies: [(&str, Reproduce); 3] =
         [("trajectory", figures_3_to_5), ("drift", figures_6_and_7), ("reduced", figures_9_to_11)];
     let mut ran = false;
     for (study, run) in studies.into_iter().filter(|(study, _)| name == "all" || name == *study) {
