@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use im_identify::offline::{Experiment, FitError, FitOptions, residuals};
-use im_model::{EffectId, Machine, MotorFile, ParameterId, State};
+use im_identify::offline::{Experiment, Fit, FitError, FitOptions, residuals};
+use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use crate::case::Case;
 use crate::leftover::{Dependence, dependences};
 use crate::refine::{Course, Model, Options, Refinement, UNSTABLE, cosine, judged, mean_square, pulled};
-use crate::score::{strengths, threshold};
+use crate::score::{LEAST_KEEP, Score, strengths, threshold};
 
 /// What the data say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +85,8 @@ pub struct Candidate {
     pub detectable_size: f64,
     /// Largest usual size, in the same unit.
     pub usual_size: f64,
+    /// Whether the recordings could show it at a usual size.
+    pub excited: bool,
     /// Unit.
     pub unit: &'static str,
     /// What follows.
@@ -307,7 +309,7 @@ fn ranking(loop_: &Refinement, course: &Course, significance: f64) -> Vec<Candid
                 if rivals.is_empty() { "added".into() } else { format!("added; cannot be told from {}", rivals.join(", ")) }
             } else if course.alternatives.iter().flatten().any(|e| *e == s.effect) {
                 "explains the data as well as an effect added".into()
-            } else if s.detectable > usual {
+            } else if !shown(s, usual, threshold) {
                 "not excited: these recordings cannot show it at any usual size".into()
             } else if !first.significant.contains(&s.effect) {
                 "not needed".into()
@@ -326,12 +328,30 @@ fn ranking(loop_: &Refinement, course: &Course, significance: f64) -> Vec<Candid
                 keep: s.keep,
                 detectable_size: s.detectable,
                 usual_size: usual,
+                excited: shown(s, usual, threshold),
                 unit: info.unit,
                 conclusion,
                 most_alike: alike,
             }
         })
         .collect()
+}
+
+/// Whether the recordings show an effect, or would at its largest usual size.
+fn shown(s: &Score, usual: f64, threshold: f64) -> bool {
+    s.score > threshold || (s.detectable <= usual && s.keep >= LEAST_KEEP)
+}
+
+/// Largest relative standard deviation of a resistance or an inductance that counts as known.
+const KNOWN: f64 = 0.05;
+
+/// Whether the recordings determine the resistances and inductances of the machine.
+fn determined(fit: &Fit) -> bool {
+    use BaseParameter as P;
+    let electrical = [P::StatorResistance, P::RotorResistance, P::StatorLeakageInductance, P::MagnetizingInductance];
+    let (values, std) = (fit.values(), fit.standard_deviations());
+    let of = |p: P| fit.free.iter().position(|f| f.id() == Some(ParameterId::Base(p)));
+    electrical.into_iter().filter_map(of).all(|k| std[k] <= KNOWN * values[k])
 }
 
 /// Least gain, in noise floors, of a candidate that hints at an effect too small to be confirmed.
@@ -388,12 +408,12 @@ fn verdict(course: &Course, ranking: &[Candidate], leftover: &[Dependence], floo
     if let Some(v) = verdict_of(course, leftover, floor) {
         return v;
     }
-    let unexcited = ranking.iter().filter(|c| c.detectable_size > c.usual_size).count();
+    let unexcited = ranking.iter().filter(|c| !c.excited).count();
     // A candidate that fits better than chance allows, yet gains too little to be confirmed.
     let first = &course.models[0];
     let gains = |m: &Model| first.train() - m.train() > HINT && likelier(first, m, ranking.len());
     let hinted = course.rounds.iter().flat_map(|r| &r.trials).any(|t| gains(&t.model));
-    if 3 * unexcited > ranking.len() || hinted { Verdict::Inconclusive } else { Verdict::Adequate }
+    if 3 * unexcited > ranking.len() || hinted || !determined(&first.fit) { Verdict::Inconclusive } else { Verdict::Adequate }
 }
 
 fn changes(before: &MotorFile, after: &MotorFile, last: &Model) -> Vec<ParameterChange> {

@@ -11,3 +11,4 @@ pub mod noise;
 pub mod refine;
 pub mod report;
 pub mod score;
+pub mod tables;

@@ -90,7 +90,7 @@ fn proposal(
         return None;
     }
     let experiments: Vec<Experiment> = pulled(&[Experiment::from_recording(r, [noise.0; 2], noise.1)]);
-    let free = base_parameters();
+    let free = base_parameters(&machine);
     let fitted = fit(&machine, &experiments, &free, &FitOptions { iterations: 3, ..FitOptions::near() }).ok()?;
     let context = ScoreContext::new(&fitted.machine, &fitted.starts, &experiments, &motor.rating, &free);
     let scores: Vec<Score> = open.par_iter().filter_map(|&e| context.score(e)).collect();

@@ -189,7 +189,7 @@ impl Refinement {
     }
 
     fn free(&self, machine: &Machine<f64>, effects: &[EffectId], experiments: &[Experiment]) -> Vec<Free> {
-        let mut free = base_parameters();
+        let mut free = base_parameters(machine);
         if experiments.iter().all(|e| e.supply_frequency_hz.is_some()) {
             // Nothing accelerates in a table.
             free.retain(|f| f.id() != Some(ParameterId::Base(BaseParameter::Inertia)));

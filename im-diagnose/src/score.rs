@@ -55,6 +55,10 @@ pub struct ScoreContext<'a> {
     variance: f64,
 }
 
+/// Least part of a signature that a refit must not be able to imitate for its size to mean anything: below it, what tells it apart is
+/// smaller than what the linear projection neglects.
+pub const LEAST_KEEP: f64 = 1e-3;
+
 /// Highest order of the noise model.
 pub const NOISE_ORDER: usize = 8;
 
@@ -199,30 +203,35 @@ impl<'a> ScoreContext<'a> {
             };
             let norms: Vec<f64> = raw.iter().map(|g| g.iter().map(|x| x * x).sum::<f64>()).collect();
             let columns: Vec<Vec<f64>> = raw.into_iter().map(|g| self.projected(g)).collect();
-            let n = columns.len();
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-            let gram = DMatrix::from_fn(n, n, |a, b| dot(&columns[a], &columns[b]));
-            let b = DVector::from_fn(n, |a, _| dot(&columns[a], &self.residual));
-            if (0..n).any(|k| norms[k] <= 0.0 || gram[(k, k)] <= 1e-12 * norms[k]) {
+            // A strength that a refit imitates all but wholly has no size of its own here: the others speak for the effect.
+            let kept = |least: f64| -> Vec<usize> {
+                (0..columns.len()).filter(|&k| dot(&columns[k], &columns[k]) > least * norms[k]).collect()
+            };
+            let used = Some(kept(LEAST_KEEP)).filter(|u| !u.is_empty()).unwrap_or_else(|| kept(1e-12));
+            let n = used.len();
+            if n == 0 {
                 continue;
             }
+            let gram = DMatrix::from_fn(n, n, |a, b| dot(&columns[used[a]], &columns[used[b]]));
+            let b = DVector::from_fn(n, |a, _| dot(&columns[used[a]], &self.residual));
             let Some(chol) = gram.clone().cholesky() else { continue };
             let x = chol.solve(&b);
             let score = (b.dot(&x) / self.variance).max(0.0);
             let lead = (0..n).max_by(|&p, &q| (gram[(p, p)] * x[p] * x[p]).total_cmp(&(gram[(q, q)] * x[q] * x[q]))).unwrap_or(0);
             if best.as_ref().is_none_or(|s| score > s.score) {
                 let threshold = threshold(n, 0.01 / (EffectId::ALL.len() * tried) as f64);
-                let stride = (columns[lead].len() / 4000).max(1);
+                let stride = (columns[used[lead]].len() / 4000).max(1);
                 best = Some(Score {
                     effect,
                     score,
                     freedom: n,
                     log_p: (log_p(score, n) - (tried as f64).log10()).max(0.0),
-                    keep: gram[(lead, lead)] / norms[lead],
-                    predicted: x.iter().copied().collect(),
+                    keep: gram[(lead, lead)] / norms[used[lead]],
+                    predicted: (0..columns.len()).map(|k| used.iter().position(|u| *u == k).map_or(0.0, |p| x[p])).collect(),
                     detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / gram[(lead, lead)].sqrt(),
                     shape,
-                    signature: columns[lead].iter().step_by(stride).copied().collect(),
+                    signature: columns[used[lead]].iter().step_by(stride).copied().collect(),
                 });
             }
         }

@@ -46,7 +46,7 @@ fn main() {
         start: Start::Rest,
     };
     let experiments = [experiment];
-    let free = base_parameters();
+    let free = base_parameters(&machine(GUESS));
     let options = FitOptions::default();
     let time = |f: &mut dyn FnMut()| {
         let mut best = f64::MAX;

@@ -42,7 +42,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (case, noticed) = args.data.case()?;
     let progress = Progress::new("diagnosing");
     progress.then("fitting and scoring");
-    let options = Options { significance: args.significance, ..Options::default() };
+    let options = Options { significance: args.significance, ..args.data.options() };
     let found = diagnose(case, options).map_err(|e| refused(&args.data.motor, &e));
     progress.finish();
     let found = found?;

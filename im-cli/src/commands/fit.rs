@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use im_diagnose::diagnosis::errors;
-use im_diagnose::refine::{Options, Refinement};
+use im_diagnose::refine::Refinement;
 use im_model::MotorFile;
 use serde_json::json;
 
@@ -40,7 +40,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let before = case.motor.clone();
     let progress = Progress::new("fitting");
     progress.then("fitting");
-    let fitted = Refinement::new(case, Options::default()).map_err(|e| refused(&args.data.motor, &e));
+    let fitted = Refinement::new(case, args.data.options()).map_err(|e| refused(&args.data.motor, &e));
     progress.finish();
     let (refinement, model) = fitted?;
     let fit = &model.fit;

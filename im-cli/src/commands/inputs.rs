@@ -4,7 +4,9 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use im_diagnose::case::Case;
-use im_diagnose::intake::{self, Draft, Finding, Intake, IntakeError};
+use im_diagnose::intake::{self, Draft, Finding, Intake, IntakeError, SteadyTable};
+use im_diagnose::refine::Options;
+use im_diagnose::tables;
 use im_identify::offline::FitError;
 use im_model::MotorFile;
 
@@ -17,8 +19,11 @@ pub struct Data {
     #[arg(long, value_name = "FILE")]
     pub motor: PathBuf,
     /// A recording to learn from, or its recording.toml; give it several times for several recordings
-    #[arg(long, value_name = "FILE", required = true)]
+    #[arg(long, value_name = "FILE", required_unless_present = "table")]
     pub train: Vec<PathBuf>,
+    /// A table of steady states instead (V_LL_V, I_A, P_3ph_W, Q_3ph_var, n_rpm, T_Nm); give no-load, locked-rotor and load tests together
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["train", "holdout"])]
+    pub table: Vec<PathBuf>,
     /// A recording that no fit sees, to check on
     #[arg(long, value_name = "FILE")]
     pub holdout: Option<PathBuf>,
@@ -28,10 +33,20 @@ pub struct Data {
 }
 
 impl Data {
+    /// The effects to consider: all of the library, or those that a table can show.
+    pub fn options(&self) -> Options {
+        let candidates = if self.table.is_empty() { Vec::new() } else { tables::CANDIDATES.to_vec() };
+        Options { candidates, ..Options::default() }
+    }
+
     /// Reads everything; what was noticed about the recordings comes along.
     pub fn case(&self) -> Result<(Case, Vec<Finding>), Failure> {
         let motor = MotorFile::read(&self.motor)?;
         let mapping = self.mapping.as_deref();
+        if !self.table.is_empty() {
+            let tables = self.table.iter().map(|p| SteadyTable::read(p, mapping)).collect::<Result<Vec<_>, _>>()?;
+            return tables::case(motor, &tables).map_err(|e| refused(&self.motor, &e));
+        }
         let train = recordings(&self.train, mapping, &motor)?;
         let holdout = self.holdout.as_deref().map(|p| recording(p, mapping, &motor)).transpose()?;
         let findings = findings(train.iter().chain(&holdout));

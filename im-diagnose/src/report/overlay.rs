@@ -209,22 +209,21 @@ pub(crate) fn data(views: &[View], models: &Models, worst: &Window) -> String {
                 levels.push(thinned(v, stride));
                 levels
             };
-            json!({"name": names[k], "sample": t, "end": n as f64 * t, "levels": levels})
-        })
-        .collect();
-    let channels: Vec<Value> = views[0]
-        .experiment
-        .channels
-        .iter()
-        .map(|c| {
-            let (name, unit) = channel_words(&c.name, c.kind);
-            json!({"name": name, "unit": unit, "noise": c.sigma})
+            let channels: Vec<Value> = v
+                .experiment
+                .channels
+                .iter()
+                .map(|c| {
+                    let (name, unit) = channel_words(&c.name, c.kind);
+                    json!({"name": name, "unit": unit, "noise": c.sigma})
+                })
+                .collect();
+            json!({"name": names[k], "sample": t, "end": n as f64 * t, "channels": channels, "levels": levels})
         })
         .collect();
     let [a, b] = worst_tenth(&views[worst.run], worst);
     json!({
         "models": models.iter().map(|m| json!({"name": m.0, "class": m.1})).collect::<Vec<_>>(),
-        "channels": channels,
         "runs": runs,
         "worst": {"run": worst.run, "from": worst.from_s, "to": worst.to_s},
         "tenth": {"from": a, "to": b},

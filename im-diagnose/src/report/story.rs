@@ -1,6 +1,6 @@
 //! What there is to tell: models, recordings with what each model says, where they fail, and the sentences. HTML and terminal share it.
 
-use im_identify::offline::{Experiment, predict, start_on};
+use im_identify::offline::{Channel, Experiment, predict, start_on};
 use im_model::{EffectId, MotorFile, State};
 use rayon::prelude::*;
 
@@ -42,7 +42,10 @@ pub(crate) struct Story<'a> {
     /// Error of the motor as given, where it can be simulated.
     pub given: Option<(Errors, Option<Errors>)>,
     pub shown: Vec<Shown>,
+    /// Recordings over time.
     pub views: Vec<View>,
+    /// Tables of steady states.
+    pub tables: Vec<View>,
 }
 
 impl<'a> Story<'a> {
@@ -81,8 +84,11 @@ impl<'a> Story<'a> {
                 place: localise(&Signals::of(&m.fit.machine, &guided, &m.fit.starts)),
             })
             .collect();
-        let of =
-            |held_out: bool| views.iter().filter(|v| v.held_out == held_out).map(|v| v.experiment.clone()).collect::<Vec<_>>();
+        let (tables, views): (Vec<View>, Vec<View>) = views.into_iter().partition(|v| v.experiment.supply_frequency_hz.is_some());
+        let of = |held_out: bool| {
+            let all = views.iter().chain(&tables).filter(|v| v.held_out == held_out);
+            all.map(|v| v.experiment.clone()).collect::<Vec<_>>()
+        };
         let as_given = |e: &[Experiment]| {
             let MotorFile { machine, rating, .. } = &d.case.motor;
             let starts: Vec<State<f64>> = e.iter().map(|e| start_on(machine, e, rating)).collect();
@@ -91,7 +97,18 @@ impl<'a> Story<'a> {
         let (train, held) = (of(false), of(true));
         let given = as_given(&train);
         let given = given.chi2_per_sample.is_finite().then(|| (given, (!held.is_empty()).then(|| as_given(&held))));
-        Self { d, meta, given, shown, views }
+        Self { d, meta, given, shown, views, tables }
+    }
+
+    /// Every channel of the recordings, once.
+    pub fn channels(&self) -> Vec<&Channel> {
+        let mut out: Vec<&Channel> = Vec::new();
+        for c in self.views.iter().chain(&self.tables).flat_map(|v| &v.experiment.channels) {
+            if out.iter().all(|o| o.name != c.name) {
+                out.push(c);
+            }
+        }
+        out
     }
 
     /// The model that fails: the base model.
@@ -130,7 +147,7 @@ impl<'a> Story<'a> {
 
 /// Effects that these recordings cannot show at any usual size.
 pub(crate) fn unexcited(d: &Diagnosis) -> Vec<&Candidate> {
-    d.ranking.iter().filter(|c| c.detectable_size > c.usual_size).collect()
+    d.ranking.iter().filter(|c| !c.excited).collect()
 }
 
 /// The verdict in words, with a sign that does not need colour.

@@ -26,7 +26,9 @@ pub fn terminal(d: &Diagnosis, meta: &Meta, width: usize) -> String {
         out.paragraph(if d.verdict == Verdict::Inconclusive { "  would decide: " } else { "  would refute: " }, t);
     }
     errors(&mut out, &s);
-    place(&mut out, &s.shown);
+    if !s.views.is_empty() {
+        place(&mut out, &s.shown);
+    }
     if d.verdict == Verdict::Unexplained {
         leftover(&mut out, d);
     }
@@ -131,8 +133,8 @@ fn errors(out: &mut Text, s: &Story) {
         |e: &(String, crate::diagnosis::Errors, Option<crate::diagnosis::Errors>)| e.2.clone().unwrap_or_else(|| e.1.clone());
     let which = if rows[0].2.is_some() { "held-out" } else { "training" };
     let mut table = vec![vec![format!("{which} rms error"), "first".into(), "last".into(), "sensor noise".into()]];
-    if let (Some(first), Some(last), Some(v)) = (rows.first().map(judged), rows.last().map(judged), s.views.first()) {
-        for c in &v.experiment.channels {
+    if let (Some(first), Some(last)) = (rows.first().map(judged), rows.last().map(judged)) {
+        for c in s.channels() {
             let (name, unit) = channel_words(&c.name, c.kind);
             let of =
                 |e: &crate::diagnosis::Errors| e.rmse.get(&c.name).map_or("–".into(), |x| format!("{} {unit}", number(*x, 3)));

@@ -167,6 +167,10 @@ pub fn channel_name(name: &str) -> (String, &'static str) {
         "A"
     } else if name.ends_with("rad_s") {
         "rad/s"
+    } else if name.ends_with("_W") {
+        "W"
+    } else if name.ends_with("_var") {
+        "var"
     } else {
         ""
     };
@@ -177,6 +181,9 @@ pub fn channel_name(name: &str) -> (String, &'static str) {
         "i_b_A" => "current of phase b".into(),
         "i_c_A" => "current of phase c".into(),
         "omega_m_rad_s" => "mechanical speed".into(),
+        "i_rms_A" => "current, rms".into(),
+        "p_W" => "active power".into(),
+        "q_var" => "reactive power".into(),
         _ => name.trim_end_matches("_A").trim_end_matches("_rad_s").replace('_', " "),
     };
     (words, unit)

@@ -293,9 +293,12 @@ pub(super) fn descend(
             None => slopes(&here.machine, experiments, &here.starts, free, fraction),
         };
         let gradient = s.gradient(&residuals);
+        // At a limit that the descent would cross, a parameter stays; the others find the minimum on that limit.
+        let at = |f: &Free| current(f, &here.machine, &here.starts);
+        let stopped: Vec<bool> = free.iter().zip(gradient.iter()).map(|(f, g)| f.stops(at(f), *g)).collect();
         let mut gained = None;
         for _ in 0..14 {
-            let Some(step) = damped_step(&s.normal, &gradient, damping) else {
+            let Some(step) = damped_step(&s.normal, &gradient, &stopped, damping) else {
                 damping *= 10.0;
                 continue;
             };
@@ -336,12 +339,16 @@ pub(super) fn descend(
     Ok(End { accepted, converged: false, normal: None })
 }
 
-/// (A + λ diag A) d = g, scaled; steps are limited to a factor e.
-fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
+/// (A + λ diag A) d = g, scaled, over the parameters that are not `stopped`; steps are limited to a factor e.
+fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, stopped: &[bool], damping: f64) -> Option<DVector<f64>> {
     let p = gradient.len();
     let d: Vec<f64> = (0..p).map(|k| normal[(k, k)].sqrt().max(1e-150)).collect();
-    let scaled = DMatrix::from_fn(p, p, |a, b| normal[(a, b)] / (d[a] * d[b]) + if a == b { damping } else { 0.0 });
-    let rhs = DVector::from_fn(p, |k, _| gradient[k] / d[k]);
+    let scaled = DMatrix::from_fn(p, p, |a, b| match (a == b, stopped[a] || stopped[b]) {
+        (true, true) => 1.0,
+        (false, true) => 0.0,
+        (same, false) => normal[(a, b)] / (d[a] * d[b]) + if same { damping } else { 0.0 },
+    });
+    let rhs = DVector::from_fn(p, |k, _| if stopped[k] { 0.0 } else { gradient[k] / d[k] });
     let x = scaled.cholesky()?.solve(&rhs);
     let step = DVector::from_fn(p, |k, _| (x[k] / d[k]).clamp(-1.0, 1.0));
     step.iter().all(|x| x.is_finite()).then_some(step)

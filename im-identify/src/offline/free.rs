@@ -66,6 +66,11 @@ impl Free {
         p.clamp(self.limits.0, self.limits.1)
     }
 
+    /// Whether the value `p` stands at a limit that a step in the direction of `v` would cross.
+    pub(super) fn stops(&self, p: f64, v: f64) -> bool {
+        (p <= self.limits.0 && v < 0.0) || (p >= self.limits.1 && v > 0.0)
+    }
+
     /// dp/dv at value `p`.
     pub fn slope(&self, p: f64) -> f64 {
         match self.transform {
@@ -76,21 +81,22 @@ impl Free {
 }
 
 /// The base parameters that recordings can determine: R_s, R_r, the two leakages by one factor (their ratio cannot be seen in a
-/// linear machine), L_m, J and D.
-pub fn base_parameters() -> Vec<Free> {
+/// linear machine), L_m, J by factors, and D, which may vanish, by amounts that brake `machine` in ten seconds.
+pub fn base_parameters(machine: &Machine<f64>) -> Vec<Free> {
     use BaseParameter as P;
     let free = |ids: &[P]| Free {
         target: Target::Machine(ids.iter().map(|p| ParameterId::Base(*p)).collect()),
         transform: Transform::Log,
         limits: (1e-12, 1e12),
     };
+    let friction = Transform::Linear(0.1 * machine.parameters().inertia_kg_m2);
     vec![
         free(&[P::StatorResistance]),
         free(&[P::RotorResistance]),
         free(&[P::StatorLeakageInductance, P::RotorLeakageInductance]),
         free(&[P::MagnetizingInductance]),
         free(&[P::Inertia]),
-        free(&[P::ViscousFriction]),
+        Free { transform: friction, limits: (0.0, 1e12), ..free(&[P::ViscousFriction]) },
     ]
 }
 

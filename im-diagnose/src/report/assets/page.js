@@ -119,7 +119,7 @@
     clip = 0;
     let html = "";
     l.channels.forEach((c, k) => {
-      const info = data.channels[k];
+      const info = data.runs[view.run].channels[k];
       const m = columns(l, c.m, inner), p = c.p.map((v) => columns(l, v, inner)), e = c.e.map((v) => columns(l, v, inner));
       html += `<h3>${info.name}</h3>`;
       html += panel(`measured and modelled, ${info.unit}`, 200, width, extent([m, ...p], Infinity, -Infinity), (y) =>
@@ -145,7 +145,7 @@
   const read = (t) => {
     const l = level(), i = Math.min(l.n - 1, Math.max(0, Math.round((t - l.from) / l.step)));
     const parts = l.channels.map((c, k) => {
-      const info = data.channels[k];
+      const info = data.runs[view.run].channels[k];
       return `${info.name}: measured ${format(c.m[i], 4)} ${info.unit}, ` + c.p.map((p, j) => `${data.models[j].name} ${format(p[i], 4)} ${info.unit}`).join(", ");
     });
     document.getElementById("read").textContent = `At ${format(l.from + i * l.step, 5)} s. ${parts.join(". ")}.`;

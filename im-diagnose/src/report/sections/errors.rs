@@ -69,13 +69,12 @@ pub(crate) fn section(s: &Story) -> Section {
 
 /// Errors in units, per channel.
 fn error_table(rows: &[(String, Errors, Option<Errors>)], s: &Story) -> String {
-    let channels = s.views.first().map(|v| &v.experiment.channels[..]).unwrap_or_default();
     let mut head = vec!["step".to_owned()];
     head.push(format!("#{}, training", term("rmse", "rms error")));
     head.push("#held out".into());
     head.push(format!("#{}, held out", term("fit", "fit")));
     let mut body = Vec::new();
-    for c in channels {
+    for c in s.channels() {
         let (name, unit) = channel_words(&c.name, c.kind);
         body.push((false, vec![escape(&sentence(&name)).trim_end_matches('.').to_owned()]));
         for (k, (step, train, hold)) in rows.iter().enumerate() {

@@ -28,7 +28,9 @@ pub(super) fn whole(s: &Story) -> String {
         });
         data = Some(overlay::data(&s.views, &models, w));
     }
-    sections.push(place::section(&s.shown));
+    if !s.views.is_empty() {
+        sections.push(place::section(&s.shown));
+    }
     let unexplained = s.d.verdict == Verdict::Unexplained;
     sections.extend(leftover::section(s, unexplained));
     sections.push(candidates::section(s));

@@ -1,0 +1,107 @@
+//! A case from tables of steady states: no-load, locked-rotor and load tests.
+
+use std::f64::consts::SQRT_2;
+
+use im_identify::offline::{
+    Channel, ChannelKind, Experiment, FitError, FitOptions, Start, Target, base_parameters, fit, predict,
+};
+use im_model::{BaseParameter, Complex, EffectId, MotorFile, ParameterId, State};
+
+use crate::case::Case;
+use crate::intake::steady_table::{SteadyRow, SteadyTable, TableKind};
+use crate::intake::{Finding, FindingKind, Severity};
+
+/// Effects that a sinusoidal steady state can show.
+pub const CANDIDATES: [EffectId; 6] = [
+    EffectId::MainFluxSaturation,
+    EffectId::LeakageFluxSaturation,
+    EffectId::RotorSkinEffect,
+    EffectId::IronLoss,
+    EffectId::CoulombFriction,
+    EffectId::Windage,
+];
+
+/// What meters of the usual class are good for, as a fraction of their largest reading.
+const METER: f64 = 0.01;
+/// The same of a speed sensor, of synchronous speed.
+const TACHOMETER: f64 = 0.002;
+/// Least wrong scale of a speed sensor that is worth mending.
+const WRONG_SCALE: f64 = 0.004;
+
+/// The tables as a case, at the rated frequency of the motor; the scale of the speed sensor is checked against the no-load test, where
+/// the slip is next to nothing, and mended where it is wrong.
+///
+/// # Errors
+/// As [`fit`] says.
+pub fn case(motor: MotorFile, tables: &[SteadyTable]) -> Result<(Case, Vec<Finding>), FitError> {
+    let mut train: Vec<Experiment> = tables.iter().map(|t| experiment(&motor, t)).collect();
+    let mut findings = Vec::new();
+    if let Some(scale) = speed_scale(&motor, tables, &train)?
+        && (scale - 1.0).abs() > WRONG_SCALE
+    {
+        for c in train.iter_mut().flat_map(|e| &mut e.channels).filter(|c| c.kind == ChannelKind::Speed) {
+            c.values.iter_mut().for_each(|w| *w /= scale);
+        }
+        let sentence = format!(
+            "The speed without load is {:.1} % {} than a machine on {} Hz can run: the sensor's scale was taken as {scale:.4} and mended",
+            100.0 * (scale - 1.0).abs(),
+            if scale < 1.0 { "lower" } else { "higher" },
+            motor.rating.electrical_frequency_hz
+        );
+        let advice = "Calibrate the speed sensor, or check the supply frequency";
+        let names: Vec<&str> = tables.iter().filter(|t| t.kind != TableKind::Locked).map(|t| t.name.as_str()).collect();
+        let finding = Finding::new(FindingKind::SpeedScale, Severity::Warning, sentence, advice).on("speed");
+        findings.push(Finding { recording: names.join(", "), ..finding });
+    }
+    Ok((Case { motor, train, holdout: None }, findings))
+}
+
+fn experiment(motor: &MotorFile, t: &SteadyTable) -> Experiment {
+    let column = |f: &dyn Fn(&SteadyRow) -> Option<f64>| t.rows.iter().map(f).collect::<Option<Vec<f64>>>();
+    let mut channels = Vec::new();
+    let mut add = |name: &str, kind, values: Option<Vec<f64>>, sigma: Option<f64>| {
+        let Some(values) = values else { return };
+        let sigma = sigma.unwrap_or_else(|| METER * values.iter().fold(0.0f64, |m, v| m.max(v.abs())));
+        channels.push(Channel { name: name.into(), kind, values, valid: None, sigma: sigma.max(1e-9) });
+    };
+    let synchronous = motor.rating.synchronous_speed_rad_s(motor.machine.pole_pairs());
+    add("i_rms_A", ChannelKind::RmsCurrent, column(&|r| Some(r.current_rms_a)), None);
+    add("p_W", ChannelKind::ActivePower, column(&|r| Some(r.active_power_w)), None);
+    add("q_var", ChannelKind::ReactivePower, column(&|r| r.reactive_power_var), None);
+    if t.kind != TableKind::Locked {
+        add("omega_m_rad_s", ChannelKind::Speed, column(&|r| r.omega_m_rad_s), Some(TACHOMETER * synchronous));
+    }
+    Experiment {
+        name: t.name.clone(),
+        sample_time_s: 1.0,
+        supply_frequency_hz: Some(motor.rating.electrical_frequency_hz),
+        u_s: t.rows.iter().map(|r| Complex::new(SQRT_2 * r.phase_voltage_rms_v, 0.0)).collect(),
+        tau_load: t.rows.iter().map(|r| r.torque_nm.unwrap_or(0.0)).collect(),
+        imposed_speed: (t.kind == TableKind::Locked).then(|| vec![0.0; t.rows.len()]),
+        speed_pull: None,
+        channels,
+        start: Start::Rest,
+    }
+}
+
+/// Speed shown over speed predicted without load, at the voltages from half the largest on; `None` without such rows.
+fn speed_scale(motor: &MotorFile, tables: &[SteadyTable], train: &[Experiment]) -> Result<Option<f64>, FitError> {
+    let mut blind = train.to_vec();
+    for e in &mut blind {
+        e.channels.retain(|c| c.kind != ChannelKind::Speed);
+    }
+    let mut free = base_parameters(&motor.machine);
+    free.retain(|f| !matches!(&f.target, Target::Machine(ids) if ids[0] == ParameterId::Base(BaseParameter::Inertia)));
+    let fitted = fit(&motor.machine, &blind, &free, &FitOptions::near())?;
+    let (mut shown, mut true_) = (0.0, 0.0);
+    for (e, _) in train.iter().zip(tables).filter(|(_, t)| t.kind == TableKind::NoLoad) {
+        let Some(c) = e.channels.iter().position(|c| c.kind == ChannelKind::Speed) else { continue };
+        let predicted = predict(&fitted.machine, e, &State::default());
+        let largest = e.u_s.iter().map(|u| u.norm()).fold(0.0, f64::max);
+        for k in (0..e.len()).filter(|&k| e.u_s[k].norm() > 0.5 * largest && predicted[c][k].is_finite()) {
+            shown += e.channels[c].values[k];
+            true_ += predicted[c][k];
+        }
+    }
+    Ok((true_ > 0.0).then(|| shown / true_))
+}
