@@ -5,6 +5,7 @@
 mod commands;
 mod controllers;
 mod failure;
+mod spinner;
 mod terminal;
 
 use std::process::ExitCode;

@@ -13,7 +13,8 @@ use im_model::{MotorFile, Recording};
 
 use super::inputs::refused;
 use crate::failure::Failure;
-use crate::terminal::{Progress, wrapped};
+use crate::spinner::spinning;
+use crate::terminal::wrapped;
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -50,11 +51,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     writeln!(out, "{}", wrapped("", intro))?;
     out.flush()?;
     drop(out);
-    let progress = Progress::new("fitting and scoring");
-    progress.then("fitting and scoring");
-    let found = diagnose(Case::new(motor, &train, Some(&holdout)), Options::default());
-    progress.finish();
-    let found = found.map_err(|e| refused(std::path::Path::new("embedded motor.toml"), &e))?;
+    let case = Case::new(motor, &train, Some(&holdout));
+    let found = spinning("fitting and scoring", || diagnose(case, Options::default()))
+        .map_err(|e| refused(std::path::Path::new("embedded motor.toml"), &e))?;
     super::diagnose::finish(&found, &super::diagnose::meta(&found), Some(&args.out), false)?;
     let mut out = io::stdout().lock();
     writeln!(out, "\nTook {:.1} s. The same on your own files: im diagnose --help", begun.elapsed().as_secs_f64())?;

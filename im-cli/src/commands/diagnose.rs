@@ -10,7 +10,8 @@ use im_diagnose::report::{self, Meta, NextTest};
 
 use super::inputs::{Data, quality, refused, write_quality};
 use crate::failure::Failure;
-use crate::terminal::{Progress, STORY_WIDTH};
+use crate::spinner::spinning;
+use crate::terminal::STORY_WIDTH;
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -40,12 +41,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input(format!("--significance {} must lie between 0 and 0.5", args.significance)));
     }
     let (case, noticed) = args.data.case()?;
-    let progress = Progress::new("diagnosing");
-    progress.then("fitting and scoring");
     let options = Options { significance: args.significance, ..args.data.options() };
-    let found = diagnose(case, options).map_err(|e| refused(&args.data.motor, &e));
-    progress.finish();
-    let found = found?;
+    let found = spinning("fitting and scoring", || diagnose(case, options)).map_err(|e| refused(&args.data.motor, &e))?;
     let meta = Meta { quality: quality(&noticed), ..meta(&found) };
     if let Some(dir) = &args.out {
         write_quality(dir, &noticed)?;

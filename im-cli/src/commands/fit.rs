@@ -10,7 +10,8 @@ use serde_json::json;
 
 use super::inputs::{Data, refused};
 use crate::failure::Failure;
-use crate::terminal::{Progress, rounded, wrapped};
+use crate::spinner::spinning;
+use crate::terminal::{rounded, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -38,11 +39,8 @@ const UNDETERMINED: f64 = 0.3;
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (case, noticed) = args.data.case()?;
     let before = case.motor.clone();
-    let progress = Progress::new("fitting");
-    progress.then("fitting");
-    let fitted = Refinement::new(case, args.data.options()).map_err(|e| refused(&args.data.motor, &e));
-    progress.finish();
-    let (refinement, model) = fitted?;
+    let fitted = spinning("fitting", || Refinement::new(case, args.data.options()));
+    let (refinement, model) = fitted.map_err(|e| refused(&args.data.motor, &e))?;
     let fit = &model.fit;
     let after = MotorFile { machine: fit.machine, ..before.clone() };
     if let Some(path) = &args.output {

@@ -9,7 +9,8 @@ use serde_json::Value;
 
 use super::inputs::refused;
 use crate::failure::Failure;
-use crate::terminal::{Progress, rounded, wrapped};
+use crate::spinner::spinning;
+use crate::terminal::{rounded, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -64,11 +65,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Ok(());
     }
     let limits = Limits { current: args.max_current, speed: args.max_speed, torque: args.max_torque };
-    let progress = Progress::new("simulating manoeuvres");
-    progress.then("simulating manoeuvres");
-    let found = propose(&motor, &open, noise, &limits).map_err(|e| refused(&args.motor, &e));
-    progress.finish();
-    let found = found?;
+    let found =
+        spinning("simulating manoeuvres", || propose(&motor, &open, noise, &limits)).map_err(|e| refused(&args.motor, &e))?;
     let Some(best) = found.first() else {
         return Err(Failure::Input("no manoeuvre stays within the limits; allow more with --max-current or --max-speed".into()));
     };

@@ -8,8 +8,8 @@ use im_design::gains::GainSet;
 use im_model::FileError;
 use serde_json::json;
 
-use super::spinner::spinning;
 use crate::failure::Failure;
+use crate::spinner::spinning;
 use crate::terminal::rounded;
 
 /// Arguments.

@@ -13,8 +13,8 @@ use im_model::{EffectId, FileError, MotorFile, Problem, write_atomically};
 use serde_json::json;
 
 use super::check::proven;
-use super::spinner::spinning;
 use crate::failure::Failure;
+use crate::spinner::spinning;
 use crate::terminal::rounded;
 
 /// Arguments of every design.

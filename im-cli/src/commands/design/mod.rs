@@ -2,7 +2,6 @@
 
 mod check;
 mod make;
-mod spinner;
 
 use clap::Subcommand;
 use im_design::request::Kind;
