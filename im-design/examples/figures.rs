@@ -144,6 +144,7 @@ fn controller_figures() -> Result<(), DesignError> {
         flux_wb: [0.24, 0.27],
         flux_uncertainty: 0.0,
         current_max_a: 5.0,
+        voltage_max_v: 311.0,
         stator_resistance_ratio: [0.5, 1.5],
         rotor_resistance_ratio: [0.5, 2.0],
         acceleration_max_rad_per_s2: 1000.0,

@@ -10,7 +10,15 @@
 //! (the printed (8), (11), (13), (14), (21) differ in signs and factors). Bounds over the region follow term by term from
 //! |X|, |Y| ≤ |λ||i|. Resistances enter as ratios to their nominal values; the law uses the nominal ones.
 //!
-//! For (34): on the machine's trajectories f₁ = (β/L_r) dλ/dt, so |f₁ e_Rr| ≤ βη|e_Rr/R_r| max|dλ/dt|.
+//! For (34): on the machine's trajectories f₁ = β di_r/dt, and i_r = λ/σL_r − βψ_s with ψ_s the stator's flux, so that
+//!
+//! ```text
+//! f₁ = β[(1/σL_r) dλ/dt − β(u_s − R_s i)] = β{(R_rM/σL_r² + βR_s) i − (1/σL_r)(R_r/L_r − jw)λ − βu_s},
+//! max|f₁| = β{(R_rM/σL_r² + βR_s) i_max + (1/σL_r)√((R_r/L_r)² + w²) |λ|_max + βu_max}
+//! ```
+//!
+//! at the largest R_s, R_r: λ, i and u_s may point anywhere, so every term reaches its bound at once and no smaller K holds over
+//! the region. The law's R_s is taken as right in (34), as in the paper.
 
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
 use crate::error::DesignError;
@@ -31,9 +39,11 @@ pub struct KenneRegion {
     pub flux_uncertainty: f64,
     /// |i_s| up to this, A.
     pub current_max_a: f64,
+    /// |u_s| up to this, V (peak): 2/3 of the DC link's voltage for an inverter that may switch as it likes.
+    pub voltage_max_v: f64,
     /// R_s over nominal.
     pub stator_resistance_ratio: [f64; 2],
-    /// R_r over nominal.
+    /// R_r over nominal, and R̂_r.
     pub rotor_resistance_ratio: [f64; 2],
     /// |dω/dt| up to this, rad/s².
     pub acceleration_max_rad_per_s2: f64,
@@ -75,7 +85,8 @@ pub struct KenneDesign {
 struct Bounds<F> {
     k_sq: F,
     k_sd: F,
-    k_x: F,
+    /// K of (34) is the first and the root of the second: exact numbers have no roots.
+    k_x: [F; 2],
     k_rr: F,
 }
 
@@ -140,10 +151,13 @@ fn bounds<F: Field>(c: &Constants<F>, region: &KenneRegion) -> Bounds<F> {
     let ratio = (more * r_high.clone()) / (less * r_low.clone()) - F::one();
     let k_sd = (error + f(r.reach_lambda) + ratio * law) / b_min;
 
-    // Rotor resistance identifier.
-    let flux_rate = c.eta.clone() * r_high.clone() * (high.clone() + m * current) + w * high;
-    let e_ratio = r_high - r_low;
-    Bounds { k_sq, k_sd, k_x: c.beta.clone() * c.eta.clone() * e_ratio * flux_rate, k_rr: f(r.rotor_resistance_rate_per_s) }
+    // Rotor resistance identifier: (R_r,high − R_r,low) times the bound of f₁ in the header.
+    let error = c.beta.clone() * (r_high.clone() - r_low);
+    let rates = rotor_rate.clone() * r_high.clone() + c.stator_rate.clone() * s_high;
+    let by_stator = c.eta_l_m.clone() * (rates * current + c.inverse_sigma_l_s.clone() * f(r.voltage_max_v));
+    let by_flux2 = sq(error.clone() * rotor_rate * high) * (sq(c.eta.clone() * r_high) + sq(w));
+    let k_x = [error * by_stator, by_flux2];
+    Bounds { k_sq, k_sd, k_x, k_rr: f(r.rotor_resistance_rate_per_s) }
 }
 
 /// k_sq of (25) and k_sd of (26) that a region asks for, V.
@@ -164,6 +178,7 @@ impl KenneRegion {
         let values = [
             self.speed_max_rad_per_s,
             self.current_max_a,
+            self.voltage_max_v,
             self.acceleration_max_rad_per_s2,
             self.reference_max_rad_per_s3,
             self.load_error_rad_per_s2,
@@ -191,12 +206,18 @@ impl Claim for KenneDesign {
         }
         let f = F::from_f64;
         let b = bounds(c, &self.region);
+        let [by_stator, by_flux2] = b.k_x;
+        let left = f(self.k_x) - by_stator;
         Ok(vec![
             Obligation::Positive("reach_omega".into(), f(self.region.reach_omega)),
             Obligation::Positive("reach_lambda".into(), f(self.region.reach_lambda)),
             Obligation::Positive("k_sq less (25)".into(), f(self.k_sq) - b.k_sq),
             Obligation::Positive("k_sd less (26)".into(), f(self.k_sd) - b.k_sd),
-            Obligation::Positive("K less (34)".into(), f(self.k_x) - b.k_x),
+            Obligation::Positive("K less (34) without flux".into(), left.clone()),
+            Obligation::Positive(
+                "what is left of K, squared, less the flux's part of (34), squared".into(),
+                left.clone() * left - by_flux2,
+            ),
             Obligation::Positive("k_Rr less the rate bound".into(), f(self.k_rr_per_s) - b.k_rr),
         ])
     }
@@ -215,11 +236,13 @@ pub fn design(plant: Plant, region: &KenneRegion, reserve: f64) -> Result<(Kenne
     positive("reach_lambda", region.reach_lambda)?;
     let b = bounds(&plant.constants::<f64>(), region);
     let above = 1.0 + 1e-12;
+    let [by_stator, by_flux2] = b.k_x;
     let design = KenneDesign {
         region: *region,
         k_sq: b.k_sq * above,
         k_sd: b.k_sd * above,
-        k_x: b.k_x * (1.0 + reserve) + f64::MIN_POSITIVE,
+        // The square of what is added where R_r is known must still be a number.
+        k_x: (by_stator + by_flux2.sqrt()) * (1.0 + reserve) + f64::MIN_POSITIVE.sqrt(),
         k_rr_per_s: b.k_rr * (1.0 + reserve) + f64::MIN_POSITIVE,
     };
     Ok((design, Certificate::seal(plant, design)?))
@@ -245,6 +268,7 @@ mod tests {
             flux_wb: [0.2, 0.3],
             flux_uncertainty: 0.0,
             current_max_a: 5.0,
+            voltage_max_v: 311.0,
             stator_resistance_ratio: [0.5, 1.5],
             rotor_resistance_ratio: [1.0, 2.0],
             acceleration_max_rad_per_s2: 1000.0,

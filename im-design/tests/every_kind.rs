@@ -49,7 +49,7 @@ fn region(kind: Kind, m: &Machine) -> String {
             4.0 * current
         ),
         Kind::Kenne => format!(
-            "speed_max_rad_per_s = {w}\nflux_wb = [0.9, 1.0]\nflux_uncertainty = 0.02\ncurrent_max_a = {}\n\
+            "speed_max_rad_per_s = {w}\nflux_wb = [0.9, 1.0]\nflux_uncertainty = 0.02\ncurrent_max_a = {}\nvoltage_max_v = 380.0\n\
              stator_resistance_ratio = [0.8, 1.4]\nrotor_resistance_ratio = [0.8, 1.5]\nacceleration_max_rad_per_s2 = 1000.0\n\
              reference_max_rad_per_s3 = 0.0\nload_error_rad_per_s2 = 0.0\nload_rate_rad_per_s3 = 0.0\n\
              rotor_resistance_rate_per_s = 0.1\nc_omega = 15.0\nc_lambda = 10.0\nreach_omega = 100.0\nreach_lambda = 1.0",

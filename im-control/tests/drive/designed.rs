@@ -15,6 +15,7 @@ fn region() -> KenneRegion {
         flux_wb: [0.85, 0.95],
         flux_uncertainty: 0.05,
         current_max_a: 20.0,
+        voltage_max_v: 330.0,
         stator_resistance_ratio: [0.8, 1.2],
         rotor_resistance_ratio: [0.9, 1.1],
         acceleration_max_rad_per_s2: 1000.0,
