@@ -46,7 +46,7 @@ fn refused(args: &[&str]) -> String {
     String::from_utf8(o.stderr).unwrap()
 }
 
-const KINDS: [&str; 9] = ["kubota", "kubota-loop", "thau", "thau-box", "derdiyok", "utkin", "kenne", "jadot", "sampled"];
+const KINDS: [&str; 10] = ["kubota", "kubota-loop", "thau", "thau-box", "derdiyok", "utkin", "kenne", "jadot", "sampled", "mtpa"];
 
 #[test]
 fn every_kind_is_made_from_its_example_and_an_altered_file_is_refused() {
@@ -58,18 +58,52 @@ fn every_kind_is_made_from_its_example_and_an_altered_file_is_refused() {
         let base = ["design", kind, "--motor", &motor(), "--region", &region, "-o", &gains];
         let text = done(&[&base[..], &["--rust", &rust, "--scalar", "f64", "--plot", &svg]].concat());
         assert!(text.contains("decided in exact arithmetic") && text.contains("iron_loss"), "{text}");
-        assert!(fs::read_to_string(&rust).unwrap().contains("pub const") && fs::read_to_string(&svg).unwrap().ends_with("</svg>\n"));
+        assert!(
+            fs::read_to_string(&rust).unwrap().contains("pub const") && fs::read_to_string(&svg).unwrap().ends_with("</svg>\n")
+        );
         assert!(done(&["design", "check", &gains]).contains("true and unaltered"));
         let json: serde_json::Value = serde_json::from_str(&done(&["design", "check", &gains, "--json"])).unwrap();
         assert_eq!(json["valid"], true);
         let json: serde_json::Value = serde_json::from_str(&done(&[&base[..], &["--json"]].concat())).unwrap();
         assert!(!json["gains"].as_object().unwrap().is_empty());
-        let altered = fs::read_to_string(&gains).unwrap().replacen("stator_resistance_ohm = 1.5", "stator_resistance_ohm = 1.6", 1);
+        let altered =
+            fs::read_to_string(&gains).unwrap().replacen("stator_resistance_ohm = 1.5", "stator_resistance_ohm = 1.6", 1);
         fs::write(&gains, altered).unwrap();
         assert!(refused(&["design", "check", &gains]).contains("refused: altered"), "{kind}");
         let help = done(&["design", kind, "--help"]);
-        assert!(help.contains("im design example-region") && help.contains(example.lines().nth(1).unwrap().split(" =").next().unwrap()));
+        assert!(
+            help.contains("im design example-region")
+                && help.contains(example.lines().nth(1).unwrap().split(" =").next().unwrap())
+        );
     }
+}
+
+#[test]
+fn gains_are_made_for_a_period_and_for_the_largest() {
+    let dir = Folder::new("period");
+    let (region, gains) = (dir.path("region.toml"), dir.path("gains.toml"));
+    let made = |kind: &str, period: &str| {
+        // A sampled box asks for the rate, which the example leaves out for the fastest.
+        let example = done(&["design", "example-region", kind]).replace("# rate_per_s", "rate_per_s");
+        fs::write(&region, example).unwrap();
+        let base = ["design", kind, "--motor", &motor(), "--region", &region, "-o", &gains, "--period", period, "--json"];
+        let json: serde_json::Value = serde_json::from_str(&done(&base)).unwrap();
+        assert!(done(&["design", "check", &gains]).contains("true and unaltered"), "{kind} {period}");
+        json["gains"]["period_s"].as_f64().unwrap()
+    };
+    for kind in ["kubota", "thau", "thau-box", "derdiyok"] {
+        assert_eq!(made(kind, "20e-6"), 20e-6, "{kind}");
+    }
+    for kind in ["kubota", "thau-box"] {
+        let largest = made(kind, "largest");
+        assert!(largest > 20e-6, "{kind}: {largest} s, though 20 us are feasible");
+        // A tenth beyond is not: the search ends within a hundredth of the largest.
+        let beyond = (1.1 * largest).to_string();
+        let text = refused(&["design", kind, "--motor", &motor(), "--region", &region, "-o", &gains, "--period", &beyond]);
+        assert!(text.contains("infeasible") && text.contains("periods up to"), "{kind}: {text}");
+    }
+    let text = refused(&["design", "kenne", "--motor", &motor(), "--region", &region, "-o", &gains, "--period", "20e-6"]);
+    assert!(text.contains("no proof for a sampling period"), "{text}");
 }
 
 #[test]
