@@ -14,7 +14,7 @@ pub struct NamedMachine {
     pub windings: WindingParameters<f64>,
     /// Pole pairs.
     pub pole_pairs: u32,
-    /// Rating; fields the source does not give are derived, as the source line says.
+    /// Rating; fields the source does not give are derived, as the source line says. The rotor flux is referred as in [`Self::parameters`].
     pub rating: Rating,
 }
 
@@ -62,7 +62,7 @@ pub const KWON_PRINTED_MATRICES: NamedMachine = NamedMachine {
 /// Kenné et al., Appendix II: 1 kW, 1385 rpm. The rotor is referred such that L_r < M; m is the total inertia; no friction is given.
 pub const KENNE_APPENDIX_II: NamedMachine = NamedMachine {
     name: "kenne_appendix_ii",
-    source: "Kenné, Ahmed-Ali, Nkwawo, Lamnabhi-Lagarrigue, Appendix II; flux √0.0645 Wb from Sec. IV, friction not given: 0",
+    source: "Kenné, Ahmed-Ali, Nkwawo, Lamnabhi-Lagarrigue, Appendix II; flux √0.0645 Wb from Sec. IV, referred anew; friction not given: 0",
     windings: WindingParameters {
         stator_resistance_ohm: 8.65,
         rotor_resistance_ohm: 0.7,
@@ -73,7 +73,7 @@ pub const KENNE_APPENDIX_II: NamedMachine = NamedMachine {
         viscous_friction_nm_s_per_rad: 0.0,
     },
     pole_pairs: 2,
-    rating: Rating { torque_nm: 6.89, electrical_frequency_hz: 50.0, phase_voltage_peak_v: 311.0, rotor_flux_vs: 0.254 },
+    rating: Rating { torque_nm: 6.89, electrical_frequency_hz: 50.0, phase_voltage_peak_v: 311.0, rotor_flux_vs: 0.807 },
 };
 
 /// Jadot et al., Table I: the 4-kW machine, with inductances in H (the printed "mH" is an erratum); no friction is given.
@@ -155,6 +155,22 @@ mod tests {
             Machine::base(m.parameters(), m.pole_pairs).unwrap();
             m.rating.validate().unwrap();
         }
+    }
+
+    /// Rotor fluxes refer by √(L_s/L_r), like M; the stator's current at rated torque and flux does not know of it, and is no more than the printed 2.5 A.
+    #[test]
+    fn rated_flux_of_kenne_is_referred_as_its_parameters_are() {
+        let (m, printed) = (KENNE_APPENDIX_II, 0.0645f64.sqrt());
+        let w = m.windings;
+        let turns = m.parameters().magnetizing_inductance_h / w.mutual_inductance_h;
+        // To the three digits of the constant.
+        assert_relative_eq!(m.rating.rotor_flux_vs, turns * printed, max_relative = 5e-4);
+        // ψ_r = M i_d and τ = (3/2) n_p (M/L_r) ψ_r i_q, as printed.
+        let i_d = printed / w.mutual_inductance_h;
+        let i_q = m.rating.torque_nm / (1.5 * f64::from(m.pole_pairs) * w.mutual_inductance_h / w.rotor_inductance_h * printed);
+        let current = m.rating.current_peak_a(&m.parameters(), m.pole_pairs);
+        assert_relative_eq!(current, i_d.hypot(i_q), max_relative = 5e-4);
+        assert!((2.0..2.5).contains(&(current / 2f64.sqrt())), "{current} A peak");
     }
 
     #[test]
