@@ -129,7 +129,7 @@ pub struct DerdiyokRequest {
     pub reserve: f64,
 }
 
-/// Region of `utkin`; see [`UtkinDesign`].
+/// Region of `utkin`; see [`crate::sliding::UtkinDesign`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UtkinRequest {
