@@ -109,6 +109,7 @@ pub fn inconclusive() -> Diagnosis {
     d.verdict = Verdict::Inconclusive;
     for c in &mut d.ranking {
         c.detectable_size = 3.0 * c.usual_size;
+        c.excited = false;
         c.conclusion = "not excited: these recordings cannot show it at any usual size".into();
     }
     d
