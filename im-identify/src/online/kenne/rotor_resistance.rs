@@ -108,7 +108,7 @@ impl<T: Scalar> KenneSettings<T> {
         let beta = windings.derived(pole_pairs).beta;
         Self {
             high_gain_per_s: omega + omega,
-            // (34) with the widest error and a threefold current.
+            // (34) with the widest error and a threefold current, sinusoidal; over any voltage: `im_design::kenne`.
             sliding_gain_a_per_s2: beta * rated_rate * r_r * c(9.0),
             averaging_time_s: c(1e-3).max(sample_time_s + sample_time_s),
             rate_ohm_per_s: r_r + r_r,
