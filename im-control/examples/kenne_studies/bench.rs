@@ -80,7 +80,7 @@ impl Study<'_> {
             boundary_layer_ohm: if noisy { 0.3 } else { 0.05 },
             range_ohm: Range::try_new("range_ohm", 0.05, 3.0).expect("a range"),
             start_ohm: if self.noise_a > 0.0 { 0.7 } else { 0.05 },
-            least_rotor_current_rate_a_per_s: std::env::var("L").map_or(30.0, |g| g.parse().unwrap()),
+            least_rotor_current_rate_a_per_s: 30.0,
             excitation_window_s: 0.05,
         };
         let identifier = KenneRotorResistance::try_new(&m.windings, m.pole_pairs, &settings, T).expect("settings are valid");
