@@ -5,10 +5,11 @@
 
 use im_identify::offline::{Experiment, FitError, FitOptions, base_parameters, fit};
 use im_model::simulation::{Scenario, Simulation};
-use im_model::{EffectId, MotorFile};
+use im_model::{EffectId, MotorFile, Recording};
 use rayon::prelude::*;
 
 use crate::refine::{cosine, pulled};
+use crate::report::ProfileTrace;
 use crate::score::{Score, ScoreContext};
 
 /// What the machine and its supply may be asked to do.
@@ -45,6 +46,8 @@ pub struct Proposal {
     pub reaches: (f64, f64),
     /// What it is worth: larger is better.
     pub merit: f64,
+    /// Voltage, load and speed over time, as simulated.
+    pub profile: Vec<ProfileTrace>,
 }
 
 /// Proposals within the limits, best first.
@@ -112,7 +115,32 @@ fn proposal(
     let worst = detectable.iter().map(|(_, x)| *x).fold(0.0, f64::max);
     let apart = if scores.len() > 1 { angle_deg.to_radians().sin() } else { 1.0 };
     let merit = if detectable.is_empty() { 0.0 } else { apart / worst.max(1e-9) };
-    Some(Proposal { name, what, scenario_toml: toml, detectable, angle_deg, reaches: (current, speed), merit })
+    Some(Proposal {
+        name,
+        what,
+        scenario_toml: toml,
+        detectable,
+        angle_deg,
+        reaches: (current, speed),
+        merit,
+        profile: profile(r),
+    })
+}
+
+/// The manoeuvre over time, in as many points as a small picture shows.
+fn profile(r: &Recording) -> Vec<ProfileTrace> {
+    let stride = (r.len() / 300).max(1);
+    let trace = |name: &str, unit: &str, value: &dyn Fn(usize) -> f64| ProfileTrace {
+        name: name.into(),
+        unit: unit.into(),
+        points: (0..r.len()).step_by(stride).map(|k| [r.time_s(k), value(k)]).collect(),
+    };
+    let mut out =
+        vec![trace("phase voltage, peak", "V", &|k| r.u_s[k].norm()), trace("mechanical speed", "rad/s", &|k| r.omega_m[k])];
+    if let Some(load) = &r.tau_load {
+        out.push(trace("load torque", "Nm", &|k| load[k]));
+    }
+    out
 }
 
 /// The manoeuvres, written for the machine's rating.

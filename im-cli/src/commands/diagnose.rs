@@ -83,7 +83,7 @@ fn next_test(found: &Diagnosis) -> Option<NextTest> {
         .copied()
         .collect();
     if open.is_empty() && found.verdict == Verdict::Inconclusive {
-        open.extend(found.ranking.iter().filter(|c| c.detectable_size > c.usual_size).map(|c| c.effect));
+        open.extend(found.ranking.iter().filter(|c| !c.excited).map(|c| c.effect));
     }
     if open.is_empty() {
         return None;
@@ -99,5 +99,5 @@ fn next_test(found: &Diagnosis) -> Option<NextTest> {
             format!("{}: {seen} (smallest size found is {:.2} of the largest usual one)", e.card().title, x)
         })
         .collect();
-    Some(NextTest { text: format!("{} im next-test writes it as a scenario.", best.what), settles, profile: Vec::new() })
+    Some(NextTest { text: format!("{} im next-test writes it as a scenario.", best.what), settles, profile: best.profile })
 }
