@@ -1,4 +1,4 @@
-//! `recording.toml`: what the columns of a laboratory's file mean. Types; [`super::mapping_file`] reads and writes them.
+//! `recording.toml`: what the columns of a laboratory's file mean. Types; `mapping_file.rs` reads and writes them.
 //!
 //! Of every column the value used is gain · (x − offset) · unit, with x as it stands in the file and the unit in SI.
 
