@@ -52,7 +52,7 @@ impl Case {
             .iter()
             .zip(starts)
             .map(|(e, x)| {
-                if e.supply_frequency_hz.is_some() {
+                if e.is_table() {
                     return vec![0.0; e.channels.len()];
                 }
                 let r = im_identify::offline::residuals(machine, e, x);
@@ -91,7 +91,7 @@ impl Case {
                 .train
                 .iter()
                 .chain(&self.holdout)
-                .filter(|e| e.supply_frequency_hz.is_none())
+                .filter(|e| !e.is_table())
                 .flat_map(|e| &e.channels)
                 .filter(|c| c.name == name)
                 .map(|c| white_sigma(&valid_values(c)))

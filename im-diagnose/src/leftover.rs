@@ -4,7 +4,7 @@
 
 use im_identify::offline::{ChannelKind, Experiment, residuals};
 use im_model::space_vector::unit;
-use im_model::{Bench, Complex, Drive, Machine, State};
+use im_model::{Bench, Complex, Machine, State};
 
 use crate::score::{log_p, whiteners};
 
@@ -89,7 +89,7 @@ pub fn dependences(machine: &Machine<f64>, starts: &[State<f64>], experiments: &
     let noise = whiteners(experiments, &raw);
     let mut series = Series::default();
     for ((e, x), (raw, noise)) in experiments.iter().zip(starts).zip(raw.iter().zip(&noise)) {
-        if e.supply_frequency_hz.is_some() {
+        if e.is_table() {
             continue;
         }
         let white: Vec<Vec<f64>> = raw.iter().zip(noise).map(|(r, w)| w.apply(r)).collect();
@@ -138,14 +138,7 @@ impl Series {
             self.angles.push([unit(x.theta_m), if i.norm() > 1e-9 { i / i.norm() } else { Complex::new(1.0, 0.0) }]);
             self.raw.push(turned(raw, true));
             self.white.push(turned(white, false));
-            let mut drive = Drive::new(e.u_s[k], e.tau_load[k]);
-            if let Some((w, rate)) = &e.speed_pull {
-                drive.speed_pull = Some([w[k], *rate]);
-            }
-            if let Some(w) = &e.imposed_speed {
-                drive.imposed_speed = Some([w[k], w[(k + 1).min(w.len() - 1)]]);
-            }
-            bench.advance(&drive);
+            bench.advance(&e.drive(k));
         }
     }
 

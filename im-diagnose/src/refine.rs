@@ -118,7 +118,7 @@ impl Refinement {
         let mut effects = *machine.effects();
         effects.rescale(&rating, machine.parameters(), machine.pole_pairs());
         // Iron diffuses no faster than the sampling can follow.
-        let sampled = case.train.iter().filter(|e| e.supply_frequency_hz.is_none());
+        let sampled = case.train.iter().filter(|e| !e.is_table());
         let longest = sampled.map(|e| e.sample_time_s).fold(0.0, f64::max);
         if !effects.is_on(EffectId::IronLoss) {
             effects.iron_loss.diffusion_time_s = effects.iron_loss.diffusion_time_s.max(0.5 * longest);
@@ -190,7 +190,7 @@ impl Refinement {
 
     fn free(&self, machine: &Machine<f64>, effects: &[EffectId], experiments: &[Experiment]) -> Vec<Free> {
         let mut free = base_parameters(machine);
-        if experiments.iter().all(|e| e.supply_frequency_hz.is_some()) {
+        if experiments.iter().all(|e| e.is_table()) {
             // Nothing accelerates in a table.
             free.retain(|f| f.id() != Some(ParameterId::Base(BaseParameter::Inertia)));
         }
@@ -374,7 +374,7 @@ pub fn pulled(experiments: &[Experiment]) -> Vec<Experiment> {
         .iter()
         .map(|e| {
             let speed = e.channels.iter().find(|c| c.kind == ChannelKind::Speed && c.valid.is_none());
-            let speed = speed.filter(|_| e.supply_frequency_hz.is_none());
+            let speed = speed.filter(|_| !e.is_table());
             Experiment { speed_pull: speed.map(|c| (c.values.clone(), PULL_PER_S)), ..e.clone() }
         })
         .collect()

@@ -78,7 +78,7 @@ pub fn whiteners(experiments: &[Experiment], residuals: &[Vec<Vec<f64>>]) -> Vec
                         })
                         .collect();
                     // Rows of a table do not follow one another.
-                    Whitener::fit(&alike, if e.supply_frequency_hz.is_some() { 0 } else { NOISE_ORDER })
+                    Whitener::fit(&alike, if e.is_table() { 0 } else { NOISE_ORDER })
                 })
                 .collect()
         })

@@ -1,7 +1,7 @@
 //! What a model got wrong, row by row, beside what the machine was doing at the time.
 
 use im_identify::offline::{ChannelKind, Experiment, residuals};
-use im_model::{Bench, Complex, Drive, Machine, State};
+use im_model::{Bench, Complex, Machine, State};
 
 /// One row of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,12 +59,7 @@ impl Signals {
             if found.is_empty() { 0.0 } else { (found.iter().sum::<f64>() / found.len() as f64).sqrt() }
         };
         Self {
-            runs: experiments
-                .iter()
-                .zip(starts)
-                .filter(|(e, _)| e.supply_frequency_hz.is_none())
-                .map(|(e, x)| run(machine, e, x))
-                .collect(),
+            runs: experiments.iter().zip(starts).filter(|(e, _)| !e.is_table()).map(|(e, x)| run(machine, e, x)).collect(),
             current_noise_a: noise(false),
             speed_noise_rad_s: noise(true),
             pole_pairs: machine.pole_pairs(),
@@ -99,14 +94,7 @@ fn run(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Run {
             voltage: e.u_s[k],
             load: e.tau_load[k],
         });
-        let mut drive = Drive::new(e.u_s[k], e.tau_load[k]);
-        if let Some((w, rate)) = &e.speed_pull {
-            drive.speed_pull = Some([w[k], *rate]);
-        }
-        if let Some(w) = &e.imposed_speed {
-            drive.imposed_speed = Some([w[k], w[(k + 1).min(w.len() - 1)]]);
-        }
-        bench.advance(&drive);
+        bench.advance(&e.drive(k));
     }
     Run { name: e.name.clone(), sample_time_s: e.sample_time_s, rows }
 }

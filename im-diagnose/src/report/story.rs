@@ -84,7 +84,7 @@ impl<'a> Story<'a> {
                 place: localise(&Signals::of(&m.fit.machine, &guided, &m.fit.starts)),
             })
             .collect();
-        let (tables, views): (Vec<View>, Vec<View>) = views.into_iter().partition(|v| v.experiment.supply_frequency_hz.is_some());
+        let (tables, views): (Vec<View>, Vec<View>) = views.into_iter().partition(|v| v.experiment.is_table());
         let of = |held_out: bool| {
             let all = views.iter().chain(&tables).filter(|v| v.held_out == held_out);
             all.map(|v| v.experiment.clone()).collect::<Vec<_>>()

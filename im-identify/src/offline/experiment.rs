@@ -1,6 +1,6 @@
 //! One run as the fitting sees it.
 
-use im_model::{Complex, Recording, State};
+use im_model::{Complex, Drive, Recording, State};
 use thiserror::Error;
 
 /// What a channel shows.
@@ -173,6 +173,19 @@ impl Experiment {
         }
         let det = aa * bb - ab * ab;
         (det > 1e-6).then(|| Complex::new((bb * ya - ab * yb) / det, (aa * yb - ab * ya) / det))
+    }
+
+    /// What drives the machine over the sample that begins at row `k`.
+    pub fn drive(&self, k: usize) -> Drive<f64> {
+        let mut drive = Drive::new(self.u_s[k], self.tau_load[k]);
+        drive.speed_pull = self.speed_pull.as_ref().map(|(w, rate)| [w[k], *rate]);
+        drive.imposed_speed = self.imposed_speed.as_ref().map(|w| [w[k], w[(k + 1).min(w.len() - 1)]]);
+        drive
+    }
+
+    /// Whether the rows are steady states of their own, not samples of one run.
+    pub fn is_table(&self) -> bool {
+        self.supply_frequency_hz.is_some()
     }
 
     /// Number of rows.

@@ -115,7 +115,7 @@ pub(super) fn linearize_to(
     free: &[Free],
     rows: usize,
 ) -> Linearized {
-    if experiment.supply_frequency_hz.is_some() {
+    if experiment.is_table() {
         return steady::linearize(machine, experiment, start, free, rows);
     }
     // Chunks of the widths that exist; a last chunk of a few parameters takes the narrowest that holds it.

@@ -60,7 +60,7 @@ pub fn guess_start(e: &Experiment) -> Start {
         let (value, largest) = first(k);
         value.abs() > 0.05 * largest && value.abs() > 5.0 * e.channels[k].sigma / (FIRST_ROWS as f64).sqrt()
     };
-    if e.supply_frequency_hz.is_some() {
+    if e.is_table() {
         return Start::Rest;
     }
     let speed = e.channels.iter().position(|c| c.kind == ChannelKind::Speed);
