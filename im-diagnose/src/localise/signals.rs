@@ -77,7 +77,7 @@ fn run(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Run {
     let speed = e.channels.iter().position(|c| c.kind == ChannelKind::Speed);
     let mut bench = Bench::new(machine, *start, e.sample_time_s);
     let mut rows = Vec::with_capacity(e.len());
-    for k in 0..e.len() {
+    for (k, &voltage) in e.u_s.iter().enumerate() {
         let x = *bench.state();
         let currents = bench.plant().currents(&x);
         // ω_slip = R_r Im(i_r ψ̄_r)/|ψ_r|²
@@ -91,7 +91,7 @@ fn run(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Run {
             speed: x.omega_m,
             torque: bench.plant().torque(&x),
             slip_hz: slip / std::f64::consts::TAU,
-            voltage: e.u_s[k],
+            voltage,
             load: e.tau_load[k],
         });
         bench.advance(&e.drive(k));
