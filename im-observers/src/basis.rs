@@ -167,7 +167,6 @@ impl<T: Scalar> Basis<T> {
         let current_ok = norm2(input.i_s) <= self.limits.current_max_a * self.limits.current_max_a;
         status.add_if(!current_ok, Status::CURRENT_LOST);
         let (i_s, i_before) = if current_ok { (input.i_s, watch.i_s) } else { (i_hat, i_hat) };
-        let i_before = if watch.has_current { i_before } else { i_s };
         let limit = self.limits.voltage_max_v;
         let mut u_s = input.u_s;
         let voltage_ok = norm2(u_s) <= limit * limit;
@@ -193,36 +192,47 @@ impl<T: Scalar> Basis<T> {
         constants: &Electrical<T>,
         lambda: &mut Complex<T>,
         i_hat: &mut Complex<T>,
-        omega_m: T,
+        omega_m: &mut T,
     ) -> (Estimate<T>, bool) {
         let mut status = sample.status;
         let limits = &self.limits;
-        let (flux2, current2) = (norm2(*lambda), norm2(*i_hat));
-        // Zero times anything is zero, unless that is not finite.
-        let finite = ((flux2 + current2 + omega_m) * T::zero()).is_zero();
-        if !finite {
-            *watch = Watch::default();
-            let zero = Complex::zero();
-            (*lambda, *i_hat) = (zero, zero);
-            let status = status.and(Status::RESTARTED).and(Status::SETTLING);
-            let estimate = Estimate { rotor_flux_vs: zero, omega_m: T::zero(), torque_nm: T::zero(), residual_a: zero, status };
-            return (estimate, false);
+        let flux2 = norm2(*lambda);
+        let within = (flux2 <= limits.flux_max_vs * limits.flux_max_vs)
+            & (norm2(*i_hat) <= limits.current_max_a * limits.current_max_a)
+            & (omega_m.abs() <= limits.speed_max_rad_per_s);
+        if !within {
+            status = status.and(self.restrain(lambda, i_hat, omega_m));
+            if status.contains(Status::RESTARTED) {
+                *watch = Watch::default();
+                let zero = Complex::zero();
+                let status = status.and(Status::SETTLING);
+                return (
+                    Estimate { rotor_flux_vs: zero, omega_m: T::zero(), torque_nm: T::zero(), residual_a: zero, status },
+                    false,
+                );
+            }
         }
         status.add_if(flux2 < limits.flux_min_vs * limits.flux_min_vs, Status::FLUX_LOW);
-        if flux2 > limits.flux_max_vs * limits.flux_max_vs || current2 > limits.current_max_a * limits.current_max_a {
-            *lambda = shortened(*lambda, limits.flux_max_vs);
-            *i_hat = shortened(*i_hat, limits.current_max_a);
-            status = status.and(Status::LIMITED);
-        }
-        status.add_if(omega_m.abs() >= limits.speed_max_rad_per_s, Status::LIMITED);
-        let omega_m = omega_m.min(limits.speed_max_rad_per_s).max(-limits.speed_max_rad_per_s);
         let residual_a = sample.i_s - *i_hat;
         status.add_if(norm2(residual_a) > limits.residual_max_a * limits.residual_max_a, Status::RESIDUAL);
         watch.good_samples = if status.is_fault() { 0 } else { watch.good_samples.saturating_add(1) };
         status.add_if(watch.good_samples < self.settle_samples, Status::SETTLING);
-        (watch.i_s, watch.u_s, watch.has_current) = (sample.i_s, sample.u_commanded, true);
+        (watch.i_s, watch.u_s) = (sample.i_s, sample.u_commanded);
         let torque_nm = constants.torque * cross(*lambda, sample.i_s);
-        (Estimate { rotor_flux_vs: *lambda, omega_m, torque_nm, residual_a, status }, true)
+        (Estimate { rotor_flux_vs: *lambda, omega_m: *omega_m, torque_nm, residual_a, status }, true)
+    }
+
+    /// Cuts what is beyond its limit, or asks for a new start where something is not finite.
+    #[cold]
+    fn restrain(&self, lambda: &mut Complex<T>, i_hat: &mut Complex<T>, omega_m: &mut T) -> Status {
+        if !(norm2(*lambda) + norm2(*i_hat) + *omega_m).is_finite() {
+            return Status::RESTARTED;
+        }
+        let top = self.limits.speed_max_rad_per_s;
+        *lambda = shortened(*lambda, self.limits.flux_max_vs);
+        *i_hat = shortened(*i_hat, self.limits.current_max_a);
+        *omega_m = omega_m.min(top).max(-top);
+        Status::LIMITED
     }
 }
 
@@ -259,13 +269,19 @@ impl Limits<f64> {
 pub(crate) struct Watch<T> {
     pub i_s: Complex<T>,
     pub u_s: Complex<T>,
-    has_current: bool,
     good_samples: u32,
 }
 
 impl<T: Scalar> Default for Watch<T> {
     fn default() -> Self {
-        Self { i_s: Complex::zero(), u_s: Complex::zero(), has_current: false, good_samples: 0 }
+        Self::from_current(Complex::zero())
+    }
+}
+
+impl<T: Scalar> Watch<T> {
+    /// With the current before the first sample.
+    pub fn from_current(i_s: Complex<T>) -> Self {
+        Self { i_s, u_s: Complex::zero(), good_samples: 0 }
     }
 }
 

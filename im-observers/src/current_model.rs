@@ -44,8 +44,8 @@ impl<T: Scalar> CurrentModel<T> {
 impl<T: Scalar> Observer<T> for CurrentModel<T> {
     type State = CurrentModelState<T>;
 
-    fn state_at(&self, rotor_flux_vs: Complex<T>, _i_s: Complex<T>, omega_m: T) -> CurrentModelState<T> {
-        CurrentModelState { lambda: rotor_flux_vs, omega_m, watch: Watch::default() }
+    fn state_at(&self, rotor_flux_vs: Complex<T>, i_s: Complex<T>, omega_m: T) -> CurrentModelState<T> {
+        CurrentModelState { lambda: rotor_flux_vs, omega_m, watch: Watch::from_current(i_s) }
     }
 
     #[inline]
@@ -65,8 +65,8 @@ impl<T: Scalar> Observer<T> for CurrentModel<T> {
         s.lambda = step1(a, s.lambda, sample.i_mean.scale(c.eta_l_m), warped(h, b.n_p * mean));
         let middle = (lambda_before + s.lambda).scale(T::from_f64(0.5));
         let drive = sample.u_s.scale(c.inverse_sigma_l_s) - a * middle.scale(c.beta);
-        let mut predicted = step1(Complex::new(-c.gamma, T::zero()), sample.i_before, drive, h);
-        let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut predicted, s.omega_m);
+        let mut predicted = step1(Complex::new(-c.gamma(), T::zero()), sample.i_before, drive, h);
+        let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut predicted, &mut s.omega_m);
         if !finite {
             *s = CurrentModelState::default();
         }

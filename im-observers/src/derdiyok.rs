@@ -166,7 +166,7 @@ impl<T: Scalar> Observer<T> for Derdiyok<T> {
             lambda_filtered: rotor_flux_vs,
             omega_m,
             eta,
-            watch: Watch::default(),
+            watch: Watch::from_current(i_s),
         }
     }
 
@@ -180,7 +180,7 @@ impl<T: Scalar> Observer<T> for Derdiyok<T> {
         let limit = |x: T| x.min(T::one()).max(-T::one());
         let nu = match self.discretization {
             Discretization::Implicit => {
-                let gamma = Complex::new(-c.gamma, T::zero());
+                let gamma = Complex::new(-c.gamma(), T::zero());
                 let predicted = step1(gamma, s.i_hat, drive, h);
                 // ∫₀ʰ βe^{−γt}dt by the same rule.
                 let reach = step1(gamma, Complex::zero(), Complex::new(c.beta, T::zero()), h).re;
@@ -209,7 +209,7 @@ impl<T: Scalar> Observer<T> for Derdiyok<T> {
                     }
                 };
                 let nu = Complex::new(sign(e.re), sign(e.im)).scale(-self.nu0);
-                s.i_hat += (nu.scale(c.beta) - s.i_hat.scale(c.gamma) + drive).scale(h);
+                s.i_hat += (nu.scale(c.beta) - s.i_hat.scale(c.gamma()) + drive).scale(h);
                 nu
             }
         };
@@ -232,7 +232,7 @@ impl<T: Scalar> Observer<T> for Derdiyok<T> {
             let size = self.anchor * mismatch / (c.eta * c.eta + w * w);
             s.lambda += Complex::new(c.eta, w) * s.lambda.scale(size * h);
         }
-        let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut s.i_hat, s.omega_m);
+        let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut s.i_hat, &mut s.omega_m);
         if !finite {
             *s = DerdiyokState::default();
         }

@@ -97,13 +97,14 @@ impl KubotaGains {
     }
 
     fn euler_limit(&self, c: &Electrical<f64>, n_p: f64, speed_max: f64) -> f64 {
-        let [g, s] = [structured(&self.gain), structured(&self.gain_per_speed)];
+        let [g, s] = [&self.gain, &self.gain_per_speed].map(|g| on_fluxes(g, c.beta));
         let mut limit = f64::INFINITY;
         for k in -20..=20 {
             let omega = speed_max * f64::from(k) / 20.0;
-            let m = flow(c, n_p * omega, [g[0] + s[0] * omega, g[1] + s[1] * omega]);
-            let mean = m.trace() * 0.5;
-            let root = square_root(mean * mean - m.determinant());
+            let m = flow(c, n_p * omega, [0, 1].map(|k| g[k] + s[k] * omega));
+            // On (λ̂, î): [a, c; −βa, −(g + βc)].
+            let mean = (m.a - m.g - m.c * m.beta) * 0.5;
+            let root = square_root(mean * mean + m.a * m.g);
             for pole in [mean + root, mean - root] {
                 limit = limit.min(-2.0 * pole.re / pole.norm_sqr());
             }
@@ -122,16 +123,26 @@ impl KubotaGains {
     }
 }
 
-/// A − LC in complex form.
+/// A − LC, for a gain on (λ̂, î + βλ̂).
 #[inline(always)]
-fn flow<T: Scalar>(c: &Electrical<T>, omega_e: T, l: [Complex<T>; 2]) -> Flow<T> {
-    let a = Complex::new(-c.eta, omega_e);
-    Flow { a, c: Complex::new(c.eta_l_m - l[0].re, -l[0].im), d: Complex::new(c.gamma + l[1].re, l[1].im), beta: c.beta }
+fn flow<T: Scalar>(c: &Electrical<T>, omega_e: T, l: [Complex<T>; 2]) -> Flow<T, Complex<T>> {
+    Flow {
+        a: Complex::new(-c.eta, omega_e),
+        c: Complex::new(c.eta_l_m - l[0].re, -l[0].im),
+        g: l[1] + c.stator_rate,
+        beta: c.beta,
+    }
 }
 
 /// The complex form [l₁, l₂] of a gain whose blocks are [x, −y; y, x].
 pub(crate) fn structured(g: &[[f64; 2]; 4]) -> [Complex<f64>; 2] {
     [0, 2].map(|k| Complex::new(0.5 * (g[k][0] + g[k + 1][1]), 0.5 * (g[k + 1][0] - g[k][1])))
+}
+
+/// A gain's effect on (λ̂, î + βλ̂): [l₁, l₂ + βl₁].
+fn on_fluxes(g: &[[f64; 2]; 4], beta: f64) -> [Complex<f64>; 2] {
+    let [l1, l2] = structured(g);
+    [l1, l2 + l1 * beta]
 }
 
 /// Solvers leave a little of the other form; more than this is another kind of gain.
@@ -159,10 +170,12 @@ fn square_root(z: Complex<f64>) -> Complex<f64> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kubota<T> {
     basis: Basis<T>,
+    /// On (λ̂, î + βλ̂), β of the machine without saturation.
     gain: [Complex<T>; 2],
     gain_per_speed: [Complex<T>; 2],
-    proportional: T,
-    integral: T,
+    /// hK_I and K_P + hK_I.
+    integral_sample: T,
+    proportional_and_sample: T,
     /// 1/fade², 0 for none.
     fade: T,
     discretization: Discretization,
@@ -216,13 +229,13 @@ impl<T: Scalar> Kubota<T> {
                 return Err(ObserverError::StepTooLong { what, sample_time_s: h, limit_s, remedy });
             }
         }
-        let cast = |g: &[[f64; 2]; 4]| structured(g).map(|z| Complex::new(T::from_f64(z.re), T::from_f64(z.im)));
+        let cast = |g| on_fluxes(g, c.beta).map(|z| Complex::new(T::from_f64(z.re), T::from_f64(z.im)));
         Ok(Self {
             basis,
             gain: cast(&gains.gain),
             gain_per_speed: cast(&gains.gain_per_speed),
-            proportional: T::from_f64(gains.proportional),
-            integral: T::from_f64(gains.integral),
+            integral_sample: T::from_f64(h * gains.integral),
+            proportional_and_sample: T::from_f64(gains.proportional + h * gains.integral),
             fade: T::from_f64(if gains.fade_a > 0.0 { 1.0 / (gains.fade_a * gains.fade_a) } else { 0.0 }),
             discretization,
         })
@@ -233,7 +246,7 @@ impl<T: Scalar> Observer<T> for Kubota<T> {
     type State = KubotaState<T>;
 
     fn state_at(&self, rotor_flux_vs: Complex<T>, i_s: Complex<T>, omega_m: T) -> KubotaState<T> {
-        KubotaState { lambda: rotor_flux_vs, i_hat: i_s, omega_m, integral: omega_m, watch: Watch::default() }
+        KubotaState { lambda: rotor_flux_vs, i_hat: i_s, omega_m, integral: omega_m, watch: Watch::from_current(i_s) }
     }
 
     #[inline]
@@ -253,21 +266,19 @@ impl<T: Scalar> Observer<T> for Kubota<T> {
         } else {
             [Complex::zero(); 2]
         };
-        let turned = Complex::new(-c.eta, w) * s.lambda;
-        let rate = [
-            turned + s.i_hat.scale(c.eta_l_m) + l[0] * e,
-            sample.u_s.scale(c.inverse_sigma_l_s) - turned.scale(c.beta) - s.i_hat.scale(c.gamma) + l[1] * e,
-        ];
+        let drive = sample.u_s.scale(c.inverse_sigma_l_s);
+        let d_lambda = Complex::new(-c.eta, w) * s.lambda + s.i_hat.scale(c.eta_l_m) + l[0] * e;
+        let d_psi = drive - s.i_hat.scale(c.stator_rate) + l[1] * e;
         [s.lambda, s.i_hat] = match self.discretization {
-            Discretization::Implicit => flow(&c, w, l).step([s.lambda, s.i_hat], rate, warped(h, w)),
-            Discretization::ForwardEuler => [s.lambda + rate[0].scale(h), s.i_hat + rate[1].scale(h)],
+            Discretization::Implicit => flow(&c, w, l).step([s.lambda, s.i_hat], [d_lambda, d_psi], warped(h, w)),
+            Discretization::ForwardEuler => [s.lambda + d_lambda.scale(h), s.i_hat + (d_psi - d_lambda.scale(c.beta)).scale(h)],
         };
         let e = if sample.measured { sample.i_s - s.i_hat } else { Complex::zero() };
-        let epsilon = -b.n_p * c.beta * cross(s.lambda, e);
+        let epsilon = cross(e, s.lambda) * (b.n_p * c.beta);
         let top = b.limits.speed_max_rad_per_s;
-        s.integral = (s.integral + h * self.integral * epsilon).min(top).max(-top);
-        s.omega_m = (self.proportional * epsilon + s.integral).min(top).max(-top);
-        let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut s.i_hat, s.omega_m);
+        s.omega_m = s.integral + self.proportional_and_sample * epsilon;
+        s.integral = (s.integral + self.integral_sample * epsilon).min(top).max(-top);
+        let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut s.i_hat, &mut s.omega_m);
         if !finite {
             *s = KubotaState::default();
         }

@@ -24,7 +24,8 @@ const REACH: f64 = 1.5;
 pub(crate) struct Electrical<T> {
     pub eta: T,
     pub beta: T,
-    pub gamma: T,
+    /// R_s/σL_s.
+    pub stator_rate: T,
     pub eta_l_m: T,
     pub inverse_sigma_l_s: T,
     /// (3/2) n_p L_m/L_r.
@@ -39,7 +40,7 @@ impl<T: Scalar> Electrical<T> {
         Self {
             eta: f(c.eta),
             beta: f(c.beta),
-            gamma: f(c.gamma),
+            stator_rate: f(p.stator_resistance_ohm / c.sigma_l_s),
             eta_l_m: f(c.eta_l_m),
             inverse_sigma_l_s: f(1.0 / c.sigma_l_s),
             torque: f(c.mu * p.inertia_kg_m2),
@@ -51,11 +52,17 @@ impl<T: Scalar> Electrical<T> {
         Electrical {
             eta: f(self.eta),
             beta: f(self.beta),
-            gamma: f(self.gamma),
+            stator_rate: f(self.stator_rate),
             eta_l_m: f(self.eta_l_m),
             inverse_sigma_l_s: f(self.inverse_sigma_l_s),
             torque: f(self.torque),
         }
+    }
+
+    /// γ = R_s/σL_s + βηL_m.
+    #[inline(always)]
+    pub fn gamma(&self) -> T {
+        self.stator_rate + self.beta * self.eta_l_m
     }
 
     #[inline(always)]
@@ -64,7 +71,7 @@ impl<T: Scalar> Electrical<T> {
         Self {
             eta: mix(self.eta, other.eta),
             beta: mix(self.beta, other.beta),
-            gamma: mix(self.gamma, other.gamma),
+            stator_rate: mix(self.stator_rate, other.stator_rate),
             eta_l_m: mix(self.eta_l_m, other.eta_l_m),
             inverse_sigma_l_s: mix(self.inverse_sigma_l_s, other.inverse_sigma_l_s),
             torque: mix(self.torque, other.torque),

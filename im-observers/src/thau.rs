@@ -215,7 +215,7 @@ impl<T: Scalar> Observer<T> for Thau<T> {
     type State = ThauState<T>;
 
     fn state_at(&self, rotor_flux_vs: Complex<T>, i_s: Complex<T>, omega_m: T) -> ThauState<T> {
-        ThauState { omega_m, lambda: rotor_flux_vs, i_hat: i_s, watch: Watch::default() }
+        ThauState { omega_m, lambda: rotor_flux_vs, i_hat: i_s, watch: Watch::from_current(i_s) }
     }
 
     #[inline]
@@ -225,9 +225,9 @@ impl<T: Scalar> Observer<T> for Thau<T> {
         let c = b.electrical(s.lambda, sample.i_mean);
         let (h, mu) = (b.sample_time_s, c.torque * b.inverse_inertia);
         let drive = sample.u_s.scale(c.inverse_sigma_l_s);
-        let real = |x: T| Complex::new(x, T::zero());
         let a = Complex::new(-c.eta, b.n_p * s.omega_m);
-        let flow = Flow { a, c: real(c.eta_l_m), d: real(c.gamma), beta: c.beta };
+        let d_lambda = a * s.lambda + s.i_hat.scale(c.eta_l_m);
+        let d_psi = drive - s.i_hat.scale(c.stator_rate);
         let before = (s.lambda, s.i_hat);
         // λ̂ × î, or λ̂ × (î − i) where the load torque follows the measured current.
         let pull = |lambda: Complex<T>, i_hat: Complex<T>, i_s: Complex<T>| {
@@ -235,8 +235,8 @@ impl<T: Scalar> Observer<T> for Thau<T> {
         };
         match self.discretization {
             Discretization::Implicit => {
-                let [d_lambda, d_i] = flow.apply([s.lambda, s.i_hat]);
-                [s.lambda, s.i_hat] = flow.step([s.lambda, s.i_hat], [d_lambda, d_i + drive], warped(h, b.n_p * s.omega_m));
+                let flow = Flow { a, c: c.eta_l_m, g: c.stator_rate, beta: c.beta };
+                [s.lambda, s.i_hat] = flow.step([s.lambda, s.i_hat], [d_lambda, d_psi], warped(h, a.im));
                 let torque = if self.follows {
                     pull(s.lambda, s.i_hat, sample.i_s)
                 } else {
@@ -262,14 +262,13 @@ impl<T: Scalar> Observer<T> for Thau<T> {
                 };
                 let torque = pull(s.lambda, s.i_hat, sample.i_before);
                 s.omega_m += (mu * torque - self.damping * s.omega_m + omega) * h;
-                let d = flow.apply([before.0, before.1]);
-                s.lambda += (d[0] + flux).scale(h);
-                s.i_hat += (d[1] + drive + current).scale(h);
+                s.lambda += (d_lambda + flux).scale(h);
+                s.i_hat += (d_psi - d_lambda.scale(c.beta) + current).scale(h);
             }
         }
         let top = b.limits.speed_max_rad_per_s;
         s.omega_m = s.omega_m.min(top).max(-top);
-        let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut s.i_hat, s.omega_m);
+        let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut s.i_hat, &mut s.omega_m);
         if !finite {
             *s = ThauState::default();
         }

@@ -114,7 +114,7 @@ impl<T: Scalar> Observer<T> for Utkin<T> {
     type State = UtkinState<T>;
 
     fn state_at(&self, rotor_flux_vs: Complex<T>, i_s: Complex<T>, omega_m: T) -> UtkinState<T> {
-        UtkinState { lambda: rotor_flux_vs, i_hat: i_s, omega_m, watch: Watch::default() }
+        UtkinState { lambda: rotor_flux_vs, i_hat: i_s, omega_m, watch: Watch::from_current(i_s) }
     }
 
     #[inline]
@@ -125,15 +125,17 @@ impl<T: Scalar> Observer<T> for Utkin<T> {
         let h = b.sample_time_s;
         let top = self.omega0;
         let drive = sample.u_s.scale(c.inverse_sigma_l_s);
-        let real = |x: T| Complex::new(x, T::zero());
-        let flow = |omega: T| Flow { a: Complex::new(-c.eta, b.n_p * omega), c: real(c.eta_l_m), d: real(c.gamma), beta: c.beta };
+        let rates = |omega: T, s: &UtkinState<T>| {
+            let a = Complex::new(-c.eta, b.n_p * omega);
+            (a, [a * s.lambda + s.i_hat.scale(c.eta_l_m), drive - s.i_hat.scale(c.stator_rate)])
+        };
         let omega = match self.discretization {
             Discretization::Implicit => {
                 // With the speed that was right so far …
                 let before = s.omega_m;
-                let flow = flow(before);
-                let [d_lambda, d_i] = flow.apply([s.lambda, s.i_hat]);
-                [s.lambda, s.i_hat] = flow.step([s.lambda, s.i_hat], [d_lambda, d_i + drive], warped(h, b.n_p * before));
+                let (a, rates) = rates(before, s);
+                let flow = Flow { a, c: c.eta_l_m, g: c.stator_rate, beta: c.beta };
+                [s.lambda, s.i_hat] = flow.step([s.lambda, s.i_hat], rates, warped(h, a.im));
                 if sample.measured {
                     // … and what it must change by.
                     let e = s.i_hat - sample.i_s;
@@ -161,14 +163,14 @@ impl<T: Scalar> Observer<T> for Utkin<T> {
                 } else {
                     T::zero()
                 };
-                let d = flow(omega).apply([s.lambda, s.i_hat]);
-                s.lambda += d[0].scale(h);
-                s.i_hat += (d[1] + drive).scale(h);
+                let (_, [d_lambda, d_psi]) = rates(omega, s);
+                s.lambda += d_lambda.scale(h);
+                s.i_hat += (d_psi - d_lambda.scale(c.beta)).scale(h);
                 omega
             }
         };
         s.omega_m += self.filter * (omega - s.omega_m);
-        let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut s.i_hat, s.omega_m);
+        let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut s.i_hat, &mut s.omega_m);
         if !finite {
             *s = UtkinState::default();
         }
