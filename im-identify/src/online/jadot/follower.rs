@@ -7,7 +7,7 @@
 use super::super::{Estimate, Identifier, Sample, Status, finite};
 use super::parameters::RegulationParameters;
 use super::scheme::{Adaptation, Tracking};
-use im_model::space_vector::{cross, norm2, unit};
+use im_model::space_vector::{cross, j, norm2, turn};
 use im_model::{Bound, Complex, ModelError, Scalar};
 
 /// λ of (22), H.
@@ -77,6 +77,8 @@ impl<T: Scalar> FollowerGains<T> {
 pub struct Follower<T, A> {
     gains: FollowerGains<T>,
     n_p: T,
+    /// 1/h.
+    per_s: T,
     adaptation: A,
 }
 
@@ -110,30 +112,28 @@ impl<T: Scalar, A: Adaptation<T>> Follower<T, A> {
         Bound::NotNegative.check("current_integral_per_s", gains.current_integral_per_s.value())?;
         Bound::Within(1e-7, 1e-2).check("sample_time_s", gains.sample_time_s.value())?;
         gains.lambda.validate()?;
-        Ok(Self { gains, n_p: T::from_f64(f64::from(gains.pole_pairs)), adaptation })
+        let n_p = T::from_f64(f64::from(gains.pole_pairs));
+        Ok(Self { gains, n_p, per_s: T::one() / gains.sample_time_s, adaptation })
     }
 
-    /// The generator over a sample; u in the frame.
+    /// The generator over a sample, u in the frame: (17) as it stands, (18) as the stator flux φ_ref + L_f i_ref that it is the sum of,
+    ///
+    /// φ' = −(a + jω_g)φ + R i − v_r,   (φ + L_f i)' = −jω_s(φ + L_f i) − R_s i + u − v_r − v_s
     fn generate(&self, x: &mut FollowerState<T, A::State>, u: Complex<T>, omega_r: T, omega_s: T) {
         let p = self.adaptation.parameters(&x.adaptation);
         let (h, one) = (self.gains.sample_time_s, T::one());
-        let half = h * T::from_f64(0.5);
-        let (a, r) = (p.inverse_rotor_time_constant(), p.rotor_resistance_ohm);
-        let inverse_l = one / p.leakage_inductance_h;
-        // [φ; i]' = M[φ; i] + [−v_r; (u − v_s)/L_f]
-        let m = [
-            [Complex::new(-a, omega_r - omega_s), Complex::new(r, T::zero())],
-            [Complex::new(a, -omega_r) * inverse_l, Complex::new(-(p.stator_resistance_ohm + r) * inverse_l, -omega_s)],
-        ];
-        let rate_phi = m[0][0] * x.phi_ref + m[0][1] * x.i_ref - x.v_r;
-        let rate_i = m[1][0] * x.phi_ref + m[1][1] * x.i_ref + (u - x.v_s) * inverse_l;
-        // (I − hM/2)Δ = h·rate
-        let (n00, n01) = (Complex::new(one, T::zero()) - m[0][0] * half, -m[0][1] * half);
-        let (n10, n11) = (-m[1][0] * half, Complex::new(one, T::zero()) - m[1][1] * half);
-        let determinant = n00 * n11 - n01 * n10;
+        let k = h * T::from_f64(0.5);
+        let (a, r, l_f) = (p.inverse_rotor_time_constant(), p.rotor_resistance_ohm, p.leakage_inductance_h);
+        let turning = Complex::new(-a, omega_r - omega_s);
+        let rate_phi = turning * x.phi_ref + x.i_ref * r - x.v_r;
+        let rate_psi = u - x.v_r - x.v_s - x.i_ref * p.stator_resistance_ohm - j(x.phi_ref + x.i_ref * l_f) * omega_s;
+        // [n, −kR; s, sL_f + kR_s] (Δφ, Δi) = h (φ', ψ'), by Cramer's rule.
+        let (n, s) = (Complex::new(one, T::zero()) - turning * k, Complex::new(one, omega_s * k));
+        let (k_r, d) = (r * k, s * l_f + p.stator_resistance_ohm * k);
+        let determinant = n * d + s * k_r;
         let scale = determinant.conj() * (h / norm2(determinant));
-        x.phi_ref += (n11 * rate_phi - n01 * rate_i) * scale;
-        x.i_ref += (n00 * rate_i - n10 * rate_phi) * scale;
+        x.phi_ref += (d * rate_phi + rate_psi * k_r) * scale;
+        x.i_ref += (n * rate_psi - s * rate_phi) * scale;
     }
 }
 
@@ -164,7 +164,7 @@ impl<T: Scalar, A: Adaptation<T>> Identifier<T, 4> for Follower<T, A> {
             let omega_r = input.omega_m * self.n_p;
             let middle = (x.omega_r + omega_r) * half;
             let omega_s = middle + x.omega_g;
-            let half_turn = unit(omega_s * h * half);
+            let half_turn = turn(omega_s * h * half);
             let at_middle = x.direction * half_turn;
             self.generate(x, input.u_s * at_middle.conj(), middle, omega_s);
             x.direction = at_middle * half_turn;
@@ -178,7 +178,7 @@ impl<T: Scalar, A: Adaptation<T>> Identifier<T, 4> for Follower<T, A> {
             }
         }
         let delta_i = if lost { Complex::new(T::zero(), T::zero()) } else { input.i_s * x.direction.conj() - x.i_ref };
-        i_ref_rate = if lost { delta_i } else { (x.i_ref - i_ref_rate) / h };
+        i_ref_rate = if lost { delta_i } else { (x.i_ref - i_ref_rate) * self.per_s };
         let leak = self.adaptation.integral_leak_per_s(&x.adaptation) * h;
         x.eta += delta_i * (g.current_integral_per_s * h) - x.eta * leak.min(T::one());
         let tracking = Tracking {

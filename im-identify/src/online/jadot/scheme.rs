@@ -28,10 +28,9 @@ pub struct Tracking<T> {
 
 impl<T: Scalar> Tracking<T> {
     fn is_finite(&self) -> bool {
-        !self.lost
-            && [self.delta_i, self.held_v, self.i_ref, self.i_ref_rate, self.phi_ref].into_iter().all(finite)
-            && self.omega_r.is_finite()
-            && self.omega_g.is_finite()
+        // A sum is finite only if all of it is.
+        let sum = self.delta_i + self.held_v + self.i_ref + self.i_ref_rate + self.phi_ref;
+        !self.lost && finite(sum + self.omega_r + self.omega_g)
     }
 
     /// ω_s, rad/s.
@@ -177,7 +176,7 @@ impl<T: Scalar> Scheme<T> {
         RegulationParameters::from_values(x.values)
     }
 
-    /// Moves the estimates by their relative rates, `rate(‖regressor‖²)` times the weights, where there is something to learn from:
+    /// Moves the estimates by their relative rates, `relative(1/‖regressor‖²)` times the weights, where there is something to learn from:
     /// returns the relative change of each, zero if held.
     pub fn adapt(
         &self,
@@ -203,7 +202,7 @@ impl<T: Scalar> Scheme<T> {
         if x.status.is_frozen() {
             return [zero; 4];
         }
-        let wanted = relative(size);
+        let wanted = relative(T::one() / size);
         core::array::from_fn(|k| {
             let before = x.values[k];
             // A sample in which the law is no number changes nothing.

@@ -48,7 +48,7 @@ impl<T: Scalar> Identifier<T, 4> for TimeScale<T> {
         let b = steady_regressor(&p, t.phi_ref, t.i_ref, t.omega_s(), t.omega_g);
         let reach = self.share * p.inverse_rotor_time_constant() * self.scheme.sample_time;
         // No error counts for more than all of the parameter: transients that (32) knows nothing of.
-        self.scheme.adapt(x, t, &b, |size| b.map(|b| (dot(b, t.held_v) / size).max(-T::one()).min(T::one()) * reach));
+        self.scheme.adapt(x, t, &b, |inverse| b.map(|b| (dot(b, t.held_v) * inverse).max(-T::one()).min(T::one()) * reach));
         self.scheme.estimate(x)
     }
 }

@@ -78,7 +78,7 @@ impl<T: Scalar> Identifier<T, 4> for TimeVarying<T> {
             -(j(t.i_ref) * t.omega_s() + t.i_ref_rate) * p.leakage_inductance_h,
         ];
         let gain = self.gain * p.leakage_inductance_h;
-        let change = self.scheme.adapt(&mut x.adapted, t, &w, |size| w.map(|w| dot(w, t.delta_i) * (gain / size)));
+        let change = self.scheme.adapt(&mut x.adapted, t, &w, |inverse| w.map(|w| dot(w, t.delta_i) * (gain * inverse)));
         // Δθ' = −θ̂'/θ̂, after projection.
         x.injection = -(x.chi[0] * change[0] + x.chi[1] * change[1]) / h;
         // (42), implicit.
