@@ -13,6 +13,9 @@ pub enum Failure {
     File(FileError),
     /// Anything else that is wrong with the input; the text says what and where.
     Input(String),
+    /// Claims that did not come out as they are stated; names them. Status 3.
+    #[cfg(feature = "verify")]
+    NotAsStated(String),
     /// Nobody reads our output any more: nothing to say.
     NobodyListens,
 }
@@ -37,6 +40,11 @@ impl Failure {
     pub fn report(&self) -> ExitCode {
         match self {
             Self::NobodyListens => return ExitCode::SUCCESS,
+            #[cfg(feature = "verify")]
+            Self::NotAsStated(which) => {
+                eprintln!("not as stated: {which}");
+                return ExitCode::from(3);
+            }
             Self::Input(text) => eprintln!("error: {text}"),
             Self::File(e) => {
                 eprintln!("error: {e}");

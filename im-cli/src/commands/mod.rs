@@ -19,6 +19,8 @@ mod observe;
 mod report;
 mod simulate;
 mod validate;
+#[cfg(feature = "verify")]
+mod verify;
 
 /// What can be asked of the program.
 #[derive(Subcommand)]
@@ -48,6 +50,9 @@ pub enum Command {
     /// Make gains of observers and controllers, each with a proof; check a proof
     #[cfg(feature = "design")]
     Design(design::Args),
+    /// Try the claims of the papers on many machines, or on yours
+    #[cfg(feature = "verify")]
+    Verify(verify::Args),
     /// List the physical effects that the model knows, or show the card of one
     Effects(effects::Args),
 }
@@ -69,6 +74,8 @@ impl Command {
             Self::Observe(args) => observe::run(&args),
             #[cfg(feature = "design")]
             Self::Design(args) => design::run(&args),
+            #[cfg(feature = "verify")]
+            Self::Verify(args) => verify::run(&args),
             Self::Effects(args) => effects::run(&args),
         }
     }

@@ -1,0 +1,247 @@
+//! `im verify`: the claims of the papers, tried on many machines.
+
+mod list;
+mod replay;
+mod table;
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use im_model::{MotorFile, write_atomically};
+use im_verify::{Block, Campaign, Claim, Journal, Machines, Paper, Row, Shard, Subject, case_file, claims, shrunk};
+
+use crate::failure::Failure;
+use crate::spinner::spinning;
+use crate::terminal::Progress;
+
+/// Arguments.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  im verify --list
+  im verify --claim 3 --cases 1000000
+  im verify --claim kubota_v_falls_for_any_error --motor motor.toml
+  im verify --paper jadot --seed 2 --out out
+  im verify --all --shard 1/4 --out part1
+  im verify --replay out/cases/03-kubota_v_falls_for_any_error-1642.toml
+
+A case follows from seed, claim and index alone, so that shards are exactly the parts of the whole. With
+--out every finished block of cases is a line of DIR/results.jsonl: the same command run again goes on
+where it was, and the lines of several shards put into one file are summed up by running the whole.
+
+Exit status: 0 the claims came out as docs/claims.md states them (a claim known to fail, by a
+counterexample that was found), 3 they did not, 1 bad input, 2 wrong usage.")]
+pub struct Args {
+    /// All claims, and the hidden-effect campaign of im diagnose
+    #[arg(long, conflicts_with_all = ["claim", "paper"])]
+    all: bool,
+    /// A claim, by number or name; give it several times for several. Without a choice: all claims
+    #[arg(long, value_name = "NUMBER|NAME")]
+    claim: Vec<String>,
+    /// The claims of a paper
+    #[arg(long, value_enum)]
+    paper: Vec<PaperName>,
+    /// The machine: random for another one in each case, or the name of one of the papers'
+    #[arg(long, value_name = "random|NAME", default_value = "random")]
+    machine: String,
+    /// The machine: a motor.toml
+    #[arg(long, value_name = "FILE", conflicts_with = "machine")]
+    motor: Option<PathBuf>,
+    /// Cases of each claim; by their cost if not given
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+    cases: Option<u64>,
+    /// The seed
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Do part k of N only
+    #[arg(long, value_name = "k/N", default_value = "1/1")]
+    shard: Shard,
+    /// Folder for results.jsonl and the failing cases
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Failing cases to shrink and write down, of each claim
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    keep: usize,
+    /// Run one case again, from its file
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["all", "claim", "paper", "cases", "out"])]
+    replay: Option<PathBuf>,
+    /// List the claims
+    #[arg(long)]
+    list: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Print Markdown, as docs/claims.md has it
+    #[arg(long, conflicts_with = "json")]
+    markdown: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum PaperName {
+    /// Observers
+    Kwon,
+    /// Sliding-mode control, rotor resistance
+    Kenne,
+    /// Passivity-based adaptive regulation
+    Jadot,
+}
+
+impl From<PaperName> for Paper {
+    fn from(name: PaperName) -> Self {
+        match name {
+            PaperName::Kwon => Self::Kwon,
+            PaperName::Kenne => Self::Kenne,
+            PaperName::Jadot => Self::Jadot,
+        }
+    }
+}
+
+/// How the output looks.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Text,
+    Json,
+    Markdown,
+}
+
+impl Args {
+    fn format(&self) -> Format {
+        match (self.json, self.markdown) {
+            (true, _) => Format::Json,
+            (_, true) => Format::Markdown,
+            _ => Format::Text,
+        }
+    }
+
+    fn claims(&self) -> Result<Vec<Claim>, Failure> {
+        let all = claims::all();
+        let mut chosen: Vec<Claim> = Vec::new();
+        for wish in &self.claim {
+            let found = all.iter().find(|c| c.name == wish || c.number.to_string() == *wish);
+            chosen.push(*found.ok_or_else(|| {
+                Failure::Input(format!("--claim {wish}: there is no such claim; im verify --list shows their numbers and names"))
+            })?);
+        }
+        let papers: Vec<Paper> = self.paper.iter().map(|p| (*p).into()).collect();
+        chosen.extend(all.iter().filter(|c| papers.contains(&c.paper)));
+        if self.claim.is_empty() && self.paper.is_empty() {
+            chosen = all;
+        }
+        chosen.sort_by_key(|c| c.number);
+        chosen.dedup_by_key(|c| c.number);
+        Ok(chosen)
+    }
+
+    fn subject(&self) -> Result<Option<Subject>, Failure> {
+        if let Some(path) = &self.motor {
+            let motor = MotorFile::read(path)?;
+            let effects: Vec<&str> = motor.machine.effects().active().map(|e| e.name()).collect();
+            if !effects.is_empty() {
+                eprintln!("note: the papers' claims are about the linear machine; left out: {}", effects.join(", "));
+            }
+            let subject = Subject::of_motor(&motor).map_err(|e| Failure::Input(format!("{}: {e}", path.display())))?;
+            return Ok(Some(subject));
+        }
+        if self.machine == "random" {
+            return Ok(None);
+        }
+        let named = Subject::by_name(&self.machine).ok_or_else(|| {
+            let names = im_model::machines::ALL.map(|m| m.name).join(", ");
+            Failure::Input(format!("--machine {}: expected random or one of {names}; a motor.toml goes to --motor", self.machine))
+        });
+        named.map(Some)
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let subject = args.subject()?;
+    if let Some(path) = &args.replay {
+        return replay::run(path, subject, args.json);
+    }
+    let chosen = args.claims()?;
+    if args.list {
+        return Ok(list::print(&chosen, args.format())?);
+    }
+    let machines = subject.map_or(Machines::Random, |s| Machines::One(Box::new(s)));
+    let campaign = Campaign { claims: chosen, machines, cases: args.cases, seed: args.seed, shard: args.shard };
+    let blocks = tried(&campaign, args.out.as_deref())?;
+    let rows: Vec<Row> = campaign.claims.iter().map(|c| Row::of(c, &campaign, &blocks)).collect();
+    let found = spinning("shrinking", || shrink(&campaign, &rows, args.keep));
+    if let Some(dir) = &args.out {
+        for f in &found {
+            let folder = dir.join("cases");
+            std::fs::create_dir_all(&folder).map_err(|e| Failure::Input(format!("{}: {e}", folder.display())))?;
+            write_atomically(&folder.join(&f.file), |w| w.write_all(f.text.as_bytes()))?;
+        }
+    }
+    let mut out = io::stdout().lock();
+    table::print(&mut out, &campaign, &rows, &found, args)?;
+    let wrong: Vec<&str> = campaign.claims.iter().zip(&rows).filter(|(_, r)| !r.as_stated).map(|(c, _)| c.name).collect();
+    if wrong.is_empty() { Ok(()) } else { Err(Failure::NotAsStated(wrong.join(", "))) }
+}
+
+/// Tries what is left to try, and keeps it on disk where a folder is given.
+fn tried(campaign: &Campaign, out: Option<&Path>) -> Result<Vec<Block>, Failure> {
+    let (mut journal, done) = match out {
+        Some(dir) => {
+            std::fs::create_dir_all(dir)
+                .map_err(|e| Failure::Input(format!("{}: cannot make the folder: {e}", dir.display())))?;
+            let (journal, done) = Journal::open(&dir.join("results.jsonl")).map_err(|e| Failure::Input(e.to_string()))?;
+            (Some(journal), done)
+        }
+        None => (None, Vec::new()),
+    };
+    let mut blocks: Vec<Block> = Vec::new();
+    for b in done.into_iter().filter(|b| campaign.owns(b)) {
+        // Shards that overlap, put together: every case counts once.
+        if !blocks.iter().any(|x| x.claim == b.claim && x.first < b.first + b.cases && b.first < x.first + x.cases) {
+            blocks.push(b);
+        }
+    }
+    let total = campaign.effort();
+    let mut progress = Progress::new("trying cases");
+    let mut effort: u64 = 0;
+    let before = blocks.clone();
+    campaign.run(&before, |block| {
+        effort += campaign.effort_of(block);
+        progress.tell(effort as usize, total as usize);
+        if let Some(journal) = &mut journal {
+            journal.append(block).map_err(|e| Failure::Input(e.to_string()))?;
+        }
+        blocks.push(block.clone());
+        Ok::<(), Failure>(())
+    })?;
+    progress.finish();
+    Ok(blocks)
+}
+
+/// A failing case, made simple.
+struct Found {
+    claim: u32,
+    /// Name of its file.
+    file: String,
+    text: String,
+    /// What was found, in numbers.
+    why: String,
+}
+
+fn shrink(campaign: &Campaign, rows: &[Row], keep: usize) -> Vec<Found> {
+    let mut found = Vec::new();
+    for (claim, row) in campaign.claims.iter().zip(rows) {
+        for index in row.violating.iter().take(keep) {
+            let point = shrunk(claim, &claim.draw(campaign.seed, *index, &campaign.machines), &campaign.machines);
+            let why = match claim.verdict(&point, &campaign.machines) {
+                im_verify::Verdict::Violated { why, .. } => why,
+                _ => String::new(),
+            };
+            found.push(Found {
+                claim: claim.number,
+                file: format!("{:02}-{}-{index}.toml", claim.number, claim.name),
+                text: case_file::to_text(claim, &point, &campaign.machines, campaign.seed, *index),
+                why,
+            });
+        }
+    }
+    found
+}

@@ -1,0 +1,36 @@
+//! One case, alone.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use im_verify::{Subject, Verdict, case_file, claims};
+use serde_json::json;
+
+use crate::failure::Failure;
+
+/// Exit status 3 means that the case violates its claim.
+pub fn run(path: &Path, given: Option<Subject>, as_json: bool) -> Result<(), Failure> {
+    let text = std::fs::read_to_string(path).map_err(|e| Failure::Input(format!("{}: cannot be read: {e}", path.display())))?;
+    let read = case_file::from_text(&text, &claims::all(), given);
+    let (claim, point, machines) = read.map_err(|e| Failure::Input(format!("{}: {e}", path.display())))?;
+    let verdict = claim.verdict(&point, &machines);
+    let (word, why) = match &verdict {
+        Verdict::Holds { .. } => ("holds", String::new()),
+        Verdict::Violated { why, .. } => ("violated", why.clone()),
+        Verdict::Outside => ("outside", "an assumption of the claim is not met".to_owned()),
+    };
+    let mut out = io::stdout().lock();
+    if as_json {
+        let answer = json!({"schema": 1, "claim": claim.number, "name": claim.name, "verdict": word, "margin": verdict.margin(), "why": why});
+        writeln!(out, "{answer}")?;
+    } else {
+        writeln!(out, "Claim {}, {} ({}): {}", claim.number, claim.name, claim.place, claim.statement)?;
+        let margin = verdict.margin().map_or(String::new(), |m| format!(", margin {m:.3e}"));
+        writeln!(out, "This case: {word}{margin}{}{why}", if why.is_empty() { "" } else { "; " })?;
+    }
+    if verdict.is_violated() {
+        Err(Failure::NotAsStated(format!("{} is violated by {}", claim.name, path.display())))
+    } else {
+        Ok(())
+    }
+}

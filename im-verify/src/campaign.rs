@@ -1,0 +1,178 @@
+//! Many cases of many claims over all cores, in blocks that are shared out and resumed.
+
+use std::num::NonZeroU64;
+use std::sync::Mutex;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::claim::Claim;
+use crate::subject::Machines;
+
+/// One of N equal parts of a campaign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// From 1.
+    pub part: u64,
+    /// How many there are.
+    pub of: NonZeroU64,
+}
+
+impl Shard {
+    /// All of it.
+    pub const WHOLE: Self = Self { part: 1, of: NonZeroU64::MIN };
+
+    fn has(self, block: u64) -> bool {
+        block % self.of == self.part - 1
+    }
+}
+
+impl std::str::FromStr for Shard {
+    type Err = String;
+
+    fn from_str(s: &str) -> Result<Self, String> {
+        let parts = s.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
+        match parts {
+            Some((part, of)) if (1..=NonZeroU64::get(of)).contains(&part) => Ok(Self { part, of }),
+            _ => Err(format!("`{s}` must be k/N with k from 1 to N, such as 2/4")),
+        }
+    }
+}
+
+/// What is to be tried.
+#[derive(Clone, Debug)]
+pub struct Campaign {
+    /// The claims.
+    pub claims: Vec<Claim>,
+    /// On which machines.
+    pub machines: Machines,
+    /// Cases of each claim; by their cost if none.
+    pub cases: Option<u64>,
+    /// The seed.
+    pub seed: u64,
+    /// The part to do here.
+    pub shard: Shard,
+}
+
+/// What came out of a block of cases: a line of the results.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Block {
+    /// Number of the claim.
+    pub claim: u32,
+    /// Its name.
+    pub name: String,
+    /// The seed.
+    pub seed: u64,
+    /// Whose machines: [`Machines::label`].
+    pub machines: String,
+    /// Index of the first case.
+    pub first: u64,
+    /// Number of cases.
+    pub cases: u64,
+    /// Of these, those that violate the claim.
+    pub violated: u64,
+    /// Of these, those that do not meet its assumptions.
+    pub outside: u64,
+    /// The smallest margin, and the case it belongs to; none if all are outside.
+    pub worst: Option<(f64, u64)>,
+    /// The first violating cases, up to [`KEPT`].
+    pub violating: Vec<u64>,
+}
+
+/// Violating cases that a block names.
+pub const KEPT: usize = 20;
+
+/// A piece of work.
+#[derive(Clone, Copy, Debug)]
+struct Work {
+    claim: usize,
+    first: u64,
+    cases: u64,
+}
+
+impl Campaign {
+    /// Cases of a claim in the whole campaign.
+    pub fn cases_of(&self, claim: &Claim) -> u64 {
+        self.cases.unwrap_or(claim.cost.cases())
+    }
+
+    fn work(&self) -> Vec<Work> {
+        let mut all = Vec::new();
+        for (k, claim) in self.claims.iter().enumerate() {
+            let (cases, block) = (self.cases_of(claim), claim.cost.block());
+            let blocks = (0..cases.div_ceil(block)).filter(|b| self.shard.has(*b));
+            all.extend(blocks.map(|b| Work { claim: k, first: b * block, cases: block.min(cases - b * block) }));
+        }
+        all
+    }
+
+    /// Whether a result belongs to this campaign's claims, machines and seed.
+    pub fn owns(&self, block: &Block) -> bool {
+        block.seed == self.seed
+            && block.machines == self.machines.label()
+            && self.claims.iter().any(|c| c.number == block.claim && c.name == block.name)
+    }
+
+    /// How much work this shard is, in units of a [`Cost::Equation`](crate::Cost::Equation) case: for progress bars.
+    pub fn effort(&self) -> u64 {
+        self.work().iter().map(|w| w.cases * self.claims[w.claim].cost.effort()).sum()
+    }
+
+    /// How much of it a block was.
+    pub fn effort_of(&self, block: &Block) -> u64 {
+        self.claims.iter().find(|c| c.number == block.claim).map_or(0, |c| block.cases * c.cost.effort())
+    }
+
+    /// Tries what is not among the `done` blocks. Each finished block is given to `tell`, one at a time; an error of it ends the campaign.
+    ///
+    /// # Errors
+    /// The first error of `tell`.
+    pub fn run<E: Send>(&self, done: &[Block], tell: impl FnMut(&Block) -> Result<(), E> + Send) -> Result<(), E> {
+        let label = self.machines.label();
+        let mut left = self.work();
+        left.retain(|w| {
+            let claim = &self.claims[w.claim];
+            !done.iter().any(|b| self.owns(b) && b.claim == claim.number && b.first == w.first && b.cases == w.cases)
+        });
+        let tell = Mutex::new(tell);
+        left.par_iter().with_max_len(1).try_for_each(|w| {
+            let block = self.block(w, &label);
+            let mut tell = tell.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            tell(&block)
+        })
+    }
+
+    fn block(&self, w: &Work, label: &str) -> Block {
+        let claim = &self.claims[w.claim];
+        let mut out = Block {
+            claim: claim.number,
+            name: claim.name.into(),
+            seed: self.seed,
+            machines: label.into(),
+            first: w.first,
+            cases: w.cases,
+            violated: 0,
+            outside: 0,
+            worst: None,
+            violating: Vec::new(),
+        };
+        for index in w.first..w.first + w.cases {
+            let verdict = claim.verdict(&claim.draw(self.seed, index, &self.machines), &self.machines);
+            let Some(margin) = verdict.margin() else {
+                out.outside += 1;
+                continue;
+            };
+            if verdict.is_violated() {
+                out.violated += 1;
+                if out.violating.len() < KEPT {
+                    out.violating.push(index);
+                }
+            }
+            if out.worst.is_none_or(|(worst, _)| margin < worst) {
+                out.worst = Some((margin, index));
+            }
+        }
+        out
+    }
+}

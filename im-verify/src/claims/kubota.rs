@@ -1,0 +1,135 @@
+//! Kubota's adaptive observer (Kwon et al., Section III), through the code of `im-observers`.
+
+use im_design::Plant;
+use im_design::kubota::{KubotaDesign, KubotaRequest, closed_form};
+use im_model::space_vector::{cross, dot, unit};
+use im_observers::{Basis, Discretization, Input, Kubota, KubotaGains, Observer};
+
+use crate::claim::{C, Case, Claim, Cost, Found, Paper};
+use crate::properties::Steady;
+use crate::variable::Variable;
+use crate::verdict::Verdict;
+
+/// The claims.
+pub const CLAIMS: &[Claim] = &[
+    Claim {
+        number: 2,
+        name: "kubota_3_is_feasible",
+        paper: Paper::Kwon,
+        place: "(3)",
+        statement: "There is a gain L_r with (A_r − L_rC_r)ᵀ + (A_r − L_rC_r) < 0; conditions for it \"appear to be unknown\".",
+        assumptions: "Any machine, any speed.",
+        found: Found::Holds,
+        finding: "Always: l₁ = ηL_m + β(η + jn_pω) makes the matrix diag(−2η, −2η, −2γ, −2γ). No gain does better than −2η on the fluxes.",
+        cost: Cost::Run,
+        variables: &[Variable::even("speed_share", -1.2, 1.2)],
+        check: condition_3_is_feasible,
+    },
+    Claim {
+        number: 3,
+        name: "kubota_v_falls_for_any_error",
+        paper: Paper::Kwon,
+        place: "after (5)",
+        statement: "With ω̂' = α n_pβ(e_a λ̂_b − e_b λ̂_a) and (3), V = eᵀe + Δω²/α has V̇ = −eᵀQe ≤ 0.",
+        assumptions: "Constant speed, any error; (5), λ_aλ̂_b = λ̂_aλ_b, which Kubota et al. assume without saying so, not assumed.",
+        found: Found::Fails,
+        finding: "V̇ has the term 2n_pΔω(λ × λ̂) besides, which (5) assumes away. Without a current error V grows wherever \
+                  this is positive and more than 2η|λ − λ̂|²: a lag of the flux and a speed error are enough. Holds under (5): claim 4.",
+        cost: Cost::Equation,
+        variables: &ERRORS,
+        check: |case| v_falls(case, false),
+    },
+    Claim {
+        number: 4,
+        name: "kubota_v_falls_where_fluxes_are_collinear",
+        paper: Paper::Kwon,
+        place: "(4), (5)",
+        statement: "The same, with λ_aλ̂_b = λ̂_aλ_b.",
+        assumptions: "Constant speed; (5): the fluxes have one direction, their sizes differ.",
+        found: Found::HoldsIf,
+        finding: "Holds, with the sign i − î of the correction that (2) needs and the summary misprints. (5) is kept by no trajectory: claim 3.",
+        cost: Cost::Equation,
+        variables: &ERRORS,
+        check: |case| v_falls(case, true),
+    },
+];
+
+const ERRORS: [Variable; 7] = [
+    Variable::even("speed_share", -1.2, 1.2).simplest_at(1.0),
+    Variable::even("slip_share", -1.5, 1.5).simplest_at(0.0),
+    Variable::even("flux_error_share", 0.0, 0.5).simplest_at(0.0),
+    Variable::angle("flux_error_angle_rad"),
+    Variable::even("current_error_share", 0.0, 0.5).simplest_at(0.0),
+    Variable::angle("current_error_angle_rad"),
+    Variable::even("speed_error_share", -0.3, 0.3).simplest_at(0.0),
+];
+
+/// The gain of (3) over the speeds of a machine.
+fn gain(case: &Case, rate_per_s: f64, flux_weight: f64) -> Result<KubotaDesign, im_design::DesignError> {
+    let top = 1.3 * case.speed();
+    let request = KubotaRequest { speed_rad_per_s: [-top, top], rate_per_s, flux_weight };
+    Ok(closed_form(Plant::Machine(case.machine().into()), &request)?.0)
+}
+
+fn condition_3_is_feasible(case: &Case) -> Verdict {
+    let [speed] = case.values();
+    let c = case.constants();
+    let design = match gain(case, 0.5 * c.eta, 1.0) {
+        Ok(design) => design,
+        Err(e) => return Verdict::refused(e),
+    };
+    let error = design.error_matrix(&im_design::Machine::from(case.machine()).constants::<f64>(), speed * case.speed());
+    let largest = *im_design::linalg::symmetric_eigenvalues(&error.plus_transpose()).last().unwrap_or(&f64::NAN);
+    Verdict::at_least("least decay over 2η", -largest / (2.0 * c.eta), 1.0 - 1e-6)
+}
+
+/// V̇ from the observer's own steps, against −eᵀQe. A step of forward Euler is h times the rates at its beginning: nothing is lost.
+fn v_falls(case: &Case, collinear: bool) -> Verdict {
+    let [speed, slip, flux_error, flux_angle, current_error, current_angle, speed_error] = case.values();
+    const H: f64 = 1e-6;
+    let (c, r) = (case.constants(), case.rating());
+    let omega = speed * case.speed();
+    let truth = Steady::new(case, omega, slip * case.slip(), r.rotor_flux_vs, 0.3, H);
+    // In the direction of the flux, or in any.
+    let direction = if collinear { C::new(flux_angle.cos().signum(), 0.0) } else { unit(flux_angle) };
+    let e = [truth.flux(0) * direction * flux_error, unit(current_angle) * current_error * case.current()];
+    let before = omega + speed_error * case.speed();
+    // The gain of (3), in closed form (claim 2).
+    let l = C::new(c.eta_l_m + c.beta * c.eta, c.beta * c.n_p * omega);
+    // Of the size of a drive's: rated current in error moves ω̂ by ten times the rated speed a second.
+    let alpha = 10.0 * case.speed() / (c.n_p * c.beta * r.rotor_flux_vs * case.current());
+    // The correction Le is linear and is added below: at a wrong ω̂ this gain, fixed at the true ω, is beyond any step limit.
+    let gains = KubotaGains::without_feedback(0.0, alpha);
+    let euler = Discretization::ForwardEuler;
+    let observer = match Basis::try_new(case.machine(), r, H).and_then(|b| Kubota::discretized(b, gains, euler)) {
+        Ok(observer) => observer,
+        Err(e) => return Verdict::refused(e),
+    };
+    let mut state = observer.state_at(truth.flux(0) - e[0], truth.current(0) - e[1], before);
+    // The first sample makes ω̂'; the second the other rates at the same state.
+    let x = observer.step(&mut state, &truth.input(1));
+    let y = observer.step(&mut state, &Input::new(truth.voltage_now(1), truth.current(1)));
+    let omega_rate = (x.omega_m - before) / H;
+    let flux_rate = (y.rotor_flux_vs - x.rotor_flux_vs) / H + l * x.residual_a;
+    let current_rate = (x.residual_a - y.residual_a) / H;
+    let (e_flux, e_i, delta) = (truth.flux(1) - x.rotor_flux_vs, x.residual_a, x.omega_m - omega);
+    let turning = C::new(0.0, truth.omega_e);
+    // (4), term by term.
+    let terms = [
+        2.0 * dot(e_flux, turning * truth.flux(1) - flux_rate),
+        2.0 * dot(e_i, turning * truth.current(1) - current_rate),
+        2.0 * delta * omega_rate / alpha,
+    ];
+    let promised = -2.0 * c.eta * e_flux.norm_sqr() - 2.0 * c.gamma * e_i.norm_sqr();
+    let rate: f64 = terms.iter().sum();
+    // Rounding of the differences over H.
+    let size = terms.iter().map(|t| t.abs()).sum::<f64>()
+        + 1e-14 / H * (e_i.norm() * truth.current(1).norm() + e_flux.norm() + delta.abs() * omega.abs() / alpha);
+    if collinear {
+        // The first sample turns λ̂ away a little: what (5) assumes away comes in with that.
+        let off = 2.0 * c.n_p * delta * cross(truth.flux(1), x.rotor_flux_vs);
+        return Verdict::at_most("|V̇ + eᵀQe| over rounding", (rate - promised).abs(), 1.01 * off.abs() + 1e-6 * size + 1e-9);
+    }
+    let v = e_flux.norm_sqr() + e_i.norm_sqr() + delta * delta / alpha;
+    Verdict::at_most("growth of V, 1/s", rate / v, 0.01)
+}

@@ -1,0 +1,37 @@
+//! What the three papers claim, as properties that can be tried on any machine: over forty of them, each with cases that follow from
+//! (seed, claim, index) alone, shrinking to the simplest counterexample, and campaigns over cores and machines.
+//!
+//! * [`claims::all`]: the claims. Each is a [`Claim`]: statement, place, assumptions, variables, property, and what was found.
+//! * [`Campaign`] runs them in [`Block`]s; [`Journal`] keeps blocks on disk, so that a campaign is resumed, or put together from shards;
+//!   [`Row`] sums them up with a confidence interval.
+//! * [`shrunk`] makes a failing case simple; [`case_file`] writes it down and reads it again.
+//! * [`properties`]: the same properties for a user's own observer or controller, written against the traits of `im-observers` and
+//!   `im-model`; `examples/verify_my_observer.rs` shows it.
+//!
+//! Claims drive the code of the other crates wherever there is code for what is claimed: what they find is about that code too.
+
+pub mod case_file;
+pub mod claims;
+pub mod properties;
+
+mod campaign;
+mod claim;
+mod journal;
+mod random;
+mod shrink;
+mod statistics;
+mod subject;
+mod summary;
+mod variable;
+mod verdict;
+
+pub use campaign::{Block, Campaign, KEPT, Shard};
+pub use claim::{C, Case, Claim, Cost, Found, Paper, Point};
+pub use journal::{Journal, JournalError};
+pub use random::Draws;
+pub use shrink::shrunk;
+pub use statistics::clopper_pearson;
+pub use subject::{MACHINE, Machines, Subject};
+pub use summary::{CONFIDENCE, Row};
+pub use variable::{Scale, Variable};
+pub use verdict::Verdict;
