@@ -119,7 +119,7 @@ impl<T: Scalar> Bench<T> {
             *target += before - self.speed_seen();
         }
         if self.substeps == 1 {
-            self.state = self.plant.step_observed(&self.state, &drive, self.substep, &mut observe);
+            self.plant.step_observed(&mut self.state, &drive, self.substep, &mut observe);
         } else {
             let whole = drive.imposed_speed;
             for k in 0..self.substeps {
@@ -127,7 +127,7 @@ impl<T: Scalar> Bench<T> {
                     let at = |k: u32| a + (b - a).scale(f64::from(k) / f64::from(self.substeps));
                     drive.imposed_speed = Some([at(k), at(k + 1)]);
                 }
-                self.state = self.plant.step_observed(&self.state, &drive, self.substep, &mut observe);
+                self.plant.step_observed(&mut self.state, &drive, self.substep, &mut observe);
             }
         }
         let now = self.state.omega_m;

@@ -145,17 +145,15 @@ impl<T: Scalar> FluxMap<T> {
     /// Currents at the given flux linkages.
     #[inline(always)]
     pub fn currents(&self, psi_s: Complex<T>, psi_r: Complex<T>, psi_fe: Complex<T>, effects: &Effects<T>) -> Currents<T> {
-        let linear = || {
-            let mut source = psi_s * self.inv_ls + psi_r * self.inv_lr;
-            if !self.inv_fe.is_zero() {
-                source += psi_fe * self.inv_fe;
-            }
-            source * self.parallel
-        };
+        let linear = || self.linear_flux(psi_s, psi_r, psi_fe);
         match self.shape {
             Shape::Linear => {
                 let [s, m, r] = &self.inverse_inductances;
-                Currents { i_s: psi_s * *s - psi_r * *m, i_r: psi_r * *r - psi_s * *m, psi_m: linear() }
+                Currents {
+                    i_s: psi_s * *s - psi_r * *m,
+                    i_r: psi_r * *r - psi_s * *m,
+                    psi_m: self.linear_flux(psi_s, psi_r, psi_fe),
+                }
             }
             Shape::Lossy => self.unsaturated_leakages(psi_s, psi_r, linear()),
             Shape::MainSaturated => {
@@ -164,6 +162,16 @@ impl<T: Scalar> FluxMap<T> {
             }
             Shape::General => self.saturated_leakages(psi_s, psi_r, linear(), effects),
         }
+    }
+
+    /// ψ_m of the circuit without saturation.
+    #[inline(always)]
+    fn linear_flux(&self, psi_s: Complex<T>, psi_r: Complex<T>, psi_fe: Complex<T>) -> Complex<T> {
+        let mut source = psi_s * self.inv_ls + psi_r * self.inv_lr;
+        if !self.inv_fe.is_zero() {
+            source += psi_fe * self.inv_fe;
+        }
+        source * self.parallel
     }
 
     #[inline(always)]

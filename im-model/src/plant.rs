@@ -285,31 +285,34 @@ impl<T: Scalar> Plant<T> {
     /// One fourth-order Runge-Kutta step of length `h`, s, with inputs held.
     #[inline]
     pub fn step(&self, x: &State<T>, drive: &Drive<T>, h: f64) -> State<T> {
-        self.step_observed(x, drive, h, |_, _| ())
+        let mut next = *x;
+        self.step_observed(&mut next, drive, h, |_, _| ());
+        next
     }
 
-    /// As [`step`](Self::step); `observe(weight, evaluation)` sees the four stages with their quadrature weights (sum `h`), so
-    /// that integrals of powers are taken with the same rule as the state.
+    /// As [`step`](Self::step), in place; `observe(weight, evaluation)` sees the four stages with their quadrature weights (sum
+    /// `h`), so that integrals of powers are taken with the same rule as the state.
     #[inline(always)]
-    pub fn step_observed(&self, x: &State<T>, drive: &Drive<T>, h: f64, observe: impl FnMut(f64, &Evaluation<T>)) -> State<T> {
+    pub fn step_observed(&self, x: &mut State<T>, drive: &Drive<T>, h: f64, observe: impl FnMut(f64, &Evaluation<T>)) {
         if self.plain && drive.imposed_speed.is_none() {
-            self.step_as::<true>(x, drive, h, observe)
+            self.step_as::<true>(x, drive, h, observe);
         } else {
-            self.step_as::<false>(x, drive, h, observe)
+            self.step_as::<false>(x, drive, h, observe);
         }
     }
 
     #[inline(always)]
     fn step_as<const PLAIN: bool>(
         &self,
-        x: &State<T>,
+        x: &mut State<T>,
         drive: &Drive<T>,
         h: f64,
         mut observe: impl FnMut(f64, &Evaluation<T>),
-    ) -> State<T> {
+    ) {
         let parts = if PLAIN { Parts::default() } else { self.parts };
         let (half, sixth, third) = (0.5 * h, h / 6.0, h / 3.0);
-        let (mut next, mut at) = (*x, *x);
+        // The parts that are not in use stay where they are: states with derivatives are too large to be copied in passing.
+        let (from, mut at) = (*x, *x);
         // Unrolled by hand: as a closure the compiler keeps it a call and copies whole states through memory.
         macro_rules! stage {
             ($fraction:literal, $weight:expr $(, then $next_at:expr)?) => {{
@@ -318,8 +321,8 @@ impl<T: Scalar> Plant<T> {
                 }
                 let e = self.evaluate_as::<PLAIN>(&at, drive);
                 observe($weight, &e);
-                next.accumulate(&e.rates, $weight, parts);
-                $(at.set_advanced(x, &e.rates, $next_at, parts);)?
+                x.accumulate(&e.rates, $weight, parts);
+                $(at.set_advanced(&from, &e.rates, $next_at, parts);)?
             }};
         }
         stage!(0.0, sixth, then half);
@@ -327,9 +330,8 @@ impl<T: Scalar> Plant<T> {
         stage!(0.5, third, then h);
         stage!(1.0, sixth);
         if let (false, Some([_, b])) = (PLAIN, drive.imposed_speed) {
-            next.omega_m = b;
+            x.omega_m = b;
         }
-        next
     }
 
     /// Rates in a frame at electrical angle `theta` turning with `omega_k`, rad/s; state and voltage are given in that frame.

@@ -152,25 +152,30 @@ fn moved(
 
 /// Sum of squared residuals of a machine over the experiments, in units of σ².
 pub fn cost(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> f64 {
-    cost_to(machine, experiments, starts, 1.0)
+    sum_of_squares(&simulated(machine, experiments, starts, 1.0))
 }
 
 fn rows(e: &Experiment, fraction: f64) -> usize {
     ((e.len() as f64 * fraction) as usize).clamp(e.len().min(2), e.len())
 }
 
-fn cost_to(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>], fraction: f64) -> f64 {
-    experiments
-        .par_iter()
-        .zip(starts)
-        .map(|(e, x)| residuals_to(machine, e, x, rows(e, fraction)).iter().flatten().map(|r| r * r).sum::<f64>())
-        .sum()
+/// Per experiment and channel: the residuals over the first `fraction` of the rows.
+type Residuals = Vec<Vec<Vec<f64>>>;
+
+fn simulated(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>], fraction: f64) -> Residuals {
+    experiments.par_iter().zip(starts).map(|(e, x)| residuals_to(machine, e, x, rows(e, fraction))).collect()
+}
+
+fn sum_of_squares(residuals: &Residuals) -> f64 {
+    residuals.iter().flatten().flatten().map(|r| r * r).sum()
 }
 
 /// JᵀJ of the slopes, per experiment kept for later products with new residuals.
 struct Slopes {
     per_experiment: Vec<Vec<Vec<Vec<f64>>>>,
     normal: DMatrix<f64>,
+    /// The way gone since they were taken: the largest change of a search variable, summed over the steps.
+    way: f64,
 }
 
 fn dot(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
@@ -178,7 +183,7 @@ fn dot(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 }
 
 impl Slopes {
-    fn gradient(&self, residuals: &[Vec<Vec<f64>>]) -> DVector<f64> {
+    fn gradient(&self, residuals: &Residuals) -> DVector<f64> {
         let p = self.normal.nrows();
         DVector::from_fn(p, |k, _| self.per_experiment.iter().zip(residuals).map(|(s, r)| dot(&s[k], r)).sum())
     }
@@ -190,7 +195,7 @@ fn slopes(
     starts: &[State<f64>],
     free: &[Free],
     fraction: f64,
-) -> (Slopes, Vec<Vec<Vec<f64>>>) {
+) -> (Slopes, Residuals) {
     let parts: Vec<_> = experiments
         .par_iter()
         .enumerate()
@@ -210,7 +215,7 @@ fn slopes(
             }
         }
     }
-    (Slopes { per_experiment, normal }, residuals)
+    (Slopes { per_experiment, normal, way: 0.0 }, residuals)
 }
 
 /// Fits the free parameters to all experiments, starting from `machine` and the experiments' own starts.
@@ -218,7 +223,7 @@ pub fn fit(machine: &Machine<f64>, experiments: &[Experiment], free: &[Free], op
     for e in experiments {
         e.validate()?;
     }
-    let mut here = Point { machine: *machine, starts: experiments.iter().map(|e| e.start.state()).collect(), cost: 0.0 };
+    let mut here = Point::new(machine, experiments.iter().map(|e| e.start.state()).collect());
     for &fraction in &options.horizons {
         // A rough answer is enough to start the next horizon from.
         descend(&mut here, experiments, free, fraction, options.iterations.min(12), 1e-3)?;
@@ -245,13 +250,38 @@ pub(super) struct End {
     normal: Option<DMatrix<f64>>,
 }
 
+/// Where a descent stands.
 pub(super) struct Point {
-    pub(super) machine: Machine<f64>,
+    machine: Machine<f64>,
     pub(super) starts: Vec<State<f64>>,
-    pub(super) cost: f64,
+    residuals: Residuals,
+    cost: f64,
 }
 
-/// A step of the search variables over which slopes hardly change.
+impl Point {
+    /// Not yet simulated.
+    pub(super) fn new(machine: &Machine<f64>, starts: Vec<State<f64>>) -> Self {
+        Self { machine: *machine, starts, residuals: Vec::new(), cost: f64::INFINITY }
+    }
+
+    fn simulated(machine: Machine<f64>, starts: Vec<State<f64>>, experiments: &[Experiment], fraction: f64) -> Self {
+        let residuals = simulated(&machine, experiments, &starts, fraction);
+        Self { cost: sum_of_squares(&residuals), machine, starts, residuals }
+    }
+
+    /// Refuses a point whose simulation has run away, by the name of the experiment.
+    fn check(&self, experiments: &[Experiment]) -> Result<(), FitError> {
+        if self.cost.is_finite() {
+            return Ok(());
+        }
+        let bad = experiments.iter().zip(&self.residuals).find(|(_, r)| r.iter().flatten().any(|r| !r.is_finite()));
+        Err(FitError::Diverges { experiment: bad.map_or_else(String::new, |(e, _)| e.name.clone()) })
+    }
+}
+
+/// A way of the search variables over which old slopes still lead down well.
+const NEAR: f64 = 0.1;
+/// A way over which slopes hardly change: JᵀJ stands for the covariance.
 const SHORT: f64 = 0.03;
 
 /// Levenberg-Marquardt from `here` over the first `fraction` of every recording.
@@ -263,36 +293,27 @@ pub(super) fn descend(
     iterations: usize,
     tolerance: f64,
 ) -> Result<End, FitError> {
-    let p = free.len();
-    here.cost = cost_to(&here.machine, experiments, &here.starts, fraction);
-    if !here.cost.is_finite() {
-        let bad = experiments
-            .iter()
-            .zip(&here.starts)
-            .find(|(e, x)| residuals_to(&here.machine, e, x, rows(e, fraction)).iter().flatten().any(|r| !r.is_finite()));
-        return Err(FitError::Diverges { experiment: bad.map_or_else(String::new, |(e, _)| e.name.clone()) });
-    }
-    if p == 0 {
-        return Ok(End { accepted: 0, converged: true, normal: None });
+    if free.is_empty() {
+        *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, fraction);
+        return here.check(experiments).map(|()| End { accepted: 0, converged: true, normal: None });
     }
     let mut damping = 1e-3;
     let mut kept: Option<Slopes> = None;
     let mut accepted = 0;
     while accepted < iterations {
-        // Slopes are kept while steps are small: then only the residual is simulated anew.
+        // Slopes are kept while steps are small: then the residuals of the last step are all that is new.
         let fresh = kept.is_none();
-        let (s, residuals) = match kept.take() {
-            Some(s) => {
-                let r = experiments
-                    .par_iter()
-                    .zip(&here.starts)
-                    .map(|(e, x)| residuals_to(&here.machine, e, x, rows(e, fraction)))
-                    .collect();
-                (s, r)
+        let mut s = match kept.take() {
+            Some(s) => s,
+            None => {
+                let (s, residuals) = slopes(&here.machine, experiments, &here.starts, free, fraction);
+                here.cost = sum_of_squares(&residuals);
+                here.residuals = residuals;
+                here.check(experiments)?;
+                s
             }
-            None => slopes(&here.machine, experiments, &here.starts, free, fraction),
         };
-        let gradient = s.gradient(&residuals);
+        let gradient = s.gradient(&here.residuals);
         // At a limit that the descent would cross, a parameter stays; the others find the minimum on that limit.
         let at = |f: &Free| current(f, &here.machine, &here.starts);
         let stopped: Vec<bool> = free.iter().zip(gradient.iter()).map(|(f, g)| f.stops(at(f), *g)).collect();
@@ -306,10 +327,10 @@ pub(super) fn descend(
                 damping *= 10.0;
                 continue;
             };
-            let cost = cost_to(&machine, experiments, &starts, fraction);
-            if cost.is_finite() && cost < here.cost {
-                let gain = (here.cost - cost) / here.cost;
-                *here = Point { machine, starts, cost };
+            let there = Point::simulated(machine, starts, experiments, fraction);
+            if there.cost.is_finite() && there.cost < here.cost {
+                let gain = (here.cost - there.cost) / here.cost;
+                *here = there;
                 damping = (damping * 0.1).max(1e-12);
                 gained = Some((gain, step.amax()));
                 break;
@@ -323,13 +344,11 @@ pub(super) fn descend(
         match gained {
             Some((gain, size)) => {
                 accepted += 1;
-                let short = size < SHORT;
+                s.way += size;
                 if gain < tolerance {
-                    return Ok(End { accepted, converged: true, normal: short.then_some(s.normal) });
+                    return Ok(End { accepted, converged: true, normal: (s.way < SHORT).then_some(s.normal) });
                 }
-                if short {
-                    kept = Some(s);
-                }
+                kept = (s.way < NEAR).then_some(s);
             }
             None if fresh => return Ok(End { accepted, converged: true, normal: Some(s.normal) }),
             // Old slopes no longer lead down: new ones.

@@ -39,7 +39,7 @@ pub fn start_on(machine: &Machine<f64>, e: &Experiment, rating: &Rating) -> Stat
     if free.is_empty() {
         return given;
     }
-    let mut here = Point { machine: *machine, starts: vec![given], cost: 0.0 };
+    let mut here = Point::new(machine, vec![given]);
     let fraction = (MEMORY_S / (e.sample_time_s * e.len() as f64)).min(1.0);
     match descend(&mut here, std::slice::from_ref(e), &free, fraction, 20, 1e-6) {
         Ok(_) => here.starts[0],
