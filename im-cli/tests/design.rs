@@ -91,7 +91,7 @@ fn gains_are_made_for_a_period_and_for_the_largest() {
         assert!(done(&["design", "check", &gains]).contains("true and unaltered"), "{kind} {period}");
         json["gains"]["period_s"].as_f64().unwrap()
     };
-    for kind in ["kubota", "thau", "thau-box", "derdiyok"] {
+    for kind in ["kubota", "kubota-loop", "thau", "thau-box", "derdiyok", "utkin", "kenne", "jadot"] {
         assert_eq!(made(kind, "20e-6"), 20e-6, "{kind}");
     }
     for kind in ["kubota", "thau-box"] {
@@ -102,8 +102,15 @@ fn gains_are_made_for_a_period_and_for_the_largest() {
         let text = refused(&["design", kind, "--motor", &motor(), "--region", &region, "-o", &gains, "--period", &beyond]);
         assert!(text.contains("infeasible") && text.contains("periods up to"), "{kind}: {text}");
     }
-    let text = refused(&["design", "kenne", "--motor", &motor(), "--region", &region, "-o", &gains, "--period", "20e-6"]);
-    assert!(text.contains("no proof for a sampling period"), "{text}");
+    // A layer has a largest period, which a layer must be given for.
+    fs::write(&region, done(&["design", "example-region", "utkin"])).unwrap();
+    let base = ["design", "utkin", "--motor", &motor(), "--region", &region, "-o", &gains, "--period", "largest"];
+    assert!(refused(&base).contains("boundary_layer_avs is missing"));
+    fs::write(&region, done(&["design", "example-region", "utkin"]).replace("# boundary", "boundary")).unwrap();
+    assert!(done(&base).contains("period_s"));
+    fs::write(&region, done(&["design", "example-region", "mtpa"])).unwrap();
+    let text = refused(&["design", "mtpa", "--motor", &motor(), "--region", &region, "-o", &gains, "--period", "20e-6"]);
+    assert!(text.contains("steady state"), "{text}");
 }
 
 #[test]

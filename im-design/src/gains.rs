@@ -1,8 +1,13 @@
 //! Gain sets for programs: a TOML table, or Rust constants to paste into firmware.
 
 use crate::certificate::Design;
+use crate::jadot::JadotDesign;
+use crate::kenne::KenneDesign;
+use crate::kubota_loop::LoopGains;
 use crate::matrix::Matrix;
 use crate::mtpa::Law;
+use crate::sliding::{DerdiyokDesign, UtkinDesign};
+use crate::thau_box::BoxRegion;
 use std::fmt::Write;
 
 /// One value of a gain set.
@@ -101,107 +106,158 @@ fn nested(m: &Matrix<f64>) -> String {
 
 impl From<&Design> for GainSet {
     fn from(design: &Design) -> Self {
-        use Value::{List, Matrix as M, Range, Scalar};
+        let of = GainSet::new;
         match design {
-            Design::Thau(d) => GainSet::new("thau")
-                .with("lipschitz", "Lipschitz constant of u2 that is tolerated (SI units)", Scalar(d.lipschitz))
-                .with("gain", "L, rows (omega, lambda_a, lambda_b, i_a, i_b), columns (i_a, i_b)", M(d.gain.clone())),
-            Design::ThauBox(d) => GainSet::new("thau_box")
-                .with("rate_per_s", "proven decay rate, 1/s", Scalar(d.rate_per_s))
-                .with("frame_rad_per_s", "frame speeds covered, electrical rad/s", Range(d.region.frame_rad_per_s))
-                .with("slip_rad_per_s", "slips covered, electrical rad/s", Range(d.region.slip_rad_per_s))
-                .with("flux_d_wb", "d fluxes covered, Wb", Range(d.region.flux_d_wb))
-                .with("flux_q_wb", "q fluxes covered, Wb", Range(d.region.flux_q_wb))
-                .with("gain", "L0 in the frame of the estimated flux", M(d.gain.clone()))
-                .with("gain_per_frame_speed", "L = L0 + frame speed (rad/s) L1", M(d.gain_per_frame_speed.clone())),
-            Design::Kubota(d) => GainSet::new("kubota")
-                .with("speed_rad_per_s", "mechanical speeds covered, rad/s", Range(d.speed_rad_per_s))
-                .with("rate_per_s", "proven decay rate, 1/s", Scalar(d.rate_per_s))
-                .with("gain", "L0, rows (lambda_a, lambda_b, i_a, i_b), columns (i_a, i_b)", M(d.gain.clone()))
-                .with("gain_per_speed", "L = L0 + speed (rad/s) L1", M(d.gain_per_speed.clone())),
-            Design::KubotaLoop(d) => GainSet::new("kubota_loop")
-                .with("speed_rad_per_s", "mechanical speeds covered, rad/s", Range(d.speed_rad_per_s))
-                .with("slip_rad_per_s", "slips covered, electrical rad/s", Range(d.slip_rad_per_s))
-                .with("flux_wb", "rotor flux linkage amplitude, Wb", Scalar(d.flux_wb))
-                .with("proportional", "K_P of the speed law", Scalar(d.gains.proportional))
-                .with("integral", "K_I of the speed law", Scalar(d.gains.integral))
-                .with("gain", "L0, rows (lambda_a, lambda_b, i_a, i_b), columns (i_a, i_b)", M(d.gains.gain.clone()))
-                .with("gain_per_speed", "L = L0 + speed (rad/s) L1", M(d.gains.gain_per_speed.clone())),
-            Design::Derdiyok(d) => GainSet::new("derdiyok")
-                .with("speed_max_rad_per_s", "mechanical speed covered, rad/s", Scalar(d.speed_max_rad_per_s))
-                .with("flux_max_wb", "rotor flux linkage covered, Wb", Scalar(d.flux_max_wb))
-                .with("nu0", "switching gain, V", Scalar(d.nu0)),
-            Design::Utkin(d) => GainSet::new("utkin")
-                .with("speed_max_rad_per_s", "mechanical speed covered, rad/s", Scalar(d.speed_max_rad_per_s))
-                .with("flux_min_wb", "estimated flux from this on, Wb", Scalar(d.flux_min_wb))
-                .with("omega0_rad_per_s", "switching amplitude of the speed, mechanical rad/s", Scalar(d.omega0_rad_per_s)),
-            Design::Kenne(d) => GainSet::new("kenne")
-                .with("k_sq", "of (25), V", Scalar(d.k_sq))
-                .with("k_sd", "of (26), V", Scalar(d.k_sd))
-                .with("k_x", "K of (34), A/s^2", Scalar(d.k_x))
-                .with("k_rr_per_s", "k_Rr over the nominal rotor resistance, 1/s", Scalar(d.k_rr_per_s))
-                .with("c_omega", "of (17), 1/s", Scalar(d.region.c_omega))
-                .with("c_lambda", "of (17), 1/s", Scalar(d.region.c_lambda)),
-            Design::Jadot(d) => GainSet::new("jadot")
-                .with("current_proportional_ohm", "K_P of (25), ohm", Scalar(d.current_proportional_ohm))
-                .with("current_integral_per_s", "K_I of (25), 1/s", Scalar(d.current_integral_per_s))
-                .with("speed_proportional", "k_p of (12)", Scalar(d.speed_proportional))
-                .with("speed_integral_per_s", "k_i of (12), 1/s", Scalar(d.speed_integral_per_s))
-                .with("lambda_h", "lambda of (22), H", Scalar(d.lambda_h))
-                .with("adaptation_rate_per_s", "K_B = this/|B|^2 in (34), 1/s", Scalar(d.adaptation_rate_per_s))
-                .with(
-                    "adaptation_frequency_rad_per_s",
-                    "K_W = this^2/|W|^2 in (47), rad/s",
-                    Scalar(d.adaptation_frequency_rad_per_s),
-                ),
-            Design::Sampled(d) => GainSet::new("sampled")
-                .with("speed_rad_per_s", "mechanical speeds covered, rad/s", Range(d.speed_rad_per_s))
-                .with("period_s", "sampling period of forward Euler, s", Scalar(d.period_s))
-                .with("contraction", "per sample, in the norm of P", Scalar(d.contraction))
-                .with("gain", "L0, rows (lambda_a, lambda_b, i_a, i_b), columns (i_a, i_b)", M(d.gain.clone()))
-                .with("gain_per_speed", "L = L0 + speed (rad/s) L1", M(d.gain_per_speed.clone())),
-            Design::SampledBox(d) => GainSet::new("sampled_box")
-                .with("period_s", "sampling period of forward Euler, s", Scalar(d.period_s))
-                .with("contraction", "per sample, in the norm of P", Scalar(d.contraction))
-                .with("frame_rad_per_s", "frame speeds covered, electrical rad/s", Range(d.region.frame_rad_per_s))
-                .with("slip_rad_per_s", "slips covered, electrical rad/s", Range(d.region.slip_rad_per_s))
-                .with("flux_d_wb", "d fluxes covered, Wb", Range(d.region.flux_d_wb))
-                .with("flux_q_wb", "q fluxes covered, Wb", Range(d.region.flux_q_wb))
-                .with("gain", "L0 in the frame of the estimated flux", M(d.gain.clone()))
-                .with("gain_per_frame_speed", "L = L0 + frame speed (rad/s) L1", M(d.gain_per_frame_speed.clone())),
-            Design::SampledThau(d) => GainSet::new("sampled_thau")
-                .with("period_s", "sampling period of forward Euler, s", Scalar(d.period_s))
-                .with("contraction", "per sample, in the norm of P", Scalar(d.contraction))
-                .with("lipschitz", "Lipschitz constant of u2 that is tolerated (SI units)", Scalar(d.lipschitz))
-                .with("gain", "L, rows (omega, lambda_a, lambda_b, i_a, i_b), columns (i_a, i_b)", M(d.gain.clone())),
-            Design::SampledDerdiyok(d) => GainSet::new("sampled_derdiyok")
-                .with("period_s", "sampling period of forward Euler, s", Scalar(d.period_s))
-                .with("speed_max_rad_per_s", "mechanical speed covered, rad/s", Scalar(d.continuous.speed_max_rad_per_s))
-                .with("flux_max_wb", "rotor flux linkage covered, Wb", Scalar(d.continuous.flux_max_wb))
-                .with("nu0", "switching gain, V", Scalar(d.continuous.nu0))
-                .with(
-                    "boundary_layer_a",
-                    "half width of the linear part of the switching function, A",
-                    Scalar(d.boundary_layer_a),
-                ),
-            Design::Mtpa(d) => {
-                let set = GainSet::new("mtpa").with("tolerance", "of current and slip against the optimum", Scalar(d.tolerance));
-                match &d.law {
-                    Law::Series { current, slip } => set
-                        .with(
-                            "torque_n_m",
-                            "torques covered, N m; x = (2 ln T - ln lo - ln hi)/(ln hi - ln lo)",
-                            Range(d.torque_n_m),
-                        )
-                        .with("current", "Chebyshev coefficients of ln I_s over x (rms A)", List(current.clone()))
-                        .with("slip", "Chebyshev coefficients of ln omega_s over x (electrical rad/s)", List(slip.clone())),
-                    Law::Kwon { a, b, c } => set
-                        .with("torque_n_m", "torques covered, N m", Range(d.torque_n_m))
-                        .with("a", "I_s = a1 T + a2 T^b1 + a3 T^b2, rms A", List(a.to_vec()))
-                        .with("b", "exponents of the current law", List(b.to_vec()))
-                        .with("c", "omega_s = c0 + c1 T + ... + c4 T^4, electrical rad/s", List(c.to_vec())),
-                }
+            Design::Thau(d) => of("thau").thau(d.lipschitz, &d.gain),
+            Design::SampledThau(d) => of("sampled_thau").contracting(d.period_s, d.contraction).thau(d.lipschitz, &d.gain),
+            Design::ThauBox(d) => of("thau_box").rate(d.rate_per_s).boxed(&d.region, &d.gain, &d.gain_per_frame_speed),
+            Design::SampledBox(d) => {
+                of("sampled_box").contracting(d.period_s, d.contraction).boxed(&d.region, &d.gain, &d.gain_per_frame_speed)
             }
+            Design::Kubota(d) => of("kubota").speeds(d.speed_rad_per_s).rate(d.rate_per_s).scheduled(&d.gain, &d.gain_per_speed),
+            Design::Sampled(d) => {
+                let set = of("sampled").speeds(d.speed_rad_per_s).contracting(d.period_s, d.contraction);
+                set.scheduled(&d.gain, &d.gain_per_speed)
+            }
+            Design::KubotaLoop(d) => of("kubota_loop").adaptive(d.speed_rad_per_s, d.slip_rad_per_s, d.flux_wb, &d.gains),
+            Design::SampledLoop(d) => {
+                of("sampled_kubota_loop").period(d.period_s).adaptive(d.speed_rad_per_s, d.slip_rad_per_s, d.flux_wb, &d.gains)
+            }
+            Design::Derdiyok(d) => of("derdiyok").derdiyok(d),
+            Design::SampledDerdiyok(d) => of("sampled_derdiyok").period(d.period_s).derdiyok(&d.continuous).scalar(
+                "boundary_layer_a",
+                "half width of the linear part of the switching function, A",
+                d.boundary_layer_a,
+            ),
+            Design::Utkin(d) => of("utkin").utkin(d),
+            Design::SampledUtkin(d) => of("sampled_utkin").period(d.period_s).utkin(&d.continuous).scalar(
+                "boundary_layer_avs",
+                "half width of the linear part of the switching function, A Wb",
+                d.boundary_layer_avs,
+            ),
+            Design::Kenne(d) => of("kenne").kenne(d),
+            Design::SampledKenne(d) => of("sampled_kenne")
+                .period(d.period_s)
+                .kenne(&d.continuous)
+                .scalar("boundary_omega", "half width of the layer of sign(s_omega), rad/s^2", d.boundary_omega)
+                .scalar("boundary_lambda", "half width of the layer of sign(s_lambda), Wb^2/s", d.boundary_lambda),
+            Design::Jadot(d) => of("jadot").jadot(d),
+            Design::SampledJadot(d) => of("sampled_jadot").period(d.period_s).jadot(&d.continuous),
+            Design::Mtpa(d) => {
+                let set = of("mtpa").scalar("tolerance", "of current and slip against the optimum", d.tolerance);
+                set.laws(d.torque_n_m, &d.law)
+            }
+        }
+    }
+}
+
+/// The parts that sets are made of; a sampled set is the continuous one with its period.
+impl GainSet {
+    fn scalar(self, name: &str, meaning: &str, value: f64) -> Self {
+        self.with(name, meaning, Value::Scalar(value))
+    }
+
+    fn range(self, name: &str, meaning: &str, value: [f64; 2]) -> Self {
+        self.with(name, meaning, Value::Range(value))
+    }
+
+    fn matrix(self, name: &str, meaning: &str, value: &Matrix<f64>) -> Self {
+        self.with(name, meaning, Value::Matrix(value.clone()))
+    }
+
+    fn rate(self, rate_per_s: f64) -> Self {
+        self.scalar("rate_per_s", "proven decay rate, 1/s", rate_per_s)
+    }
+
+    fn period(self, period_s: f64) -> Self {
+        self.scalar("period_s", "sampling period, s", period_s)
+    }
+
+    fn contracting(self, period_s: f64, contraction: f64) -> Self {
+        self.period(period_s).scalar("contraction", "per sample of forward Euler, in the norm of P", contraction)
+    }
+
+    fn speeds(self, speed_rad_per_s: [f64; 2]) -> Self {
+        self.range("speed_rad_per_s", "mechanical speeds covered, rad/s", speed_rad_per_s)
+    }
+
+    fn thau(self, lipschitz: f64, gain: &Matrix<f64>) -> Self {
+        self.scalar("lipschitz", "Lipschitz constant of u2 that is tolerated (SI units)", lipschitz).matrix(
+            "gain",
+            "L, rows (omega, lambda_a, lambda_b, i_a, i_b), columns (i_a, i_b)",
+            gain,
+        )
+    }
+
+    fn boxed(self, region: &BoxRegion, gain: &Matrix<f64>, slope: &Matrix<f64>) -> Self {
+        self.range("frame_rad_per_s", "frame speeds covered, electrical rad/s", region.frame_rad_per_s)
+            .range("slip_rad_per_s", "slips covered, electrical rad/s", region.slip_rad_per_s)
+            .range("flux_d_wb", "d fluxes covered, Wb", region.flux_d_wb)
+            .range("flux_q_wb", "q fluxes covered, Wb", region.flux_q_wb)
+            .matrix("gain", "L0 in the frame of the estimated flux", gain)
+            .matrix("gain_per_frame_speed", "L = L0 + frame speed (rad/s) L1", slope)
+    }
+
+    fn scheduled(self, gain: &Matrix<f64>, slope: &Matrix<f64>) -> Self {
+        self.matrix("gain", "L0, rows (lambda_a, lambda_b, i_a, i_b), columns (i_a, i_b)", gain).matrix(
+            "gain_per_speed",
+            "L = L0 + speed (rad/s) L1",
+            slope,
+        )
+    }
+
+    fn adaptive(self, speed: [f64; 2], slip: [f64; 2], flux_wb: f64, gains: &LoopGains) -> Self {
+        self.speeds(speed)
+            .range("slip_rad_per_s", "slips covered, electrical rad/s", slip)
+            .scalar("flux_wb", "rotor flux linkage amplitude, Wb", flux_wb)
+            .scalar("proportional", "K_P of the speed law", gains.proportional)
+            .scalar("integral", "K_I of the speed law", gains.integral)
+            .scheduled(&gains.gain, &gains.gain_per_speed)
+    }
+
+    fn derdiyok(self, d: &DerdiyokDesign) -> Self {
+        self.scalar("speed_max_rad_per_s", "mechanical speed covered, rad/s", d.speed_max_rad_per_s)
+            .scalar("flux_max_wb", "rotor flux linkage covered, Wb", d.flux_max_wb)
+            .scalar("nu0", "switching gain, V", d.nu0)
+    }
+
+    fn utkin(self, d: &UtkinDesign) -> Self {
+        self.scalar("speed_max_rad_per_s", "mechanical speed covered, rad/s", d.speed_max_rad_per_s)
+            .scalar("flux_min_wb", "estimated flux from this on, Wb", d.flux_min_wb)
+            .scalar("omega0_rad_per_s", "switching amplitude of the speed, mechanical rad/s", d.omega0_rad_per_s)
+    }
+
+    fn kenne(self, d: &KenneDesign) -> Self {
+        self.scalar("k_sq", "of (25), V", d.k_sq)
+            .scalar("k_sd", "of (26), V", d.k_sd)
+            .scalar("k_x", "K of (34), A/s^2", d.k_x)
+            .scalar("k_rr_per_s", "k_Rr over the nominal rotor resistance, 1/s", d.k_rr_per_s)
+            .scalar("c_omega", "of (17), 1/s", d.region.c_omega)
+            .scalar("c_lambda", "of (17), 1/s", d.region.c_lambda)
+    }
+
+    fn jadot(self, d: &JadotDesign) -> Self {
+        self.scalar("current_proportional_ohm", "K_P of (25), ohm", d.current_proportional_ohm)
+            .scalar("current_integral_per_s", "K_I of (25), 1/s", d.current_integral_per_s)
+            .scalar("speed_proportional", "k_p of (12)", d.speed_proportional)
+            .scalar("speed_integral_per_s", "k_i of (12), 1/s", d.speed_integral_per_s)
+            .scalar("lambda_h", "lambda of (22), H", d.lambda_h)
+            .scalar("adaptation_rate_per_s", "K_B = this/|B|^2 in (34), 1/s", d.adaptation_rate_per_s)
+            .scalar("adaptation_frequency_rad_per_s", "K_W = this^2/|W|^2 in (47), rad/s", d.adaptation_frequency_rad_per_s)
+    }
+
+    fn laws(self, torque_n_m: [f64; 2], law: &Law) -> Self {
+        use Value::List;
+        match law {
+            Law::Series { current, slip } => self
+                .range("torque_n_m", "torques covered, N m; x = (2 ln T - ln lo - ln hi)/(ln hi - ln lo)", torque_n_m)
+                .with("current", "Chebyshev coefficients of ln I_s over x (rms A)", List(current.clone()))
+                .with("slip", "Chebyshev coefficients of ln omega_s over x (electrical rad/s)", List(slip.clone())),
+            Law::Kwon { a, b, c } => self
+                .range("torque_n_m", "torques covered, N m", torque_n_m)
+                .with("a", "I_s = a1 T + a2 T^b1 + a3 T^b2, rms A", List(a.to_vec()))
+                .with("b", "exponents of the current law", List(b.to_vec()))
+                .with("c", "omega_s = c0 + c1 T + ... + c4 T^4, electrical rad/s", List(c.to_vec())),
         }
     }
 }

@@ -140,6 +140,20 @@ impl JadotDesign {
     }
 }
 
+impl JadotDesign {
+    /// Sizes of the states of both loops, for conditioning.
+    pub(crate) fn scales(&self, c: &Constants<f64>, speed_bandwidth_rad_per_s: f64) -> [[f64; 6]; 2] {
+        let p = parameters(c);
+        // In balance with the storage function (23): Δφ against √(λL_f)Δi against √(λK_P/K_I)η.
+        let i = 1.0 / (self.lambda_h * p.l_f).sqrt();
+        let eta = (self.current_integral_per_s / (self.lambda_h * self.current_proportional_ohm)).sqrt();
+        let speed = speed_bandwidth_rad_per_s;
+        let current = self.flux_wb * self.speed_proportional / p.r_req * speed;
+        let flux = self.flux_wb * speed * self.speed_proportional / c.eta;
+        [[1.0, 1.0, i, i, eta, eta], [speed, speed, flux, flux, current, current]]
+    }
+}
+
 impl Claim for JadotDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
         if [&self.electrical_p, &self.outer_p].iter().any(|p| (p.rows(), p.cols()) != (6, 6)) {
@@ -209,18 +223,11 @@ pub fn design(plant: Plant, request: &JadotRequest) -> Result<(JadotDesign, Cert
         outer_rate_per_s: 0.0,
         outer_p: Matrix::identity(6),
     };
-    // Sizes in balance with the storage function (23): Δφ against √(λL_f)Δi against √(λK_P/K_I)η.
-    let i = 1.0 / (design.lambda_h * p.l_f).sqrt();
-    let eta = (design.current_integral_per_s / (design.lambda_h * k_p)).sqrt();
-    let electrical_scale = Matrix::diagonal(&[1.0, 1.0, i, i, eta, eta]);
+    let [electrical_scale, outer_scale] = design.scales(&c, r.speed_bandwidth_rad_per_s).map(|s| Matrix::diagonal(&s));
     let electrical = |speeds: [f64; 2], slips: [f64; 2]| {
         let vertices = speeds.into_iter().flat_map(|w| slips.map(|g| design.electrical(&c, w, g)));
         common_decay(&vertices.collect::<Vec<_>>(), &electrical_scale)
     };
-    let current = r.flux_wb * design.speed_proportional / p.r_req;
-    let speed = r.speed_bandwidth_rad_per_s;
-    let flux = r.flux_wb * speed * design.speed_proportional / c.eta;
-    let outer_scale = Matrix::diagonal(&[speed, speed, flux, flux, current * speed, current * speed]);
     let outer = |slips: [f64; 2]| common_decay(&slips.map(|slip| design.outer(&c, slip)), &outer_scale);
     let (speeds, slips) = (r.electrical_speed_rad_per_s, r.slip_rad_per_s);
     let inner_found = electrical(speeds, slips).map_err(|e| {

@@ -79,24 +79,30 @@ pub fn mended(plant: Plant, rho: f64, l2: f64, proportional: f64, integral: f64)
 impl LoopGains {
     /// The closed loop linearized at a point: states (e_λd, e_λq, e_id, e_iq, integral of the speed law).
     pub fn closed_loop<F: Field>(&self, c: &Constants<F>, at: Point) -> Matrix<F> {
+        let mut a = self.flow(c, at.speed_rad_per_s, at.flux_wb);
+        // The frame turns at ω_e: subtract jω_e.
+        let w = c.n_p.clone() * F::from_f64(at.speed_rad_per_s) + F::from_f64(at.slip_rad_per_s);
+        for k in [0, 2] {
+            a[(k, k + 1)] = a[(k, k + 1)].clone() + w.clone();
+            a[(k + 1, k)] = a[(k + 1, k)].clone() - w.clone();
+        }
+        a
+    }
+
+    /// The same before the frame turns: the rates at the stator, seen from the flux.
+    pub(crate) fn flow<F: Field>(&self, c: &Constants<F>, speed_rad_per_s: f64, flux_wb: f64) -> Matrix<F> {
         let f = F::from_f64;
         let static_design = KubotaDesign {
-            speed_rad_per_s: [at.speed_rad_per_s; 2],
+            speed_rad_per_s: [speed_rad_per_s; 2],
             rate_per_s: 0.0,
             gain: self.gain.clone(),
             gain_per_speed: self.gain_per_speed.clone(),
             p: Matrix::identity(4),
         };
         let mut a = Matrix::zeros(5, 5);
-        a.put(0, 0, &static_design.error_matrix(c, at.speed_rad_per_s));
-        // The frame turns at ω_e: subtract jω_e.
-        let w = c.n_p.clone() * f(at.speed_rad_per_s) + f(at.slip_rad_per_s);
-        for k in [0, 2] {
-            a[(k, k + 1)] = a[(k, k + 1)].clone() + w.clone();
-            a[(k + 1, k)] = a[(k + 1, k)].clone() - w.clone();
-        }
+        a.put(0, 0, &static_design.error_matrix(c, speed_rad_per_s));
         // ε = n_pβ(e_ia λ_b − e_ib λ_a) = −n_pβλ e_iq; ω̂ = K_P ε + K_I z, z' = ε; ė has −Δω n_p(jλ, −βjλ).
-        let flux = f(at.flux_wb);
+        let flux = f(flux_wb);
         let eps = -(c.n_p.clone() * c.beta.clone() * flux.clone());
         a[(4, 3)] = eps.clone();
         for (row, push) in [(1, -(c.n_p.clone() * flux.clone())), (3, c.n_p.clone() * c.beta.clone() * flux)] {
@@ -153,31 +159,40 @@ fn corners(speed: [f64; 2], slip: [f64; 2], flux_wb: f64) -> [Point; 4] {
     [(0, 0), (0, 1), (1, 0), (1, 1)].map(point)
 }
 
-/// Area of a cell, exactly.
-fn area<F: Field>(speed: [f64; 2], slip: [f64; 2]) -> F {
-    let width = |[low, high]: [f64; 2]| F::from_f64(high) - F::from_f64(low);
-    width(speed) * width(slip)
+/// Whether cells, as (speeds, slips), tile a region: inside it, apart, and of its whole area together.
+pub(crate) fn tiled<F: Field>(cells: &[[[f64; 2]; 2]], region: [[f64; 2]; 2]) -> Result<(), String> {
+    let area = |[speed, slip]: [[f64; 2]; 2]| {
+        let width = |[low, high]: [f64; 2]| F::from_f64(high) - F::from_f64(low);
+        width(speed) * width(slip)
+    };
+    let inside = |cell: [f64; 2], region: [f64; 2]| region[0] <= cell[0] && cell[0] < cell[1] && cell[1] <= region[1];
+    let apart = |a: [f64; 2], b: [f64; 2]| a[1] <= b[0] || b[1] <= a[0];
+    let mut covered = F::zero();
+    for (k, cell) in cells.iter().enumerate() {
+        if !(0..2).all(|n| inside(cell[n], region[n])) {
+            return Err(format!("cell {k} is empty or leaves the region"));
+        }
+        if cells[..k].iter().any(|other| (0..2).all(|n| !apart(other[n], cell[n]))) {
+            return Err(format!("cell {k} overlaps another"));
+        }
+        covered = covered + area(*cell);
+    }
+    // Disjoint cells inside the region with its whole area leave no hole.
+    if covered != area(region) {
+        return Err("the cells do not cover the region".into());
+    }
+    Ok(())
 }
 
 impl Claim for LoopDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
-        let mut covered = F::zero();
+        let cells: Vec<_> = self.cells.iter().map(|cell| [cell.speed_rad_per_s, cell.slip_rad_per_s]).collect();
+        tiled::<F>(&cells, [self.speed_rad_per_s, self.slip_rad_per_s])?;
         let mut obligations = Vec::new();
         for (k, cell) in self.cells.iter().enumerate() {
             if (cell.p.rows(), cell.p.cols()) != (5, 5) {
                 return Err("P must be 5 × 5".into());
             }
-            let inside = |cell: [f64; 2], region: [f64; 2]| region[0] <= cell[0] && cell[0] < cell[1] && cell[1] <= region[1];
-            if !inside(cell.speed_rad_per_s, self.speed_rad_per_s) || !inside(cell.slip_rad_per_s, self.slip_rad_per_s) {
-                return Err(format!("cell {k} is empty or leaves the region"));
-            }
-            let apart = |a: [f64; 2], b: [f64; 2]| a[1] <= b[0] || b[1] <= a[0];
-            for other in &self.cells[..k] {
-                if !apart(other.speed_rad_per_s, cell.speed_rad_per_s) && !apart(other.slip_rad_per_s, cell.slip_rad_per_s) {
-                    return Err(format!("cell {k} overlaps another"));
-                }
-            }
-            covered = covered + area(cell.speed_rad_per_s, cell.slip_rad_per_s);
             let p = Matrix::<F>::exact(&cell.p);
             let two_alpha = F::from_f64(2.0) * F::from_f64(cell.rate_per_s);
             obligations.push(Obligation::Definite(format!("P of cell {k}"), p.clone()));
@@ -186,10 +201,6 @@ impl Claim for LoopDesign {
                 let decay = -&(&flow + &p.scaled(&two_alpha));
                 obligations.push(Obligation::Definite(format!("decay at corner {v} of cell {k}"), decay));
             }
-        }
-        // Disjoint cells inside the region with its whole area leave no hole.
-        if covered != area(self.speed_rad_per_s, self.slip_rad_per_s) {
-            return Err("the cells do not cover the region".into());
         }
         Ok(obligations)
     }
@@ -208,13 +219,7 @@ pub fn certify(
     flux_wb: f64,
     depth: u32,
 ) -> Result<(LoopDesign, Certificate), DesignError> {
-    positive("flux_wb", flux_wb)?;
-    positive("integral", gains.integral)?;
-    for (name, [low, high]) in [("speed_rad_per_s", speed_rad_per_s), ("slip_rad_per_s", slip_rad_per_s)] {
-        if !(low < high && low.is_finite() && high.is_finite()) {
-            return Err(DesignError::request(format!("{name} = [{low}, {high}] must be finite and ascending")));
-        }
-    }
+    validate(gains, speed_rad_per_s, slip_rad_per_s, flux_wb)?;
     let c = plant.constants::<f64>();
     let cells = match tile(&c, gains, speed_rad_per_s, slip_rad_per_s, flux_wb, depth) {
         Ok(cells) => cells,
@@ -237,6 +242,17 @@ pub fn certify(
     let design = LoopDesign { flux_wb, speed_rad_per_s, slip_rad_per_s, gains: gains.clone(), cells };
     let certificate = Certificate::seal(plant, design.clone())?;
     Ok((design, certificate))
+}
+
+pub(crate) fn validate(gains: &LoopGains, speed: [f64; 2], slip: [f64; 2], flux_wb: f64) -> Result<(), DesignError> {
+    positive("flux_wb", flux_wb)?;
+    positive("integral", gains.integral)?;
+    for (name, [low, high]) in [("speed_rad_per_s", speed), ("slip_rad_per_s", slip)] {
+        if !(low < high && low.is_finite() && high.is_finite()) {
+            return Err(DesignError::request(format!("{name} = [{low}, {high}] must be finite and ascending")));
+        }
+    }
+    Ok(())
 }
 
 /// A cell without a common Lyapunov function.
@@ -262,7 +278,13 @@ impl Unproven {
     }
 }
 
-/// Cells that tile the region, each with its P.
+/// Sizes of the states, for conditioning.
+pub(crate) fn scales(c: &Constants<f64>, gains: &LoopGains, flux_wb: f64) -> Matrix<f64> {
+    let push = c.n_p * c.beta * flux_wb;
+    Matrix::diagonal(&[1.0 / c.beta, 1.0 / c.beta, 1.0, 1.0, push / (push * push * gains.integral).sqrt()])
+}
+
+/// Cells, each with its P.
 fn tile(
     c: &Constants<f64>,
     gains: &LoopGains,
@@ -271,26 +293,40 @@ fn tile(
     flux_wb: f64,
     depth: u32,
 ) -> Result<Vec<Cell>, Unproven> {
-    let push = c.n_p * c.beta * flux_wb;
-    let scale = Matrix::diagonal(&[1.0 / c.beta, 1.0 / c.beta, 1.0, 1.0, push / (push * push * gains.integral).sqrt()]);
+    let scale = scales(c, gains, flux_wb);
+    let vertices = |speed, slip| corners(speed, slip, flux_wb).map(|at| gains.closed_loop(c, at));
+    let prove = |speed, slip| {
+        let (rate, p) = common_decay(&vertices(speed, slip), &scale).ok()?;
+        Some(Cell { speed_rad_per_s: speed, slip_rad_per_s: slip, rate_per_s: 0.9 * rate, p })
+    };
+    halve(speed_rad_per_s, slip_rad_per_s, depth, prove).map_err(|[speed, slip]| {
+        let worst = vertices(speed, slip).iter().map(linalg::spectral_abscissa).fold(f64::NEG_INFINITY, f64::max);
+        Unproven { speed, slip, worst }
+    })
+}
+
+/// Cells that tile a region of speeds and slips, each proven, halved up to `depth` times where they are not.
+///
+/// # Errors
+/// The first cell that stays unproven.
+pub(crate) fn halve<T>(
+    speed: [f64; 2],
+    slip: [f64; 2],
+    depth: u32,
+    prove: impl Fn([f64; 2], [f64; 2]) -> Option<T>,
+) -> Result<Vec<T>, [[f64; 2]; 2]> {
     let mut cells = Vec::new();
-    let mut open = vec![(speed_rad_per_s, slip_rad_per_s, depth)];
+    let mut open = vec![(speed, slip, depth)];
     while let Some((speed, slip, left)) = open.pop() {
-        let vertices = corners(speed, slip, flux_wb).map(|at| gains.closed_loop(c, at));
-        match common_decay(&vertices, &scale) {
-            Ok((rate, p)) => {
-                cells.push(Cell { speed_rad_per_s: speed, slip_rad_per_s: slip, rate_per_s: 0.9 * rate, p });
-            }
-            Err(_) if left > 0 => {
+        match prove(speed, slip) {
+            Some(cell) => cells.push(cell),
+            None if left > 0 => {
                 let (ws, ss) = (0.5 * (speed[0] + speed[1]), 0.5 * (slip[0] + slip[1]));
                 for w in [[speed[0], ws], [ws, speed[1]]] {
                     open.extend([[slip[0], ss], [ss, slip[1]]].map(|s| (w, s, left - 1)));
                 }
             }
-            Err(_) => {
-                let worst = vertices.iter().map(linalg::spectral_abscissa).fold(f64::NEG_INFINITY, f64::max);
-                return Err(Unproven { speed, slip, worst });
-            }
+            None => return Err([speed, slip]),
         }
     }
     Ok(cells)

@@ -83,6 +83,14 @@ designs! {
     SampledThau(crate::sampled::SampledThauDesign),
     /// Sliding gain ν₀ with the boundary layer for a sampling period.
     SampledDerdiyok(crate::sampled::SampledDerdiyokDesign),
+    /// Kubota's adaptive loop at a sampling period.
+    SampledLoop(crate::sampled::SampledLoopDesign),
+    /// Speed amplitude ω₀ with the boundary layer for a sampling period.
+    SampledUtkin(crate::sampled::SampledUtkinDesign),
+    /// Switching gains of Kenné et al. with the boundary layers for a sampling period.
+    SampledKenne(crate::sampled::SampledKenneDesign),
+    /// Controller of Jadot et al. with its control held over a sampling period.
+    SampledJadot(crate::sampled::SampledJadotDesign),
     /// Laws of maximum torque per ampere.
     Mtpa(crate::mtpa::MtpaDesign),
 }

@@ -6,7 +6,7 @@ pub use picture::picture;
 
 use crate::certificate::Plant;
 use crate::kubota::KubotaDesign;
-use crate::kubota_loop::LoopDesign;
+use crate::kubota_loop::LoopGains;
 use crate::linalg;
 use std::fmt::Write;
 
@@ -81,14 +81,13 @@ pub fn curves([low, high]: [f64; 2], of: &[(&str, &dyn Fn(f64) -> f64)]) -> Vec<
     of.iter().map(line).collect()
 }
 
-/// Where the adaptive loop is stable (blue, darker is faster) and unstable (red), over slip and speed, around the certified
-/// region, whose cells are outlined.
-pub fn stability_map(plant: Plant, design: &LoopDesign) -> String {
+/// Where the adaptive loop is stable (blue, darker is faster) and unstable (red), over slip and speed, around a region [speeds, slips];
+/// certified cells are outlined.
+pub fn stability_map(plant: Plant, gains: &LoopGains, region: [[f64; 2]; 2], flux_wb: f64, cells: &[[[f64; 2]; 2]]) -> String {
     const N: usize = 32;
-    let about = |[low, high]: [f64; 2]| [low - 0.4 * (high - low), high + 0.4 * (high - low)];
-    let (speed, slip) = (about(design.speed_rad_per_s), about(design.slip_rad_per_s));
+    let [speed, slip] = region.map(|[low, high]| [low - 0.4 * (high - low), high + 0.4 * (high - low)]);
     let grid = |[low, high]: [f64; 2]| -> Vec<f64> { (0..N).map(|k| low + (high - low) * (k as f64 + 0.5) / N as f64).collect() };
-    let map = design.gains.map(plant, &grid(speed), &grid(slip), design.flux_wb);
+    let map = gains.map(plant, &grid(speed), &grid(slip), flux_wb);
     let most = map.iter().flatten().fold(1e-9f64, |m, d| m.max(d.abs()));
     let title = "Decay rate of the adaptive loop: blue stable, red unstable; certified cells outlined";
     let mut svg = frame(title, "slip, rad/s", "speed, rad/s", slip, speed);
@@ -116,8 +115,8 @@ pub fn stability_map(plant: Plant, design: &LoopDesign) -> String {
             column = end;
         }
     }
-    for cell in &design.cells {
-        let place = place(cell.slip_rad_per_s, cell.speed_rad_per_s);
+    for [speed, slip] in cells {
+        let place = place(*slip, *speed);
         let _ = writeln!(svg, r#"<rect {place} fill="none" stroke="black"/>"#);
     }
     svg.push_str("</svg>\n");
@@ -201,10 +200,11 @@ mod tests {
     fn pictures_are_closed_and_show_both_colours() {
         let plant = Plant::Machine(Machine::jadot_table_i());
         let gains = mended(plant, 0.2, 0.0, 0.05, 20.0).unwrap();
-        let (mut design, _) = certify(plant, &gains, [5.0, 10.0], [-8.0, -2.0], 0.9, 4).unwrap();
+        let region = [[5.0, 10.0], [-8.0, -2.0]];
+        let (design, _) = certify(plant, &gains, region[0], region[1], 0.9, 4).unwrap();
+        let cells: Vec<_> = design.cells.iter().map(|cell| [cell.speed_rad_per_s, cell.slip_rad_per_s]).collect();
         // Without feedback the same region is partly unstable.
-        design.gains = no_feedback(0.05, 20.0);
-        let map = stability_map(plant, &design);
+        let map = stability_map(plant, &no_feedback(0.05, 20.0), region, 0.9, &cells);
         assert!(map.ends_with("</svg>\n") && COLOURS[..2].iter().all(|c| map.contains(c)));
         let request = KubotaRequest { speed_rad_per_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: 1e4 };
         let poles = pole_map(plant, &closed_form(plant, &request).unwrap().0);

@@ -3,6 +3,7 @@
 use super::{Mark, Series, chart, curves, pole_map, stability_map};
 use crate::certificate::{Certificate, Design};
 use crate::exact::Interval;
+use crate::jadot::JadotDesign;
 use crate::linalg;
 use crate::machine::Constants;
 use crate::matrix::Matrix;
@@ -16,7 +17,14 @@ pub fn picture(certificate: &Certificate) -> String {
     let c = plant.constants::<f64>();
     match &certificate.design {
         Design::Kubota(d) => pole_map(plant, d),
-        Design::KubotaLoop(d) => stability_map(plant, d),
+        Design::KubotaLoop(d) => {
+            let cells: Vec<_> = d.cells.iter().map(|cell| [cell.speed_rad_per_s, cell.slip_rad_per_s]).collect();
+            stability_map(plant, &d.gains, [d.speed_rad_per_s, d.slip_rad_per_s], d.flux_wb, &cells)
+        }
+        Design::SampledLoop(d) => {
+            let cells: Vec<_> = d.cells.iter().map(|cell| [cell.speed_rad_per_s, cell.sampled_slip_rad_per_s]).collect();
+            stability_map(plant, &d.gains, [d.speed_rad_per_s, d.slip_rad_per_s], d.flux_wb, &cells)
+        }
         Design::Thau(d) => {
             let closed = &model::linear_part(&c) - &(&d.gain * &model::output());
             let open = model::linear_part(&c);
@@ -53,17 +61,8 @@ pub fn picture(certificate: &Certificate) -> String {
             let curves: [(&str, &dyn Fn(f64) -> f64); 2] = [("k_sq of (25)", &q), ("k_sd of (26)", &k_d)];
             needed("Smallest switching voltages", "V", 1.3 * top, (top, d.k_sd.max(d.k_sq)), &curves)
         }
-        Design::Jadot(d) => {
-            let mut inner = Vec::new();
-            for slip in steps(d.slip_rad_per_s, 4) {
-                inner.extend(steps(d.electrical_speed_rad_per_s, 12).map(|speed| d.electrical(&c, speed, slip)));
-            }
-            let outer = steps(d.slip_rad_per_s, 12).map(|slip| d.outer(&c, slip)).collect();
-            poles(
-                "Poles over speed and slip",
-                vec![("electrical errors".into(), inner), ("speed, flux, reference".into(), outer)],
-            )
-        }
+        Design::Jadot(d) => regulated(&c, d),
+        Design::SampledJadot(d) => regulated(&c, &d.continuous),
         Design::SampledBox(d) => {
             let closed = d.region.vertices().iter().map(|v| d.step_matrix(&c, v)).collect();
             discrete(&format!("Poles per sample of {:.1} us", 1e6 * d.period_s), d.contraction, closed)
@@ -74,11 +73,16 @@ pub fn picture(certificate: &Certificate) -> String {
             discrete(&format!("Poles per sample of {:.1} us", 1e6 * d.period_s), d.contraction, vec![step])
         }
         Design::SampledDerdiyok(d) => {
-            let (nu0, reserve, h) = (d.continuous.nu0, d.continuous.reserve, d.period_s);
-            let layer = |us: f64| 1e-6 * us * c.beta * (2.0 * nu0 - reserve) / (1.0 - 1e-6 * us * c.gamma);
-            let mut series = curves([0.0, 1.5e6 * h], &[("needed", &layer)]);
-            series.push(Series { name: "this design".into(), mark: Mark::Cross, points: vec![(1e6 * h, d.boundary_layer_a)] });
-            chart("Smallest boundary layer", "sampling period, us", "boundary layer, A", &series)
+            let (nu0, reserve) = (d.continuous.nu0, d.continuous.reserve);
+            let layer = |h: f64| h * c.beta * (2.0 * nu0 - reserve) / (1.0 - h * c.gamma);
+            layers("A", d.period_s, &[("", d.boundary_layer_a, &layer)])
+        }
+        Design::SampledUtkin(d) => layers("A Wb", d.period_s, &[("", d.boundary_layer_avs, &|h| d.layer_at(&c, h))]),
+        Design::SampledKenne(d) => {
+            // Two units: each as a share of its own.
+            let share = |k: usize, own: f64| move |h: f64| d.layers_at(&c, h)[k] / own;
+            let (omega, lambda) = (share(0, d.boundary_omega), share(1, d.boundary_lambda));
+            layers("share of this design's", d.period_s, &[("of s_omega", 1.0, &omega), ("of s_lambda", 1.0, &lambda)])
         }
         Design::Mtpa(d) => torque_curves(d),
         Design::Sampled(d) => {
@@ -86,6 +90,27 @@ pub fn picture(certificate: &Certificate) -> String {
             discrete(&format!("Poles per sample of {:.1} us", 1e6 * d.period_s), d.contraction, closed)
         }
     }
+}
+
+/// The smallest boundary layers over the period, and those of a design.
+fn layers(unit: &str, period_s: f64, of: &[(&str, f64, &dyn Fn(f64) -> f64)]) -> String {
+    let mut series = Vec::new();
+    for (name, own, smallest) in of {
+        series.extend(curves([0.0, 1.5e6 * period_s], &[(format!("needed {name}").trim(), &|us| smallest(1e-6 * us))]));
+        let name = format!("this design {name}").trim().into();
+        series.push(Series { name, mark: Mark::Cross, points: vec![(1e6 * period_s, *own)] });
+    }
+    chart("Smallest boundary layer", "sampling period, us", &format!("boundary layer, {unit}"), &series)
+}
+
+/// Poles of both loops of Jadot's controller over its region.
+fn regulated(c: &Constants<f64>, d: &JadotDesign) -> String {
+    let mut inner = Vec::new();
+    for slip in steps(d.slip_rad_per_s, 4) {
+        inner.extend(steps(d.electrical_speed_rad_per_s, 12).map(|speed| d.electrical(c, speed, slip)));
+    }
+    let outer = steps(d.slip_rad_per_s, 12).map(|slip| d.outer(c, slip)).collect();
+    poles("Poles over speed and slip", vec![("electrical errors".into(), inner), ("speed, flux, reference".into(), outer)])
 }
 
 /// Laws and witnesses over torque, current and slip one below the other.

@@ -11,9 +11,8 @@
 use crate::certificate::{Certificate, Plant};
 use crate::error::DesignError;
 use crate::mtpa::{Aqdm, Circuit, TCircuit};
-use crate::sliding::UtkinDesign;
 use crate::{jadot, kenne, kubota, kubota_loop, mtpa, sampled, sliding, thau, thau_box};
-use regions::read;
+use regions::{needed, read};
 use std::str::FromStr;
 
 mod regions;
@@ -128,18 +127,9 @@ pub fn design(kind: Kind, plant: Plant, region: &str) -> Result<Certificate, Des
         }
         Kind::Utkin => {
             let r: UtkinRequest = read(region)?;
-            let region = UtkinDesign {
-                speed_max_rad_per_s: r.speed_max_rad_per_s,
-                flux_min_wb: r.flux_min_wb,
-                flux_error_max_wb: r.flux_error_max_wb,
-                current_error_max_a: r.current_error_max_a,
-                current_max_a: r.current_max_a,
-                omega0_rad_per_s: 0.0,
-                root_bound: 0.0,
-            };
-            sliding::utkin(plant, &region).map(|d| d.1)
+            sliding::utkin(plant, &r.region()).map(|d| d.1)
         }
-        Kind::Kenne => kenne::design(plant, &read(region)?, 0.05).map(|d| d.1),
+        Kind::Kenne => kenne::design(plant, &regions::kenne(region)?.0, 0.05).map(|d| d.1),
         Kind::Jadot => jadot::design(plant, &read(region)?).map(|d| d.1),
         Kind::Sampled => {
             let r: SampledRequest = read(region)?;
@@ -210,8 +200,7 @@ pub fn design_sampled(kind: Kind, plant: Plant, region: &str, period: Period) ->
         }
         Kind::ThauBox => {
             let r: BoxRequest = read(region)?;
-            let what = "rate_per_s is missing: a sampled proof needs the rate to keep";
-            let rate = r.rate_per_s.ok_or_else(|| DesignError::Region { line: None, what: what.into() })?;
+            let rate = needed("rate_per_s", r.rate_per_s)?;
             sampled::over_box(plant, &r.region(), at, rate).map(|d| d.1)
         }
         Kind::Thau => {
@@ -220,16 +209,42 @@ pub fn design_sampled(kind: Kind, plant: Plant, region: &str, period: Period) ->
         }
         Kind::Derdiyok => {
             let r: DerdiyokRequest = read(region)?;
-            let what = "derdiyok has a boundary layer for every period up to 1/gamma: give the period itself";
-            let s = at.ok_or_else(|| DesignError::request(what))?;
-            sampled::derdiyok(plant, r.speed_max_rad_per_s, r.flux_max_wb, r.reserve, s).map(|d| d.1)
+            with_layer("boundary_layer_a", r.boundary_layer_a, at)?;
+            let layer = r.boundary_layer_a;
+            sampled::derdiyok(plant, r.speed_max_rad_per_s, r.flux_max_wb, r.reserve, layer, at).map(|d| d.1)
         }
+        Kind::Utkin => {
+            let r: UtkinRequest = read(region)?;
+            with_layer("boundary_layer_avs", r.boundary_layer_avs, at)?;
+            let limits = [needed("flux_max_wb", r.flux_max_wb)?, needed("voltage_max_v", r.voltage_max_v)?];
+            sampled::utkin(plant, &r.region(), limits, r.boundary_layer_avs, at).map(|d| d.1)
+        }
+        Kind::KubotaLoop => {
+            let r: LoopRequest = read(region)?;
+            let gains = kubota_loop::mended(plant, r.rho, r.l2_per_s, r.proportional, r.integral)?;
+            sampled::adaptive(plant, &gains, r.speed_rad_per_s, r.slip_rad_per_s, r.flux_wb, r.depth, r.rate_per_s, at)
+                .map(|d| d.1)
+        }
+        Kind::Kenne => {
+            let (r, layers) = regions::kenne(region)?;
+            with_layer("boundary_omega, boundary_lambda", layers, at)?;
+            sampled::switching(plant, &r, 0.05, layers, at).map(|d| d.1)
+        }
+        Kind::Jadot => sampled::regulation(plant, &read(region)?, at).map(|d| d.1),
         Kind::Sampled => Err(DesignError::request("sampled has its period in the region file; leave --period out")),
-        kind => Err(DesignError::request(format!(
-            "{} has no proof for a sampling period; kubota, thau, thau-box and derdiyok have",
-            kind.name()
-        ))),
+        Kind::Mtpa => Err(DesignError::request("mtpa is of the steady state: it has no sampling period; leave --period out")),
     }
+}
+
+/// The largest period is the largest for a boundary layer: a wider one allows a longer period.
+fn with_layer<T>(key: &str, layer: Option<T>, period_s: Option<f64>) -> Result<(), DesignError> {
+    if layer.is_some() || period_s.is_some() {
+        return Ok(());
+    }
+    let what = format!(
+        "{key} is missing: each period has its own layer, so that the largest period needs the layer; or give the period"
+    );
+    Err(DesignError::Region { line: None, what })
 }
 
 /// Laws for the circuit of the region file, or else for the machine's own.
@@ -291,7 +306,11 @@ mod tests {
         at("thau", "20e-6").unwrap();
         let error = at("thau-box", "0.1").unwrap_err().to_string();
         assert!(error.contains("periods up to"), "{error}");
-        assert!(at("kenne", "1e-4").unwrap_err().to_string().contains("no proof for a sampling period"));
+        for kind in ["utkin", "kubota-loop", "kenne", "jadot"] {
+            at(kind, "20e-6").unwrap();
+        }
+        assert!(at("utkin", "largest").unwrap_err().to_string().contains("boundary_layer_avs is missing"));
+        assert!(at("mtpa", "1e-4").unwrap_err().to_string().contains("steady state"));
         assert!("luenberger".parse::<Kind>().unwrap_err().to_string().contains("thau-box"));
     }
 }

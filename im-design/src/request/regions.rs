@@ -1,6 +1,8 @@
 //! What region files hold, design by design.
 
 use crate::error::DesignError;
+use crate::kenne::KenneRegion;
+use crate::sliding::UtkinDesign;
 use crate::thau_box::BoxRegion;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -14,6 +16,15 @@ pub(super) fn read<T: DeserializeOwned>(region: &str) -> Result<T, DesignError> 
         let line = e.span().filter(|s| s.end > s.start).map(|s| 1 + region[..s.start].matches('\n').count());
         DesignError::Region { line, what: e.message().trim().replace('\n', ", ") }
     })
+}
+
+/// A key that only a sampled proof needs.
+///
+/// # Errors
+/// [`DesignError::Region`] that names it when it is missing.
+pub(super) fn needed<T>(key: &str, value: Option<T>) -> Result<T, DesignError> {
+    let what = format!("{key} is missing: a proof for a sampling period needs it");
+    value.ok_or(DesignError::Region { line: None, what })
 }
 
 /// Region of `thau`.
@@ -107,6 +118,13 @@ pub struct LoopRequest {
     /// How often cells may be halved; 6 when not given.
     #[serde(default = "six")]
     pub depth: u32,
+    /// Wanted rate for a sampling period, 1/s; 0.1 when not given: any decay.
+    #[serde(default = "tenth")]
+    pub rate_per_s: f64,
+}
+
+fn tenth() -> f64 {
+    0.1
 }
 
 fn one() -> f64 {
@@ -127,6 +145,8 @@ pub struct DerdiyokRequest {
     pub flux_max_wb: f64,
     /// What ν₀ has to spare, V.
     pub reserve: f64,
+    /// φ, A, for a sampling period; the smallest when not given.
+    pub boundary_layer_a: Option<f64>,
 }
 
 /// Region of `utkin`; see [`crate::sliding::UtkinDesign`].
@@ -143,6 +163,49 @@ pub struct UtkinRequest {
     pub current_error_max_a: f64,
     /// |i| up to this, A.
     pub current_max_a: f64,
+    /// |λ̂| up to this, Wb; for a sampling period.
+    pub flux_max_wb: Option<f64>,
+    /// |u_s| up to this, V; for a sampling period.
+    pub voltage_max_v: Option<f64>,
+    /// φ, A Wb, for a sampling period; the smallest when not given.
+    pub boundary_layer_avs: Option<f64>,
+}
+
+impl UtkinRequest {
+    /// The region alone.
+    pub(super) fn region(&self) -> UtkinDesign {
+        UtkinDesign {
+            speed_max_rad_per_s: self.speed_max_rad_per_s,
+            flux_min_wb: self.flux_min_wb,
+            flux_error_max_wb: self.flux_error_max_wb,
+            current_error_max_a: self.current_error_max_a,
+            current_max_a: self.current_max_a,
+            omega0_rad_per_s: 0.0,
+            root_bound: 0.0,
+        }
+    }
+}
+
+/// Region of `kenne`, and the boundary layers [boundary_omega (rad/s²), boundary_lambda (Wb²/s)] for a sampling period, where given.
+pub(super) fn kenne(region: &str) -> Result<(KenneRegion, Option<[f64; 2]>), DesignError> {
+    #[derive(Deserialize)]
+    struct Layers {
+        boundary_omega: Option<f64>,
+        boundary_lambda: Option<f64>,
+    }
+    let Layers { boundary_omega, boundary_lambda } = read(region)?;
+    let layers = match (boundary_omega, boundary_lambda) {
+        (Some(omega), Some(lambda)) => Some([omega, lambda]),
+        (None, None) => None,
+        _ => {
+            let what = "boundary_omega and boundary_lambda belong together: give both, or neither for the smallest".into();
+            return Err(DesignError::Region { line: None, what });
+        }
+    };
+    // The region's own keys alone, each in its line.
+    let own = |line: &str| if line.trim_start().starts_with("boundary_") { String::new() } else { line.to_owned() };
+    let rest: Vec<String> = region.lines().map(own).collect();
+    Ok((read(&rest.join("\n"))?, layers))
 }
 
 /// Region of `sampled`.

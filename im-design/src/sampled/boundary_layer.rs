@@ -14,7 +14,7 @@ use crate::certificate::{Certificate, Claim, Obligation, Plant};
 use crate::error::DesignError;
 use crate::exact::Field;
 use crate::machine::Constants;
-use crate::sliding::{self, DerdiyokDesign};
+use crate::sliding::{self, DerdiyokDesign, positive};
 use serde::{Deserialize, Serialize};
 
 /// ν₀ with the boundary layer that a period asks for.
@@ -45,22 +45,43 @@ impl Claim for SampledDerdiyokDesign {
     }
 }
 
-/// The smallest ν₀ and boundary layer at a period.
+/// The smallest ν₀ and boundary layer at a period; with a layer given, proven for it, at the period or at the largest for which it holds.
 ///
 /// # Errors
-/// [`DesignError::Infeasible`] from the period on at which forward Euler turns the current error's own decay round.
+/// [`DesignError::Infeasible`] from the period on at which forward Euler turns the current error's own decay round, or at which the
+/// layer is too narrow.
 pub fn derdiyok(
     plant: Plant,
     speed_max_rad_per_s: f64,
     flux_max_wb: f64,
     reserve: f64,
-    period_s: f64,
+    layer_a: Option<f64>,
+    period_s: Option<f64>,
 ) -> Result<(SampledDerdiyokDesign, Certificate), DesignError> {
     let (continuous, _) = sliding::derdiyok(plant, speed_max_rad_per_s, flux_max_wb, reserve)?;
     let c = plant.constants::<f64>();
-    meaningful(&c, period_s)?;
-    let kept = 1.0 - period_s * c.gamma;
-    let boundary_layer_a = period_s * c.beta * (2.0 * continuous.nu0 - continuous.reserve) / kept * (1.0 + 1e-12);
+    let jump = c.beta * (2.0 * continuous.nu0 - continuous.reserve);
+    // (1 − hγ)φ = hβ(2ν₀ − δ).
+    let largest = |layer: f64| layer / (jump + layer * c.gamma) * (1.0 - 1e-12);
+    let (period_s, boundary_layer_a) = match (period_s, layer_a) {
+        (None, None) => return Err(DesignError::request("the largest period needs a boundary layer")),
+        (None, Some(layer)) => (largest(layer), layer),
+        (Some(h), None) => {
+            meaningful(&c, h)?;
+            (h, h * jump / (1.0 - h * c.gamma) * (1.0 + 1e-12))
+        }
+        (Some(h), Some(layer)) => {
+            meaningful(&c, h)?;
+            if h > largest(layer) {
+                return Err(DesignError::Infeasible {
+                    constraint: format!("forward Euler at {h} s with a boundary layer of {layer} A"),
+                    feasible: format!("periods up to {:.2} µs", 1e6 * largest(layer)),
+                });
+            }
+            (h, layer)
+        }
+    };
+    positive("boundary_layer_a", boundary_layer_a)?;
     let design = SampledDerdiyokDesign { continuous, period_s, boundary_layer_a };
     Ok((design, Certificate::seal(plant, design)?))
 }
@@ -74,7 +95,7 @@ mod tests {
     fn sampled_sliding_enters_its_layer_and_stays() {
         let plant = Plant::Machine(Machine::kwon_table_iv());
         let c = plant.constants::<f64>();
-        let (d, certificate) = derdiyok(plant, 190.0, 1.1, 5.0, 100e-6).unwrap();
+        let (d, certificate) = derdiyok(plant, 190.0, 1.1, 5.0, None, Some(100e-6)).unwrap();
         certificate.check().unwrap();
         let (h, layer, nu0) = (d.period_s, d.boundary_layer_a, d.continuous.nu0);
         let bound = nu0 - d.continuous.reserve;
@@ -89,7 +110,10 @@ mod tests {
             }
             assert!(inside);
         }
-        let error = derdiyok(plant, 190.0, 1.1, 5.0, 1.0).unwrap_err();
+        let error = derdiyok(plant, 190.0, 1.1, 5.0, None, Some(1.0)).unwrap_err();
         assert!(error.to_string().contains("periods up to"), "{error}");
+        let (largest, _) = derdiyok(plant, 190.0, 1.1, 5.0, Some(layer), None).unwrap();
+        assert!((largest.period_s / h - 1.0).abs() < 1e-9, "{}", largest.period_s);
+        assert!(derdiyok(plant, 190.0, 1.1, 5.0, Some(layer), Some(1.01 * h)).unwrap_err().to_string().contains("100.00 µs"));
     }
 }

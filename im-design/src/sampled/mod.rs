@@ -11,13 +11,21 @@
 //! with M = (I − hA/2)⁻¹(I + hA/2), MᵀPM − P = h(I − hA/2)⁻ᵀ(AᵀP + PA)(I − hA/2)⁻¹, so a continuous certificate
 //! (kubota, thau_box) holds for the sampled observer at *every* period; the implicit Euler rule likewise.
 
+mod adaptive;
 mod boundary_layer;
 mod lipschitz;
+mod regulation;
+mod switching;
 mod turning;
+mod utkin;
 
+pub use adaptive::{SampledCell, SampledLoopDesign, adaptive};
 pub use boundary_layer::{SampledDerdiyokDesign, derdiyok};
 pub use lipschitz::{SampledThauDesign, thau};
+pub use regulation::{HeldProof, SampledJadotDesign, regulation};
+pub use switching::{SampledKenneDesign, switching};
 pub use turning::{SampledBoxDesign, over_box};
+pub use utkin::{SampledUtkinDesign, utkin};
 
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
 use crate::error::DesignError;
@@ -196,6 +204,23 @@ pub(crate) fn longest<T>(most_s: f64, attempt: impl Fn(f64) -> Option<T>) -> Opt
         }
     }
     best
+}
+
+/// The same to 3 %, between two periods, where an attempt costs more: when the shortest fails, so do all.
+pub(crate) fn longest_from<T>(least_s: f64, most_s: f64, attempt: impl Fn(f64) -> Option<T>) -> Option<T> {
+    if let Some(found) = attempt(most_s) {
+        return Some(found);
+    }
+    let mut best = attempt(least_s)?;
+    let (mut low, mut high) = (least_s, most_s);
+    while high > 1.03 * low {
+        let middle = (low * high).sqrt();
+        match attempt(middle) {
+            Some(found) => (low, best) = (middle, found),
+            None => high = middle,
+        }
+    }
+    Some(best)
 }
 
 /// A proven design for one period and rate, if there is one.

@@ -29,7 +29,7 @@ pub struct Args {
     /// Where to write the gains with their proof, as TOML
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Design for forward Euler at this sampling period (s), or for the largest: kubota, thau, thau-box, derdiyok
+    /// Design for this sampling period (s), or for the largest that can be proven; not for mtpa and sampled
     #[arg(long, value_name = "SECONDS|largest")]
     period: Option<Period>,
     /// Write the gains as Rust constants too, to paste into firmware

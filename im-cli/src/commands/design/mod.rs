@@ -25,7 +25,7 @@ Example:
 
 The file of gains carries its own proof: machine, region, gains, Lyapunov matrices and rates. `im design check` decides
 every inequality again in exact rational arithmetic, without the solver, and refuses a file of which one digit was altered.
-With --period the gain is made, and proven, for an observer stepped by forward Euler.
+With --period gains and proof are for a sampling period: observers by forward Euler, controllers with their voltage held.
 `im design KIND --help` explains a design and shows a region file for it.";
 
 #[derive(Subcommand)]
