@@ -52,6 +52,42 @@ fn a_simulated_start_is_replayed_and_every_row_written() {
     assert!(estimates.lines().skip(1).all(numbers));
     let columns = estimates.lines().next().unwrap().split(',').count();
     assert!(estimates.lines().all(|l| l.split(',').count() == columns));
+    let svg = fs::read_to_string(out.join("estimates.svg")).unwrap();
+    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && svg.len() < 150_000 && !svg.contains("NaN"));
+    fs::remove_dir_all(out).unwrap();
+}
+
+/// A start of a real machine, its sensors saturated in part; skipped where it is not at hand.
+#[test]
+fn a_measured_start_is_taken_in_as_compare_takes_it() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let data = root.join("../../shared/recordings/measured/direct_on_line_4kw/Test_4_IM_Direct_Start.csv");
+    if !data.is_file() {
+        println!("skipped: the measured start is not here");
+        return;
+    }
+    let described = root.join("../im-diagnose/tests/recordings/direct_on_line_4kw");
+    let [motor, mapping] =
+        ["motor.toml", "Test_4_IM_Direct_Start.recording.toml"].map(|n| described.join(n).display().to_string());
+    let out = folder("measured");
+    let data = data.display().to_string();
+    let args =
+        ["identify", "--online", "--motor", &motor, "--data", &data, "--mapping", &mapping, "--out", out.to_str().unwrap()];
+    let said = im(&args);
+    let text = String::from_utf8(said.stdout).unwrap();
+    assert_eq!(said.status.code(), Some(0), "{}", String::from_utf8_lossy(&said.stderr));
+    assert!(text.contains("saturates from about") && text.contains("rows had no usable current"), "{text}");
+    // Under load, from 1.1 to 1.5 s: the locked-rotor test gives 1.2 Ω, and the tachometer is good for a tenth of the slip.
+    let rows = fs::read_to_string(out.join("estimates.csv")).unwrap();
+    let loaded: Vec<f64> = rows
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').map(|x| x.parse::<f64>().unwrap()).collect::<Vec<_>>())
+        .filter(|r| (1.1..1.5).contains(&r[0]))
+        .map(|r| r[1])
+        .collect();
+    let mean = loaded.iter().sum::<f64>() / loaded.len() as f64;
+    assert!((mean / 1.2 - 1.0).abs() < 0.1, "{mean}");
     fs::remove_dir_all(out).unwrap();
 }
 

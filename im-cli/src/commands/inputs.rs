@@ -1,16 +1,17 @@
 //! Motor and recordings as the commands of the main job take them.
 
-use std::io::Write as _;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use im_diagnose::case::Case;
-use im_diagnose::intake::{self, Draft, Finding, Intake, IntakeError, SteadyTable};
+use im_diagnose::intake::{self, Draft, Finding, FindingKind, Intake, IntakeError, SteadyTable};
 use im_diagnose::refine::Options;
 use im_diagnose::tables;
 use im_identify::offline::FitError;
-use im_model::MotorFile;
+use im_model::{MotorFile, Recording};
 
 use crate::failure::Failure;
+use crate::terminal::wrapped;
 
 /// A motor with its recordings.
 #[derive(clap::Args)]
@@ -89,29 +90,87 @@ pub fn recordings_or_drafts(
 ) -> Result<(Vec<Intake>, Vec<String>), Failure> {
     let (mut all, mut said) = (Vec::new(), Vec::new());
     for path in paths {
-        match intake::read(path, mapping, motor) {
-            Ok(taken) => {
-                if let Some(draft) = taken.iter().find_map(|t| t.draft.as_ref()) {
-                    let written = write_draft(path, draft, folder)?;
-                    said.push(format!(
-                        "{}: no recording.toml says what its columns mean; {} was written with what was guessed. Check it",
-                        path.display(),
-                        written.display()
-                    ));
-                    said.extend(draft.guesses.iter().cloned());
-                }
-                all.extend(long_enough(path, taken)?);
-            }
-            Err(IntakeError::File(e)) => return Err(Failure::File(e)),
-            Err(e @ IntakeError::Unmapped { .. }) => {
-                let IntakeError::Unmapped { draft, .. } = &e else { continue };
-                let written = write_draft(path, draft, folder)?;
-                let guesses = draft.guesses.join(". ");
-                return Err(Failure::Input(format!("{e}. {} is a first draft. Guessed so far: {guesses}", written.display())));
-            }
-        }
+        all.extend(long_enough(path, taken_or_draft(path, mapping, motor, folder, &mut said)?)?);
     }
     Ok((all, said))
+}
+
+/// Recordings of any length; what was guessed is added to `said`.
+fn taken_or_draft(
+    path: &Path,
+    mapping: Option<&Path>,
+    motor: &MotorFile,
+    folder: Option<&Path>,
+    said: &mut Vec<String>,
+) -> Result<Vec<Intake>, Failure> {
+    match intake::read(path, mapping, motor) {
+        Ok(taken) => {
+            if let Some(draft) = taken.iter().find_map(|t| t.draft.as_ref()) {
+                let written = write_draft(path, draft, folder)?;
+                said.push(format!(
+                    "{}: no recording.toml says what its columns mean; {} was written with what was guessed. Check it",
+                    path.display(),
+                    written.display()
+                ));
+                said.extend(draft.guesses.iter().cloned());
+            }
+            Ok(taken)
+        }
+        Err(IntakeError::File(e)) => Err(Failure::File(e)),
+        Err(IntakeError::Unmapped { file, draft }) => {
+            let written = write_draft(path, &draft, folder)?;
+            let guesses = draft.guesses.join(". ");
+            let e = IntakeError::Unmapped { file, draft };
+            Err(Failure::Input(format!("{e}. {} is a first draft. Guessed so far: {guesses}", written.display())))
+        }
+    }
+}
+
+/// A recording as a drive would have seen it: lost samples, and a speed that was not measured, are NaN.
+pub struct Replayed {
+    pub recording: Recording,
+    /// What was guessed of its columns.
+    pub guessed: Vec<String>,
+    /// What was noticed about it.
+    pub findings: Vec<Finding>,
+}
+
+impl Replayed {
+    /// Takes in one recording as `im compare` does.
+    pub fn read(path: &Path, mapping: Option<&Path>, motor: &MotorFile, folder: Option<&Path>) -> Result<Self, Failure> {
+        let mut guessed = Vec::new();
+        let mut taken = taken_or_draft(path, mapping, motor, folder, &mut guessed)?;
+        let (Some(one), true) = (taken.pop(), taken.is_empty()) else {
+            return Err(several(path));
+        };
+        // Nothing here asks for the load.
+        let findings = one.findings.iter().filter(|f| f.kind != FindingKind::MissingLoad).cloned().collect();
+        Ok(Self { recording: one.replay(), guessed, findings })
+    }
+
+    /// Tells what was guessed and noticed.
+    pub fn tell(&self, out: &mut dyn io::Write) -> io::Result<()> {
+        for guess in &self.guessed {
+            write!(out, "{}", wrapped("? ", guess))?;
+        }
+        for finding in &self.findings {
+            write!(out, "{}", wrapped("! ", &finding.line()))?;
+        }
+        if !(self.guessed.is_empty() && self.findings.is_empty()) {
+            writeln!(out)?;
+        }
+        Ok(())
+    }
+
+    /// How many rows lack their current.
+    pub fn lost_rows(&self) -> usize {
+        self.recording.i_s.iter().filter(|i| !(i.re.is_finite() && i.im.is_finite())).count()
+    }
+
+    /// Whether the speed was measured at all.
+    pub fn has_speed(&self) -> bool {
+        self.recording.omega_m.iter().any(|w| w.is_finite())
+    }
 }
 
 /// Writes a draft beside its recording, or into `folder`, or where we are; never over a file that is there.
@@ -155,8 +214,12 @@ pub fn recording(path: &Path, mapping: Option<&Path>, motor: &MotorFile) -> Resu
     let mut all = recordings(&[path.to_path_buf()], mapping, motor)?;
     match (all.pop(), all.is_empty()) {
         (Some(one), true) => Ok(one),
-        _ => Err(Failure::Input(format!("{}: names several recordings; only one can stand here", path.display()))),
+        _ => Err(several(path)),
     }
+}
+
+fn several(path: &Path) -> Failure {
+    Failure::Input(format!("{}: names several recordings; only one can stand here", path.display()))
 }
 
 /// What was noticed about recordings.

@@ -18,6 +18,7 @@ mod next_test;
 mod observe;
 mod report;
 mod simulate;
+mod time_chart;
 mod validate;
 #[cfg(feature = "verify")]
 mod verify;

@@ -9,6 +9,7 @@ pub mod mapping;
 mod mapping_file;
 pub mod quality;
 pub mod raw;
+mod replay;
 pub mod signals;
 pub mod sniff;
 pub mod steady_table;

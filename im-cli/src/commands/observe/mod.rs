@@ -1,6 +1,5 @@
 //! `im observe`: a recording through an observer.
 
-mod chart;
 mod gains;
 
 use std::io::{self, Write};
@@ -11,6 +10,8 @@ use im_model::{Complex, MotorFile, Recording, write_atomically};
 use im_observers::{Basis, CurrentModel, Estimate, Input, Observer};
 use serde_json::json;
 
+use super::inputs::Replayed;
+use super::time_chart::{self, INK, Line, Panel, RED};
 use crate::failure::Failure;
 use crate::terminal::rounded;
 
@@ -26,7 +27,8 @@ Without --gains an observer takes the gains one starts from for the motor. A gai
 `im design` writes: a table [kubota_loop], [kubota], [derdiyok], [utkin], [thau], [thau_box], or
 one proven for forward Euler, [sampled], [sampled_thau], [sampled_derdiyok], which is stepped by it.
 The observer sees voltage and current alone; the recorded speed is what it is compared with
-(the current model reads it).")]
+(the current model reads it). Files in other columns are described by a recording.toml, as for
+im compare; rows that its checks leave out are lost samples to the observer.")]
 pub struct Args {
     /// Which observer
     #[arg(long, value_enum)]
@@ -34,9 +36,12 @@ pub struct Args {
     /// The machine as the observer knows it: a motor.toml
     #[arg(long, value_name = "FILE")]
     motor: PathBuf,
-    /// The recording, in the canonical columns
-    #[arg(long, value_name = "CSV")]
+    /// The recording, or its recording.toml
+    #[arg(long, value_name = "FILE")]
     data: PathBuf,
+    /// What the columns of the recording mean, instead of the recording.toml beside it
+    #[arg(long, value_name = "FILE")]
+    mapping: Option<PathBuf>,
     /// Gains as `im design` writes them
     #[arg(long, value_name = "FILE")]
     gains: Option<PathBuf>,
@@ -82,7 +87,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input("--load-coefficient is for --observer thau: the others know no load torque".into()));
     }
     let motor = MotorFile::read(&args.motor)?;
-    let r = Recording::read_csv(&args.data)?;
+    let data = Replayed::read(&args.data, args.mapping.as_deref(), &motor, args.out.as_deref())?;
+    if args.observer == Which::CurrentModel && !data.has_speed() {
+        return Err(Failure::Input(format!(
+            "{}: the current model needs a measured speed; choose another observer",
+            args.data.display()
+        )));
+    }
+    let r = &data.recording;
     let refused = |e: im_observers::ObserverError| {
         let file = args.gains.as_deref().unwrap_or(&args.motor).display();
         Failure::Input(format!("{file}: {e}"))
@@ -97,17 +109,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let estimates = match args.observer {
         Which::CurrentModel => {
             gains.none_for("the current model")?;
-            over(&r, &CurrentModel::new(basis))
+            over(r, &CurrentModel::new(basis))
         }
-        Which::Kubota => over(&r, &gains.kubota(&motor, basis).map_err(|e| e.or(refused))?),
-        Which::Derdiyok => over(&r, &gains.derdiyok(&motor, basis).map_err(|e| e.or(refused))?),
-        Which::Utkin => over(&r, &gains.utkin(&motor, basis).map_err(|e| e.or(refused))?),
-        Which::Thau => over(&r, &gains.thau(basis, args.load_coefficient).map_err(|e| e.or(refused))?),
+        Which::Kubota => over(r, &gains.kubota(&motor, basis).map_err(|e| e.or(refused))?),
+        Which::Derdiyok => over(r, &gains.derdiyok(&motor, basis).map_err(|e| e.or(refused))?),
+        Which::Utkin => over(r, &gains.utkin(&motor, basis).map_err(|e| e.or(refused))?),
+        Which::Thau => over(r, &gains.thau(basis, args.load_coefficient).map_err(|e| e.or(refused))?),
     };
     if let Some(folder) = &args.out {
-        write(folder, args, &r, &estimates)?;
+        write(folder, args, r, &estimates)?;
     }
-    Ok(tell(args, &motor, &r, &estimates)?)
+    Ok(tell(args, &motor, &data, &estimates)?)
 }
 
 fn over<O: Observer<f64>>(r: &Recording, observer: &O) -> Vec<Estimate<f64>> {
@@ -118,13 +130,15 @@ fn over<O: Observer<f64>>(r: &Recording, observer: &O) -> Vec<Estimate<f64>> {
 
 /// The error of the speed over some rows: mean and root mean square, rad/s.
 fn error(r: &Recording, estimates: &[Estimate<f64>], rows: impl Iterator<Item = usize> + Clone) -> Option<[f64; 2]> {
+    let rows = rows.filter(|&k| r.omega_m[k].is_finite());
     let n = rows.clone().count();
     let off = rows.map(|k| estimates[k].omega_m - r.omega_m[k]);
     let (sum, squares) = off.fold((0.0, 0.0), |(s, q), x| (s + x, q + x * x));
     (n > 0).then(|| [sum / n as f64, (squares / n as f64).sqrt()])
 }
 
-fn tell(args: &Args, motor: &MotorFile, r: &Recording, estimates: &[Estimate<f64>]) -> io::Result<()> {
+fn tell(args: &Args, motor: &MotorFile, data: &Replayed, estimates: &[Estimate<f64>]) -> io::Result<()> {
+    let r = &data.recording;
     let valid = || (0..r.len()).filter(|&k| estimates[k].status.is_valid());
     let first = valid().next();
     let share = valid().count() as f64 / r.len() as f64;
@@ -144,9 +158,13 @@ fn tell(args: &Args, motor: &MotorFile, r: &Recording, estimates: &[Estimate<f64
             "speed_error_valid_rad_s": pair(whole),
             "speed_error_second_half_rad_s": pair(end),
             "final_speed_rad_s": {"estimated": estimates[last].omega_m, "recorded": r.omega_m[last]},
+            "lost_rows": data.lost_rows(),
+            "guessed": data.guessed,
+            "data_quality": data.findings,
         });
         return writeln!(out, "{summary}");
     }
+    data.tell(&mut out)?;
     let begun = first.map_or("never".into(), |k| format!("from {} s on", rounded(r.time_s(k))));
     writeln!(
         out,
@@ -161,8 +179,12 @@ fn tell(args: &Args, motor: &MotorFile, r: &Recording, estimates: &[Estimate<f64
             writeln!(out, "speed error {name}: mean {} rad/s, rms {} rad/s", rounded(mean), rounded(rms))?;
         }
     }
-    let (shown, true_speed) = (estimates[last].omega_m, r.omega_m[last]);
-    writeln!(out, "at the end: estimated {shown:.2} rad/s, recorded {true_speed:.2} rad/s; status: {}", estimates[last].status)?;
+    if data.lost_rows() > 0 {
+        writeln!(out, "{} rows had no usable current: predicted", data.lost_rows())?;
+    }
+    let recorded = if r.omega_m[last].is_finite() { format!(", recorded {:.2} rad/s", r.omega_m[last]) } else { String::new() };
+    let (shown, status) = (estimates[last].omega_m, estimates[last].status);
+    writeln!(out, "at the end: estimated {shown:.2} rad/s{recorded}; status: {status}")?;
     if let Some(folder) = &args.out {
         writeln!(out, "{}: estimate.csv, speed.svg", folder.display())?;
     }
@@ -182,14 +204,19 @@ fn write(folder: &Path, args: &Args, r: &Recording, estimates: &[Estimate<f64>])
             let t = r.time_s(k);
             // Reasons are joined by semicolons, so that a row keeps its columns.
             let status = e.status.to_string().replace(", ", ";");
+            let recorded = if r.omega_m[k].is_finite() { format!("{:?}", r.omega_m[k]) } else { String::new() };
             writeln!(
                 out,
-                "{t:.9},{:?},{:?},{:?},{:?},{torque:?},{:?},{:?},{status}",
-                e.omega_m, r.omega_m[k], flux.re, flux.im, residual.re, residual.im
+                "{t:.9},{:?},{recorded},{:?},{:?},{torque:?},{:?},{:?},{status}",
+                e.omega_m, flux.re, flux.im, residual.re, residual.im
             )?;
         }
         Ok(())
     })?;
-    let svg = chart::speeds(args.observer.name(), r, estimates);
+    let recorded = Line::new("recorded", INK, |k| r.omega_m[k]);
+    let estimated = Line::new(format!("estimated by {}", args.observer.name()), RED, |k| estimates[k].omega_m);
+    let panel = Panel { title: "speed, rad/s:", lines: vec![recorded, estimated], level: None, height: 240.0 };
+    let invalid = |k: usize| !estimates[k].status.is_valid();
+    let svg = time_chart::svg(r.len(), &|k| r.time_s(k), &[panel], Some(("not valid", &invalid)));
     Ok(write_atomically(&folder.join("speed.svg"), |out| out.write_all(svg.as_bytes()))?)
 }

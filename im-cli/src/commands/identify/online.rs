@@ -1,0 +1,155 @@
+//! `im identify --online`: a recording through the identifiers.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use im_identify::online::{RegulationParameters, ReplayRow, Status, replay};
+use im_model::{MotorFile, write_atomically};
+
+use super::super::inputs::Replayed;
+use super::super::time_chart::{self, BLUE, GREEN, INK, Line, Panel, RED};
+use super::Args;
+use crate::failure::Failure;
+use crate::terminal::rounded;
+
+/// Rows printed.
+const SHOWN: usize = 8;
+
+/// Replays and tells.
+pub fn run(motor: &MotorFile, data: &Path, args: &Args) -> Result<(), Failure> {
+    let data = Replayed::read(data, args.mapping.as_deref(), motor, args.out.as_deref())?;
+    let recording = &data.recording;
+    if !data.has_speed() {
+        let what = "the identifiers need a measured speed; name its column under [speed], or say locked = true";
+        return Err(Failure::Input(format!("{}: {what}", recording.name)));
+    }
+    let rows = replay(motor, recording, args.scheme.into(), |_| true)
+        .map_err(|e| Failure::Input(format!("{}: {e}; the identifiers need it", recording.name)))?;
+    let p = motor.machine.parameters();
+    let start = RegulationParameters::from(p.inverse_gamma());
+    // R_req to R_r: (L_r/L_m)².
+    let to_rotor = p.rotor_resistance_ohm / start.rotor_resistance_ohm;
+    let mut text = io::stdout().lock();
+    data.tell(&mut text)?;
+    writeln!(text, "{}: {} rows of {} s", recording.name, recording.len(), rounded(recording.sample_time_s))?;
+    writeln!(
+        text,
+        "\n{:>8} | {:>8} | {:>8} {:>8} | {:>8} {:>8} {:>8} {:>8} {:>8}",
+        "t", "R_r", "R_r", "R_s", "R_r", "L", "R_s", "L_f", "known"
+    )?;
+    writeln!(text, "{:>8} | {:>8} | {:>17} | {:>44}", "s", "Kenné", "Kenné, both", "Jadot")?;
+    let share =
+        |n: usize, adapting: &dyn Fn(&ReplayRow) -> bool| 100.0 * rows.iter().filter(|r| adapting(r)).count() as f64 / n as f64;
+    for k in 0..=SHOWN {
+        let Some(row) = rows.get((rows.len() - 1) * k / SHOWN) else { continue };
+        let [r_req, l, r_s, l_f] = row.regulation.values;
+        let mark = |x: f64, moves: bool| format!("{}{}", rounded(x), if moves { ' ' } else { '*' });
+        writeln!(
+            text,
+            "{:>8} | {:>8} | {:>8} {:>8} | {:>8} {:>8} {:>8} {:>8} {:>8}",
+            rounded(row.time_s),
+            mark(row.rotor.values[0], row.rotor.adapting[0]),
+            mark(row.both.values[0], row.both.adapting[0]),
+            mark(row.both.values[1], row.both.adapting[1]),
+            mark(r_req * to_rotor, row.regulation.adapting[0]),
+            mark(l, row.regulation.adapting[1]),
+            mark(r_s, row.regulation.adapting[2]),
+            mark(l_f, row.regulation.adapting[3]),
+            rounded(row.regulation.excitation.smallest),
+        )?;
+    }
+    let n = rows.len().max(1);
+    writeln!(
+        text,
+        "\n* held: too little excitation, or not in the scheme. known: smallest eigenvalue of the last second's information"
+    )?;
+    writeln!(
+        text,
+        "adapting: R_r {:.0} %, R_s {:.0} %, the four {:.0} % of the time",
+        share(n, &|r| r.rotor.adapting[0]),
+        share(n, &|r| r.both.adapting[1]),
+        share(n, &|r| !r.regulation.status.is_frozen()),
+    )?;
+    if data.lost_rows() > 0 {
+        writeln!(text, "{} rows had no usable current: estimates are held there, and filters fill anew", data.lost_rows())?;
+    }
+    if let Some(dir) = &args.out {
+        let path = dir.join("estimates.csv");
+        write_atomically(&path, |w| csv(w, &rows, to_rotor))?;
+        writeln!(text, "{}: every row", path.display())?;
+        let path = dir.join("estimates.svg");
+        let svg = picture(&rows, motor);
+        write_atomically(&path, |w| w.write_all(svg.as_bytes()))?;
+        writeln!(text, "{}: the same over time", path.display())?;
+    }
+    Ok(())
+}
+
+/// The estimates over time, pale where they are held; and what the last second says of the four.
+fn picture(rows: &[ReplayRow], motor: &MotorFile) -> String {
+    let p = motor.machine.parameters();
+    let known = RegulationParameters::from(p.inverse_gamma());
+    let to_rotor = p.rotor_resistance_ohm / known.rotor_resistance_ohm;
+    let jadot = |k: usize, scale: f64| {
+        Line::new("Jadot", GREEN, move |n| scale * rows[n].regulation.values[k])
+            .live_where(move |n| rows[n].regulation.adapting[k])
+    };
+    let both =
+        |k: usize| Line::new("Kenné, both", BLUE, move |n| rows[n].both.values[k]).live_where(move |n| rows[n].both.adapting[k]);
+    let alone = Line::new("Kenné", RED, |n| rows[n].rotor.values[0]).live_where(|n| rows[n].rotor.adapting[0]);
+    let panel = |title, lines, level| Panel { title, lines, level: Some((level, "motor file")), height: 120.0 };
+    let excitation = Line::new("", INK, |n| rows[n].regulation.excitation.smallest);
+    let panels = [
+        panel("R_r, Ω:", vec![jadot(0, to_rotor), both(0), alone], p.rotor_resistance_ohm),
+        panel("R_s, Ω:", vec![jadot(2, 1.0), both(1)], p.stator_resistance_ohm),
+        panel("L, H:", vec![jadot(1, 1.0)], known.magnetizing_inductance_h),
+        panel("L_f, H:", vec![jadot(3, 1.0)], known.leakage_inductance_h),
+        Panel {
+            title: "least information about the four in the last second",
+            lines: vec![excitation],
+            level: None,
+            height: 60.0,
+        },
+    ];
+    let lost = |n: usize| rows[n].regulation.status == Status::LostSample;
+    time_chart::svg(rows.len(), &|n| rows[n].time_s, &panels, Some(("lost samples; pale: held", &lost)))
+}
+
+fn csv(w: &mut dyn Write, rows: &[ReplayRow], to_rotor: f64) -> io::Result<()> {
+    writeln!(
+        w,
+        "t_s,kenne_rotor_resistance_ohm,kenne_adapting,kenne_both_rotor_resistance_ohm,kenne_both_stator_resistance_ohm,\
+         kenne_both_rotor_adapting,kenne_both_stator_adapting,kenne_both_smallest_eigenvalue,jadot_rotor_resistance_ohm,\
+         jadot_magnetizing_inductance_h,jadot_stator_resistance_ohm,jadot_leakage_inductance_h,jadot_adapting,\
+         jadot_smallest_eigenvalue,jadot_information_rotor_resistance,jadot_information_magnetizing_inductance,\
+         jadot_information_stator_resistance,jadot_information_leakage_inductance"
+    )?;
+    for r in rows {
+        let [r_req, l, r_s, l_f] = r.regulation.values;
+        let [a, b, c, d] = r.regulation.excitation.of_each;
+        let one = |x: bool| u8::from(x);
+        writeln!(
+            w,
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            r.time_s,
+            r.rotor.values[0],
+            one(r.rotor.adapting[0]),
+            r.both.values[0],
+            r.both.values[1],
+            one(r.both.adapting[0]),
+            one(r.both.adapting[1]),
+            r.both.excitation.smallest,
+            r_req * to_rotor,
+            l,
+            r_s,
+            l_f,
+            one(!r.regulation.status.is_frozen()),
+            r.regulation.excitation.smallest,
+            a,
+            b,
+            c,
+            d
+        )?;
+    }
+    Ok(())
+}
