@@ -1,8 +1,8 @@
-//! Proof that the machine model, the observers and the controllers link without the standard library and without an allocator: a program of
+//! Proof that the machine model, the observers, the identifiers and the controllers link without the standard library and without an allocator: a program of
 //! `core` alone with its own panic handler. Any use of `std` or `alloc` in the crates below would fail to link.
 //!
 //! It starts a machine with every kind of state from standstill and exits with 0 when it runs up and the five observers
-//! follow another one, and when two drives reach their speed.
+//! follow another one, when an identifier finds its rotor resistance, and when two drives reach their speed.
 
 #![no_std]
 #![no_main]
@@ -10,6 +10,7 @@
 use core::panic::PanicInfo;
 
 use im_control::{Drive as Looked, DriveLimits, FieldOriented, FieldOrientedGains, Kenne, KenneGains, MachineData, Reports};
+use im_identify::online::{Identifier, KenneRotorResistance, KenneSettings, Sample};
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::{Bench, Complex, Drive, Effects, Machine, State, machines};
 use im_observers::{
@@ -78,8 +79,36 @@ fn error(machine: &Machine<f64>, observer: &impl Observer<f32>) -> f32 {
     error
 }
 
+/// The estimate of a loaded machine's rotor resistance over the truth, begun with half of it, in single precision.
+fn identified() -> Option<f32> {
+    let m = machines::MOTULATOR_2_2_KW;
+    let machine = Machine::base(m.parameters(), m.pole_pairs).ok()?.cast::<f32>();
+    let windings = machine.parameters().windings();
+    let settings = KenneSettings::for_rating(&windings, m.pole_pairs, &m.rating, 1e-4);
+    let truth = windings.rotor_resistance_ohm;
+    let identifier =
+        KenneRotorResistance::try_new(&windings, m.pole_pairs, &KenneSettings { start_ohm: 0.5 * truth, ..settings }, 1e-4)
+            .ok()?;
+    let mut bench = Bench::new(&machine, State::default(), 1e-4);
+    let turn = im_model::space_vector::unit(0.031_415_927_f32);
+    let mut state = identifier.start();
+    let mut u_s = Complex::new(326.6, 0.0);
+    let mut estimate = 0.0;
+    for _ in 0..15_000 {
+        bench.advance(&Drive::new(u_s, 14.0));
+        let shown = bench.output();
+        estimate = identifier.step(&mut state, &Sample { i_s: shown.i_s, u_s, omega_m: shown.omega_m }).values[0];
+        u_s *= turn;
+    }
+    Some(estimate / truth)
+}
+
 /// Speed in rad/s of a machine after a second on a controller that is asked for 100 rad/s.
-fn controlled<C: Controller<f32> + Reports + Clone>(known: &MachineData<f32>, machine: &Machine<f32>, controller: C) -> Option<f32> {
+fn controlled<C: Controller<f32> + Reports + Clone>(
+    known: &MachineData<f32>,
+    machine: &Machine<f32>,
+    controller: C,
+) -> Option<f32> {
     let mut drive = Looked::try_new(controller, &DriveLimits::generous(known, 157.0, 0.9)).ok()?;
     let mut bench = Bench::new(machine, State::default(), 1e-4);
     let mut u_s = Complex::new(0.0, 0.0);
@@ -107,9 +136,12 @@ fn drives() -> Option<[f32; 2]> {
 /// Called by the C runtime.
 #[unsafe(no_mangle)]
 pub extern "C" fn main(_argc: i32, _argv: *const *const u8) -> i32 {
-    match (run_up(), observed(), drives()) {
-        (Some(speed), Some(error), Some(drives))
-            if (150.0..158.0).contains(&speed) && error < 1.0 && drives.iter().all(|w| (99.0..101.0).contains(w)) =>
+    match (run_up(), observed(), identified(), drives()) {
+        (Some(speed), Some(error), Some(ratio), Some(drives))
+            if (150.0..158.0).contains(&speed)
+                && error < 1.0
+                && (0.98..1.02).contains(&ratio)
+                && drives.iter().all(|w| (99.0..101.0).contains(w)) =>
         {
             0
         }
