@@ -7,6 +7,8 @@ mod error;
 pub mod finding;
 pub mod mapping;
 mod mapping_file;
+#[cfg(feature = "parquet")]
+mod parquet_text;
 pub mod quality;
 pub mod raw;
 mod replay;
@@ -114,7 +116,9 @@ fn sources(path: &Path, mapping: Option<&Path>) -> Result<Vec<(PathBuf, Option<M
         let folder = path.parent().unwrap_or(Path::new(""));
         let files: Vec<PathBuf> = if mapping.files.is_empty() {
             let stem = path.file_name().map(|n| n.to_string_lossy().replace(".recording.toml", "").replace(".toml", ""));
-            vec![folder.join(format!("{}.csv", stem.unwrap_or_default()))]
+            let data = ["csv", "parquet"].map(|end| folder.join(format!("{}.{end}", stem.as_deref().unwrap_or_default())));
+            let [csv, _] = &data;
+            vec![data.iter().find(|p| p.is_file()).unwrap_or(csv).clone()]
         } else {
             mapping.files.iter().map(|f| folder.join(f)).collect()
         };

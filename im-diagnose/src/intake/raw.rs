@@ -1,7 +1,7 @@
 //! The columns of a file as they stand in it.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
 use im_model::{FileError, Problem, Rows, TextFormat};
@@ -76,16 +76,48 @@ impl RawTable {
     }
 }
 
-/// Opens a text.
+/// Opens a text, or a Parquet file as one.
 ///
 /// # Errors
 /// It cannot be read, is a folder, is empty, or is no text.
-pub fn open<'a>(path: &Path, label: &'a str, format: TextFormat) -> Result<Rows<'a, BufReader<File>>, FileError> {
+pub fn open<'a>(path: &Path, label: &'a str, format: TextFormat) -> Result<Rows<'a, BufReader<Box<dyn Read>>>, FileError> {
     if path.is_dir() {
         let problem = Problem::Syntax { reason: "a folder, not a recording; name the file in it".to_owned() };
         return Err(FileError::new(label, None, None, problem));
     }
-    Rows::open(path, label, format)
+    let io = |e: std::io::Error| FileError::io(label, "read", &e);
+    let mut file = File::open(path).map_err(io)?;
+    let bytes = file.metadata().map_err(io)?.len();
+    let (source, bytes, format): (Box<dyn Read>, u64, TextFormat) = if begins_as_parquet(&mut file).map_err(io)? {
+        let (text, format) = parquet_as_text(file, label)?;
+        (text, 0, format)
+    } else {
+        (Box::new(file), bytes, format)
+    };
+    Rows::new(BufReader::with_capacity(1 << 17, source), label, bytes, format)
+}
+
+/// Whether a file is Parquet, by its first bytes; it stands at its beginning afterwards.
+///
+/// # Errors
+/// It cannot be read.
+pub fn begins_as_parquet(file: &mut File) -> std::io::Result<bool> {
+    let mut first = Vec::new();
+    file.by_ref().take(4).read_to_end(&mut first)?;
+    file.rewind()?;
+    Ok(first == b"PAR1")
+}
+
+#[cfg(feature = "parquet")]
+fn parquet_as_text(file: File, label: &str) -> Result<(Box<dyn Read>, TextFormat), FileError> {
+    use super::parquet_text::{FORMAT, ParquetText};
+    Ok((Box::new(ParquetText::open(file, label)?), FORMAT))
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet_as_text(_: File, label: &str) -> Result<(Box<dyn Read>, TextFormat), FileError> {
+    let reason = "a Parquet file, which this build does not read: build with `--features parquet`, or write the recording as CSV";
+    Err(FileError::new(label, None, None, Problem::Syntax { reason: reason.to_owned() }))
 }
 
 /// The place of the column that a mapping asks for.

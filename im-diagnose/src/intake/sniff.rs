@@ -6,6 +6,8 @@ use std::path::Path;
 
 use im_model::{FileError, TextFormat};
 
+use super::raw;
+
 /// Lines that are looked at, and rows of numbers in a row that make a table.
 const LINES: usize = 200;
 const TABLE: usize = 3;
@@ -27,7 +29,11 @@ pub struct Sniffed {
 /// The file cannot be read.
 pub fn sniff(path: &Path, label: &str) -> Result<Sniffed, FileError> {
     let io = |e: std::io::Error| FileError::io(label, "read", &e);
-    let source = BufReader::new(File::open(path).map_err(io)?.take(1 << 20));
+    let mut file = File::open(path).map_err(io)?;
+    if raw::begins_as_parquet(&mut file).map_err(io)? {
+        return Ok(Sniffed { format: TextFormat::default(), units: Vec::new() });
+    }
+    let source = BufReader::new(file.take(1 << 20));
     let mut lines = Vec::new();
     for line in source.split(b'\n').take(LINES) {
         lines.push(String::from_utf8_lossy(&line.map_err(io)?).trim_start_matches('\u{feff}').trim().to_owned());

@@ -4,5 +4,7 @@ mod draft;
 mod findings;
 mod mapping;
 mod measured;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod simulated;
 mod tables;

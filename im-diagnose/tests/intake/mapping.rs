@@ -239,3 +239,11 @@ proptest! {
         let _ = Mapping::parse(&String::from_utf8_lossy(&junk), "x");
     }
 }
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn a_parquet_file_says_which_build_reads_it() {
+    let folder = Folder::new("no-parquet");
+    let message = take(&folder.put("run.parquet", b"PAR1....PAR1")).map(|_| ()).unwrap_err().to_string();
+    assert!(message.contains("run.parquet") && message.contains("--features parquet"), "{message}");
+}

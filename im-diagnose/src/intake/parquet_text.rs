@@ -1,0 +1,91 @@
+//! A Parquet file as a text of rows, so that one reader checks and explains every recording.
+//!
+//! Row k of the table is line k + 1; the names of the columns are line 1. Numbers keep their exact value, an absent one is an empty
+//! field, a time stamp is the number that stands in the file (ms or µs).
+
+use std::fmt::Write;
+use std::fs::File;
+use std::io::{self, Read};
+
+use im_model::{FileError, Problem, TextFormat};
+use parquet::errors::ParquetError;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::reader::RowIter;
+use parquet::record::{Field, Row};
+
+/// How the text is written: names of columns may hold anything but a tab.
+pub const FORMAT: TextFormat = TextFormat {
+    separator: Some(b'\t'),
+    decimal_comma: false,
+    header: Some(true),
+    skip_lines: 0,
+    skip_after_header: 0,
+    comment: 0,
+};
+/// Rows that are turned into text together.
+const BLOCK: usize = 256;
+
+/// The text, made as it is read.
+pub struct ParquetText {
+    rows: RowIter<'static>,
+    text: String,
+    given: usize,
+}
+
+impl ParquetText {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// It is no Parquet file, or is cut short.
+    pub fn open(file: File, label: &str) -> Result<Self, FileError> {
+        let reader = SerializedFileReader::new(file).map_err(|e| {
+            FileError::new(label, None, None, Problem::Syntax { reason: format!("not a whole Parquet file: {e}") })
+        })?;
+        let names: Vec<String> =
+            reader.metadata().file_metadata().schema().get_fields().iter().map(|f| f.name().replace(['\t', '\n'], " ")).collect();
+        let text = names.join("\t") + "\n";
+        Ok(Self { rows: RowIter::from_file_into(Box::new(reader)), text, given: 0 })
+    }
+
+    fn fill(&mut self) -> Result<(), ParquetError> {
+        self.text.clear();
+        self.given = 0;
+        for row in self.rows.by_ref().take(BLOCK) {
+            write_row(&mut self.text, &row?);
+        }
+        Ok(())
+    }
+}
+
+impl Read for ParquetText {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        if self.given == self.text.len() {
+            self.fill().map_err(io::Error::other)?;
+        }
+        let n = (&self.text.as_bytes()[self.given..]).read(out)?;
+        self.given += n;
+        Ok(n)
+    }
+}
+
+fn write_row(text: &mut String, row: &Row) {
+    for (k, (_, field)) in row.get_column_iter().enumerate() {
+        if k > 0 {
+            text.push('\t');
+        }
+        // Writing to a string cannot fail.
+        let _ = match field {
+            Field::Null => Ok(()),
+            Field::Bool(x) => write!(text, "{}", u8::from(*x)),
+            // The digits of the f32 alone would name another number.
+            Field::Float(x) => write!(text, "{}", f64::from(*x)),
+            Field::Float16(x) => write!(text, "{}", x.to_f64()),
+            Field::Double(x) => write!(text, "{x}"),
+            Field::TimestampMillis(x) | Field::TimestampMicros(x) | Field::TimeMicros(x) => write!(text, "{x}"),
+            Field::TimeMillis(x) | Field::Date(x) => write!(text, "{x}"),
+            Field::Str(x) => write!(text, "{}", x.replace(['\t', '\n'], " ")),
+            other => write!(text, "{}", other.to_string().replace(['\t', '\n'], " ")),
+        };
+    }
+    text.push('\n');
+}
