@@ -39,10 +39,9 @@ impl Law {
         }
     }
 
-    /// Intervals that contain rms current and slip for a torque.
-    pub(super) fn enclose(&self, range: [f64; 2], torque_n_m: f64) -> [Interval; 2] {
+    /// Intervals that contain rms current and slip for every torque of one.
+    pub(super) fn enclose(&self, range: [f64; 2], t: Interval) -> [Interval; 2] {
         let p = Interval::point;
-        let t = p(torque_n_m);
         match self {
             Law::Series { current, slip } => {
                 let [low, high] = range.map(|x| p(x).ln());
@@ -75,8 +74,14 @@ mod tests {
         for law in [series, kwon] {
             for torque in [1.0, 7.3, 100.0, 510.0] {
                 let range = [1.0, 510.0];
-                for (x, i) in law.at(range, torque).into_iter().zip(law.enclose(range, torque)) {
+                for (x, i) in law.at(range, torque).into_iter().zip(law.enclose(range, Interval::point(torque))) {
                     assert!(i.low <= x && x <= i.high && i.high - i.low < 1e-11 * x.abs().max(1.0), "{x} {i:?}");
+                }
+                let wide = law.enclose(range, Interval::new(0.999 * torque, 1.001 * torque));
+                for share in [0.999, 0.9995, 1.0, 1.001] {
+                    for (x, i) in law.at(range, share * torque).into_iter().zip(wide) {
+                        assert!(i.low <= x && x <= i.high && i.high - i.low < 0.02 * x.abs(), "{x} {i:?}");
+                    }
                 }
             }
         }

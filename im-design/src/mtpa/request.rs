@@ -25,7 +25,7 @@ pub struct MtpaRequest {
     /// Largest slip at which a better point is looked for, electrical rad/s; 500 when not given.
     #[serde(default = "five_hundred")]
     pub slip_max_rad_per_s: f64,
-    /// Torques at which the laws are proven; 25 when not given.
+    /// Torques with a witness at first; 25 when not given. More are added where the way between two is not proven.
     #[serde(default = "twenty_five")]
     pub points: u32,
     /// The q-d circuit of Kwon et al., instead of the motor's own.
@@ -67,7 +67,7 @@ fn twenty_five() -> u32 {
     25
 }
 
-/// Laws for a circuit, proven at `points` torques.
+/// Laws for a circuit, proven for every torque of the range from witnesses at `points` torques or more.
 ///
 /// The series are fitted to half the tolerance, which leaves the proof room. (27) and (29) are fitted under (28) over the
 /// range of torque.
@@ -110,9 +110,8 @@ pub fn design(plant: Plant, circuit: Circuit, request: &MtpaRequest) -> Result<(
             Law::Kwon { a: current.a, b: current.b, c: slip.c }
         }
     };
-    let mut points = Vec::new();
     let mut worst = (0.0f64, low);
-    for torque in torques {
+    let mut witness = |torque: f64| -> Result<Witness, DesignError> {
         // A hair more than the torque, so that the proof has it for certain.
         let best = for_torque(&circuit, torque * (1.0 + 1e-9))?;
         let [current, slip] = law.at(torque_n_m, torque);
@@ -120,7 +119,20 @@ pub fn design(plant: Plant, circuit: Circuit, request: &MtpaRequest) -> Result<(
         if off > worst.0 {
             worst = (off, torque);
         }
-        points.push(Witness { torque_n_m: torque, at: circuit.coordinates_of(best.flux_wb, best.slip_rad_per_s) });
+        Ok(Witness { torque_n_m: torque, at: circuit.coordinates_of(best.flux_wb, best.slip_rad_per_s) })
+    };
+    let points: Vec<Witness> = torques.into_iter().map(&mut witness).collect::<Result<_, _>>()?;
+    let mut design = MtpaDesign { torque_n_m, tolerance, slip_max_rad_per_s, circuit, law: law.clone(), points: Vec::new() };
+    let mut ahead: Vec<Witness> = points.into_iter().rev().collect();
+    design.points.extend(ahead.pop());
+    // Between two torques closer than this the law itself is off.
+    const CLOSE: f64 = 1.001;
+    while let (Some(from), Some(to)) = (design.points.last(), ahead.last()) {
+        if to.torque_n_m > CLOSE * from.torque_n_m && design.way(from, to).is_none() {
+            ahead.push(witness((from.torque_n_m * to.torque_n_m).sqrt())?);
+        } else {
+            design.points.extend(ahead.pop());
+        }
     }
     if worst.0 > 0.95 * tolerance {
         return Err(DesignError::Infeasible {
@@ -128,7 +140,6 @@ pub fn design(plant: Plant, circuit: Circuit, request: &MtpaRequest) -> Result<(
             feasible: format!("a tolerance of {:.4}, a narrower range of torque, or law = \"series\"", 1.06 * worst.0),
         });
     }
-    let design = MtpaDesign { torque_n_m, tolerance, slip_max_rad_per_s, circuit, law, points };
     let certificate = Certificate::seal(plant, design.clone())?;
     Ok((design, certificate))
 }
