@@ -199,7 +199,7 @@ impl<T: Scalar> Basis<T> {
         let flux2 = norm2(*lambda);
         let within = (flux2 <= limits.flux_max_vs * limits.flux_max_vs)
             & (norm2(*i_hat) <= limits.current_max_a * limits.current_max_a)
-            & (omega_m.abs() <= limits.speed_max_rad_per_s);
+            & (omega_m.abs() < limits.speed_max_rad_per_s);
         if !within {
             status = status.and(self.restrain(lambda, i_hat, omega_m));
             if status.contains(Status::RESTARTED) {

@@ -266,8 +266,6 @@ impl<T: Scalar> Observer<T> for Thau<T> {
                 s.i_hat += (d_psi - d_lambda.scale(c.beta) + current).scale(h);
             }
         }
-        let top = b.limits.speed_max_rad_per_s;
-        s.omega_m = s.omega_m.min(top).max(-top);
         let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut s.i_hat, &mut s.omega_m);
         if !finite {
             *s = ThauState::default();

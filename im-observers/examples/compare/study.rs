@@ -2,7 +2,7 @@
 
 use im_design::thau_box;
 use im_design::{Machine as DesignMachine, Plant};
-use im_model::machines::{JADOT_TABLE_I, KWON_TABLE_IV, MOTULATOR_2_2_KW, NamedMachine};
+use im_model::machines::{JADOT_TABLE_I, KENNE_APPENDIX_II, KWON_TABLE_IV, MOTULATOR_2_2_KW, NamedMachine};
 use im_model::simulation::{Scenario, Sensors};
 use im_model::{BaseParameter, Machine, ParameterId, Rating};
 use im_observers::*;
@@ -11,10 +11,10 @@ use crate::lab::{Running, Truth, held, rms};
 
 pub const H: f64 = 1e-4;
 
-/// Three machines, of 2.2, 4 and 37 kW; the last per delta winding, as its inductances are.
-pub fn machines() -> [NamedMachine; 3] {
+/// Four machines, of 1.1, 2.2, 4 and 37 kW; the last per delta winding, as its inductances are.
+pub fn machines() -> [NamedMachine; 4] {
     let rating = Rating { phase_voltage_peak_v: 650.5, rotor_flux_vs: 1.7, ..KWON_TABLE_IV.rating };
-    [MOTULATOR_2_2_KW, JADOT_TABLE_I, NamedMachine { rating, ..KWON_TABLE_IV }]
+    [KENNE_APPENDIX_II, MOTULATOR_2_2_KW, JADOT_TABLE_I, NamedMachine { rating, ..KWON_TABLE_IV }]
 }
 
 /// Which observer, with which gains.
