@@ -114,7 +114,7 @@ fn regulation_parameters(machine: &MachineData<f64>) -> im_model::InverseGammaPa
 
 impl JadotGains<f64> {
     /// Gains that suit a sampling time, by the polynomials of `im_design::jadot` at a damping of 1/√2: natural frequencies of the current
-    /// loop of 0.15 over sampling time plus delay (1000 rad/s at most) and of the speed loop of a fortieth of that, λ of Section V.
+    /// loop of 0.15 over sampling time plus delay (1000 rad/s at most) and of the speed loop of a fortieth of that, but not faster than 0.6(R_s + R_req)/L_f, the rate of (20); λ of Section V.
     /// The proof over a region is `im_design`'s.
     pub fn typical(machine: &MachineData<f64>, rotor_flux_vs: f64, sample_time_s: f64) -> Self {
         let p = regulation_parameters(machine);
@@ -123,7 +123,8 @@ impl JadotGains<f64> {
         let damping2 = core::f64::consts::SQRT_2;
         // Above what the resistances alone damp.
         let current = (0.15 / lag).min(1000.0).max(1.5 * total / (damping2 * p.leakage_inductance_h));
-        let speed = (current / 40.0).min(25.0);
+        // (20) must be fast against the speed loop: with R = R_s + R_req in the lag, Routh asks for k_i < R/L_f.
+        let speed = (current / 40.0).min(25.0).min(0.6 * total / p.leakage_inductance_h);
         let k_p = damping2 * current * p.leakage_inductance_h - total;
         let w = &machine.windings;
         let phi = rotor_flux_vs * w.mutual_inductance_h / w.rotor_inductance_h;
