@@ -1,6 +1,6 @@
 //! `im demo`: the whole loop on embedded data with a hidden effect.
 //!
-//! The recordings come from a simulator that shares no equations with the model (tests/src/hidden); nothing here says what it hid.
+//! The recordings come from a simulator that shares no equations with the model (im-trials); nothing here says what it hid.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
