@@ -163,6 +163,8 @@ pub fn least_norm(plant: Plant, request: &KubotaRequest) -> Result<(KubotaDesign
             (&first - &slope.scaled(&low), slope)
         }
     };
+    // The machine does not know the direction of its axes, and observers in space vectors take gains that do not either.
+    let (gain, gain_per_speed) = (gain.space_vectors(), gain_per_speed.space_vectors());
     seal(plant, request, gain, gain_per_speed)
 }
 

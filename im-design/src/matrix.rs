@@ -118,6 +118,21 @@ impl Matrix<f64> {
         Self::from_fn(self.rows, self.cols, |i, j| 0.5 * (self[(i.max(j), i.min(j))] + self[(i.min(j), i.max(j))]))
     }
 
+    /// The nearest matrix of 2 × 2 blocks [x, −y; y, x], to the last bit: what is left when the mean is taken with the matrix seen from a frame
+    /// turned by 90°. Where a problem does not know the direction of its axes, this is a solution too.
+    pub fn space_vectors(&self) -> Self {
+        Self::from_fn(self.rows, self.cols, |i, j| {
+            let (r, c) = (i & !1, j & !1);
+            let re = 0.5 * (self[(r, c)] + self[(r + 1, c + 1)]);
+            let im = 0.5 * (self[(r + 1, c)] - self[(r, c + 1)]);
+            match (i & 1, j & 1) {
+                (0, 1) => -im,
+                (1, 0) => im,
+                _ => re,
+            }
+        })
+    }
+
     /// Whether every entry is finite.
     pub fn is_finite(&self) -> bool {
         self.data.iter().all(|x| x.is_finite())

@@ -2,7 +2,6 @@
 
 #[path = "support/simulation.rs"]
 mod simulation;
-#[allow(dead_code)] // nothing here is linear
 mod support;
 
 use im_design::kenne::{KenneDesign, KenneRegion, design};

@@ -13,7 +13,7 @@ use std::fmt::Write;
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 420.0;
 const MARGIN: f64 = 60.0;
-const COLOURS: [&str; 4] = ["#1f5fa8", "#c0392b", "#2e8b57", "#8e6bbf"];
+const COLOURS: [&str; 5] = ["#1f5fa8", "#c0392b", "#2e8b57", "#8e6bbf", "#c98a1b"];
 
 /// How the points of a series are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,13 +37,19 @@ pub struct Series {
 
 /// A chart of series over linear axes.
 pub fn chart(title: &str, x_label: &str, y_label: &str, series: &[Series]) -> String {
+    let values = series.iter().flat_map(|s| &s.points).filter(|(x, y)| x.is_finite() && y.is_finite());
+    chart_within(title, x_label, y_label, bounds(values.map(|p| p.1)), series)
+}
+
+/// The same with the range of y given, beyond which lines are cut.
+pub fn chart_within(title: &str, x_label: &str, y_label: &str, [low, high]: [f64; 2], series: &[Series]) -> String {
     let all = || series.iter().flat_map(|s| &s.points).filter(|(x, y)| x.is_finite() && y.is_finite());
     let [left, right] = bounds(all().map(|p| p.0));
-    let [low, high] = bounds(all().map(|p| p.1));
     let at = |(x, y): (f64, f64)| {
         let u = MARGIN + (x - left) / (right - left) * (WIDTH - 2.0 * MARGIN);
-        (u, HEIGHT - MARGIN - (y - low) / (high - low) * (HEIGHT - 2.0 * MARGIN))
+        (u, HEIGHT - MARGIN - (y.clamp(low, high) - low) / (high - low) * (HEIGHT - 2.0 * MARGIN))
     };
+    let mut legend = MARGIN;
     let mut svg = frame(title, x_label, y_label, [left, right], [low, high]);
     for (k, s) in series.iter().enumerate() {
         let colour = COLOURS[k % COLOURS.len()];
@@ -62,9 +68,9 @@ pub fn chart(title: &str, x_label: &str, y_label: &str, series: &[Series]) -> St
                 }
             }
         }
-        let v = MARGIN + 14.0 * k as f64;
-        let name = escape(&s.name);
-        let _ = writeln!(svg, r#"<text x="{}" y="{v:.1}" fill="{colour}" text-anchor="end">{name}</text>"#, WIDTH - MARGIN);
+        let _ = writeln!(svg, r#"<text x="{legend:.0}" y="{}" fill="{colour}">{}</text>"#, MARGIN - 8.0, escape(&s.name));
+        // A letter of this size is about six pixels wide.
+        legend += 5.8 * s.name.chars().count() as f64 + 18.0;
     }
     svg.push_str("</svg>\n");
     svg
@@ -158,18 +164,19 @@ fn frame(title: &str, x_label: &str, y_label: &str, x: [f64; 2], y: [f64; 2]) ->
          <rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"white\"/>\n\
          <rect x=\"{MARGIN}\" y=\"{MARGIN}\" width=\"{w}\" height=\"{h}\" fill=\"none\" stroke=\"#888\"/>\n"
     );
-    for k in 0..=4 {
-        let f = f64::from(k) / 4.0;
-        let (u, v) = (MARGIN + f * w, HEIGHT - MARGIN - f * h);
-        let (tx, ty) = (tick(x[0] + f * (x[1] - x[0])), tick(y[0] + f * (y[1] - y[0])));
-        let below = HEIGHT - MARGIN + 15.0;
-        let beside = MARGIN - 5.0;
-        let _ = writeln!(svg, r#"<text x="{u:.1}" y="{below}" text-anchor="middle">{tx}</text>"#);
-        let _ = writeln!(svg, r#"<text x="{beside}" y="{v:.1}" text-anchor="end">{ty}</text>"#);
+    for (at, text) in ticks(x, 7.0) {
+        let u = MARGIN + (at - x[0]) / (x[1] - x[0]) * w;
+        let _ = writeln!(svg, r##"<path d="M{u:.1} {MARGIN}v{h}" stroke="#eee"/>"##);
+        let _ = writeln!(svg, r#"<text x="{u:.1}" y="{}" text-anchor="middle">{text}</text>"#, HEIGHT - MARGIN + 15.0);
+    }
+    for (at, text) in ticks(y, 6.0) {
+        let v = HEIGHT - MARGIN - (at - y[0]) / (y[1] - y[0]) * h;
+        let _ = writeln!(svg, r##"<path d="M{MARGIN} {v:.1}h{w}" stroke="#eee"/>"##);
+        let _ = writeln!(svg, r#"<text x="{}" y="{:.1}" text-anchor="end">{text}</text>"#, MARGIN - 5.0, v + 4.0);
     }
     let (middle, bottom, half) = (0.5 * WIDTH, HEIGHT - 20.0, 0.5 * HEIGHT);
     for (x, y, turn, text) in
-        [(middle, 30.0, "", title), (middle, bottom, "", x_label), (15.0, half, "rotate(-90 15 210)", y_label)]
+        [(middle, 30.0, "", title), (middle, bottom, "", x_label), (12.0, half, "rotate(-90 12 210)", y_label)]
     {
         let text = escape(text);
         let _ = writeln!(svg, r#"<text x="{x}" y="{y}" text-anchor="middle" transform="{turn}">{text}</text>"#);
@@ -177,12 +184,16 @@ fn frame(title: &str, x_label: &str, y_label: &str, x: [f64; 2], y: [f64; 2]) ->
     svg
 }
 
-fn tick(x: f64) -> String {
-    if x != 0.0 && !(1e-2..1e5).contains(&x.abs()) {
-        format!("{x:.1e}")
-    } else {
-        format!("{:.4}", x).trim_end_matches('0').trim_end_matches('.').into()
-    }
+/// Round numbers within a range, about as many as wanted.
+fn ticks([low, high]: [f64; 2], wanted: f64) -> Vec<(f64, String)> {
+    let rough = (high - low) / wanted;
+    let power = 10f64.powf(rough.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].map(|s| s * power).into_iter().find(|s| *s >= rough).unwrap_or(10.0 * power);
+    let decimals = (-step.log10().floor()).max(0.0) as usize;
+    let word = |x: f64| if decimals > 4 || x.abs() >= 1e5 { format!("{x:.1e}") } else { format!("{x:.decimals$}") };
+    // Adding zero leaves no negative zero.
+    let at = |k: i64| (k as f64 * step + 0.0, word(k as f64 * step + 0.0).replace('-', "−"));
+    ((low / step).ceil() as i64..).map(at).take_while(|(x, _)| *x <= high + 1e-9 * step).take(20).collect()
 }
 
 fn escape(text: &str) -> String {
@@ -208,6 +219,6 @@ mod tests {
         assert!(map.ends_with("</svg>\n") && COLOURS[..2].iter().all(|c| map.contains(c)));
         let request = KubotaRequest { speed_rad_per_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: 1e4 };
         let poles = pole_map(plant, &closed_form(plant, &request).unwrap().0);
-        assert_eq!(poles.matches("<path").count(), 100, "four poles at 25 speeds");
+        assert_eq!(poles.matches(&format!("stroke=\"{}\"", COLOURS[0])).count(), 100, "four poles at 25 speeds");
     }
 }

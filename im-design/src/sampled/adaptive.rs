@@ -157,17 +157,18 @@ fn prove(c: &Constants<f64>, d: &SampledLoopDesign, speed: [f64; 2], slip: [f64;
     let (h, scale) = (d.period_s, scales(c, &d.gains, d.flux_wb));
     let inverse = Matrix::from_fn(5, 5, |i, j| if i == j { 1.0 / scale[(i, j)] } else { 0.0 });
     let rho = (-rate * h).exp();
-    // v in units of a typical rate.
-    let unit = c.gamma;
+    let steps: Vec<[Matrix<f64>; 2]> =
+        vertices(speed, slip).map(|at| step(c, d, at).map(|m| &(&inverse * &m) * &scale)).collect();
+    // v in units of the fastest rate.
+    let unit = steps.iter().map(|[rates, _]| rates.norm()).fold(1.0, f64::max);
     let mut lmi = Problem::new("sampled adaptive loop");
     let (p, g1, g2, t) = (lmi.symmetric(5), lmi.matrix(5, 5), lmi.matrix(5, 5), lmi.scalar());
     lmi.positive("P ≥ t", &p - &t.times(&Matrix::identity(5)));
     lmi.positive("P ≤ 1", -(&p - &Matrix::identity(5)));
-    for at in vertices(speed, slip) {
-        let [rates, implicit] = step(c, d, at).map(|m| &(&inverse * &m) * &scale);
-        let first = (&p * ((rho * rho - 1.0) / h) + g1.right(&rates).plus_transpose()) * (1.0 / unit);
-        let cross = -(&p + &g1.right(&implicit)) + g2.right(&rates).transpose() * (1.0 / unit);
-        let last = -(&p * (h * unit)) - g2.right(&implicit).plus_transpose();
+    for [rates, implicit] in &steps {
+        let first = (&p * ((rho * rho - 1.0) / h) + g1.right(rates).plus_transpose()) * (1.0 / unit);
+        let cross = -(&p + &g1.right(implicit)) + g2.right(rates).transpose() * (1.0 / unit);
+        let last = -(&p * (h * unit)) - g2.right(implicit).plus_transpose();
         let block = Affine::blocks(&[&[&first, &cross], &[&cross.transpose(), &last]]);
         lmi.positive("sampled decay", block - t.times(&Matrix::identity(10)) * 1e-3);
     }

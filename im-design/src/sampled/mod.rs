@@ -234,7 +234,9 @@ fn attempt(
     let contraction = (-rate_per_s * period_s).exp();
     let fixed = fixed.map(|d| (&d.gain, &d.gain_per_speed));
     let polytope = full_order(&plant.constants::<f64>(), speed_rad_per_s);
+    // The machine does not know the direction of its axes, and observers in space vectors take gains that do not either.
     let (p, gain, gain_per_speed) = polytope.at_period(period_s, contraction, fixed)?;
+    let [p, gain, gain_per_speed] = [p, gain, gain_per_speed].map(|m| m.space_vectors());
     let design = SampledDesign { speed_rad_per_s, period_s, contraction, gain, gain_per_speed, p };
     let certificate = Certificate::seal(plant, design.clone()).ok()?;
     Some((design, certificate))

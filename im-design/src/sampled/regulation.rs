@@ -206,23 +206,9 @@ fn prove(vertices: &[Loop<f64>], scale: &[f64; 6], h: f64, rate: f64) -> Option<
     let j = Matrix::from_fn(6, 6, |i, k| f64::from(i + 1 == k && i % 2 == 0) - f64::from(k + 1 == i && k % 2 == 0));
     let turns = |m: &Matrix<f64>| (&(&j * m) - &(m * &j)).norm() == 0.0;
     let of_vectors = scaled.iter().flatten().all(turns);
-    let round = |m: Matrix<f64>| if of_vectors { space_vectors(&m) } else { m.symmetrized() };
+    let round = |m: Matrix<f64>| if of_vectors { m.symmetrized().space_vectors() } else { m.symmetrized() };
     let back = |x: &Affine, size: f64| round(&(&inverse * &answer.value(x)) * &inverse).scaled(&size);
     Some(HeldProof { rate_per_s: rate, p: back(&p, 1.0), y: back(&y, unit) })
-}
-
-/// The mean of a symmetric matrix and itself turned by 90°: the real form of a Hermitian matrix, to the last bit.
-fn space_vectors(m: &Matrix<f64>) -> Matrix<f64> {
-    let mut mean = Matrix::zeros(6, 6);
-    for i in (0..6).step_by(2) {
-        for k in (0..=i).step_by(2) {
-            let re = 0.25 * (m[(i, k)] + m[(i + 1, k + 1)] + m[(k, i)] + m[(k + 1, i + 1)]);
-            let im = if i == k { 0.0 } else { 0.25 * (m[(i + 1, k)] - m[(i, k + 1)] + m[(k, i + 1)] - m[(k + 1, i)]) };
-            mean.put(i, k, &complex(&re, &im));
-            mean.put(k, i, &complex(&re, &-im));
-        }
-    }
-    mean
 }
 
 /// The proof at the highest rate, to 10 %, between two.

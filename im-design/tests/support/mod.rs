@@ -1,5 +1,11 @@
 //! Random machines, and how many of them.
 
+#![allow(dead_code, unused_imports)] // each of its users takes a part
+
+mod region;
+
+pub use region::region;
+
 use im_design::Machine;
 use im_design::matrix::Matrix;
 use proptest::prelude::*;
