@@ -5,7 +5,6 @@
 //! Writes the part of `observers.md` between its markers and the pictures beside it. With `--measured` it adds a start of a real 4-kW
 //! machine (the folder `direct_on_line_4kw`); no sample of it is written.
 
-mod chart;
 mod measured;
 mod study;
 mod tables;

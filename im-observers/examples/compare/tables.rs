@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
+use im_design::plot::{Mark, Series, chart, chart_within};
 use im_model::machines::JADOT_TABLE_I;
 use im_model::simulation::Profile;
 use im_model::space_vector::unit;
 use im_observers::*;
 
-use crate::chart::{Line, chart};
 use crate::lab::{Truth, scenario};
 use crate::study::{H, Kind, Maker, Study};
 
@@ -117,37 +117,32 @@ pub fn pictures() -> Vec<(&'static str, String)> {
     let shown = [Kind::Kubota, Kind::Derdiyok, Kind::Utkin, Kind::ThauPublished];
     let names = ["Kubota, mended", "Derdiyok, anchored", "Utkin", "Thau, L = 0"];
     let rows = || (0..truth.len()).step_by(100);
-    let mut speeds = vec![Line { name: "true", points: rows().map(|k| (truth.time_s(k), truth.omega[k])).collect() }];
-    let mut errors = Vec::new();
+    let line = |name: &str, points| Series { name: name.into(), mark: Mark::Line, points };
+    let mut speeds = vec![line("true", rows().map(|k| (truth.time_s(k), truth.omega[k])).collect())];
+    // One colour each in all pictures.
+    let mut errors = vec![line("true", rows().map(|k| (truth.time_s(k), 0.0)).collect())];
     for (kind, name) in shown.into_iter().zip(names) {
         let e = maker.make(kind, 1.0, 1.0).over(&truth);
-        speeds.push(Line { name, points: rows().map(|k| (truth.time_s(k), e[k].omega_m)).collect() });
-        errors.push(Line { name, points: rows().map(|k| (truth.time_s(k), e[k].omega_m - truth.omega[k])).collect() });
+        speeds.push(line(name, rows().map(|k| (truth.time_s(k), e[k].omega_m)).collect()));
+        errors.push(line(name, rows().map(|k| (truth.time_s(k), e[k].omega_m - truth.omega[k])).collect()));
     }
-    let mut wrong: Vec<Line> = names.iter().map(|name| Line { name, points: Vec::new() }).collect();
+    let mut wrong: Vec<Series> = ["true"].iter().chain(&names).map(|name| line(name, Vec::new())).collect();
     for share in [0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.15, 0.2] {
         let truth = maker.at(share * maker.speed(), maker.slip(0.4), 3.0, 0.0);
-        for (kind, line) in shown.into_iter().zip(&mut wrong) {
+        wrong[0].points.push((100.0 * share, 0.0));
+        for (kind, line) in shown.into_iter().zip(&mut wrong[1..]) {
             let e = maker.make(kind, 0.9, 1.0).over(&truth);
             let mean = e[e.len() - 5000..].iter().map(|e| e.omega_m).sum::<f64>() / 5000.0 - share * maker.speed();
             line.points.push((100.0 * share, 100.0 * mean / maker.speed()));
         }
     }
+    let speed = "speed, rad/s";
     vec![
-        (
-            "manoeuvre.svg",
-            chart("Start, load step, 5 Hz, reversal (jadot_table_i)", "s", "speed, rad/s", [-140.0, 140.0], &speeds),
-        ),
-        ("errors.svg", chart("Error of the estimated speed in it", "s", "rad/s", [-10.0, 10.0], &errors)),
+        ("manoeuvre.svg", chart("Start, load step, 5 Hz, reversal (jadot_table_i)", "t, s", speed, &speeds)),
+        ("errors.svg", chart_within("Error of the estimated speed in it", "t, s", "rad/s", [-20.0, 20.0], &errors)),
         (
             "stator_resistance.svg",
-            chart(
-                "R_s believed 10 % too small, 40 % torque",
-                "speed, % of rated",
-                "speed error, % of rated",
-                [-5.0, 5.0],
-                &wrong,
-            ),
+            chart("R_s believed 10 % too small, 40 % torque", "speed, % of rated", "speed error, % of rated", &wrong),
         ),
     ]
 }
