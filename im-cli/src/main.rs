@@ -5,6 +5,7 @@
 mod commands;
 mod controllers;
 mod failure;
+mod output;
 mod spinner;
 mod terminal;
 

@@ -1,6 +1,7 @@
 //! The main job: compare the model with measurements, see where it fails, learn which physical effect is missing, add it, and watch
 //! the error fall.
 
+pub mod agreement;
 pub mod case;
 pub mod diagnosis;
 pub mod intake;

@@ -13,6 +13,22 @@ pub fn write_atomically(path: &Path, body: impl FnOnce(&mut BufWriter<File>) -> 
     write(path, body).map_err(|e| FileError::io(&path.display().to_string(), "write", &e))
 }
 
+/// Whether a file can be written at `path`, before the work is done that is to be kept there. Nothing is left behind.
+///
+/// # Errors
+/// Its folder is not there or may not be written to.
+pub fn check_writable(path: &Path) -> Result<(), FileError> {
+    let check = || {
+        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        match fs::metadata(&target) {
+            Ok(m) if m.is_dir() => Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder")),
+            Ok(m) if !m.is_file() => Ok(()),
+            _ => open_neighbour(&target).and_then(|(temporary, _)| fs::remove_file(temporary)),
+        }
+    };
+    check().map_err(|e| FileError::io(&path.display().to_string(), "write", &e))
+}
+
 fn write(path: &Path, body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> io::Result<()> {
     // Through a link, what it points at is replaced, not the link.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());

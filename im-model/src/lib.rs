@@ -49,7 +49,7 @@ mod steady_state;
 pub mod toml_reader;
 
 #[cfg(feature = "std")]
-pub use atomic_file::write_atomically;
+pub use atomic_file::{check_writable, write_atomically};
 pub use bench::{Bench, Output};
 pub use dual::Dual;
 pub use effects::{EffectId, Effects};

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+use im_diagnose::agreement;
 use im_diagnose::case::Case;
 use im_diagnose::report::{Comparison, Meta, compare_html, compare_terminal};
 use im_model::{MotorFile, write_atomically};
@@ -10,6 +11,7 @@ use serde_json::json;
 
 use super::inputs::{findings, quality, recordings_or_drafts};
 use crate::failure::Failure;
+use crate::output;
 use crate::terminal::{STORY_WIDTH, wrapped};
 
 /// Arguments.
@@ -41,15 +43,16 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let motor = MotorFile::read(&args.motor)?;
+    args.out.as_deref().map_or(Ok(()), output::folder)?;
     let (data, guessed) = recordings_or_drafts(&args.data, args.mapping.as_deref(), &motor, args.out.as_deref())?;
-    let noticed = findings(data.iter());
+    let mut noticed = findings(data.iter());
     let case = Case::from_intake(motor.clone(), data, None);
+    noticed.extend(agreement::check(&case));
     let comparison = Comparison::new(motor, case.train);
     let program = concat!("im ", env!("CARGO_PKG_VERSION")).into();
     let meta = Meta { program, quality: quality(&noticed), ..Meta::default() };
     let mut written = None;
     if let Some(dir) = &args.out {
-        std::fs::create_dir_all(dir)?;
         let path = dir.join("compare.html");
         write_atomically(&path, |w| w.write_all(compare_html(&comparison, &meta).as_bytes()))?;
         written = Some(path);

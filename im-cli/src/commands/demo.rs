@@ -9,10 +9,11 @@ use std::time::Instant;
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::diagnose;
 use im_diagnose::refine::Options;
-use im_model::{MotorFile, Recording};
+use im_model::{MotorFile, Recording, write_atomically};
 
 use super::inputs::refused;
 use crate::failure::Failure;
+use crate::output;
 use crate::spinner::spinning;
 use crate::terminal::wrapped;
 
@@ -34,15 +35,16 @@ const HOLDOUT: &str = include_str!("../../data/demo/holdout.csv");
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let begun = Instant::now();
+    output::folder(&args.out)?;
     let read = |text: &str, name: &str| Recording::from_csv(text.as_bytes(), name);
     let motor = MotorFile::parse(MOTOR, "motor.toml")?;
     let train = [read(TRAIN[0], "train1.csv")?, read(TRAIN[1], "train2.csv")?];
     let holdout = read(HOLDOUT, "holdout.csv")?;
     if let Some(dir) = &args.save_data {
-        std::fs::create_dir_all(dir)?;
+        output::folder(dir)?;
         for (name, text) in [("motor.toml", MOTOR), ("train1.csv", TRAIN[0]), ("train2.csv", TRAIN[1]), ("holdout.csv", HOLDOUT)]
         {
-            std::fs::write(dir.join(name), text)?;
+            write_atomically(&dir.join(name), |w| w.write_all(text.as_bytes()))?;
         }
     }
     let mut out = io::stdout().lock();

@@ -10,6 +10,7 @@ use im_diagnose::report::{self, Meta, NextTest};
 
 use super::inputs::{Data, quality, refused, write_quality};
 use crate::failure::Failure;
+use crate::output;
 use crate::spinner::spinning;
 use crate::terminal::STORY_WIDTH;
 
@@ -41,6 +42,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input(format!("--significance {} must lie between 0 and 0.5", args.significance)));
     }
     let (case, noticed) = args.data.case()?;
+    args.out.as_deref().map_or(Ok(()), output::folder)?;
     let options = Options { significance: args.significance, ..args.data.options() };
     let found = spinning("fitting and scoring", || diagnose(case, options)).map_err(|e| refused(&args.data.motor, &e))?;
     let meta = Meta { quality: quality(&noticed), ..meta(&found) };

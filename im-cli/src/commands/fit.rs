@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::inputs::{Data, refused};
 use crate::failure::Failure;
+use crate::output;
 use crate::spinner::spinning;
 use crate::terminal::{rounded, wrapped};
 
@@ -38,6 +39,7 @@ const UNDETERMINED: f64 = 0.3;
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (case, noticed) = args.data.case()?;
+    args.output.as_deref().map_or(Ok(()), output::file)?;
     let before = case.motor.clone();
     let fitted = spinning("fitting", || Refinement::new(case, args.data.options()));
     let (refinement, model) = fitted.map_err(|e| refused(&args.data.motor, &e))?;

@@ -3,14 +3,16 @@
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
+use im_diagnose::agreement;
 use im_diagnose::case::Case;
-use im_diagnose::intake::{self, Draft, Finding, FindingKind, Intake, IntakeError, SteadyTable};
+use im_diagnose::intake::{self, Draft, Finding, FindingKind, Intake, IntakeError, Severity, SteadyTable};
 use im_diagnose::refine::Options;
 use im_diagnose::tables;
 use im_identify::offline::FitError;
 use im_model::{MotorFile, Recording};
 
 use crate::failure::Failure;
+use crate::output;
 use crate::terminal::wrapped;
 
 /// A motor with its recordings.
@@ -50,8 +52,14 @@ impl Data {
         }
         let train = recordings(&self.train, mapping, &motor)?;
         let holdout = self.holdout.as_deref().map(|p| recording(p, mapping, &motor)).transpose()?;
-        let findings = findings(train.iter().chain(&holdout));
-        Ok((Case::from_intake(motor, train, holdout), findings))
+        let mut findings = findings(train.iter().chain(&holdout));
+        let case = Case::from_intake(motor, train, holdout);
+        findings.extend(agreement::check(&case));
+        // What makes all that follows doubtful is said before it, and once more in its place.
+        for f in findings.iter().filter(|f| f.severity == Severity::Serious) {
+            eprint!("{}", wrapped("! ", &f.line()));
+        }
+        Ok((case, findings))
     }
 }
 
@@ -188,7 +196,7 @@ fn write_draft(path: &Path, draft: &Draft, folder: Option<&Path>) -> Result<Path
         return Ok(beside);
     }
     if let Some(folder) = folder {
-        std::fs::create_dir_all(folder)?;
+        output::folder(folder)?;
     }
     // Elsewhere it needs the whole path to its recording.
     let whole = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
@@ -234,7 +242,6 @@ pub fn quality(findings: &[Finding]) -> Option<Vec<String>> {
 
 /// Writes what was noticed into `dir/data_quality.json`, for programs.
 pub fn write_quality(dir: &Path, findings: &[Finding]) -> Result<(), Failure> {
-    std::fs::create_dir_all(dir)?;
     let text = format!("{:#}\n", serde_json::json!({"schema": 1, "data_quality": findings}));
     im_model::write_atomically(&dir.join("data_quality.json"), |w| w.write_all(text.as_bytes())).map_err(Failure::File)
 }

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use im_diagnose::next_test::{Limits, propose};
-use im_model::{EffectId, MotorFile};
+use im_model::{EffectId, MotorFile, write_atomically};
 use serde_json::Value;
 
 use super::inputs::refused;
@@ -86,7 +86,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         writeln!(out, "  {:<14} {:>9}   {}", p.name, rounded(p.merit / best.merit), p.what)?;
     }
     if let Some(path) = &args.output {
-        std::fs::write(path, &best.scenario_toml)?;
+        write_atomically(path, |w| w.write_all(best.scenario_toml.as_bytes()))?;
         writeln!(out, "\n{}: the scenario; im simulate runs it on the model", path.display())?;
     }
     Ok(())

@@ -1,0 +1,171 @@
+//! The main job from outside: compare, fit, diagnose, add, validate, next test, on the data of the demo.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder of its own for a test, removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("im-job-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+    fn file(&self, name: &str, text: &str) -> String {
+        fs::write(self.0.join(name), text).unwrap();
+        self.path(name)
+    }
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+    fn has(&self, name: &str) -> bool {
+        self.0.join(name).exists()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn demo(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/demo").join(name).display().to_string()
+}
+
+fn im(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_im")).args(args).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+fn done(args: &[&str]) -> String {
+    let o = im(args);
+    assert!(o.status.success(), "{args:?}: {}", text(&o.stderr));
+    text(&o.stdout)
+}
+
+/// Runs what must be refused; returns the message.
+fn refused(args: &[&str]) -> String {
+    let o = im(args);
+    let message = text(&o.stderr);
+    assert_eq!(o.status.code(), Some(1), "{args:?}: {message}");
+    assert_eq!(text(&o.stdout), "");
+    assert!(message.starts_with("error: ") && !message.contains("panicked"), "{message}");
+    message
+}
+
+/// The fields of every row from 1 on, changed.
+fn changed(csv: &str, change: impl Fn(usize, &mut Vec<String>)) -> String {
+    let row = |(k, line): (usize, &str)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if k > 0 {
+            change(k, &mut fields);
+        }
+        fields.join(",") + "\n"
+    };
+    csv.lines().enumerate().map(row).collect()
+}
+
+#[test]
+fn the_whole_loop_runs_on_files() {
+    let f = Folder::new("loop");
+    let story = done(&["demo", "--out", &f.path("out"), "--save-data", &f.path("data")]);
+    assert!(story.contains("Main-flux saturation") || story.contains("main-flux saturation"), "{story}");
+    let found: serde_json::Value = serde_json::from_str(&fs::read_to_string(f.path("out/diagnosis.json")).unwrap()).unwrap();
+    assert_eq!(found["verdict"], "missing_effects");
+    let effect = found["effects"][0].as_str().unwrap().to_owned();
+
+    // By hand: add the effect to the motor as it was, fit, and see on the held-out recording that the error has fallen.
+    let motor = f.path("data/motor.toml");
+    done(&["add", "--motor", &motor, "--effect", &effect, "-o", &f.path("added.toml")]);
+    assert!(fs::read_to_string(f.path("added.toml")).unwrap().contains(&effect));
+    let refined = f.path("out/motor.refined.toml");
+    let holdout = f.path("data/holdout.csv");
+    let judged: serde_json::Value =
+        serde_json::from_str(&done(&["validate", "--before", &motor, "--after", &refined, "--data", &holdout, "--json"])).unwrap();
+    let of = |which: &str| judged["unaided"][which]["chi2_per_sample"].as_f64().unwrap();
+    assert!(of("after") < 1.2 && of("before") > 10.0 * of("after"), "{judged}");
+
+    let page = f.path("both.html");
+    done(&["report", &f.path("out"), &f.path("out/diagnosis.json"), "-o", &page]);
+    assert!(fs::read_to_string(page).unwrap().contains("</html>"));
+}
+
+#[test]
+fn bad_recordings_are_refused_with_their_place_and_nothing_is_written() {
+    let f = Folder::new("bad");
+    let (motor, good) = (demo("motor.toml"), fs::read_to_string(demo("train1.csv")).unwrap());
+    let at = |row: usize, column: usize, value: &'static str| {
+        changed(&good, move |k, fields| {
+            if k == row {
+                fields[column] = value.to_owned();
+            }
+        })
+    };
+    let torn: String = good[..good.len() / 2].to_owned();
+    let torn = torn.rsplit_once(',').unwrap().0.to_owned();
+    let cases = [
+        ("text", at(99, 3, "overload"), vec!["text.csv:100", "i_alpha_A", "overload"]),
+        ("nan", at(99, 5, "NaN"), vec!["nan.csv:100", "omega_m_rad_s"]),
+        ("empty", String::new(), vec!["empty.csv", "empty"]),
+        ("header", good.lines().next().unwrap().to_owned(), vec!["header.csv", "row"]),
+        ("torn", torn, vec!["torn.csv:"]),
+        ("back", at(500, 0, "0.001"), vec!["back.csv:501", "t_s"]),
+        ("short", good.lines().take(60).map(|l| format!("{l}\n")).collect(), vec!["short.csv", "200"]),
+    ];
+    for (name, content, expected) in cases {
+        let data = f.file(&format!("{name}.csv"), &content);
+        for message in [
+            refused(&["diagnose", "--motor", &motor, "--train", &data]),
+            refused(&["fit", "--motor", &motor, "--train", &data, "-o", &f.path("fitted.toml")]),
+            refused(&["compare", "--motor", &motor, "--data", &data]),
+        ] {
+            assert!(expected.iter().all(|e| message.contains(e)), "{name}: {message}");
+        }
+    }
+    assert!(!f.has("fitted.toml"));
+}
+
+#[test]
+fn an_output_that_cannot_be_made_is_told_before_the_work() {
+    let f = Folder::new("out");
+    let (motor, train) = (demo("motor.toml"), demo("train1.csv"));
+    let in_the_way = f.file("file", "");
+    let inside = format!("{in_the_way}/out");
+    for message in [
+        refused(&["diagnose", "--motor", &motor, "--train", &train, "--out", &inside]),
+        refused(&["compare", "--motor", &motor, "--data", &train, "--out", &inside]),
+        refused(&["demo", "--out", &inside]),
+        refused(&["fit", "--motor", &motor, "--train", &train, "-o", &f.path("no/folder/m.toml")]),
+    ] {
+        assert!(message.contains(&inside) || message.contains("m.toml"), "{message}");
+    }
+}
+
+/// Twice the current at the same voltage and speed, against more than twice the load: a machine of more than twice the size.
+#[test]
+fn recordings_of_two_machines_are_told_apart() {
+    let f = Folder::new("two");
+    let train = fs::read_to_string(demo("train2.csv")).unwrap();
+    let names: Vec<&str> = train.lines().next().unwrap().split(',').collect();
+    let scaled: Vec<usize> = (0..names.len()).filter(|&k| names[k].starts_with("i_") || names[k] == "tau_load_Nm").collect();
+    let larger = changed(&train, |_, fields| {
+        for &k in &scaled {
+            fields[k] = format!("{:?}", 2.3 * fields[k].parse::<f64>().unwrap());
+        }
+    });
+    let other = f.file("other.csv", &larger);
+    let told = |second: &str| {
+        let o = im(&["compare", "--motor", &demo("motor.toml"), "--data", &demo("train1.csv"), "--data", second]);
+        assert!(o.status.success(), "{}", text(&o.stderr));
+        text(&o.stdout).contains("different machines")
+    };
+    assert!(told(&other));
+    assert!(!told(&demo("train2.csv")));
+}
