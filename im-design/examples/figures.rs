@@ -1,9 +1,11 @@
 //! The figures of `docs/design.md`: `cargo run --release -p im-design --example figures`.
 
+use im_design::certificate::Design;
 use im_design::kubota::{KubotaRequest, best_rate, closed_form, least_norm};
 use im_design::kubota_loop::{certify, mended, no_feedback, unstable_fraction};
 use im_design::machine::Constants;
 use im_design::mtpa::{Aqdm, CurrentLaw, LogLaw, SlipLaw, for_torque, laws};
+use im_design::request::{Kind, Period, design_sampled};
 use im_design::sliding::{UtkinDesign, derdiyok, smallest_boundary_layer, utkin};
 use im_design::thau_box::{BoxRegion, any_box, fastest, largest_box};
 use im_design::{DesignError, Machine, Plant, jadot, kenne, model, sampled, thau};
@@ -14,6 +16,7 @@ fn main() -> Result<(), DesignError> {
     loop_figures()?;
     sliding_figures()?;
     controller_figures()?;
+    sampled_figures()?;
     mtpa_figures()
 }
 
@@ -179,6 +182,56 @@ fn controller_figures() -> Result<(), DesignError> {
             d.electrical_rate_per_s,
             d.outer_rate_per_s
         );
+    }
+    Ok(())
+}
+
+/// Each design of its example region for the machine of Table I, continuous and at two periods.
+fn sampled_figures() -> Result<(), DesignError> {
+    println!("\n## Sampled, Jadot's machine, example regions");
+    let plant = Plant::Machine(Machine::jadot_table_i());
+    println!("design | period us | gains and layers, or rates in 1/s");
+    for period in [10e-6, 50e-6] {
+        let at = |kind: Kind| design_sampled(kind, plant, kind.example_region(), Period::At(period));
+        for kind in [Kind::Derdiyok, Kind::Utkin, Kind::Kenne, Kind::Jadot, Kind::KubotaLoop] {
+            let said = match at(kind).map(|certificate| certificate.design) {
+                Err(e) => e.to_string(),
+                Ok(Design::SampledDerdiyok(d)) => format!("nu0 {:.1} V, layer {:.3} A", d.continuous.nu0, d.boundary_layer_a),
+                Ok(Design::SampledUtkin(d)) => {
+                    format!("omega0 {:.1} rad/s, layer {:.3} A Wb", d.continuous.omega0_rad_per_s, d.boundary_layer_avs)
+                }
+                Ok(Design::SampledKenne(d)) => format!(
+                    "k_sq {:.0} V, k_sd {:.0} V, layers {:.0} rad/s², {:.1} Wb²/s",
+                    d.continuous.k_sq, d.continuous.k_sd, d.boundary_omega, d.boundary_lambda
+                ),
+                Ok(Design::SampledJadot(d)) => {
+                    let slowest = d.electrical.iter().map(|cell| cell.proof.rate_per_s).fold(f64::INFINITY, f64::min);
+                    let [inner, outer] = [d.continuous.electrical_rate_per_s, d.continuous.outer_rate_per_s];
+                    format!(
+                        "electrical {slowest:.2} in {} cells (continuous {inner:.2}), outer {:.2} ({outer:.2})",
+                        d.electrical.len(),
+                        d.outer.rate_per_s
+                    )
+                }
+                Ok(Design::SampledLoop(d)) => {
+                    let rate = |rho: f64| -rho.ln() / d.period_s;
+                    let slowest = d.cells.iter().map(|cell| rate(cell.contraction)).fold(f64::INFINITY, f64::min);
+                    format!("{slowest:.2} in {} cells", d.cells.len())
+                }
+                Ok(_) => continue,
+            };
+            println!("{} | {:.0} | {said}", kind.name(), 1e6 * period);
+        }
+    }
+    for kind in [Kind::Jadot, Kind::KubotaLoop] {
+        let largest = design_sampled(kind, plant, kind.example_region(), Period::Largest).map(|c| c.design);
+        let period = match largest {
+            Ok(Design::SampledJadot(d)) => format!("{:.1} us", 1e6 * d.period_s),
+            Ok(Design::SampledLoop(d)) => format!("{:.1} us", 1e6 * d.period_s),
+            Ok(_) => continue,
+            Err(e) => e.to_string(),
+        };
+        println!("{}: largest period {period}", kind.name());
     }
     Ok(())
 }

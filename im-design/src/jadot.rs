@@ -161,10 +161,20 @@ impl Claim for JadotDesign {
         }
         let f = F::from_f64;
         let decay = |a: &Matrix<F>, p: &Matrix<F>, rate: f64| -&(&(p * a).plus_transpose() + &p.scaled(&(f(2.0) * f(rate))));
+        // The adaptation is no part of the proof; that its time scale is apart from the loops' is.
+        let slower = |rate: f64| f(rate) - f(5.0) * f(self.adaptation_rate_per_s);
+        let five = f(5.0) * f(self.adaptation_frequency_rad_per_s);
+        let bandwidth2 = f(self.current_proportional_ohm) * f(self.current_integral_per_s) * c.inverse_sigma_l_s.clone();
+        let frequency2 = five.clone() * five;
         let (inner, outer) = (Matrix::exact(&self.electrical_p), Matrix::exact(&self.outer_p));
         let mut obligations = vec![
             Obligation::Positive("electrical rate".into(), f(self.electrical_rate_per_s)),
             Obligation::Positive("outer rate".into(), f(self.outer_rate_per_s)),
+            Obligation::Positive("adaptation rate".into(), f(self.adaptation_rate_per_s)),
+            Obligation::Positive("electrical rate less five adaptation rates".into(), slower(self.electrical_rate_per_s)),
+            Obligation::Positive("outer rate less five adaptation rates".into(), slower(self.outer_rate_per_s)),
+            Obligation::Positive("adaptation frequency".into(), f(self.adaptation_frequency_rad_per_s)),
+            Obligation::Positive("current bandwidth less five adaptation frequencies, squared".into(), bandwidth2 - frequency2),
             Obligation::Definite("P of the electrical errors".into(), inner.clone()),
             Obligation::Definite("P of the outer loop".into(), outer.clone()),
         ];

@@ -107,9 +107,12 @@ impl Orbit {
     }
 }
 
+/// Errors of flux and current, and the estimate of the speed.
+type Seen = ([C; 2], f64);
+
 /// Errors (flux, current), speed estimate, sample by sample, seen from the flux. The first current is lost on purpose: an observer by
 /// forward Euler needs the one before.
-fn errors<O: Observer<f64>>(observer: &O, orbit: &Orbit, mut state: O::State, samples: usize) -> Vec<([C; 2], f64)> {
+fn errors<O: Observer<f64>>(observer: &O, orbit: &Orbit, mut state: O::State, samples: usize) -> Vec<Seen> {
     let mut seen = Vec::new();
     for k in 1..samples {
         let (flux, current, voltage) = orbit.at(k);
@@ -188,7 +191,7 @@ proptest! {
         let observer = Kubota::try_new(basis(&m, h, 10.0), frozen(&d.gain, &d.gain_per_speed)).unwrap();
         let run = |off: [C; 2]| errors(&observer, &orbit, observer.state_at(orbit.flux + off[0], orbit.current + off[1], speed), 3000);
         let (one, other) = (run([C::new(0.0, 0.0); 2]), run([error(0) * 0.1, error(2) * 0.1 * c.beta]));
-        let apart = |((a, _), (b, _)): (&([C; 2], f64), &([C; 2], f64))| size(&d.p, &flat(&[b[0] - a[0], b[1] - a[1]]));
+        let apart = |(a, b): (&Seen, &Seen)| size(&d.p, &flat(&[b.0[0] - a.0[0], b.0[1] - a.0[1]]));
         let sizes: Vec<f64> = one.iter().zip(&other).map(apart).collect();
         decays(&sizes, (-d.rate_per_s * h).exp(), 0.02)?;
     }
@@ -207,7 +210,7 @@ proptest! {
             let off = |i: usize| C::new(start[i], start[i + 1]) * small;
             let state = observer.state_at(orbit.flux + off(0), orbit.current + off(2) * c.beta, speed + start[4] * small * c.eta);
             let seen = errors(&observer, &orbit, state, samples);
-            let state = |(e, omega): &([C; 2], f64)| {
+            let state = |(e, omega): &Seen| {
                 let epsilon = -c.n_p * c.beta * flux * e[1].im;
                 let z = (omega - speed - gains.proportional * epsilon) / gains.integral;
                 let [a, b, i, j] = flat(e);

@@ -44,7 +44,7 @@ pub fn positive_definite(a: &Matrix<Rational>) -> Result<f64, NotPositive> {
     }
     let integer = |i: usize, j: usize| a[(i, j)].numer() * (&common / a[(i, j)].denom());
     let pair = |i: usize, j: usize| a[(i, j)] == a[(i + 1, j + 1)] && a[(i, j + 1)] == -&a[(i + 1, j)];
-    let space_vectors = n % 2 == 0 && (0..n).step_by(2).all(|i| (0..=i).step_by(2).all(|j| pair(i, j)));
+    let space_vectors = n.is_multiple_of(2) && (0..n).step_by(2).all(|i| (0..=i).step_by(2).all(|j| pair(i, j)));
     let step = if space_vectors { 2 } else { 1 };
     let entry = |i: usize, j: usize| {
         let im = if space_vectors { integer(i + 1, j) } else { BigInt::zero() };

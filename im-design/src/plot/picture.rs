@@ -92,8 +92,11 @@ pub fn picture(certificate: &Certificate) -> String {
     }
 }
 
+/// A design's own layer with its name, and the smallest over the period.
+type Layer<'a> = (&'a str, f64, &'a dyn Fn(f64) -> f64);
+
 /// The smallest boundary layers over the period, and those of a design.
-fn layers(unit: &str, period_s: f64, of: &[(&str, f64, &dyn Fn(f64) -> f64)]) -> String {
+fn layers(unit: &str, period_s: f64, of: &[Layer<'_>]) -> String {
     let mut series = Vec::new();
     for (name, own, smallest) in of {
         series.extend(curves([0.0, 1.5e6 * period_s], &[(format!("needed {name}").trim(), &|us| smallest(1e-6 * us))]));
