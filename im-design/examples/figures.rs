@@ -6,7 +6,7 @@ use im_design::kubota_loop::{certify, mended, no_feedback, unstable_fraction};
 use im_design::machine::Constants;
 use im_design::mtpa::{Aqdm, CurrentLaw, LogLaw, SlipLaw, for_torque, laws};
 use im_design::request::{Kind, Period, design_sampled};
-use im_design::sliding::{UtkinDesign, derdiyok, smallest_boundary_layer, utkin};
+use im_design::sliding::{UtkinDesign, derdiyok, utkin};
 use im_design::thau_box::{BoxRegion, any_box, fastest, largest_box};
 use im_design::{DesignError, Machine, Plant, jadot, kenne, model, sampled, thau};
 
@@ -125,8 +125,8 @@ fn sliding_figures() -> Result<(), DesignError> {
     println!("\n## Sliding modes, Kwon's machine to 190 rad/s");
     let plant = Plant::Machine(Machine::kwon_table_iv());
     let (d, _) = derdiyok(plant, 190.0, 1.1, 1.0)?;
-    let layer = smallest_boundary_layer(&plant.constants(), &d, 1e-4);
-    println!("Derdiyok: nu0 = {:.2} V to 1.1 Wb; boundary layer at 100 us: {layer:.2} A", d.nu0);
+    let (sampled, _) = sampled::derdiyok(plant, 190.0, 1.1, 1.0, None, Some(1e-4))?;
+    println!("Derdiyok: nu0 = {:.2} V to 1.1 Wb; boundary layer at 100 us: {:.2} A", d.nu0, sampled.boundary_layer_a);
     let region = UtkinDesign {
         speed_max_rad_per_s: 190.0,
         flux_min_wb: 0.6,

@@ -156,18 +156,6 @@ pub(crate) fn utkin_bound(c: &Constants<f64>, region: &UtkinDesign) -> Option<(f
     Some((drive / (c.n_p * lever) * (1.0 + 1e-12), root_bound))
 }
 
-/// Width of the band |s| that a sampled switching law leaves: each sample moves s by at most h·(drive + disturbance).
-///
-/// For Derdiyok's law with period h: h β (ν₀ + bound on |A_ωλ|), A.
-pub fn sampled_band(c: &Constants<f64>, design: &DerdiyokDesign, period_s: f64) -> f64 {
-    period_s * c.beta * (2.0 * design.nu0 - design.reserve)
-}
-
-/// Narrowest boundary layer, A, that forward Euler at a period tolerates without oscillating: hβν₀/φ ≤ 1.
-pub fn smallest_boundary_layer(c: &Constants<f64>, design: &DerdiyokDesign, period_s: f64) -> f64 {
-    period_s * c.beta * design.nu0
-}
-
 pub(crate) fn positive(name: &str, value: f64) -> Result<(), DesignError> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
