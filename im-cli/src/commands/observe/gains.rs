@@ -72,7 +72,7 @@ impl Gains {
 
     pub fn kubota(&self, motor: &MotorFile, basis: Basis<f64>) -> Result<Kubota<f64>, Refused> {
         let usual = KubotaGains::for_machine(&motor.machine, &motor.rating)?;
-        let table = self.table(&["kubota_loop", "kubota", "sampled"])?;
+        let table = self.table(&["kubota_loop", "kubota", "sampled", "sampled_kubota_loop"])?;
         let rule = discretization(&table);
         let gains = match table {
             None => usual,
@@ -106,7 +106,9 @@ impl Gains {
 
     pub fn utkin(&self, motor: &MotorFile, basis: Basis<f64>) -> Result<Utkin<f64>, Refused> {
         let usual = UtkinGains::for_machine(&motor.machine, &motor.rating);
-        let gains = match self.table(&["utkin"])? {
+        let table = self.table(&["utkin", "sampled_utkin"])?;
+        let rule = discretization(&table);
+        let gains = match table {
             None => usual,
             Some(t) => UtkinGains {
                 omega0_rad_per_s: t.needed("omega0_rad_per_s")?,
@@ -114,7 +116,7 @@ impl Gains {
                 filter_rad_per_s: t.number("filter_rad_per_s")?.unwrap_or(usual.filter_rad_per_s),
             },
         };
-        Ok(Utkin::try_new(basis, gains)?)
+        Ok(Utkin::discretized(basis, gains, rule)?)
     }
 
     pub fn thau(&self, basis: Basis<f64>, load_coefficient: Option<f64>) -> Result<Thau<f64>, Refused> {
