@@ -56,6 +56,11 @@ impl<T: Scalar> HighGain<T> {
         self.sample_time
     }
 
+    /// 1 − e^{−Γh}: how much of a held input reaches the output in a sample.
+    pub fn share(&self) -> T {
+        T::one() - self.decay
+    }
+
     /// The derivative of the output for the input x, 1/s.
     #[inline]
     pub fn derivative(&self, output: Complex<T>, x: Complex<T>) -> Complex<T> {
@@ -65,7 +70,7 @@ impl<T: Scalar> HighGain<T> {
     /// Advances over a sample in which x is held.
     #[inline]
     pub fn held(&self, output: &mut Complex<T>, x: Complex<T>) -> Filtered<T> {
-        let change = (x - *output) * (T::one() - self.decay);
+        let change = (x - *output) * self.share();
         *output += change;
         // x̂' = Γ(x − x̂), integrated.
         Filtered { change, integral: x * self.sample_time - change * self.inverse_gain }

@@ -18,10 +18,14 @@
 //! Between samples the voltage is held and the current bends away from its chord by κ s(h − s)/2, κ = d²i/dt² − γ₁ du/dt, which shifts î
 //! by cκ (c = h²/12 for slow filters) and x̃₁ by −Γcκ. κ, filtered, is Δx̃₁ − γ₁Δû over h: every term is put right by a difference of what
 //! is there, and the error falls from second to fourth order in h.
+//!
+//! **Acceleration.** With y = γ₁(u − R_s i) − di/dt = β dψ_r/dt the rotor equation differentiated is y' = (−η + jω_e)y + jω_e'βψ_r + ηL_mβ i'; the
+//! paper drops ω_e'. Filtered by F = Γ/(s + Γ), a ramp of ω_e turns F[ω_e y] into ω_eF[y] − (ω_e'/Γ)F²[y], and F²[βψ_r'] = Γβ(F − F²)ψ_r, so
+//! that what (27) lacks is −jω_e'βF²[ψ_r], with βψ_r = (y − ηL_mβ i)/(−η + jω_e) by the estimates of the resistances.
 
 use super::super::filter::HighGain;
 use super::super::{Sample, finite};
-use im_model::space_vector::j;
+use im_model::space_vector::{j, norm2};
 use im_model::{Bound, Complex, ModelError, Scalar, WindingParameters};
 
 /// Constants of the machine and of the filter.
@@ -35,6 +39,10 @@ pub(super) struct CurrentModel<T> {
     g: T,
     /// 1/(σL_r).
     gamma_4: T,
+    /// 1/L_r.
+    inverse_l_r: T,
+    /// L_mβ.
+    l_m_beta: T,
     /// Samples until the filters have filled.
     filling: u32,
 }
@@ -49,15 +57,19 @@ pub(super) struct Filters<T> {
     derivative: Complex<T>,
     /// cκ of the last sample, A.
     bend: Complex<T>,
+    /// F[ω_e], rad/s.
+    omega_e: T,
+    /// βF²[ψ_r].
+    flux: Complex<T>,
     /// Samples until the filters have filled; then zero.
     pub filling: u32,
     begun: bool,
 }
 
-/// (27) over a sample, less what depends on the resistances: Δx̃₁ − R_s p − R_r q + R_sR_r r = `known`.
+/// (27) over a sample, with its term of the acceleration, less what depends on the resistances: Δx̃₁ − R_s p − R_r q + R_sR_r r = `known`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Balance<T> {
-    /// Δx̃₁ − ∫(γ₁du/dt − jω_eγ₁u + jω_e di/dt), A/s.
+    /// Δx̃₁ − ∫(γ₁du/dt − jω_eγ₁u + jω_e di/dt − jω_e'βψ_r), A/s.
     pub known: Complex<T>,
     /// ∫γ₁(jω_e i − di/dt).
     pub p: Complex<T>,
@@ -78,7 +90,7 @@ impl<T: Scalar> CurrentModel<T> {
         Bound::Within(1.0, 1e3).check("pole_pairs", f64::from(pole_pairs))?;
         Bound::Within(1e-7, 1e-2).check("sample_time_s", sample_time_s.value())?;
         Bound::Within(1.0, 1e7).check("high_gain_per_s", high_gain_per_s.value())?;
-        let c = windings.kenne(pole_pairs);
+        let (c, beta) = (windings.kenne(pole_pairs), windings.derived(pole_pairs).beta);
         // e⁻¹⁶ of what the filters held before is left.
         let filling = (16.0 / (high_gain_per_s * sample_time_s).value()).min(1e6) as u32 + 1;
         Ok(Self {
@@ -87,6 +99,8 @@ impl<T: Scalar> CurrentModel<T> {
             gamma_1: c.gamma[0],
             g: c.gamma[1],
             gamma_4: c.gamma[3],
+            inverse_l_r: T::one() / windings.rotor_inductance_h,
+            l_m_beta: windings.mutual_inductance_h * beta,
             filling,
         })
     }
@@ -100,26 +114,32 @@ impl<T: Scalar> CurrentModel<T> {
             omega_before: T::zero(),
             derivative: zero,
             bend: zero,
+            omega_e: T::zero(),
+            flux: zero,
             filling: self.filling,
             begun: false,
         }
     }
 
-    /// Advances over the sample that ends with what `s` shows; `None` when there is nothing to compare yet, or the sample is lost.
-    pub fn step(&self, x: &mut Filters<T>, s: &Sample<T>) -> Option<Balance<T>> {
+    /// Advances over the sample that ends with what `s` shows; `None` when there is nothing to compare yet, or the sample is lost. The estimates
+    /// of R_s and R_r, Ω, serve the term of the acceleration alone.
+    pub fn step(&self, x: &mut Filters<T>, s: &Sample<T>, [r_s, r_r]: [T; 2]) -> Option<Balance<T>> {
         if !s.is_finite() {
             // The filters missed something: begin again, from where the signals are then.
             (x.begun, x.filling) = (false, self.filling);
             return None;
         }
         if !x.begun {
-            *x = Filters { i: s.i_s, u: s.u_s, i_before: s.i_s, omega_before: s.omega_m, begun: true, ..self.start() };
+            let (i, omega_m) = (s.i_s, s.omega_m);
+            let omega_e = omega_m * self.n_p;
+            *x = Filters { i, u: s.u_s, i_before: i, omega_before: omega_m, omega_e, begun: true, ..self.start() };
             return None;
         }
         let i = self.filter.ramp(&mut x.i, x.i_before, s.i_s);
         let u = self.filter.held(&mut x.u, s.u_s);
         let derivative = self.filter.derivative(x.i, s.i_s);
-        let omega_e = (x.omega_before + s.omega_m) * self.n_p * T::from_f64(0.5);
+        let half = T::from_f64(0.5);
+        let omega_e = (x.omega_before + s.omega_m) * self.n_p * half;
         let change = derivative - x.derivative;
         // From the chord to the current.
         let bend = (change - u.change * self.gamma_1) * self.filter.chord();
@@ -127,9 +147,23 @@ impl<T: Scalar> CurrentModel<T> {
         let change = change + shift * self.filter.gain();
         let (i_change, i_integral) = (i.change - shift, i.integral - bend * self.filter.sample_time());
         (x.i_before, x.omega_before, x.derivative, x.bend) = (s.i_s, s.omega_m, derivative, bend);
+        let accelerated = {
+            let omega_change = (omega_e - x.omega_e) * self.filter.share();
+            x.omega_e += omega_change;
+            let y = (x.u - x.i * r_s) * self.gamma_1 - derivative;
+            let eta = r_r * self.inverse_l_r;
+            let turning = Complex::new(-eta, omega_e);
+            // At standstill with R_r = 0 there is no telling.
+            let size = norm2(turning).max(T::from_f64(1e-6));
+            let flux = (y - x.i * (eta * self.l_m_beta)) * turning.conj() * (T::one() / size);
+            let before = x.flux;
+            x.flux += (flux - before) * self.filter.share();
+            // The filter's rate and the ramp's: ω_e' h = Γh(ω_e − F[ω_e]).
+            j(before + x.flux) * (half * (omega_e - x.omega_e) * self.filter.gain() * self.filter.sample_time())
+        };
         let driven = (u.change - j(u.integral) * omega_e) * self.gamma_1 + j(i_change) * omega_e;
         let balance = Balance {
-            known: change - driven,
+            known: change - driven + accelerated,
             p: (j(i_integral) * omega_e - i_change) * self.gamma_1,
             q: u.integral * self.g - i_change * self.gamma_4,
             r: i_integral * self.g,
@@ -169,7 +203,7 @@ mod tests {
             let (r_s, r_r) = (p.stator_resistance_ohm, p.rotor_resistance_ohm);
             for k in 0..(0.1 / h) as usize {
                 let sample = Sample { i_s: plant.currents(&x).i_s, u_s: u, omega_m: omega };
-                let balance = model.step(&mut filters, &sample);
+                let balance = model.step(&mut filters, &sample, [r_s, r_r]);
                 if let (Some(b), 0) = (balance, filters.filling) {
                     let f_1 = b.q - b.r * r_s;
                     worst = worst.max((b.known - b.p * r_s - f_1 * r_r).norm());

@@ -140,7 +140,7 @@ impl<T: Scalar> Identifier<T, 2> for KenneResistances<T> {
             status,
         };
         let held = [false; 2];
-        let Some(balance) = self.model.step(&mut x.filters, input) else {
+        let Some(balance) = self.model.step(&mut x.filters, input, [x.resistance[1], x.resistance[0]]) else {
             *x = Self::State { resistance: x.resistance, filters: x.filters, ..self.start() };
             return said(x, held, if input.is_finite() { Status::Filling } else { Status::LostSample });
         };

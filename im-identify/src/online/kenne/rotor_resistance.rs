@@ -187,7 +187,7 @@ impl<T: Scalar> Identifier<T, 1> for KenneRotorResistance<T> {
             excitation: x.monitor.excitation(),
             status,
         };
-        let Some(balance) = self.model.step(&mut x.filters, input) else {
+        let Some(balance) = self.model.step(&mut x.filters, input, [self.r_s, x.resistance]) else {
             *x = Self::State { resistance: x.resistance, monitor: x.monitor, filters: x.filters, ..self.start() };
             return said(x, if input.is_finite() { Status::Filling } else { Status::LostSample });
         };
