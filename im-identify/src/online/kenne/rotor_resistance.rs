@@ -13,7 +13,7 @@
 //!
 //! **Where it sees nothing.** f₁ = β di_r/dt. "‖f̃₁‖² > 0 in the stable region" is not so: at no load i_r = 0. The estimate is
 //! held below a rotor current that the settings name. A resistance that varies adds β i_r dR_r/dt to (27), at right angles to
-//! f₁ in the steady state, so that it does not disturb the projection; a speed that varies adds −jβ n_p (dω/dt) ψ_r, which does.
+//! f₁ in the steady state, so that it does not disturb the projection; what a speed that varies adds is in `current_model.rs`.
 
 use super::super::{Estimate, ExcitationMonitor, Identifier, Range, Sample, Status, finite, sign_law};
 use super::current_model::{CurrentModel, Filters};
