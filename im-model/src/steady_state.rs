@@ -127,6 +127,7 @@ fn solve(machine: &Machine<f64>, u: f64, omega: f64, held: Held, start: State<f6
     let drive = Drive::new(Complex::from(Dual::constant(u)), Dual::constant(torque));
     let mut x = pack(&start);
     let zero = Dual::<N>::zero();
+    let mut before = f64::INFINITY;
     for _ in 0..60 {
         let seeded = unpack(core::array::from_fn(|k| Dual::seeded(x[k], k, 1.0)));
         let r = plant.rates_in_frame(&seeded, &drive, zero, Dual::constant(omega));
@@ -153,11 +154,13 @@ fn solve(machine: &Machine<f64>, u: f64, omega: f64, held: Held, start: State<f6
         if !size.is_finite() {
             break;
         }
-        if size < 1e-12 {
+        // At the latest where steps are rounding and shrink no more.
+        if size < 1e-12 || (size < 1e-9 && size > 0.5 * before) {
             let mut found = unpack(x);
             found.omega_load = found.omega_m;
             return Ok(found);
         }
+        before = size;
     }
     let frequency_hz = omega / (2.0 * core::f64::consts::PI);
     Err(ModelError::NoSteadyState { frequency_hz, torque_nm: torque })
