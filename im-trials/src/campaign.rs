@@ -1,11 +1,13 @@
 //! The hidden-effect campaign: trials of [`hidden`](crate::hidden) put before the diagnosing tool, which is told nothing.
 
 use std::fmt::Write;
+use std::time::{Duration, Instant};
 
 use im_diagnose::case::Case as DiagnosisCase;
 use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
 use im_diagnose::refine::Options;
 use im_model::{Complex, MotorFile, Recording};
+use rayon::prelude::*;
 
 use crate::hidden::{Case, EffectKind, Excitation, Machine, Noise, Part, Strength, Table, Trial, simulate};
 
@@ -163,6 +165,23 @@ pub fn plan(seeds: u64) -> Vec<Planned> {
         }
     }
     out
+}
+
+/// Runs trials on all cores. `tell` gets each as it ends, with what came out and the time it took; those that the tool refused are left out
+/// of what is returned.
+pub fn run_all(
+    planned: &[Planned],
+    tell: impl Fn(&Planned, &Result<Outcome, String>, Duration) + Sync,
+) -> Vec<(&Planned, Outcome)> {
+    planned
+        .par_iter()
+        .filter_map(|p| {
+            let begun = Instant::now();
+            let outcome = run(&p.case);
+            tell(p, &outcome, begun.elapsed());
+            Some((p, outcome.ok()?))
+        })
+        .collect()
 }
 
 /// The table over finished trials, one row per group, in Markdown.

@@ -22,7 +22,8 @@ impl Shard {
     /// All of it.
     pub const WHOLE: Self = Self { part: 1, of: NonZeroU64::MIN };
 
-    fn has(self, block: u64) -> bool {
+    /// Whether a block of cases belongs to it, by the block's number from 0.
+    pub fn has(self, block: u64) -> bool {
         block % self.of == self.part - 1
     }
 }
@@ -107,11 +108,14 @@ impl Campaign {
         all
     }
 
-    /// Whether a result belongs to this campaign's claims, machines and seed.
+    /// Whether a result is one of this campaign's blocks, of this shard or another.
     pub fn owns(&self, block: &Block) -> bool {
-        block.seed == self.seed
-            && block.machines == self.machines.label()
-            && self.claims.iter().any(|c| c.number == block.claim && c.name == block.name)
+        let claim = self.claims.iter().find(|c| c.number == block.claim && c.name == block.name);
+        let fits = |c: &Claim| {
+            let (size, all) = (c.cost.block(), self.cases_of(c));
+            block.first.is_multiple_of(size) && block.first < all && block.cases == size.min(all - block.first)
+        };
+        block.seed == self.seed && block.machines == self.machines.label() && claim.is_some_and(fits)
     }
 
     /// How much work this shard is, in units of a [`Cost::Equation`](crate::Cost::Equation) case: for progress bars.
@@ -133,7 +137,7 @@ impl Campaign {
         let mut left = self.work();
         left.retain(|w| {
             let claim = &self.claims[w.claim];
-            !done.iter().any(|b| self.owns(b) && b.claim == claim.number && b.first == w.first && b.cases == w.cases)
+            !done.iter().any(|b| self.owns(b) && b.claim == claim.number && b.first == w.first)
         });
         let tell = Mutex::new(tell);
         left.par_iter().with_max_len(1).try_for_each(|w| {

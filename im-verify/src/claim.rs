@@ -59,8 +59,10 @@ pub enum Cost {
     Equation,
     /// A short run of an observer or of equations: up to milliseconds.
     Run,
-    /// Seconds of machine time in closed loop.
+    /// Seconds of machine time in closed loop: tens of milliseconds.
     Study,
+    /// Minutes of machine time: the better part of a second.
+    Long,
 }
 
 impl Cost {
@@ -69,7 +71,8 @@ impl Cost {
         match self {
             Self::Equation => 5000,
             Self::Run => 50,
-            Self::Study => 2,
+            Self::Study => 5,
+            Self::Long => 1,
         }
     }
 
@@ -78,16 +81,18 @@ impl Cost {
         match self {
             Self::Equation => 100_000,
             Self::Run => 1000,
-            Self::Study => 40,
+            Self::Study => 200,
+            Self::Long => 30,
         }
     }
 
     /// Cases tried in the tests of this crate.
     pub const fn test_cases(self) -> u64 {
         match self {
-            Self::Equation => 3000,
-            Self::Run => 40,
-            Self::Study => 3,
+            Self::Equation => 10_000,
+            Self::Run => 100,
+            Self::Study => 10,
+            Self::Long => 2,
         }
     }
 
@@ -96,7 +101,8 @@ impl Cost {
         match self {
             Self::Equation => 1,
             Self::Run => 500,
-            Self::Study => 30_000,
+            Self::Study => 20_000,
+            Self::Long => 500_000,
         }
     }
 
@@ -106,6 +112,7 @@ impl Cost {
             Self::Equation => 4000,
             Self::Run => 600,
             Self::Study => 150,
+            Self::Long => 25,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What the three papers claim, as properties that can be tried on any machine: over forty of them, each with cases that follow from
+//! What the three papers claim, as properties that can be tried on any machine: sixty-two of them, each with cases that follow from
 //! (seed, claim, index) alone, shrinking to the simplest counterexample, and campaigns over cores and machines.
 //!
 //! * [`claims::all`]: the claims. Each is a [`Claim`]: statement, place, assumptions, variables, property, and what was found.

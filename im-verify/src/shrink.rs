@@ -26,7 +26,7 @@ pub fn shrunk(claim: &Claim, point: &Point, machines: &Machines) -> Point {
         let before = best.clone();
         for k in 0..count {
             let (variable, now) = (variable(claim, &best, k), value(&best, k));
-            for candidate in [Some(variable.simple), rounded(variable, now, 1), rounded(variable, now, 2)].into_iter().flatten() {
+            for candidate in std::iter::once(variable.simple).chain((1..=3).filter_map(|n| rounded(variable, now, n))) {
                 if candidate == value(&best, k) || nearer(variable, value(&best, k), candidate) {
                     continue;
                 }

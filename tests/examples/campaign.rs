@@ -4,10 +4,8 @@
 //! machine (`m7`); a trial runs when it has them all. `WHY=1` prints the course of each loop.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
 
-use im_tests::campaign::{Outcome, Planned, plan, run, table};
-use rayon::prelude::*;
+use im_tests::campaign::{Outcome, Planned, plan, run_all, table};
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -19,19 +17,16 @@ fn main() {
     let planned: Vec<Planned> = plan(seeds).into_iter().filter(wanted).collect();
     println!("{} trials", planned.len());
     let done = AtomicUsize::new(0);
-    let outcomes: Vec<(&Planned, Outcome)> = planned
-        .par_iter()
-        .filter_map(|p| {
-            let t = Instant::now();
-            let outcome = run(&p.case).map_err(|e| println!("ERR {}: {e}", p.name)).ok()?;
+    let outcomes = run_all(&planned, |p, outcome, took| match outcome {
+        Err(e) => println!("ERR {}: {e}", p.name),
+        Ok(outcome) => {
             let n = done.fetch_add(1, Ordering::Relaxed) + 1;
-            println!("{n:>4} {}", line(p, &outcome, t.elapsed().as_secs_f64()));
+            println!("{n:>4} {}", line(p, outcome, took.as_secs_f64()));
             if std::env::var("WHY").is_ok() {
-                why(&outcome);
+                why(outcome);
             }
-            Some((p, outcome))
-        })
-        .collect();
+        }
+    });
     println!("\n{}", table(&outcomes));
 }
 

@@ -2,11 +2,12 @@
 
 use im_design::Plant;
 use im_design::kubota::{KubotaDesign, KubotaRequest, closed_form};
+use im_design::matrix::Matrix;
 use im_model::space_vector::{cross, dot, unit};
 use im_observers::{Basis, Discretization, Input, Kubota, KubotaGains, Observer};
 
 use crate::claim::{C, Case, Claim, Cost, Found, Paper};
-use crate::properties::Steady;
+use crate::properties::{Steady, observer};
 use crate::variable::Variable;
 use crate::verdict::Verdict;
 
@@ -52,6 +53,56 @@ pub const CLAIMS: &[Claim] = &[
         variables: &ERRORS,
         check: |case| v_falls(case, true),
     },
+    Claim {
+        number: 5,
+        name: "kubota_errors_decay_at_the_certified_rate",
+        paper: Paper::Kwon,
+        place: "(2), (3)",
+        statement: "With L_r of (3) and the true speed, e → 0: ‖e‖_P falls like e^(−αt).",
+        assumptions: "ω̂ = ω; P = diag(β², β², 1, 1), α = η/2; sampled at 100 µs. A wrong flux at the start, in any direction.",
+        found: Found::Holds,
+        finding: "Holds in sampled time too: the observer's discretization keeps the certificate at any step.",
+        cost: Cost::Run,
+        variables: &[
+            Variable::even("speed_share", -1.2, 1.2).simplest_at(1.0),
+            Variable::even("slip_share", -1.5, 1.5).simplest_at(0.0),
+            Variable::even("flux_error_share", 0.02, 0.3).simplest_at(0.1),
+            Variable::angle("flux_error_angle_rad"),
+        ],
+        check: errors_decay,
+    },
+    Claim {
+        number: 6,
+        name: "kubota_speed_converges_without_feedback",
+        paper: Paper::Kwon,
+        place: "summary of III",
+        statement: "The observer with the PI law estimates speed and flux; V̇ ≤ 0 makes errors vanish.",
+        assumptions: "Constant speed up to 40 % of rated, any quadrant, ω_e beyond 2 % of rated; L_r = 0, as it is mostly run. From 5 % of speed and 3° of flux.",
+        found: Found::Fails,
+        finding: "Fails when regenerating at low frequency, 0 < ω_e/(n_pω) < (R_s/σL_s)/(γ + η), where the linearized loop is unstable \
+                  for any gains of the PI law; there (5) is what does not hold. Mended by claim 7.",
+        cost: Cost::Run,
+        variables: &QUADRANTS,
+        check: |case| {
+            converges(case, |case| {
+                let (p, i) = KubotaGains::speed_law(case.machine(), case.rating(), 400.0);
+                Ok(KubotaGains::without_feedback(p, i))
+            })
+        },
+    },
+    Claim {
+        number: 7,
+        name: "kubota_speed_converges_with_the_mended_gain",
+        paper: Paper::Kwon,
+        place: "summary of III",
+        statement: "The same, with a gain L_r made for the loop with the speed law.",
+        assumptions: "As claim 6, with l₁ = ((η + jn_pω)/ρ − R_s/σL_s)/β, ρ = 0.3, faded where the current error is large.",
+        found: Found::HoldsIf,
+        finding: "Holds at every speed and load tried, but for ω_e = 0, where no observer of this kind sees the speed.",
+        cost: Cost::Run,
+        variables: &QUADRANTS,
+        check: |case| converges(case, |case| KubotaGains::for_machine(case.machine(), case.rating()).map_err(|e| e.to_string())),
+    },
 ];
 
 const ERRORS: [Variable; 7] = [
@@ -63,6 +114,9 @@ const ERRORS: [Variable; 7] = [
     Variable::angle("current_error_angle_rad"),
     Variable::even("speed_error_share", -0.3, 0.3).simplest_at(0.0),
 ];
+
+const QUADRANTS: [Variable; 2] =
+    [Variable::even("speed_share", -0.4, 0.4).simplest_at(0.4), Variable::even("slip_share", -1.5, 1.5).simplest_at(0.0)];
 
 /// The gain of (3) over the speeds of a machine.
 fn gain(case: &Case, rate_per_s: f64, flux_weight: f64) -> Result<KubotaDesign, im_design::DesignError> {
@@ -132,4 +186,57 @@ fn v_falls(case: &Case, collinear: bool) -> Verdict {
     }
     let v = e_flux.norm_sqr() + e_i.norm_sqr() + delta * delta / alpha;
     Verdict::at_most("growth of V, 1/s", rate / v, 0.01)
+}
+
+/// Sampling time of runs, s.
+const STEP: f64 = 1e-4;
+
+fn errors_decay(case: &Case) -> Verdict {
+    let [speed, slip, size, angle] = case.values();
+    let (c, r) = (case.constants(), case.rating());
+    let rate = 0.5 * c.eta;
+    let observer = gain(case, rate, c.beta * c.beta).map_err(|e| e.to_string()).and_then(|d| {
+        // A speed law so weak that ω̂ stays where it is put.
+        let gains = KubotaGains {
+            gain: rows(&d.gain),
+            gain_per_speed: rows(&d.gain_per_speed),
+            proportional: 0.0,
+            integral: 1e-30,
+            fade_a: 0.0,
+        };
+        let basis = Basis::try_new(case.machine(), r, STEP);
+        basis.and_then(|b| Kubota::try_new(b, gains)).map_err(|e| e.to_string())
+    });
+    let observer = match observer {
+        Ok(observer) => observer,
+        Err(e) => return Verdict::refused(e),
+    };
+    let truth = Steady::new(case, speed * case.speed(), slip * case.slip(), r.rotor_flux_vs, 0.0, STEP);
+    let start = [truth.flux(0) + unit(angle) * (size * r.rotor_flux_vs), truth.current(0)];
+    let begin = size * r.rotor_flux_vs;
+    // A mean voltage in place of a turning one: (hω_e)²/12 of the flux.
+    let floor = 2e-3 * r.rotor_flux_vs;
+    let mut worst = 0.0f64;
+    observer::run(&observer, &truth, start, truth.omega_m, (2.0 / rate / STEP).min(20_000.0) as usize, |k, e| {
+        let norm = (truth.flux(k) - e.rotor_flux_vs).norm().hypot(e.residual_a.norm() / c.beta);
+        worst = worst.max(norm / (begin * (-rate * STEP * k as f64).exp() + floor));
+    });
+    Verdict::at_most("‖e‖_P over what the rate allows", worst, 1.0)
+}
+
+fn converges(case: &Case, gains: impl Fn(&Case) -> Result<KubotaGains, String>) -> Verdict {
+    let [speed, slip] = case.values();
+    let truth = Steady::new(case, speed * case.speed(), slip * case.slip(), case.rating().rotor_flux_vs, 0.0, STEP);
+    if truth.omega_e.abs() < 0.02 * 2.0 * core::f64::consts::PI * case.rating().electrical_frequency_hz {
+        return Verdict::Outside;
+    }
+    let basis = Basis::try_new(case.machine(), case.rating(), STEP).map_err(|e| e.to_string());
+    match basis.and_then(|b| gains(case).and_then(|g| Kubota::try_new(b, g).map_err(|e| e.to_string()))) {
+        Ok(o) => observer::speed_converges(&o, &truth, 0.05, 0.05 * case.speed(), 4.0, 0.02 * case.speed()),
+        Err(e) => Verdict::refused(e),
+    }
+}
+
+fn rows<const R: usize>(m: &Matrix<f64>) -> [[f64; 2]; R] {
+    core::array::from_fn(|r| [m[(r, 0)], m[(r, 1)]])
 }

@@ -27,7 +27,7 @@ pub fn print(claims: &[Claim], format: Format) -> io::Result<()> {
         Format::Markdown => claims.iter().try_for_each(|c| {
             writeln!(
                 out,
-                "### {}. {}\n\n*{}.* {} **Assumed:** {} **Found: {}.** {}\n\nProperty: `{}`.\n",
+                "### {}. {}\n\n*{}.* {} **Assumed:** {} **Found: {}.** {}\n\nProperty: `{}`.\n{}",
                 c.number,
                 c.name.replace('_', " "),
                 c.place,
@@ -35,7 +35,12 @@ pub fn print(claims: &[Claim], format: Format) -> io::Result<()> {
                 c.assumptions,
                 stated(c.found),
                 c.finding,
-                c.name
+                c.name,
+                if c.found == Found::Fails {
+                    format!("\n![claim {0}](images/claims/{0:02}.svg)\n", c.number)
+                } else {
+                    String::new()
+                }
             )
         }),
         Format::Text => {

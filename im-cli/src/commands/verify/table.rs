@@ -6,14 +6,25 @@ use im_verify::{Campaign, Row};
 use serde_json::json;
 
 use super::list::stated;
+use super::trials::Trials;
 use super::{Args, Format, Found};
 
-pub fn print(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Found], args: &Args) -> io::Result<()> {
+pub fn print(
+    out: &mut impl Write,
+    campaign: &Campaign,
+    rows: &[Row],
+    found: &[Found],
+    args: &Args,
+    trials: Option<&Trials>,
+) -> io::Result<()> {
     match args.format() {
-        Format::Json => json_of(out, campaign, rows, found),
-        Format::Markdown => markdown(out, campaign, rows),
-        Format::Text => text(out, campaign, rows, found, args),
+        Format::Json => return json_of(out, campaign, rows, found, trials),
+        Format::Markdown => markdown(out, campaign, rows)?,
+        Format::Text => text(out, campaign, rows, found, args)?,
     }
+    let Some(trials) = trials else { return Ok(()) };
+    writeln!(out, "\nHidden effects, {} trials ({:.0} s):\n\n{}", trials.number, trials.seconds, trials.table)?;
+    trials.refused.iter().try_for_each(|r| writeln!(out, "refused: {r}"))
 }
 
 fn percent([low, high]: [f64; 2]) -> String {
@@ -26,7 +37,8 @@ fn percent([low, high]: [f64; 2]) -> String {
 }
 
 fn margin(row: &Row) -> String {
-    row.worst.map_or("none".into(), |(m, _)| if m > -10.0 { format!("{m:.2}") } else { format!("{m:.0e}") })
+    // Beyond 1 a quantity has the sign that the claim wants: how much so says nothing.
+    row.worst.map_or("none".into(), |(m, _)| if m > -10.0 { format!("{:.2}", m.min(1.0)) } else { format!("{m:.0e}") })
 }
 
 fn text(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Found], args: &Args) -> io::Result<()> {
@@ -89,7 +101,7 @@ fn markdown(out: &mut impl Write, campaign: &Campaign, rows: &[Row]) -> io::Resu
     Ok(())
 }
 
-fn json_of(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Found]) -> io::Result<()> {
+fn json_of(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Found], trials: Option<&Trials>) -> io::Result<()> {
     let claims: Vec<_> = campaign
         .claims
         .iter()
@@ -107,6 +119,7 @@ fn json_of(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Fou
     let all = json!({
         "schema": 1, "seed": campaign.seed, "machines": campaign.machines.label(), "claims": claims,
         "as_stated": rows.iter().all(|r| r.as_stated),
+        "trials": trials.map(|t| json!({"number": t.number, "table": t.table, "refused": t.refused})),
     });
     writeln!(out, "{all:#}")
 }

@@ -1,0 +1,134 @@
+//! `im verify` from outside: choice, resuming, shards, replay, exit status, bad input.
+#![cfg(feature = "verify")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("im-cli-verify-{}-{name}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        Self(path)
+    }
+
+    fn file(&self, name: &str) -> String {
+        std::fs::read_to_string(self.0.join(name)).unwrap()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn im(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_im")).arg("verify").args(arguments).output().unwrap()
+}
+
+fn path(p: &Path) -> &str {
+    p.to_str().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", text(&output.stderr)))
+}
+
+#[test]
+fn a_claim_that_fails_comes_out_as_stated_by_its_counterexample() {
+    let out = Folder::new("fails");
+    let run = im(&["--claim", "3", "--cases", "10000", "--out", path(&out.0)]);
+    assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));
+    assert!(text(&run.stdout).contains("1 of 1 claims came out as docs/claims.md states them"));
+    let cases: Vec<_> = std::fs::read_dir(out.0.join("cases")).unwrap().map(|f| f.unwrap().path()).collect();
+    assert_eq!(cases.len(), 3);
+    for case in &cases {
+        let replay = im(&["--replay", path(case), "--json"]);
+        assert_eq!(replay.status.code(), Some(3), "the case violates the claim");
+        assert_eq!(json(&replay)["verdict"], "violated");
+    }
+    // Too few cases to find one.
+    let few = im(&["--claim", "3", "--cases", "1", "--seed", "2"]);
+    assert_eq!(few.status.code(), Some(3));
+    assert!(text(&few.stderr).contains("kubota_v_falls_for_any_error"));
+}
+
+#[test]
+fn an_interrupted_run_goes_on_and_shards_make_up_the_whole() {
+    let [whole, parts] = ["whole", "parts"].map(Folder::new);
+    let choice = ["--claim", "3", "--claim", "32", "--cases", "23456", "--json"];
+    let run = |extra: &[&str]| im(&[&choice, extra].concat());
+    let at_once = run(&["--out", path(&whole.0)]);
+    // The same file, torn in its middle, is filled up to the same sums.
+    let results = whole.0.join("results.jsonl");
+    let lines = std::fs::read_to_string(&results).unwrap();
+    std::fs::write(&results, &lines[..lines.len() / 2]).unwrap();
+    let resumed = run(&["--out", path(&whole.0)]);
+    assert_eq!(json(&at_once), json(&resumed));
+    let sorted = |s: &str| {
+        let mut l: Vec<String> = s.lines().map(str::to_owned).collect();
+        l.sort();
+        l
+    };
+    assert_eq!(sorted(&whole.file("results.jsonl")), sorted(&lines));
+    // Shards into one file.
+    for part in ["1/3", "2/3", "3/3"] {
+        run(&["--shard", part, "--out", path(&parts.0)]);
+    }
+    assert_eq!(sorted(&parts.file("results.jsonl")), sorted(&lines));
+    assert_eq!(json(&run(&["--out", path(&parts.0)])), json(&at_once));
+}
+
+#[test]
+fn a_motor_of_ones_own_is_tried_without_its_effects() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/motor.toml");
+    let run = im(&["--paper", "kenne", "--cases", "20", "--motor", path(&root), "--json"]);
+    let all = json(&run);
+    assert!(all["machines"].as_str().unwrap() != "random");
+    let claim = |name: &str| all["claims"].as_array().unwrap().iter().find(|c| c["name"] == name).unwrap().clone();
+    assert_eq!(claim("kenne_9_and_10")["violated"], 0);
+    assert_eq!(claim("kenne_8_as_printed")["violated"], 20);
+}
+
+#[test]
+fn claims_are_listed() {
+    let list = json(&im(&["--list", "--json"]));
+    assert!(list["claims"].as_array().unwrap().len() >= 40);
+    assert!(text(&im(&["--list", "--paper", "jadot"]).stdout).starts_with("Jadot"));
+}
+
+#[test]
+fn bad_input_is_one_message_that_helps() {
+    let folder = Folder::new("bad");
+    std::fs::create_dir_all(&folder.0).unwrap();
+    let case = folder.0.join("case.toml");
+    std::fs::write(
+        &case,
+        "claim = \"kenne_9_and_10\"\nseed = 1\nindex = 2\nsubject = \"my motor\"\n[values]\nflux_share = 1.0\n",
+    )
+    .unwrap();
+    std::fs::write(folder.0.join("results.jsonl"), "{\"claim\": 1}\n{}\n").unwrap();
+    for (arguments, says) in [
+        (vec!["--claim", "999"], "im verify --list"),
+        (vec!["--machine", "nonsense"], "expected random or one of kwon_table_iv"),
+        (vec!["--motor", "/nonexistent.toml"], "/nonexistent.toml"),
+        (vec!["--replay", "/nonexistent.toml"], "/nonexistent.toml: cannot be read"),
+        (vec!["--replay", path(&case)], "[values] flux_angle_rad: is missing"),
+        (vec!["--claim", "32", "--cases", "10", "--out", path(&folder.0)], "results.jsonl:1: not a result of im verify"),
+    ] {
+        let run = im(&arguments);
+        assert_eq!(run.status.code(), Some(1), "{arguments:?}");
+        let error = text(&run.stderr);
+        assert!(error.contains(says) && error.lines().count() == 1, "{error}");
+        assert!(run.stdout.is_empty());
+    }
+    for usage in [vec!["--shard", "5/4"], vec!["--cases", "0"], vec!["--all", "--claim", "1"], vec!["--json", "--markdown"]] {
+        assert_eq!(im(&usage).status.code(), Some(2), "{usage:?}");
+    }
+}
