@@ -4,4 +4,5 @@ mod bad_input;
 mod bench;
 mod jadot;
 mod kenne;
+mod ramp;
 mod replay;

@@ -182,7 +182,7 @@ impl<T: Scalar> CurrentModel<T> {
 mod tests {
     use super::*;
     use im_model::space_vector::unit;
-    use im_model::{Drive, Held, Machine, Plant, machines, steady_state};
+    use im_model::{Drive, Held, Machine, Plant, State, machines, steady_state};
 
     /// (27) holds to the interpolation error for the simulated machine at constant speed, at any period, whatever the filter.
     #[test]
@@ -214,6 +214,49 @@ mod tests {
                 x = plant.step(&x, &drive, h);
             }
             assert!(worst < tolerance * size, "{h} s, {gain} 1/s: {worst} of {size}");
+        }
+    }
+
+    /// On a ramp of the speed (27) as printed lacks −jω_e'βF²[ψ_r]; with the term it closes.
+    #[test]
+    fn balance_closes_on_a_ramp_of_the_speed_and_lacks_the_acceleration_without_its_term() {
+        let m = machines::KENNE_APPENDIX_II;
+        let p = m.parameters();
+        let (c, n_p) = (p.windings().derived(m.pole_pairs), f64::from(m.pole_pairs));
+        let plant = Plant::new(&Machine::base(p, m.pole_pairs).unwrap());
+        let (r_s, r_r) = (p.stator_resistance_ohm, p.rotor_resistance_ohm);
+        let (h, gain, flux, omega_g) = (1e-4, 628.0, 0.9, 6.0);
+        // At constant flux and slip, in the frame of the flux: λ_r = ψ_r, i_s by the rotor equation, ψ_s by the stator's inductances.
+        let i_s = Complex::new(c.eta, omega_g) * (flux / c.eta_l_m);
+        let psi_s = i_s * c.sigma_l_s + flux * p.magnetizing_inductance_h / p.rotor_inductance_h();
+        for rate in [-200.0, -50.0, 50.0, 200.0] {
+            for with_term in [true, false] {
+                let model = CurrentModel::try_new(&p.windings(), m.pole_pairs, gain, h).unwrap();
+                let (mut filters, mut worst, mut angle, mut omega, mut u) =
+                    (model.start(), 0.0f64, 0.0, 100.0, Complex::new(0.0, 0.0));
+                let mut x = State { psi_s, psi_r: Complex::new(flux, 0.0), omega_m: omega, ..State::default() };
+                for _ in 0..2500 {
+                    let sample = Sample { i_s: plant.currents(&x).i_s, u_s: u, omega_m: omega };
+                    if !with_term {
+                        // A filter that has caught up with the speed knows of no acceleration.
+                        filters.omega_e = (filters.omega_before + omega) * n_p * 0.5;
+                    }
+                    let balance = model.step(&mut filters, &sample, [r_s, r_r]);
+                    if let (Some(b), 0) = (balance, filters.filling) {
+                        let left = (b.known - b.p * r_s - (b.q - b.r * r_s) * r_r) / h;
+                        let filter = Complex::new(gain, 0.0) / Complex::new(gain, n_p * omega + omega_g);
+                        let lacking = -j(x.psi_r) * filter * filter * (n_p * rate * c.beta);
+                        let rest = if with_term { left } else { left - lacking };
+                        worst = worst.max(rest.norm() / lacking.norm());
+                    }
+                    let omega_s = n_p * (omega + 0.5 * rate * h) + omega_g;
+                    u = (i_s * r_s + j(psi_s) * omega_s) * unit(angle + 0.5 * omega_s * h);
+                    let drive = Drive { imposed_speed: Some([omega, omega + rate * h]), ..Drive::new(u, 0.0) };
+                    (x, angle, omega) = (plant.step(&x, &drive, h), angle + omega_s * h, omega + rate * h);
+                }
+                // The flux turns by ω_sh = 2 % in a sample, and by ω_e'/Γ² while it is filtered, 0.1 %.
+                assert!(worst < 0.05, "{rate} rad/s², term {with_term}: {worst}");
+            }
         }
     }
 

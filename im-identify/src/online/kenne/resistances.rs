@@ -155,6 +155,10 @@ impl<T: Scalar> Identifier<T, 2> for KenneResistances<T> {
         for (mean, now) in x.regressor.iter_mut().zip([f_1 * self.start[0], f_2 * self.start[1]]) {
             *mean += (now - *mean) * self.averaging;
         }
+        if x.filters.filling > 0 {
+            // What the filters do not yet show right would stay in the window for long.
+            return said(x, held, Status::Filling);
+        }
         let [f_1, f_2] = x.regressor;
         let excitation = x.monitor.add(&x.regressor, self.least_f_1, self.window_share);
         let weight = T::one() / (norm2(f_1) + norm2(f_2) + self.least_f_1);
@@ -164,9 +168,6 @@ impl<T: Scalar> Identifier<T, 2> for KenneResistances<T> {
         if !(x.right_side[0].is_finite() && x.right_side[1].is_finite()) {
             *x = Self::State { resistance: x.resistance, ..self.start() };
             return said(x, held, Status::LostSample);
-        }
-        if x.filters.filling > 0 {
-            return said(x, held, Status::Filling);
         }
         if norm2(f_1) <= self.least_f_1 {
             return said(x, held, Status::NoExcitation);
