@@ -181,8 +181,8 @@ pub const CLAIMS: &[Claim] = &[
         statement: "The largest two elements of B are those of R_req and L there, well separated from the smallest two.",
         assumptions: "As claim 53; R_s and L_f below the smaller of R_req and L.",
         found: Found::Fails,
-        finding: "At light load the share of R_req falls with the slip and passes below that of R_s long before ε₁ = 1/4; at high load L_f \
-                  passes L, as the paper says itself. Two combinations are seen at a point, but not those of these two parameters.",
+        finding: "At high load and low speed (rated slip at 4 % of the speed, where |T_rω_s| is above 4 still) R_s passes L, and at high load L_f may, \
+                  as the paper says itself. Two combinations are seen at a point, but not those of these two parameters.",
         cost: Cost::Equation,
         variables: &LOADED,
         check: |case| match shares(case) {
