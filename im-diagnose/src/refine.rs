@@ -30,6 +30,8 @@ pub struct Options {
     /// Added to that share, times the squared cosine between the signatures of the effect and of one already added: what looks like an
     /// effect that is there must explain more to be believed beside it.
     pub alike_share: f64,
+    /// An effect that takes this fraction off the excess over the noise floor that remains needs no such least share.
+    pub ample_cut: f64,
     /// Effects considered; all of the library and the motor's own when empty.
     pub candidates: Vec<EffectId>,
 }
@@ -44,10 +46,14 @@ impl Default for Options {
             least_cut: 0.1,
             least_share: 3e-3,
             alike_share: 0.25,
+            ample_cut: 0.25,
             candidates: Vec::new(),
         }
     }
 }
+
+/// Cosine of the signatures of effects that have nothing in common.
+const UNLIKE: f64 = 0.1;
 
 /// A fitted model in the course of the loop.
 #[derive(Clone, Debug)]
@@ -272,6 +278,7 @@ impl Refinement {
             .all(|(&k, x)| *x >= 0.0 || score.effect.parameters()[k].bound.check("", *x).is_ok())
     }
 
+    /// Whether the training recordings speak for the newest effect of `after`.
     fn worthwhile(&self, base: &Model, before: &Model, after: &Model, first: &[Score]) -> bool {
         let n = after.fit.count as f64;
         let k = (after.fit.free.len().saturating_sub(before.fit.free.len())) as f64;
@@ -280,23 +287,32 @@ impl Refinement {
         let signature = |e: EffectId| first.iter().find(|s| s.effect == e).map(|s| s.signature.as_slice());
         let newest = after.effects.last().copied();
         let alike = before.effects.iter().filter_map(|&e| Some(cosine(signature(e)?, signature(newest?)?))).fold(0.0, f64::max);
-        let share = self.options.least_share + self.options.alike_share * alike * alike;
+        let (left, taken) = (after.train() - 1.0, before.train() - after.train());
+        // What takes a good part off all that is left is more than a correction to the form of another effect, unless it looks like it.
+        let own_share = if taken < self.options.ample_cut * (before.train() - 1.0) { self.options.least_share } else { 0.0 };
+        let share = own_share + self.options.alike_share * (alike * alike - UNLIKE * UNLIKE).max(0.0);
         let least = (self.options.least_gain * after.train())
-            .max(self.options.least_cut * (after.train() - 1.0))
+            .max(self.options.least_cut * left)
             .max(share * (base.train() - after.train()));
-        let fits = gain > penalty && before.train() - after.train() > least;
-        // The held-out recording must gain a fair part of what the training recordings gained.
-        let validated = match (before.holdout, after.holdout) {
-            (Some(b), Some(a)) => b - a > 0.2 * (before.train() - after.train()).max(0.0),
-            _ => true,
-        };
-        fits && validated
+        gain > penalty && taken > least
+    }
+
+    /// Whether the held-out recording gains a fair part of what the training recordings gained, absolutely or, where it missed less to
+    /// begin with, in proportion.
+    fn validated(&self, before: &Model, after: &Model) -> bool {
+        let (Some(b), Some(a)) = (before.holdout, after.holdout) else { return true };
+        let scale = ((b - 1.0) / (before.train() - 1.0).max(1e-9)).clamp(0.0, 1.0);
+        b - a > 0.2 * scale * (before.train() - after.train()).max(0.0)
     }
 
     /// The whole course from the base model.
+    ///
+    /// Where several effects are missing, one of them can hide on the held-out recording what another one gains there: an effect that only
+    /// the training recordings speak for stays on probation for one round, and is kept if with the next one both are validated.
     pub fn run(&self, base: Model) -> Result<Course, FitError> {
         let mut models = vec![base];
         let mut rounds: Vec<Round> = Vec::new();
+        let mut validated = 0;
         loop {
             let here = &models[models.len() - 1];
             let scores = self.scores(here);
@@ -309,16 +325,24 @@ impl Refinement {
             let mut trials: Vec<Trial> = leading.par_iter().filter_map(|s| self.trial(here, s)).collect();
             trials.sort_by(|a, b| a.model.fit.cost.total_cmp(&b.model.fit.cost));
             let first = rounds.first().map_or(&scores, |r| &r.scores);
-            let chosen = trials.iter().find(|t| self.worthwhile(&models[0], here, &t.model, first)).map(|t| t.model.clone());
+            let mut worthwhile = trials.iter().filter(|t| self.worthwhile(&models[0], here, &t.model, first)).map(|t| &t.model);
+            let confirmed = worthwhile.clone().find(|m| self.validated(&models[validated], m));
+            let on_probation = if validated + 1 == models.len() { worthwhile.next() } else { None };
+            let chosen = confirmed.map(|m| (m.clone(), true)).or(on_probation.map(|m| (m.clone(), false)));
             rounds.push(Round { scores, significant, trials });
             match chosen {
-                Some(m) if models.len() <= self.options.most_effects => {
+                Some((m, sure)) if models.len() <= self.options.most_effects => {
                     let polished = self.model(&m.fit.machine, &m.effects, &FitOptions::near())?;
                     models.push(polished);
+                    if sure {
+                        validated = models.len() - 1;
+                    }
                 }
                 _ => break,
             }
         }
+        models.truncate(validated + 1);
+        rounds.truncate(validated + 1);
         let alternatives = self.alternatives(&models, &rounds);
         Ok(Course { models, rounds, alternatives })
     }
