@@ -88,7 +88,8 @@ fn the_whole_loop_runs_on_files() {
     let refined = f.path("out/motor.refined.toml");
     let holdout = f.path("data/holdout.csv");
     let judged: serde_json::Value =
-        serde_json::from_str(&done(&["validate", "--before", &motor, "--after", &refined, "--data", &holdout, "--json"])).unwrap();
+        serde_json::from_str(&done(&["validate", "--before", &motor, "--after", &refined, "--data", &holdout, "--json"]))
+            .unwrap();
     let of = |which: &str| judged["unaided"][which]["chi2_per_sample"].as_f64().unwrap();
     assert!(of("after") < 1.2 && of("before") > 10.0 * of("after"), "{judged}");
 
