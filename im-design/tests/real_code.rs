@@ -350,10 +350,7 @@ proptest! {
         let between = |[low, high]: [f64; 2], x: f64| low + x * (high - low);
         let (frame, slip) = (between(d.region.frame_rad_per_s, at[0]), between(d.region.slip_rad_per_s, at[1]));
         let (speed, flux) = ((frame - slip) / c.n_p, 0.95);
-        let mut gain: [[f64; 2]; 5] = rows(&d.gain);
-        // The observer adds μ λ̂ × (î − i), which is proven as part of the gain: L_ω e less it.
-        gain[0][1] += c.mu * flux;
-        let gains = ThauBoxGains { frame_rad_per_s: d.region.frame_rad_per_s, gain, gain_per_frame_speed: rows(&d.gain_per_frame_speed) };
+        let gains = ThauBoxGains { frame_rad_per_s: d.region.frame_rad_per_s, gain: rows(&d.gain), gain_per_frame_speed: rows(&d.gain_per_frame_speed) };
         let fast = (&d.gain + &d.gain_per_frame_speed.scaled(&frame)).norm() + c.gamma + frame;
         let h = (0.1 / fast).clamp(1e-6, 2e-5);
         let observer = Thau::in_box(basis(&m, h, 2.0), gains, LoadTorque::EqualToTorque).unwrap();

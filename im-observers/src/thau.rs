@@ -13,9 +13,13 @@
 //! Designed gains: constant in the frame at rest (`im-design`, `thau`), or certified over a box of frame speed, slip and flux in the frame of the
 //! estimated flux, affine in its speed (`thau_box`). For negative frame speed the gain is mirrored, since the machine is.
 //!
+//! With a box gain the torque is that of the *measured* current, μ λ̂ × i, and cancels where it is the load torque. The certificate is for this loop: the error of
+//! its speed row is μ(λ̂ − λ) × i − (D/J)e_ω − L_ω e_i, or without the first term. The copy's μ λ̂ × î would add μ λ̂ × e_i, a gain on the q current error that
+//! grows with the flux and that no vertex of the box holds; what such a gain is good for is in the L_ω of the design.
+//!
 //! **Step limits.** The electrical part by the warped trapezoidal rule, any step. The correction is implicit, e at the end of the sample,
-//! x̂ = x̂_p + hL(1 + hL_i)⁻¹(i − î_p): exact where e = 0, whatever the step. The torque loop is stepped after the electrical one: h²μn_pβ|λ|² < 1
-//! (checked at the largest flux). Forward Euler takes everything at the beginning of the sample.
+//! x̂ = x̂_p + hL(1 + hL_i)⁻¹(i − î_p): exact where e = 0, whatever the step. The speed is stepped after the currents: h²μn_pβ|λ|² < 1, with a box gain
+//! h²|L_ω|n_pβ|λ| < 1 (checked at the largest flux). Forward Euler takes everything at the beginning of the sample.
 
 use im_model::space_vector::{cross, norm2};
 use im_model::{Bound, Complex, Scalar};
@@ -73,6 +77,19 @@ enum Gain<T> {
     InFluxFrame { range: [T; 2], at_zero: [[T; 2]; 5], slope: [[T; 2]; 5] },
 }
 
+/// What drives the estimated speed, over μ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Torque {
+    /// λ̂ × î: the copy of the drive.
+    Copied,
+    /// λ̂ × (î − i): the copy less a load torque from the measured current.
+    Difference,
+    /// λ̂ × i, a box gain's torque.
+    Measured,
+    /// Nothing: the same less the same.
+    Cancelled,
+}
+
 /// The observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thau<T> {
@@ -80,8 +97,7 @@ pub struct Thau<T> {
     gain: Gain<T>,
     /// (D + k)/J, 1/s.
     damping: T,
-    /// Whether the load torque follows the measured current.
-    follows: bool,
+    torque: Torque,
     discretization: Discretization,
 }
 
@@ -124,7 +140,10 @@ impl<T: Scalar> Thau<T> {
         Self::build(basis, gain, load, discretization)
     }
 
-    /// With a gain certified over a box, in the frame of the estimated flux.
+    /// With a gain certified over a box, in the frame of the estimated flux: the loop of the certificate, torque by the measured current (see the module).
+    ///
+    /// [`LoadTorque::EqualToTorque`] is the certificate's case without currents, [`LoadTorque::Proportional`] (k = 0) that with currents.
+    /// [`LoadTorque::Balanced`] leaves −(D/J)e_ω out, for no error at constant speed: of the rate α it keeps α − (D/J)√(P₁₁(P⁻¹)₁₁).
     ///
     /// # Errors
     /// A gain that is not finite, a range that is not positive and ordered, otherwise as [`try_new`](Self::try_new).
@@ -143,6 +162,7 @@ impl<T: Scalar> Thau<T> {
     }
 
     fn build(basis: Basis<T>, gain: Gain<T>, load: LoadTorque, discretization: Discretization) -> Result<Self, ObserverError> {
+        let boxed = matches!(gain, Gain::InFluxFrame { .. });
         let (damping, follows) = match load {
             LoadTorque::Proportional { coefficient_nm_s_per_rad: k } => {
                 Bound::NotNegative.check("coefficient_nm_s_per_rad", k)?;
@@ -151,15 +171,29 @@ impl<T: Scalar> Thau<T> {
             LoadTorque::EqualToTorque => (basis.friction_rate.value(), true),
             LoadTorque::Balanced => (0.0, true),
         };
+        let torque = match (boxed, follows) {
+            (false, false) => Torque::Copied,
+            (false, true) => Torque::Difference,
+            (true, false) => Torque::Measured,
+            (true, true) => Torque::Cancelled,
+        };
         let h = basis.sample_time_s.value();
-        let mu = basis.nominal.torque.value() * basis.inverse_inertia.value();
-        let stiffness = mu * basis.n_p.value() * basis.nominal.beta.value();
-        let limit_s = 1.0 / (Scalar::sqrt(stiffness) * basis.limits.flux_max_vs.value());
+        let flux = basis.limits.flux_max_vs.value();
+        // What a current error does to the speed: μ|λ|, or L_ω at either end of the frame speeds.
+        let (push, what) = match &gain {
+            Gain::InFluxFrame { range, at_zero, slope } => {
+                let at = |w: T| [0, 1].map(|k| (at_zero[0][k] + w * slope[0][k]).value());
+                let size = |[d, q]: [f64; 2]| Scalar::sqrt(d * d + q * q);
+                (size(at(range[0])).max(size(at(range[1]))), "the speed gain at the largest flux")
+            }
+            _ => (basis.nominal.torque.value() * basis.inverse_inertia.value() * flux, "the torque loop at the largest flux"),
+        };
+        let limit_s = 1.0 / Scalar::sqrt(push * basis.n_p.value() * basis.nominal.beta.value() * flux);
         if h > limit_s {
-            let (what, remedy) = ("the torque loop at the largest flux", "sample faster, or lower flux_max_vs");
+            let remedy = "sample faster, or lower flux_max_vs";
             return Err(ObserverError::StepTooLong { what, sample_time_s: h, limit_s, remedy });
         }
-        Ok(Self { basis, gain, damping: T::from_f64(damping), follows, discretization })
+        Ok(Self { basis, gain, damping: T::from_f64(damping), torque, discretization })
     }
 
     /// h L e at the end of the sample as (ω, λ, i), e being the error before the correction.
@@ -229,15 +263,17 @@ impl<T: Scalar> Observer<T> for Thau<T> {
         let d_lambda = a * s.lambda + s.i_hat.scale(c.eta_l_m);
         let d_psi = drive - s.i_hat.scale(c.stator_rate);
         let before = (s.lambda, s.i_hat);
-        // λ̂ × î, or λ̂ × (î − i) where the load torque follows the measured current.
-        let pull = |lambda: Complex<T>, i_hat: Complex<T>, i_s: Complex<T>| {
-            cross(lambda, if self.follows { i_hat - i_s } else { i_hat })
+        let pull = |lambda: Complex<T>, i_hat: Complex<T>, i_s: Complex<T>| match self.torque {
+            Torque::Copied => cross(lambda, i_hat),
+            Torque::Difference => cross(lambda, i_hat - i_s),
+            Torque::Measured => cross(lambda, i_s),
+            Torque::Cancelled => T::zero(),
         };
         match self.discretization {
             Discretization::Implicit => {
                 let flow = Flow { a, c: c.eta_l_m, g: c.stator_rate, beta: c.beta };
                 [s.lambda, s.i_hat] = flow.step([s.lambda, s.i_hat], [d_lambda, d_psi], warped(h, a.im));
-                let torque = if self.follows {
+                let torque = if self.torque == Torque::Difference {
                     pull(s.lambda, s.i_hat, sample.i_s)
                 } else {
                     (pull(before.0, before.1, sample.i_before) + pull(s.lambda, s.i_hat, sample.i_s)) * T::from_f64(0.5)
