@@ -162,7 +162,7 @@ fn adaptive(gains: &im_design::kubota_loop::LoopGains) -> KubotaGains {
 }
 
 proptest! {
-    #![proptest_config(cases(3))]
+    #![proptest_config(cases(2))]
 
     /// `kubota` (short steps) and `sampled` (every sample of its own): the observer, its speed held at the machine's.
     #[test]
@@ -406,7 +406,7 @@ impl Regulated {
 }
 
 proptest! {
-    #![proptest_config(cases(2))]
+    #![proptest_config(cases(1))]
 
     /// `jadot`, sampled: two machines under two controllers, one pushed off; what stands between their errors has no part of the feedforward.
     #[test]

@@ -237,7 +237,7 @@ mod tests {
     #[test]
     fn printed_kind_of_laws_says_how_far_off_it_is() {
         let circuit = Circuit::Aqdm(Aqdm::kwon_table_v());
-        let kwon = MtpaRequest { law: LawKind::Kwon, ..request([1.0, 510.0]) };
+        let kwon = MtpaRequest { law: LawKind::Kwon, slip_max_rad_per_s: 50.0, ..request([1.0, 510.0]) };
         let error = design(plant(), circuit, &kwon).unwrap_err();
         assert!(matches!(&error, DesignError::Infeasible { feasible, .. } if feasible.contains("a tolerance of")), "{error}");
         let moderate = MtpaRequest { tolerance: 0.04, ..kwon };
