@@ -76,16 +76,16 @@ impl SensitivityMap {
             let _ = writeln!(
                 out,
                 "<rect x=\"{x0}\" y=\"{y0}\" width=\"{SIDE}\" height=\"{SIDE}\" fill=\"none\" stroke=\"black\"/>\n\
-                 <text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{:.3}</text><text x=\"{}\" y=\"{}\" text-anchor=\"end\">0</text>\n\
-                 <text x=\"{}\" y=\"{}\" text-anchor=\"end\">{:.1}</text>",
+                 <text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text><text x=\"{}\" y=\"{}\" text-anchor=\"end\">0</text>\n\
+                 <text x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>",
                 x0 - 4.0,
                 y0 + 10.0,
-                self.torque_max_nm,
+                four_digits(self.torque_max_nm),
                 x0 - 4.0,
                 y0 + SIDE,
                 x0 + SIDE,
                 y0 + SIDE + 14.0,
-                self.speed_max_rad_s,
+                four_digits(self.speed_max_rad_s),
             );
         }
         let notes =
@@ -96,6 +96,11 @@ impl SensitivityMap {
         out.push_str("</svg>\n");
         out
     }
+}
+
+/// 26, 157.1, 0.001234.
+fn four_digits(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
 }
 
 /// Text within XML.
@@ -140,6 +145,13 @@ mod tests {
             assert!((squares - 1.0).abs() < 1e-12);
         }
         assert!(map.at(0.0, 0.0)[2] > 0.999, "at standstill only R_s shows");
+    }
+
+    #[test]
+    fn axes_end_in_numbers_of_four_digits_at_most() {
+        let svg = SensitivityMap { speed_max_rad_s: 50.0 * core::f64::consts::PI, ..table_i() }.svg("a");
+        assert!(svg.contains(">26</text>") && svg.contains(">157.1</text>"));
+        assert!(SensitivityMap { torque_max_nm: 0.001_234_4, ..table_i() }.svg("a").contains(">0.001234</text>"));
     }
 
     #[test]
