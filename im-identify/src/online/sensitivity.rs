@@ -42,7 +42,8 @@ impl SensitivityMap {
     pub fn svg(&self, title: &str) -> String {
         let (width, height) = (2.0 * (SIDE + MARGIN) + 20.0, 2.0 * (SIDE + MARGIN) + 66.0);
         let mut out = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"12\">\n\
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"12\" \
+             shape-rendering=\"crispEdges\">\n\
              <rect width=\"{width}\" height=\"{height}\" fill=\"white\"/>\n<text x=\"{MARGIN}\" y=\"20\" font-size=\"14\">{}</text>\n",
             escaped(title)
         );
