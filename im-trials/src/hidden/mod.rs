@@ -5,7 +5,7 @@
 //! dead time are others; its drives and manoeuvres are its own.
 //!
 //! ```
-//! use im_tests::hidden::{Case, EffectKind, Sampling, Strength, simulate};
+//! use im_trials::hidden::{Case, EffectKind, Sampling, Strength, simulate};
 //!
 //! let mut case = Case::new(3, &[(EffectKind::IronLoss, Strength::Medium)], 1);
 //! case.sampling = Some(Sampling { sample_s: 1e-4, duration_s: 0.05 });
