@@ -32,7 +32,7 @@ pub fn unit<T: Scalar>(theta: T) -> Complex<T> {
 }
 
 /// e^{jθ} for an angle that is mostly small: the turn of a frame in a sample. Within 0.25 rad by its series, to 2e-8 in angle and 1e-9 in
-/// length; beyond that as [`unit`].
+/// length; beyond that as [`unit()`].
 #[inline]
 pub fn turn<T: Scalar>(theta: T) -> Complex<T> {
     let c = T::from_f64;
