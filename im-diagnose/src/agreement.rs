@@ -21,6 +21,9 @@ const GAIN: f64 = 3.0;
 /// A value with a larger relative standard deviation is not determined by its recording.
 const DETERMINED: f64 = 0.1;
 
+/// Factors of more than one and a half show in a rough fit.
+const ROUGH: f64 = 1e-3;
+
 /// A finding when the recordings, the held-out one included, seem to be of different machines.
 pub fn check(case: &Case) -> Option<Finding> {
     let all: Vec<Experiment> = case.train.iter().chain(&case.holdout).filter(|e| !e.is_table()).cloned().collect();
@@ -33,10 +36,10 @@ pub fn check(case: &Case) -> Option<Finding> {
         free.extend(start_parameters(experiments, &case.motor.rating));
         fit(from, experiments, &free, options).ok()
     };
-    let together = one_for(&case.motor.machine, &all, &FitOptions::default())?;
+    let together = one_for(&case.motor.machine, &all, &FitOptions { tolerance: ROUGH, ..FitOptions::default() })?;
     let alone: Vec<Fit> = all
         .par_iter()
-        .map(|e| one_for(&together.machine, std::slice::from_ref(e), &FitOptions::near()))
+        .map(|e| one_for(&together.machine, std::slice::from_ref(e), &FitOptions { tolerance: ROUGH, ..FitOptions::near() }))
         .collect::<Option<_>>()?;
     let gain = together.cost / alone.iter().map(|f| f.cost).sum::<f64>();
     let apart: Vec<String> = (0..PHYSICAL).filter_map(|k| disagreement(&all, &alone, k)).collect();
