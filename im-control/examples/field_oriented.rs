@@ -1,4 +1,4 @@
-//! Field orientation on a drive: up to speed, a load step. `cargo run -p im-control --example field_oriented`.
+//! Field orientation on a drive: up to speed, a load step. `cargo run -p imkit-control --example field_oriented`.
 
 use im_control::{Drive, DriveLimits, FieldOriented, FieldOrientedGains, MachineData, Reports};
 use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Simulation, Source};

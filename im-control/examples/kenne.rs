@@ -1,4 +1,4 @@
-//! Kenné et al.'s sliding modes on a drive, in single precision as in firmware. `cargo run -p im-control --example kenne`.
+//! Kenné et al.'s sliding modes on a drive, in single precision as in firmware. `cargo run -p imkit-control --example kenne`.
 
 use im_control::{Drive, DriveLimits, Kenne, KenneGains, MachineData};
 use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Simulation, SinglePrecision, Source};

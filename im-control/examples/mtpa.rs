@@ -1,5 +1,5 @@
 //! The drive of Kwon et al. for least current: law from the machine's circuit, delta modulation at 100 µs with dead time.
-//! `cargo run -p im-control --example mtpa`.
+//! `cargo run -p imkit-control --example mtpa`.
 
 use im_control::{MachineData, Mtpa, MtpaGains, MtpaLaw};
 use im_design::mtpa::{for_torque, laws::fit_log, of_machine};

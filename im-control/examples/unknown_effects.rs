@@ -1,5 +1,5 @@
 //! A drive whose machine has effects that the controller does not know: what each of them costs.
-//! `cargo run -p im-control --example unknown_effects`.
+//! `cargo run -p imkit-control --example unknown_effects`.
 
 use im_control::MachineData;
 use im_control::named::{Setting, named};

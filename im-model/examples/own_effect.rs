@@ -1,6 +1,6 @@
 //! An effect of one's own: a fan whose hub slips. Defined here, switched on, simulated; the library is not changed.
 //!
-//! cargo run --release -p im-model --example own_effect
+//! cargo run --release -p imkit-model --example own_effect
 
 use im_model::effects::{Card, CustomId, Effect, Operating, ParameterInfo, Role, ScaleOf};
 use im_model::{Bench, Bound, Complex, Drive, EffectId, Effects, Machine, Scalar, State, machines, register_effect};

@@ -1,6 +1,6 @@
 //! A sensorless drive: indirect field orientation on the flux and speed that Kubota's observer estimates; no speed sensor is read.
 //!
-//!     cargo run --release -p im-observers --example sensorless_drive
+//!     cargo run --release -p imkit-observers --example sensorless_drive
 
 use im_model::machines::MOTULATOR_2_2_KW;
 use im_model::simulation::{

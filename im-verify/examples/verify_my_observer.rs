@@ -1,5 +1,5 @@
 //! A flux observer of one's own, put through the properties that the published ones are put through:
-//! `cargo run --release -p im-verify --example verify_my_observer`.
+//! `cargo run --release -p imkit-verify --example verify_my_observer`.
 
 use im_model::Complex;
 use im_observers::{Basis, CurrentModel, Estimate, Input, Observer};

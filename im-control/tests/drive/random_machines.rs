@@ -1,6 +1,6 @@
 //! Tracking, limits and disturbance rejection over random machines with effects that the controllers do not know.
 //!
-//! More cases: `PROPTEST_CASES=600 cargo test -p im-control --test drive random`.
+//! More cases: `PROPTEST_CASES=600 cargo test -p imkit-control --test drive random`.
 
 use im_control::named::Supervised;
 use im_model::simulation::Simulation;
