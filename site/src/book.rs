@@ -1,0 +1,236 @@
+//! The site as a whole: which pages there are, what they link to, and the files that come of it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io;
+use std::path::Path;
+
+use crate::layout::{self, Entry};
+use crate::markdown::{self, Heading, Parsed};
+use crate::source::{self, Shown};
+use crate::{Problem, commands, links};
+
+/// The order of the pages beside each one; those that are not named here come last.
+const GROUPS: [(&str, &[&str]); 5] = [
+    ("Begin", &["README.md", "docs/walkthrough.md", "docs/gallery.md", "docs/program.md"]),
+    ("The machine", &["docs/conventions.md", "docs/model.md", "docs/effects.md"]),
+    ("Measurements", &["docs/recordings.md", "docs/diagnosis.md"]),
+    ("Drives", &["docs/observers.md", "docs/controllers.md", "docs/identifiers.md", "docs/design.md"]),
+    (
+        "Proof and practice",
+        &["docs/claims.md", "docs/errata.md", "docs/errata-design.md", "docs/performance.md", "docs/extending.md"],
+    ),
+];
+
+/// What a file of the site holds.
+pub enum Content {
+    /// A page.
+    Text(String),
+    /// A file of the repository as it is, by its path.
+    Copy(String),
+}
+
+/// A file of the site.
+pub struct File {
+    /// Path from the root of the site.
+    pub path: String,
+    /// What it holds.
+    pub content: Content,
+}
+
+struct Page {
+    file: String,
+    text: String,
+}
+
+/// All files of the site, and what is wrong in the pages.
+pub fn render(root: &Path) -> io::Result<(Vec<File>, Vec<Problem>)> {
+    let pages = pages(root)?;
+    let parsed: Vec<Parsed<'_>> = pages.iter().map(|p| markdown::parse(&p.file, &p.text)).collect();
+    let entries: Vec<Entry> =
+        pages.iter().zip(&parsed).map(|(p, m)| Entry { address: address(&p.file), title: title(&p.file, m.title()) }).collect();
+    let groups = grouped(&pages, &entries);
+    let headings: BTreeMap<String, Vec<Heading>> =
+        pages.iter().zip(&parsed).map(|(p, m)| (p.file.clone(), m.headings.clone())).collect();
+    let mut files = vec![File { path: "style.css".into(), content: Content::Text(layout::STYLE.into()) }];
+    let mut wanted = BTreeSet::new();
+    let mut problems = Vec::new();
+    for (page, parsed) in pages.iter().zip(parsed) {
+        let own = address(&page.file);
+        let name = title(&page.file, parsed.title());
+        let mut named_files = BTreeSet::new();
+        let (body, wrong) = parsed.html(
+            |link| resolve(root, &page.file, &own, link, &headings, &mut wanted),
+            |code| named(root, &own, code, &mut named_files),
+        );
+        wanted.extend(named_files);
+        problems.extend(wrong);
+        problems.extend(commands::missing(root, &page.file, &page.text));
+        let html = layout::page(&own, &name, &body, &groups, &headings[&page.file]);
+        files.push(File { path: own, content: Content::Text(html) });
+    }
+    files.extend(linked(root, wanted, &groups)?);
+    problems.sort();
+    problems.dedup();
+    Ok((files, problems))
+}
+
+/// Writes them.
+pub fn write(root: &Path, out: &Path, files: &[File]) -> io::Result<()> {
+    for file in files {
+        let path = out.join(&file.path);
+        std::fs::create_dir_all(path.parent().unwrap_or(out))?;
+        match &file.content {
+            Content::Text(text) => std::fs::write(path, text)?,
+            Content::Copy(from) => std::fs::copy(root.join(from), path).map(|_| ())?,
+        }
+    }
+    Ok(())
+}
+
+fn pages(root: &Path) -> io::Result<Vec<Page>> {
+    let mut files = vec!["README.md".to_owned()];
+    for name in source::folder(root, "docs")? {
+        if name.ends_with(".md") {
+            files.push(format!("docs/{name}"));
+        }
+    }
+    files.into_iter().map(|file| Ok(Page { text: std::fs::read_to_string(root.join(&file))?, file })).collect()
+}
+
+fn address(file: &str) -> String {
+    if file == "README.md" { "index.html".into() } else { file.replace(".md", ".html") }
+}
+
+fn title(file: &str, first_heading: &str) -> String {
+    if file == "README.md" { "Overview".into() } else { first_heading.into() }
+}
+
+fn grouped(pages: &[Page], entries: &[Entry]) -> Vec<(&'static str, Vec<Entry>)> {
+    let find = |name: &str| pages.iter().position(|p| p.file == name).map(|k| entries[k].clone());
+    let mut groups: Vec<_> =
+        GROUPS.map(|(group, names)| (group, names.iter().filter_map(|n| find(n)).collect::<Vec<_>>())).into();
+    let named = |file: &str| GROUPS.iter().any(|(_, names)| names.contains(&file));
+    let rest: Vec<_> = pages.iter().zip(entries).filter(|(p, _)| !named(&p.file)).map(|(_, e)| e.clone()).collect();
+    if !rest.is_empty() {
+        groups.push(("More", rest));
+    }
+    groups
+}
+
+/// The address of a link in the site; what it needs there is added to `wanted`.
+fn resolve(
+    root: &Path,
+    file: &str,
+    own: &str,
+    link: &str,
+    headings: &BTreeMap<String, Vec<Heading>>,
+    wanted: &mut BTreeSet<String>,
+) -> Result<String, String> {
+    let Some(target) = links::target(file, link)? else { return Ok(link.into()) };
+    let anchor = target.anchor.as_ref().map_or(String::new(), |a| format!("#{a}"));
+    if let Some(headings) = headings.get(&target.path) {
+        return match target.anchor.filter(|a| !headings.iter().any(|h| h.id == *a)) {
+            Some(a) => Err(format!("link to {link}: {} has no heading with the anchor #{a}", target.path)),
+            None if target.path == file => Ok(if anchor.is_empty() { "#".into() } else { anchor }),
+            None => Ok(links::relative(own, &address(&target.path)) + &anchor),
+        };
+    }
+    if target.path.is_empty() || !root.join(&target.path).exists() {
+        return Err(format!("link to {link}: there is no {}", if target.path.is_empty() { "such page" } else { &target.path }));
+    }
+    if let Some(a) = &target.anchor {
+        let lines = std::fs::read_to_string(root.join(&target.path)).map_or(0, |t| t.lines().count());
+        if !a.strip_prefix('L').and_then(|n| n.parse().ok()).is_some_and(|n: usize| (1..=lines).contains(&n)) {
+            return Err(format!("link to {link}: {} has no line {a}", target.path));
+        }
+    }
+    wanted.insert(target.path.clone());
+    Ok(links::relative(own, &links::place(root, &target.path)) + &anchor)
+}
+
+/// Folders of the repository: code that begins with one of them names a file.
+const FOLDERS: [&str; 4] = ["im-", "docs/", "scripts/", "examples/"];
+
+/// The address of a file named in code, where it names one.
+fn named(root: &Path, own: &str, code: &str, wanted: &mut BTreeSet<String>) -> Result<Option<String>, String> {
+    let plain = code.chars().all(|c| c.is_ascii_alphanumeric() || "-_./".contains(c));
+    if !plain || !code.contains('/') || !FOLDERS.iter().any(|f| code.starts_with(f)) {
+        return Ok(None);
+    }
+    let path = code.trim_end_matches('/');
+    if !root.join(path).exists() {
+        return Err(format!("`{code}`: there is no such file"));
+    }
+    if path.ends_with(".md") {
+        return Ok(None);
+    }
+    wanted.insert(path.into());
+    Ok(Some(links::relative(own, &links::place(root, path))))
+}
+
+/// Pages and copies of what is linked, and of what is in linked folders.
+fn linked(root: &Path, wanted: BTreeSet<String>, groups: &[(&str, Vec<Entry>)]) -> io::Result<Vec<File>> {
+    let mut queue: Vec<String> = wanted.into_iter().collect();
+    let mut done = BTreeSet::new();
+    let mut files = Vec::new();
+    while let Some(path) = queue.pop() {
+        if !done.insert(path.clone()) {
+            continue;
+        }
+        let place = links::place(root, &path);
+        let content = if root.join(&path).is_dir() {
+            let names = source::folder(root, &path)?;
+            let children: Vec<String> = names.iter().map(|n| format!("{path}/{}", n.trim_end_matches('/'))).collect();
+            let addresses = children.iter().map(|c| links::relative(&place, &links::place(root, c)));
+            let body = source::listing(&path, names.iter().map(String::as_str).zip(addresses));
+            queue.extend(children);
+            Content::Text(layout::page(&place, &path, &body, groups, &[]))
+        } else {
+            match source::file(root, &path)? {
+                Shown::Page(body) => Content::Text(layout::page(&place, &path, &body, groups, &[])),
+                Shown::Copied => Content::Copy(path),
+            }
+        };
+        files.push(File { path: place, content });
+    }
+    Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every link, anchor, picture and equation of the pages as they stand.
+    #[test]
+    fn nothing_in_the_documentation_is_broken() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let (files, problems) = render(&root).unwrap();
+        let told: Vec<String> = problems.iter().map(Problem::to_string).collect();
+        assert!(told.is_empty(), "{}", told.join("\n"));
+        // The site needs no network: nothing in it is fetched from elsewhere.
+        for file in &files {
+            if let Content::Text(text) = &file.content {
+                assert!(!text.contains("src=\"http") && !text.contains("@import"), "{}", file.path);
+            }
+        }
+    }
+
+    #[test]
+    fn broken_links_are_told_with_file_and_line() {
+        let root = std::env::temp_dir().join(format!("imkit-site-{}", std::process::id()));
+        std::fs::create_dir_all(root.join("docs")).unwrap();
+        std::fs::write(root.join("README.md"), "# A\n\n[no page](docs/none.md)\n[no anchor](docs/b.md#gone)\n").unwrap();
+        std::fs::write(root.join("docs/b.md"), "# B\n\n![no picture](images/none.svg)\n[good](../README.md#a)\n").unwrap();
+        let (_, problems) = render(&root).unwrap();
+        std::fs::remove_dir_all(&root).unwrap();
+        let told: Vec<String> = problems.iter().map(Problem::to_string).collect();
+        assert_eq!(
+            told,
+            [
+                "README.md:3: link to docs/none.md: there is no docs/none.md",
+                "README.md:4: link to docs/b.md#gone: docs/b.md has no heading with the anchor #gone",
+                "docs/b.md:3: link to images/none.svg: there is no docs/images/none.svg",
+            ]
+        );
+    }
+}
