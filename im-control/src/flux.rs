@@ -6,6 +6,7 @@
 
 use im_model::{Complex, Scalar};
 
+use crate::flying_start::Caught;
 use crate::vector::rotation;
 
 /// The current model of the rotor flux.
@@ -31,6 +32,13 @@ pub struct RotorFlux<T> {
 impl<T: Scalar> Default for RotorFlux<T> {
     fn default() -> Self {
         Self { flux_vs: Complex::new(T::zero(), T::zero()), current_a: Complex::new(T::zero(), T::zero()), omega_m: T::zero() }
+    }
+}
+
+impl<T: Scalar> RotorFlux<T> {
+    /// The flux of a machine that was found turning.
+    pub(crate) fn of(caught: &Caught<T>) -> Self {
+        Self { flux_vs: caught.rotor_flux_vs, current_a: caught.i_s, omega_m: caught.omega_m }
     }
 }
 

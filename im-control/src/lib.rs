@@ -16,6 +16,7 @@ mod drive;
 mod error;
 mod field_weakening;
 mod flux;
+mod flying_start;
 mod load_torque;
 mod machine_data;
 #[cfg(feature = "std")]
@@ -32,6 +33,7 @@ pub use error::ControlError;
 pub use field_oriented::{FieldOriented, FieldOrientedGains, Orientation};
 pub use field_weakening::FieldWeakening;
 pub use flux::{RotorFlux, RotorFluxModel};
+pub use flying_start::{BeginsAt, Caught, FlyingStart};
 pub use jadot::{Jadot, JadotGains};
 pub use kenne::{Kenne, KenneGains};
 pub use load_torque::{LoadTorque, LoadTorqueObserver};

@@ -14,7 +14,7 @@ use crate::machine_data::MachineData;
 use crate::modulation::DeadTimeCompensation;
 use crate::mtpa::{Mtpa, MtpaGains, MtpaLaw};
 use crate::status::Reports;
-use crate::{Drive, DriveLimits};
+use crate::{BeginsAt, Drive, DriveLimits, FlyingStart};
 
 /// A controller that says how it is doing.
 pub trait Supervised: Controller<f64> + Reports {}
@@ -69,13 +69,13 @@ pub fn named(name: &str, setting: &Setting) -> Result<Box<dyn Supervised>, Named
     let flux = rating.rotor_flux_vs;
     let field_oriented = FieldOrientedGains::typical(&machine, flux, sample_time_s);
     match name {
-        "indirect_field_orientation" => setting.drive(FieldOriented::try_new(&machine, &field_oriented)?),
-        "direct_field_orientation" => setting.drive(FieldOriented::try_new(&machine, &field_oriented.direct())?),
-        "kenne" => setting.drive(Kenne::try_new(&machine, &KenneGains::typical(&machine, flux, dc_voltage_v, sample_time_s))?),
+        "indirect_field_orientation" => setting.caught(FieldOriented::try_new(&machine, &field_oriented)?),
+        "direct_field_orientation" => setting.caught(FieldOriented::try_new(&machine, &field_oriented.direct())?),
+        "kenne" => setting.caught(Kenne::try_new(&machine, &KenneGains::typical(&machine, flux, dc_voltage_v, sample_time_s))?),
         "jadot" => {
             let parameters = regulation_parameters(&machine);
             let fixed = Fixed::try_new(parameters.into()).map_err(ControlError::from)?;
-            setting.drive(Jadot::try_new(&machine, &JadotGains::typical(&machine, flux, sample_time_s), fixed)?)
+            setting.caught(Jadot::try_new(&machine, &JadotGains::typical(&machine, flux, sample_time_s), fixed)?)
         }
         "mtpa" => {
             let law = setting.mtpa.ok_or(NamedError::NoLaw)?;
@@ -86,6 +86,14 @@ pub fn named(name: &str, setting: &Setting) -> Result<Box<dyn Supervised>, Named
 }
 
 impl Setting {
+    /// Behind a flying start.
+    fn caught<C>(&self, controller: C) -> Result<Box<dyn Supervised>, NamedError>
+    where
+        C: Controller<f64> + BeginsAt<f64> + Reports + Clone + 'static,
+    {
+        self.drive(FlyingStart::try_new(controller, &self.machine, self.sample_time_s)?)
+    }
+
     fn drive<C>(&self, controller: C) -> Result<Box<dyn Supervised>, NamedError>
     where
         C: Controller<f64> + Reports + Clone + 'static,

@@ -4,6 +4,7 @@ use im_model::Scalar;
 use im_model::simulation::{Command, Controller, Measured, Reference};
 
 use crate::error::ControlError;
+use crate::flying_start::{BeginsAt, Caught};
 use crate::reference::{ReferenceShaper, Shaped};
 use crate::speed_regulator::SpeedRegulator;
 use crate::status::{Reports, Status};
@@ -46,6 +47,12 @@ impl<T: Scalar, C: Controller<T>> Controller<T> for SpeedLoop<T, C> {
         self.shaper.step(shaped, reference.omega_m, m.sample_time_s);
         let torque_nm = self.regulator.step(&mut self.integral, shaped, m.omega_m, self.torque_max_nm, m.sample_time_s);
         self.inner.step(m, &Reference { torque_nm, ..*reference })
+    }
+}
+
+impl<T, C: BeginsAt<T>> BeginsAt<T> for SpeedLoop<T, C> {
+    fn begin_at(&mut self, caught: &Caught<T>) {
+        self.inner.begin_at(caught);
     }
 }
 

@@ -25,7 +25,7 @@ impl Status {
     pub const VOLTAGE_LIMITED: Self = Self(1 << 6);
     /// The rotor flux is being built up; there is no torque yet.
     pub const MAGNETIZING: Self = Self(1 << 7);
-    /// Too many samples were lost: the output is zero until the measurement is back.
+    /// Too many samples were lost: the last command fades out until the measurement is back.
     pub const BLOCKED: Self = Self(1 << 8);
     /// The controller gave something that is no number; it was restarted.
     pub const RESTARTED: Self = Self(1 << 9);
@@ -33,8 +33,10 @@ impl Status {
     pub const OVERCURRENT: Self = Self(1 << 10);
     /// The flux is below its reference for want of voltage.
     pub const FIELD_WEAKENING: Self = Self(1 << 11);
+    /// A flying start: the current is held at zero until the flux that the machine carries is found.
+    pub const CATCHING: Self = Self(1 << 12);
 
-    const NAMES: [&'static str; 12] = [
+    const NAMES: [&'static str; 13] = [
         "current_lost",
         "speed_lost",
         "dc_voltage_lost",
@@ -47,6 +49,7 @@ impl Status {
         "restarted",
         "overcurrent",
         "field_weakening",
+        "catching",
     ];
 
     /// Whether every condition of `other` holds.

@@ -15,6 +15,7 @@ use im_model::{Complex, Scalar};
 use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::error::ControlError;
 use crate::flux::{RotorFlux, RotorFluxModel};
+use crate::flying_start::{BeginsAt, Caught};
 use crate::machine_data::MachineData;
 use crate::reference::Shaped;
 use crate::speed_regulator::SpeedRegulator;
@@ -152,7 +153,9 @@ impl<T: Scalar> Controller<T> for FieldOriented<T> {
             Orientation::Direct { crossover_rad_s } => {
                 let l = law.current.leakage_inductance_h;
                 let pull = s.rotor.flux_vs * law.k_r + m.i_s * l;
-                s.stator.step(m, pull, l, law.stator_resistance_ohm, crossover_rad_s, law.current.voltage_delay_s)
+                // While there is little flux, what the inverter keeps for itself would be taken for it: the current model decides alone.
+                let crossover = if s.magnetized { crossover_rad_s } else { T::from_f64(10.0) / t };
+                s.stator.step(m, pull, l, law.stator_resistance_ohm, crossover, law.current.voltage_delay_s)
             }
         };
         let size = norm(psi);
@@ -215,6 +218,19 @@ impl<T: Scalar> Controller<T> for FieldOriented<T> {
             .and_if(s.magnetized && torque.abs() >= torque_max, Status::CURRENT_LIMITED)
             .and_if(flux < wanted * T::from_f64(0.98), Status::FIELD_WEAKENING);
         Command::Voltage(out.u_s)
+    }
+}
+
+impl<T: Scalar> BeginsAt<T> for FieldOriented<T> {
+    fn begin_at(&mut self, caught: &Caught<T>) {
+        let (law, s) = (&self.law, &mut self.state);
+        let psi = caught.rotor_flux_vs * law.k_r;
+        s.rotor = RotorFlux::of(caught);
+        s.stator = StatorFlux::at(psi, law.current.leakage_inductance_h, caught.i_s, caught.u_s);
+        s.omega_s = law.model.pole_pairs * caught.omega_m;
+        // Flux that is there is within what the voltage allows.
+        s.flux_limit = norm(psi);
+        s.wanted_v = norm(psi) * s.omega_s.abs();
     }
 }
 

@@ -24,6 +24,11 @@ impl<T: Scalar> Default for StatorFlux<T> {
 }
 
 impl<T: Scalar> StatorFlux<T> {
+    /// With a rotor flux (inverse-Γ, Vs), current and voltage to begin with.
+    pub fn at(psi_r: Complex<T>, leakage_h: T, i_s: Complex<T>, u_before: Complex<T>) -> Self {
+        Self { psi_s: psi_r + i_s * leakage_h, psi_r, i_s, u_before }
+    }
+
     /// Brings it to the instant of the measurement; returns the rotor flux (inverse-Γ), Vs.
     #[inline]
     pub fn step(&mut self, m: &Measured<T>, pull: Complex<T>, leakage_h: T, r_s: T, crossover: T, delay_s: T) -> Complex<T> {

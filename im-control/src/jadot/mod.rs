@@ -33,6 +33,7 @@ use im_model::space_vector::{j, norm2};
 use im_model::{Complex, Scalar};
 
 use crate::error::ControlError;
+use crate::flying_start::{BeginsAt, Caught};
 use crate::machine_data::MachineData;
 use crate::status::{Reports, Status};
 use crate::vector::{clamp, is_finite, norm, rotation, within_hexagon};
@@ -277,6 +278,20 @@ impl<T: Scalar, A: Adaptation<T>> Controller<T> for Jadot<T, A> {
         // Rounding neither lengthens nor shortens it.
         x.direction = turned * (T::from_f64(1.5) - norm2(turned) * half);
         Command::Voltage(x.limited_v)
+    }
+}
+
+impl<T: Scalar, A: Adaptation<T>> BeginsAt<T> for Jadot<T, A> {
+    fn begin_at(&mut self, caught: &Caught<T>) {
+        let x = &mut self.state;
+        let size = norm(caught.rotor_flux_vs);
+        (x.omega_m, x.omega_s) = (caught.omega_m, caught.omega_m * self.n_p);
+        if size > T::zero() {
+            // The frame at the next sample, with the flux along its first axis.
+            x.direction = caught.rotor_flux_vs * (T::one() / size) * rotation(x.omega_s * caught.sample_time_s);
+        }
+        x.phi_ref = Complex::new(size * self.k_r, T::zero());
+        x.i_ref = caught.i_s * rotation(x.omega_s * caught.sample_time_s) * x.direction.conj();
     }
 }
 

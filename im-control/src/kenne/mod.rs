@@ -28,6 +28,7 @@ use im_model::{Complex, Scalar};
 use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::error::ControlError;
 use crate::flux::{RotorFlux, RotorFluxModel};
+use crate::flying_start::{BeginsAt, Caught};
 use crate::load_torque::{LoadTorque, LoadTorqueObserver};
 use crate::machine_data::MachineData;
 use crate::reference::Shaped;
@@ -245,6 +246,18 @@ impl<T: Scalar> Controller<T> for Kenne<T> {
         s.wanted_v = out.wanted_v * self.model.rotor_inductance_h / law.m_big;
         s.status = status.and_if(out.limited, Status::VOLTAGE_LIMITED);
         Command::Voltage(out.u_s)
+    }
+}
+
+impl<T: Scalar> BeginsAt<T> for Kenne<T> {
+    fn begin_at(&mut self, caught: &Caught<T>) {
+        let s = &mut self.state;
+        s.rotor = RotorFlux::of(caught);
+        s.shaped = Shaped::at(caught.omega_m);
+        s.omega_s = self.law.n_p * caught.omega_m;
+        // Flux that is there is within what the voltage allows.
+        s.flux_limit = norm(caught.rotor_flux_vs);
+        s.wanted_v = norm(caught.rotor_flux_vs) * s.omega_s.abs();
     }
 }
 

@@ -1,9 +1,9 @@
-//! At and beyond the limits of voltage and current, caught while turning, and through a bridge with dead time.
+//! At and beyond the limits of voltage and current, and through a bridge with dead time.
 
 use im_control::modulation::DeadTimeCompensation;
 use im_control::{Drive, Reports, Status};
-use im_model::simulation::{Bridge, CarrierPwm, Command, Controller, Inverter, Measured, Reference, Simulation, Source, Start};
-use im_model::{Complex, Machine, State, machines};
+use im_model::simulation::{Bridge, CarrierPwm, Command, Controller, Inverter, Measured, Reference, Simulation, Source};
+use im_model::{Complex, Machine, machines};
 
 use crate::common::{Case, points};
 
@@ -42,29 +42,6 @@ fn overload_is_carried_as_far_as_the_current_allows() {
         assert!(peak < 1.2 * case.known.current_max_a, "{name}: {peak} A of {}", case.known.current_max_a);
         assert!(w[11_400] < 90.0, "{name}: {} rad/s under overload", w[11_400]);
         assert!((run.state.omega_m - 120.0).abs() < 0.3, "{name}: {} rad/s after it", run.state.omega_m);
-    }
-}
-
-#[test]
-fn a_turning_machine_is_caught_with_and_without_flux() {
-    let (machine, case) = case();
-    for flux in [0.0, 0.4] {
-        for (name, mut drive) in case.drives() {
-            let mut s = case.scenario(100.0.into(), 0.0.into(), 1.5);
-            // Coasting: no stator current, the rotor's own keeps the flux.
-            let l_m = machine.parameters().magnetizing_inductance_h / machine.parameters().rotor_inductance_h();
-            let psi_r = Complex::new(0.6 * flux, 0.8 * flux);
-            s.start = Start::State(State { omega_m: 100.0, omega_load: 100.0, psi_r, psi_s: psi_r * l_m, ..State::default() });
-            let run = Simulation::new(&machine, &s).controlled_by(drive.as_mut()).run().unwrap();
-            let worst = run.recording.omega_m.iter().fold(0.0f64, |d, w| d.max((w - 100.0).abs()));
-            // Without flux nothing happens; flux that nobody knows of brakes or drives, with what the current limit allows, until it has decayed
-            // or the model has found it.
-            let bound = if flux > 0.0 { 30.0 } else { 2.0 };
-            assert!(worst < bound, "{name} at {flux} Vs: {worst} rad/s");
-            assert!((run.state.omega_m - 100.0).abs() < 0.3, "{name} at {flux} Vs: {}", run.state.omega_m);
-            let peak = run.recording.i_s.iter().fold(0.0f64, |p, i| p.max(i.norm()));
-            assert!(peak < 1.5 * case.known.current_max_a, "{name} at {flux} Vs: {peak} A");
-        }
     }
 }
 

@@ -3,6 +3,7 @@
 mod bad_input;
 mod common;
 mod designed;
+mod flying_start;
 mod limits;
 mod mtpa;
 mod random_machines;

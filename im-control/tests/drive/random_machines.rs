@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use crate::common::{Case, points};
 
 /// A machine as a catalogue has it: efficiency and power factor grow with size, slip falls.
-fn any_machine() -> impl Strategy<Value = (Machine<f64>, Rating)> {
+pub fn any_machine() -> impl Strategy<Value = (Machine<f64>, Rating)> {
     (0.0..1.0f64, 1u32..=4, -1.0..1.0f64, 0.5..2.0f64).prop_map(|(size, pairs, spread, inertia)| {
         // 0.4 to 75 kW, evenly in the logarithm.
         let power_w = 400.0 * (75_000.0f64 / 400.0).powf(size);
@@ -33,7 +33,7 @@ fn any_machine() -> impl Strategy<Value = (Machine<f64>, Rating)> {
 }
 
 /// Effects in typical sizes: saturation, dead time, one sample of delay.
-fn with_effects(machine: &Machine<f64>, rating: &Rating) -> Machine<f64> {
+pub fn with_effects(machine: &Machine<f64>, rating: &Rating) -> Machine<f64> {
     let mut e = Effects::scaled(rating, machine.parameters(), machine.pole_pairs());
     e.main_flux_saturation.excess = 0.4;
     e.inverter_nonlinearity.voltage_v = 0.015 * rating.phase_voltage_peak_v;

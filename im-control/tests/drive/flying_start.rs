@@ -1,0 +1,68 @@
+//! Caught while turning, with whatever flux the machine still carries.
+
+use im_control::named::Supervised;
+use im_model::simulation::{Simulation, Start};
+use im_model::{Complex, Machine, State, space_vector};
+use proptest::prelude::*;
+
+use crate::common::Case;
+use crate::random_machines::{any_machine, with_effects};
+
+/// What a start did: largest current over its limit, largest torque over rated torque, largest and last change of speed over synchronous speed.
+#[derive(Debug)]
+struct Jolt {
+    current: f64,
+    torque: f64,
+    speed: f64,
+    end: f64,
+}
+
+/// Coasting: no stator current, the rotor's own keeps the flux.
+fn coasting(machine: &Machine<f64>, omega_m: f64, psi_r: Complex<f64>) -> State<f64> {
+    let k = machine.parameters().magnetizing_inductance_h / machine.parameters().rotor_inductance_h();
+    State { omega_m, omega_load: omega_m, psi_r, psi_s: psi_r * k, ..State::default() }
+}
+
+fn caught(drive: &mut dyn Supervised, truth: &Machine<f64>, case: &Case, omega_m: f64, psi_r: Complex<f64>) -> Jolt {
+    let mut s = case.scenario(omega_m.into(), 0.0.into(), 0.6);
+    s.start = Start::State(coasting(truth, omega_m, psi_r));
+    let run = Simulation::new(truth, &s).controlled_by(drive).with_internals().run().unwrap();
+    let most = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0f64, |m, x| m.max(x.abs()));
+    let w = case.speed_rad_s();
+    Jolt {
+        current: most(&mut run.recording.i_s.iter().map(|i| i.norm())) / case.known.current_max_a,
+        torque: most(&mut run.internals.unwrap().torque_nm.into_iter()) / case.rating.torque_nm,
+        speed: most(&mut run.recording.omega_m.iter().map(|x| x - omega_m)) / w,
+        end: (run.state.omega_m - omega_m).abs() / w,
+    }
+}
+
+/// (3/2) n_p ψ_R e(T + delay)/L_σ over rated torque, e = ω_eψ_R: the torque of the current that rises until the emf is known.
+fn pulse(case: &Case, omega_m: f64, flux: f64) -> f64 {
+    let (w, n_p) = (&case.known.windings, f64::from(case.known.pole_pairs));
+    let k_r = w.mutual_inductance_h / w.rotor_inductance_h;
+    let l = w.stator_inductance_h - k_r * w.mutual_inductance_h;
+    let rise = (n_p * omega_m).abs() * (case.sample_time_s + case.known.voltage_delay_s) / l;
+    1.5 * n_p * (k_r * flux).powi(2) * rise / case.rating.torque_nm
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(12), ..ProptestConfig::default() })]
+    /// Any machine, speed, and residual flux up to rated in any direction; saturation, dead time and a sample of delay unknown to the drive.
+    #[test]
+    fn a_turning_machine_is_caught_without_a_jolt(
+        (machine, rating) in any_machine(), speed in prop_oneof![4 => -1.0..1.0f64, 1 => -0.02..0.02f64],
+        flux in 0.0..1.0f64, phase in -3.2..3.2f64
+    ) {
+        let truth = with_effects(&machine, &rating);
+        let case = Case::new(&machine, &rating, 1e-4);
+        let (omega_m, flux) = (speed * case.speed_rad_s(), flux * rating.rotor_flux_vs);
+        for (name, mut drive) in case.drives() {
+            let jolt = caught(drive.as_mut(), &truth, &case, omega_m, space_vector::unit(phase) * flux);
+            let pulse = pulse(&case, omega_m, flux);
+            // The first pulse, as saturation and the tail of the regulator shape it, and what magnetizing at a wrong flux angle leaves.
+            prop_assert!(jolt.current < 1.0 && jolt.torque < 1.2 * pulse + 0.15, "{name}: {jolt:?}, pulse {pulse}");
+            prop_assert!(jolt.speed < 0.02 && jolt.end < 0.005, "{name}: {jolt:?}");
+        }
+    }
+}
