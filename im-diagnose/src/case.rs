@@ -1,7 +1,7 @@
 //! What is to be explained: a motor as its papers give it, recordings to learn from, and one held out.
 
 use im_identify::offline::{Experiment, Start, guess_start};
-use im_model::{Machine, MotorFile, Recording, State};
+use im_model::{MotorFile, Recording, State};
 
 use crate::intake::Intake;
 use crate::intake::mapping::Begin;
@@ -46,19 +46,18 @@ impl Case {
         case
     }
 
-    /// Sets the noise of every channel from the roughness of a machine's residuals on `fitted`, all runs together.
-    pub fn set_noise_from(&mut self, machine: &Machine<f64>, starts: &[State<f64>], fitted: &[Experiment]) {
+    /// Sets the noise of every channel from the roughness of a fit's residuals on `fitted`, all runs together.
+    pub fn set_noise_from(&mut self, fitted: &[Experiment], residuals: &[Vec<Vec<f64>>]) {
         let rough: Vec<Vec<f64>> = fitted
             .iter()
-            .zip(starts)
-            .map(|(e, x)| {
+            .zip(residuals)
+            .map(|(e, r)| {
                 if e.is_table() {
                     return vec![0.0; e.channels.len()];
                 }
-                let r = im_identify::offline::residuals(machine, e, x);
                 e.channels
                     .iter()
-                    .zip(&r)
+                    .zip(r)
                     .map(|(c, r)| {
                         let used: Vec<f64> = r.iter().enumerate().filter(|(k, _)| c.is_valid(*k)).map(|(_, v)| *v).collect();
                         c.sigma * white_sigma(&used)

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use im_identify::offline::{Experiment, Fit, FitError, FitOptions, residuals};
 use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::case::Case;
@@ -13,7 +14,8 @@ use crate::refine::{Course, Model, Options, Refinement, UNSTABLE, cosine, judged
 use crate::score::{LEAST_KEEP, Score, strengths, threshold};
 
 /// What the data say.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The base model explains the recordings.
     Adequate,
@@ -127,6 +129,8 @@ pub struct Diagnosis {
     pub refined: MotorFile,
     /// What the last model's residual still depends on.
     pub leftover: Vec<Dependence>,
+    /// More than noise that is left beside effects that were found: less than a tenth, or the verdict is `unexplained`.
+    pub remainder: Option<Remainder>,
     /// Noise per channel, in its unit.
     pub noise: BTreeMap<String, f64>,
     /// The case as analysed, with the noise as estimated.
@@ -193,7 +197,8 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     } else {
         steps_as_found[..course.models.len()].to_vec()
     };
-    let ranking = ranking(&loop_, &course, significance);
+    let remainder = remainder(&course, &leftover);
+    let ranking = ranking(&loop_, &course, significance, remainder.as_ref());
     let verdict = verdict(&course, &ranking, &leftover, floor);
     let machine = steps[steps.len() - 1].machine;
     let refined = MotorFile { machine, ..before.clone() };
@@ -209,6 +214,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
         parameters,
         refined,
         leftover,
+        remainder,
         noise,
         case,
         course,
@@ -234,14 +240,18 @@ impl Judged {
     }
 }
 
-/// A model fitted once more as a user's own simulation will run it, and its errors.
-fn step(loop_: &Refinement, model: &Model, refit: &Judged, judged: &Judged) -> Step {
+/// A model fitted once more as a user's own simulation will run it: the machine and the starts of the training recordings.
+fn refitted(loop_: &Refinement, model: &Model, refit: &Judged) -> (Machine<f64>, Vec<State<f64>>) {
     let options = FitOptions { iterations: 12, tolerance: 1e-5, horizons: Vec::new() };
-    let (machine, starts) = match loop_.fit_to(&refit.train, &model.fit.machine, &model.effects, &options) {
+    match loop_.fit_to(&refit.train, &model.fit.machine, &model.effects, &options) {
         // Where the unaided simulation falls out of step on the way, its minimum means nothing.
         Ok(f) if mean_square_all(&f.machine, loop_.pulled(), &f.starts) < 1.2 * model.train() => (f.machine, f.starts),
         _ => (model.fit.machine, model.fit.starts.clone()),
-    };
+    }
+}
+
+/// The errors of a refitted model.
+fn step(loop_: &Refinement, model: &Model, (machine, starts): (Machine<f64>, Vec<State<f64>>), judged: &Judged) -> Step {
     let held = judged.holdout.as_slice();
     let held_starts = loop_.starts(&machine, held);
     Step {
@@ -258,9 +268,10 @@ fn steps(loop_: &Refinement, course: &Course) -> Vec<Step> {
     let last = &course.models[course.models.len() - 1];
     // A first, generous look: what the final model can be fitted on unaided; then the strict one, with that fit.
     let refit = Judged::new(loop_, &last.fit.machine, &last.fit.starts, 100.0);
-    let end = step(loop_, last, &refit, &refit);
-    let judged = Judged::new(loop_, &end.machine, &end.starts, UNSTABLE);
-    course.models.par_iter().map(|m| step(loop_, m, &refit, &judged)).collect()
+    let fits: Vec<_> = course.models.par_iter().map(|m| refitted(loop_, m, &refit)).collect();
+    let (machine, starts) = &fits[fits.len() - 1];
+    let judged = Judged::new(loop_, machine, starts, UNSTABLE);
+    course.models.par_iter().zip(fits).map(|(m, fit)| step(loop_, m, fit, &judged)).collect()
 }
 
 /// Drops the last effects again where a simulation on its own feet does not gain by them: drawing the speed towards a noisy
@@ -282,7 +293,7 @@ fn mean_square_all(machine: &Machine<f64>, experiments: &[Experiment], starts: &
     experiments.iter().zip(starts).map(|(e, x)| mean_square(machine, e, x) * e.count() as f64).sum::<f64>() / n as f64
 }
 
-fn ranking(loop_: &Refinement, course: &Course, significance: f64) -> Vec<Candidate> {
+fn ranking(loop_: &Refinement, course: &Course, significance: f64, remainder: Option<&Remainder>) -> Vec<Candidate> {
     let Some(first) = course.rounds.first() else { return Vec::new() };
     let m = first.scores.len().max(1);
     let last = &course.models[course.models.len() - 1];
@@ -309,6 +320,8 @@ fn ranking(loop_: &Refinement, course: &Course, significance: f64) -> Vec<Candid
                 if rivals.is_empty() { "added".into() } else { format!("added; cannot be told from {}", rivals.join(", ")) }
             } else if course.alternatives.iter().flatten().any(|e| *e == s.effect) {
                 "explains the data as well as an effect added".into()
+            } else if remainder.is_some_and(|r| r.suspect == Some(s.effect)) {
+                "may be missing, too: explains part of what is left, but is not confirmed".into()
             } else if !shown(s, usual, threshold) {
                 "not excited: these recordings cannot show it at any usual size".into()
             } else if !first.significant.contains(&s.effect) {
@@ -340,6 +353,26 @@ fn ranking(loop_: &Refinement, course: &Course, significance: f64) -> Vec<Candid
 /// Whether the recordings show an effect, or would at its largest usual size.
 fn shown(s: &Score, usual: f64, threshold: f64) -> bool {
     s.score > threshold || (s.detectable <= usual && s.keep >= LEAST_KEEP)
+}
+
+/// What the effects added leave, where it is more than noise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remainder {
+    /// The effect that would explain most of it, if one does: tried, but not confirmed.
+    pub suspect: Option<EffectId>,
+    /// The training error with it, in noise floors.
+    pub with_suspect: f64,
+}
+
+fn remainder(course: &Course, leftover: &[Dependence]) -> Option<Remainder> {
+    let last = &course.models[course.models.len() - 1];
+    let found = matches!(verdict_of(course, leftover, 1.0), Some(Verdict::MissingEffects | Verdict::Confounded));
+    if !found || error(last, 1.0) - 1.0 <= NEGLIGIBLE || !structured(leftover) {
+        return None;
+    }
+    let round = course.rounds.get(course.models.len() - 1)?;
+    let suspect = round.trials.iter().find(|t| likelier(last, &t.model, round.scores.len()));
+    Some(Remainder { suspect: suspect.map(|t| t.effect), with_suspect: suspect.map_or(last.train(), |t| t.model.train()) })
 }
 
 /// Largest relative standard deviation of a resistance or an inductance that counts as known.

@@ -96,7 +96,7 @@ fn proposal(
     let free = base_parameters(&machine);
     let fitted = fit(&machine, &experiments, &free, &FitOptions { iterations: 3, ..FitOptions::near() }).ok()?;
     let context = ScoreContext::new(&fitted.machine, &fitted.starts, &experiments, &motor.rating, &free);
-    let scores: Vec<Score> = open.par_iter().filter_map(|&e| context.score(e)).collect();
+    let scores: Vec<Score> = open.par_iter().filter_map(|&e| context.score(e, None)).collect();
     let detectable: Vec<(EffectId, f64)> = scores
         .iter()
         .map(|s| {

@@ -136,7 +136,7 @@ impl Refinement {
         me.start_from(&me.starts(&me.base, &me.pulled));
         let first = me.model(&me.base, &[], &FitOptions { tolerance: 1e-5, ..FitOptions::default() })?;
         // The voltage's own roughness shows in the currents: only in the residual is the roughness all noise.
-        me.case.set_noise_from(&first.fit.machine, &first.fit.starts, &me.pulled);
+        me.case.set_noise_from(&me.pulled, &first.fit.residuals);
         me.start_from(&first.fit.starts);
         let model = me.model(&first.fit.machine, &[], &FitOptions::near())?;
         Ok((me, model))
@@ -211,8 +211,7 @@ impl Refinement {
     /// Fits `effects` from `machine`.
     pub fn model(&self, machine: &Machine<f64>, effects: &[EffectId], options: &FitOptions) -> Result<Model, FitError> {
         let fit = self.fit_to(&self.pulled, machine, effects, options)?;
-        let r: Vec<_> = self.pulled.iter().zip(&fit.starts).map(|(e, x)| residuals(&fit.machine, e, x)).collect();
-        let evidence = evidence(&self.pulled, &r);
+        let evidence = evidence(&self.pulled, &fit.residuals);
         let holdout = self.case.holdout.as_ref().map(|h| {
             let h = &pulled(std::slice::from_ref(h))[0];
             mean_square(&fit.machine, h, &start_on(&fit.machine, h, &self.rating))
@@ -220,12 +219,13 @@ impl Refinement {
         Ok(Model { effects: effects.to_vec(), fit, evidence, holdout })
     }
 
-    /// Scores of all candidates not yet in the model, best first.
-    pub fn scores(&self, model: &Model) -> Vec<Score> {
+    /// Scores of all candidates not yet in the model, best first; those of the round before, if any, save looking for sizes.
+    pub fn scores(&self, model: &Model, before: &[Score]) -> Vec<Score> {
         let fit = &model.fit;
         let context = ScoreContext::new(&fit.machine, &fit.starts, &self.pulled, &self.rating, &fit.free);
         let open: Vec<EffectId> = self.candidates.iter().copied().filter(|&e| !fit.machine.effects().is_on(e)).collect();
-        let mut scores: Vec<Score> = open.par_iter().filter_map(|&e| context.score(e)).collect();
+        let mut scores: Vec<Score> =
+            open.par_iter().filter_map(|&e| context.score(e, before.iter().find(|s| s.effect == e))).collect();
         scores.sort_by(|a, b| b.log_p.total_cmp(&a.log_p).then(b.score.total_cmp(&a.score)));
         scores
     }
@@ -246,7 +246,9 @@ impl Refinement {
         let machine = self.seeded(&model.fit.machine, score)?;
         let mut effects = model.effects.clone();
         effects.push(score.effect);
-        let quick = FitOptions { iterations: 10, tolerance: 1e-3, horizons: Vec::new() };
+        // Far above the noise floor it is enough to see which way an effect goes: a step that gains less of the excess is the last.
+        let excess = 1.0 - 1.0 / model.train().max(1.0);
+        let quick = FitOptions { iterations: 10, tolerance: (5e-3 * excess).max(1e-3), horizons: Vec::new() };
         let model = self.model(&machine, &effects, &quick).ok()?;
         Some(Trial { effect: score.effect, model })
     }
@@ -315,7 +317,7 @@ impl Refinement {
         let mut validated = 0;
         loop {
             let here = &models[models.len() - 1];
-            let scores = self.scores(here);
+            let scores = self.scores(here, rounds.last().map_or(&[], |r| &r.scores));
             let significant = self.significant(&scores);
             let leading: Vec<&Score> = scores
                 .iter()

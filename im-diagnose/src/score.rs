@@ -36,6 +36,8 @@ pub struct Score {
     pub shape: Vec<(usize, f64)>,
     /// The projected signature of the leading strength, thinned, for comparing effects.
     pub signature: Vec<f64>,
+    /// By how many σ a unit of each strength changes the outputs: where the next score starts looking for sizes that matter.
+    pub sensitivity: Vec<f64>,
 }
 
 /// Everything a score needs at the present machine.
@@ -162,11 +164,14 @@ impl<'a> ScoreContext<'a> {
         Some(out)
     }
 
-    /// The signature of strength `k` per unit, at a shape.
-    fn secant(&self, effect: EffectId, k: usize, shape: &[(usize, f64)]) -> Option<Vec<f64>> {
+    /// The signature of strength `k` per unit, at a shape; `sensitivity` is what is known of it before, and after.
+    fn secant(&self, effect: EffectId, k: usize, shape: &[(usize, f64)], sensitivity: &mut Option<f64>) -> Option<Vec<f64>> {
         let info = &effect.parameters()[k];
         let unit = self.rating.unit_of(info.scale, self.machine.parameters(), self.machine.pole_pairs());
-        let mut size = (info.typical.0 * info.typical.1).sqrt() * unit;
+        // Far beyond the residual the secant is not the slope any more.
+        let wanted = self.raw_rms.max(1.0);
+        let usual = (info.typical.0 * info.typical.1).sqrt() * unit;
+        let mut size = sensitivity.map_or(usual, |s| usual.min(wanted / s));
         let count: usize = self.experiments.iter().map(Experiment::count).sum();
         for _ in 0..8 {
             let mut set: Vec<(ParameterId, f64)> = shape.iter().map(|&(i, v)| (ParameterId::Effect(effect, i), v)).collect();
@@ -176,8 +181,7 @@ impl<'a> ScoreContext<'a> {
                 continue;
             };
             let rms = (d.iter().flatten().flatten().map(|x| x * x).sum::<f64>() / count as f64).sqrt();
-            // Far beyond the residual the secant is not the slope any more.
-            let wanted = self.raw_rms.max(1.0);
+            *sensitivity = Some(rms / size);
             if rms > 4.0 * wanted {
                 size *= (wanted / rms).max(0.01);
                 continue;
@@ -191,16 +195,17 @@ impl<'a> ScoreContext<'a> {
         None
     }
 
-    /// Scores one effect over its shapes.
-    pub fn score(&self, effect: EffectId) -> Option<Score> {
+    /// Scores one effect over its shapes; a score at another machine, `before`, saves looking for sizes.
+    pub fn score(&self, effect: EffectId, before: Option<&Score>) -> Option<Score> {
         let shapes = shapes(effect, &self.machine, self.rating);
         let tried = shapes.len();
         let strengths: Vec<usize> = strengths(effect);
+        let mut sensitivity: Vec<Option<f64>> =
+            (0..strengths.len()).map(|k| before.and_then(|s| s.sensitivity.get(k).copied())).collect();
         let mut best: Option<Score> = None;
         for shape in shapes {
-            let Some(raw) = strengths.iter().map(|&k| self.secant(effect, k, &shape)).collect::<Option<Vec<_>>>() else {
-                continue;
-            };
+            let secants = strengths.iter().zip(&mut sensitivity).map(|(&k, s)| self.secant(effect, k, &shape, s));
+            let Some(raw) = secants.collect::<Option<Vec<_>>>() else { continue };
             let norms: Vec<f64> = raw.iter().map(|g| g.iter().map(|x| x * x).sum::<f64>()).collect();
             let columns: Vec<Vec<f64>> = raw.into_iter().map(|g| self.projected(g)).collect();
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
@@ -232,6 +237,7 @@ impl<'a> ScoreContext<'a> {
                     detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / gram[(lead, lead)].sqrt(),
                     shape,
                     signature: columns[used[lead]].iter().step_by(stride).copied().collect(),
+                    sensitivity: sensitivity.iter().map(|s| s.unwrap_or(0.0)).collect(),
                 });
             }
         }

@@ -210,10 +210,11 @@ pub(crate) fn summary(s: &Story) -> Summary {
     let cause = match d.verdict {
         Verdict::MissingEffects => {
             format!(
-                "{} {} missing from the model: adding {} {fall}",
+                "{} {} missing from the model: adding {} {fall}{}",
                 names(&d.effects),
                 is(d.effects.len()),
-                if d.effects.len() == 1 { "it" } else { "them" }
+                if d.effects.len() == 1 { "it" } else { "them" },
+                rest(d)
             )
         }
         Verdict::Confounded => {
@@ -228,9 +229,10 @@ pub(crate) fn summary(s: &Story) -> Summary {
                 .collect();
             let single = d.alternatives.iter().filter(|a| !a.is_empty()).count() == 1;
             format!(
-                "something is missing that these recordings do not let us name alone: {}. Adding {} {fall}",
+                "something is missing that these recordings do not let us name alone: {}. Adding {} {fall}{}",
                 join(&sets),
-                if single { "any one of them" } else { "one of each" }
+                if single { "any one of them" } else { "one of each" },
+                rest(d)
             )
         }
         Verdict::Unexplained => {
@@ -338,6 +340,19 @@ pub(crate) fn summary(s: &Story) -> Summary {
         _ => {}
     }
     Summary { cause: super::words::sentence(&cause), sure: sure.iter().map(|t| super::words::sentence(t)).collect(), refute }
+}
+
+/// Said after what was found, where the error that stays is more than noise.
+fn rest(d: &Diagnosis) -> String {
+    match d.remainder.as_ref().map(|r| (r.suspect, r.with_suspect)) {
+        None => String::new(),
+        Some((None, _)) => ". Something smaller is still missing, and no effect of the library stands out as its cause".into(),
+        Some((Some(e), error)) => format!(
+            ". Something smaller is still missing: the next suspect, tried but not confirmed, is {} ({} noise floors in training with it)",
+            effect_name(e),
+            floors(error)
+        ),
+    }
 }
 
 fn test_of(e: EffectId) -> String {

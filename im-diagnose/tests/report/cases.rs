@@ -57,6 +57,10 @@ fn recording(machine: &Machine<f64>, name: &str, seed: u64, ripple: f64) -> Reco
 }
 
 fn answer(machine: &Machine<f64>, ripple: f64) -> Diagnosis {
+    answer_with(machine, ripple, Options::default().most_effects)
+}
+
+fn answer_with(machine: &Machine<f64>, ripple: f64, most_effects: usize) -> Diagnosis {
     let m = &MOTULATOR_2_2_KW;
     let mut given = m.parameters();
     given.stator_resistance_ohm *= 1.1;
@@ -71,7 +75,7 @@ fn answer(machine: &Machine<f64>, ripple: f64) -> Diagnosis {
     let holdout = recording(machine, "third.csv", 3, ripple);
     let candidates =
         vec![EffectId::MainFluxSaturation, EffectId::IronLoss, EffectId::CoulombFriction, EffectId::InverterNonlinearity];
-    let options = Options { candidates, ..Options::default() };
+    let options = Options { candidates, most_effects, ..Options::default() };
     diagnose(Case::new(motor, &train, Some(&holdout)), options).unwrap()
 }
 
@@ -83,6 +87,13 @@ fn base() -> Machine<f64> {
 pub fn missing() -> Diagnosis {
     let set = |k, v| (ParameterId::Effect(EffectId::MainFluxSaturation, k), v);
     answer(&base().with(&[set(0, 0.5), set(1, 6.0)]).unwrap(), 0.0)
+}
+
+/// Saturation is missing, and friction that the loop is not allowed to add.
+pub fn more_than_named() -> Diagnosis {
+    use EffectId::{CoulombFriction, MainFluxSaturation};
+    let set = [(MainFluxSaturation, 0, 0.5), (MainFluxSaturation, 1, 6.0), (CoulombFriction, 0, 0.1)];
+    answer_with(&base().with(&set.map(|(e, k, v)| (ParameterId::Effect(e, k), v))).unwrap(), 0.0, 1)
 }
 
 /// Nothing is missing.

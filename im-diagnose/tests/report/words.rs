@@ -3,6 +3,7 @@ use im_diagnose::report::{
     Comparison, Meta, NextTest, ProfileTrace, SideBySide, compare_html, compare_terminal, html, side_by_side,
     side_by_side_terminal, terminal, write,
 };
+use im_model::EffectId;
 
 use crate::cases;
 
@@ -84,6 +85,35 @@ fn a_missing_effect_is_told_with_cause_certainty_and_refutation() {
     {
         assert!(text.contains(part), "{part}\n{text}");
     }
+}
+
+#[test]
+fn what_was_found_is_not_said_to_be_all_where_more_is_left() {
+    let d = cases::more_than_named();
+    assert_eq!(
+        (d.verdict, d.effects.as_slice()),
+        (Verdict::MissingEffects, &[EffectId::MainFluxSaturation][..]),
+        "{:?}",
+        d.course.rounds.iter().map(|r| r.significant.clone()).collect::<Vec<_>>()
+    );
+    assert_eq!(
+        d.remainder.as_ref().and_then(|r| r.suspect),
+        Some(EffectId::CoulombFriction),
+        "{:?} {:?}",
+        d.remainder,
+        d.steps[1].train
+    );
+    let (page, text) = check(&d, "more");
+    for words in [page, text] {
+        let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(
+            words.contains("Something smaller is still missing: the next suspect, tried but not confirmed, is Coulomb friction"),
+            "{words}"
+        );
+    }
+    let ranked = d.ranking.iter().find(|c| c.effect == EffectId::CoulombFriction).unwrap();
+    assert!(ranked.conclusion.starts_with("may be missing, too"), "{}", ranked.conclusion);
+    assert_eq!(cases::missing().remainder, None);
 }
 
 #[test]

@@ -65,6 +65,8 @@ pub struct Fit {
     pub count: usize,
     /// Covariance of the search variables for unit noise: (JᵀJ)⁻¹, P×P.
     pub covariance: DMatrix<f64>,
+    /// What is left, in σ: per experiment and channel, zero where a sample is not valid.
+    pub residuals: Vec<Vec<Vec<f64>>>,
     /// Accepted steps.
     pub iterations: usize,
     /// Whether the last step was below the tolerance.
@@ -237,6 +239,7 @@ pub fn fit(machine: &Machine<f64>, experiments: &[Experiment], free: &[Free], op
         starts: here.starts,
         free: free.to_vec(),
         cost: here.cost,
+        residuals: here.residuals,
         count: experiments.iter().map(Experiment::count).sum(),
         iterations: end.accepted,
         converged: end.converged,
