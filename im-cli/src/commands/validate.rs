@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::errors;
 use im_diagnose::refine::pulled;
-use im_identify::offline::start_on;
+use im_identify::offline::{residuals, start_on};
 use im_model::MotorFile;
 use serde_json::json;
 
@@ -56,7 +56,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let drawn = pulled(&case.train);
     let starts = |m: &MotorFile| drawn.iter().map(|e| start_on(&m.machine, e, &m.rating)).collect::<Vec<_>>();
     let (start_before, start_after) = (starts(&before), starts(&after));
-    case.set_noise_from(&after.machine, &start_after, &drawn);
+    let left: Vec<_> = drawn.iter().zip(&start_after).map(|(e, x)| residuals(&after.machine, e, x)).collect();
+    case.set_noise_from(&drawn, &left);
     let pair = |e: &[_]| (errors(&before.machine, e, &start_before), errors(&after.machine, e, &start_after));
     let (free, aided) = (pair(&case.train), pair(&pulled(&case.train)));
     let mut out = io::stdout().lock();

@@ -1,64 +1,8 @@
-//! The main job from outside: compare, fit, diagnose, add, validate, next test, on the data of the demo.
+//! The main job: compare, fit, diagnose, add, validate, next test, on the data of the demo.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
-/// A folder of its own for a test, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("im-job-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-    fn file(&self, name: &str, text: &str) -> String {
-        fs::write(self.0.join(name), text).unwrap();
-        self.path(name)
-    }
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-    fn has(&self, name: &str) -> bool {
-        self.0.join(name).exists()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-fn demo(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/demo").join(name).display().to_string()
-}
-
-fn im(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_im")).args(args).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
-
-fn done(args: &[&str]) -> String {
-    let o = im(args);
-    assert!(o.status.success(), "{args:?}: {}", text(&o.stderr));
-    text(&o.stdout)
-}
-
-/// Runs what must be refused; returns the message.
-fn refused(args: &[&str]) -> String {
-    let o = im(args);
-    let message = text(&o.stderr);
-    assert_eq!(o.status.code(), Some(1), "{args:?}: {message}");
-    assert_eq!(text(&o.stdout), "");
-    assert!(message.starts_with("error: ") && !message.contains("panicked"), "{message}");
-    message
-}
+use crate::common::{Folder, demo, done, im, json, refused, text};
 
 /// The fields of every row from 1 on, changed.
 fn changed(csv: &str, change: impl Fn(usize, &mut Vec<String>)) -> String {
@@ -77,25 +21,22 @@ fn the_whole_loop_runs_on_files() {
     let f = Folder::new("loop");
     let story = done(&["demo", "--out", &f.path("out"), "--save-data", &f.path("data")]);
     assert!(story.contains("Main-flux saturation") || story.contains("main-flux saturation"), "{story}");
-    let found: serde_json::Value = serde_json::from_str(&fs::read_to_string(f.path("out/diagnosis.json")).unwrap()).unwrap();
+    let found: serde_json::Value = serde_json::from_str(&f.read("out/diagnosis.json")).unwrap();
     assert_eq!(found["verdict"], "missing_effects");
     let effect = found["effects"][0].as_str().unwrap().to_owned();
 
     // By hand: add the effect to the motor as it was, fit, and see on the held-out recording that the error has fallen.
     let motor = f.path("data/motor.toml");
     done(&["add", "--motor", &motor, "--effect", &effect, "-o", &f.path("added.toml")]);
-    assert!(fs::read_to_string(f.path("added.toml")).unwrap().contains(&effect));
+    assert!(f.read("added.toml").contains(&effect));
     let refined = f.path("out/motor.refined.toml");
     let holdout = f.path("data/holdout.csv");
-    let judged: serde_json::Value =
-        serde_json::from_str(&done(&["validate", "--before", &motor, "--after", &refined, "--data", &holdout, "--json"]))
-            .unwrap();
+    let judged = json(&["validate", "--before", &motor, "--after", &refined, "--data", &holdout, "--json"]);
     let of = |which: &str| judged["unaided"][which]["chi2_per_sample"].as_f64().unwrap();
     assert!(of("after") < 1.2 && of("before") > 10.0 * of("after"), "{judged}");
 
-    let page = f.path("both.html");
-    done(&["report", &f.path("out"), &f.path("out/diagnosis.json"), "-o", &page]);
-    assert!(fs::read_to_string(page).unwrap().contains("</html>"));
+    done(&["report", &f.path("out"), &f.path("out/diagnosis.json"), "-o", &f.path("both.html")]);
+    assert!(f.read("both.html").contains("</html>"));
 }
 
 #[test]

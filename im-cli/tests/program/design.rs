@@ -1,50 +1,8 @@
-//! `im design` from outside: what it writes, checks and refuses.
-#![cfg(feature = "design")]
+//! `im design`: what it writes, checks and refuses.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
-/// A folder of its own for a test, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("im-design-{name}-{}", std::process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-fn im(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_im")).args(args).output().unwrap()
-}
-
-fn motor() -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/motor.toml").display().to_string()
-}
-
-fn done(args: &[&str]) -> String {
-    let o = im(args);
-    assert_eq!(o.status.code(), Some(0), "{args:?}: {}", String::from_utf8_lossy(&o.stderr));
-    String::from_utf8(o.stdout).unwrap()
-}
-
-fn refused(args: &[&str]) -> String {
-    let o = im(args);
-    assert_eq!(o.status.code(), Some(1), "{args:?}");
-    assert!(o.stdout.is_empty());
-    String::from_utf8(o.stderr).unwrap()
-}
+use crate::common::{Folder, done, example, im, json, refused};
 
 const KINDS: [&str; 10] = ["kubota", "kubota-loop", "thau", "thau-box", "derdiyok", "utkin", "kenne", "jadot", "sampled", "mtpa"];
 
@@ -53,27 +11,22 @@ fn every_kind_is_made_from_its_example_and_an_altered_file_is_refused() {
     let dir = Folder::new("kinds");
     for kind in KINDS {
         let (region, gains, rust, svg) = (dir.path("region.toml"), dir.path("gains.toml"), dir.path("g.rs"), dir.path("p.svg"));
-        let example = done(&["design", "example-region", kind]);
-        fs::write(&region, &example).unwrap();
-        let base = ["design", kind, "--motor", &motor(), "--region", &region, "-o", &gains];
+        let sample = done(&["design", "example-region", kind]);
+        fs::write(&region, &sample).unwrap();
+        let base = ["design", kind, "--motor", &example("motor.toml"), "--region", &region, "-o", &gains];
         let text = done(&[&base[..], &["--rust", &rust, "--scalar", "f64", "--plot", &svg]].concat());
         assert!(text.contains("decided in exact arithmetic") && text.contains("iron_loss"), "{text}");
-        assert!(
-            fs::read_to_string(&rust).unwrap().contains("pub const") && fs::read_to_string(&svg).unwrap().ends_with("</svg>\n")
-        );
+        assert!(dir.read("g.rs").contains("pub const") && dir.read("p.svg").ends_with("</svg>\n"));
         assert!(done(&["design", "check", &gains]).contains("true and unaltered"));
-        let json: serde_json::Value = serde_json::from_str(&done(&["design", "check", &gains, "--json"])).unwrap();
-        assert_eq!(json["valid"], true);
-        let json: serde_json::Value = serde_json::from_str(&done(&[&base[..], &["--json"]].concat())).unwrap();
-        assert!(!json["gains"].as_object().unwrap().is_empty());
-        let altered =
-            fs::read_to_string(&gains).unwrap().replacen("stator_resistance_ohm = 1.5", "stator_resistance_ohm = 1.6", 1);
+        assert_eq!(json(&["design", "check", &gains, "--json"])["valid"], true);
+        assert!(!json(&[&base[..], &["--json"]].concat())["gains"].as_object().unwrap().is_empty());
+        let altered = dir.read("gains.toml").replacen("stator_resistance_ohm = 1.5", "stator_resistance_ohm = 1.6", 1);
         fs::write(&gains, altered).unwrap();
         assert!(refused(&["design", "check", &gains]).contains("refused: altered"), "{kind}");
         let help = done(&["design", kind, "--help"]);
         assert!(
             help.contains("im design example-region")
-                && help.contains(example.lines().nth(1).unwrap().split(" =").next().unwrap())
+                && help.contains(sample.lines().nth(1).unwrap().split(" =").next().unwrap())
         );
     }
 }
@@ -84,12 +37,13 @@ fn gains_are_made_for_a_period_and_for_the_largest() {
     let (region, gains) = (dir.path("region.toml"), dir.path("gains.toml"));
     let made = |kind: &str, period: &str| {
         // A sampled box asks for the rate, which the example leaves out for the fastest.
-        let example = done(&["design", "example-region", kind]).replace("# rate_per_s", "rate_per_s");
-        fs::write(&region, example).unwrap();
-        let base = ["design", kind, "--motor", &motor(), "--region", &region, "-o", &gains, "--period", period, "--json"];
-        let json: serde_json::Value = serde_json::from_str(&done(&base)).unwrap();
+        let sample = done(&["design", "example-region", kind]).replace("# rate_per_s", "rate_per_s");
+        fs::write(&region, sample).unwrap();
+        let base =
+            ["design", kind, "--motor", &example("motor.toml"), "--region", &region, "-o", &gains, "--period", period, "--json"];
+        let made = json(&base);
         assert!(done(&["design", "check", &gains]).contains("true and unaltered"), "{kind} {period}");
-        json["gains"]["period_s"].as_f64().unwrap()
+        made["gains"]["period_s"].as_f64().unwrap()
     };
     for kind in ["kubota", "kubota-loop", "thau", "thau-box", "derdiyok", "utkin", "kenne", "jadot"] {
         assert_eq!(made(kind, "20e-6"), 20e-6, "{kind}");
@@ -99,17 +53,19 @@ fn gains_are_made_for_a_period_and_for_the_largest() {
         assert!(largest > 20e-6, "{kind}: {largest} s, though 20 us are feasible");
         // A tenth beyond is not: the search ends within a hundredth of the largest.
         let beyond = (1.1 * largest).to_string();
-        let text = refused(&["design", kind, "--motor", &motor(), "--region", &region, "-o", &gains, "--period", &beyond]);
+        let text =
+            refused(&["design", kind, "--motor", &example("motor.toml"), "--region", &region, "-o", &gains, "--period", &beyond]);
         assert!(text.contains("infeasible") && text.contains("periods up to"), "{kind}: {text}");
     }
     // A layer has a largest period, which a layer must be given for.
     fs::write(&region, done(&["design", "example-region", "utkin"])).unwrap();
-    let base = ["design", "utkin", "--motor", &motor(), "--region", &region, "-o", &gains, "--period", "largest"];
+    let base = ["design", "utkin", "--motor", &example("motor.toml"), "--region", &region, "-o", &gains, "--period", "largest"];
     assert!(refused(&base).contains("boundary_layer_avs is missing"));
     fs::write(&region, done(&["design", "example-region", "utkin"]).replace("# boundary", "boundary")).unwrap();
     assert!(done(&base).contains("period_s"));
     fs::write(&region, done(&["design", "example-region", "mtpa"])).unwrap();
-    let text = refused(&["design", "mtpa", "--motor", &motor(), "--region", &region, "-o", &gains, "--period", "20e-6"]);
+    let text =
+        refused(&["design", "mtpa", "--motor", &example("motor.toml"), "--region", &region, "-o", &gains, "--period", "20e-6"]);
     assert!(text.contains("steady state"), "{text}");
 }
 
@@ -119,7 +75,7 @@ fn bad_regions_are_refused_with_their_place_and_nothing_is_written() {
     let (region, gains) = (dir.path("region.toml"), dir.path("gains.toml"));
     let with = |text: &str, more: &[&str]| {
         fs::write(&region, text).unwrap();
-        refused(&[&["design", "kubota", "--motor", &motor(), "--region", &region, "-o", &gains], more].concat())
+        refused(&[&["design", "kubota", "--motor", &example("motor.toml"), "--region", &region, "-o", &gains], more].concat())
     };
     let text = with("speed_rad_per_s = [-100.0, 100.0]\nrate = 3.0\n", &[]);
     assert!(text.contains("region.toml:2: unknown field `rate`") && text.contains("example-region kubota"), "{text}");
@@ -127,8 +83,8 @@ fn bad_regions_are_refused_with_their_place_and_nothing_is_written() {
     assert!(text.contains("infeasible") && text.contains("just below 5.625"), "{text}");
     let text = with("speed_rad_per_s = [-100.0, 100.0]\nrate_per_s = 3.0\n", &["--period", "5e-3"]);
     assert!(text.contains("periods up to"), "{text}");
-    assert!(!Path::new(&gains).exists());
+    assert!(!dir.has("gains.toml"));
     assert!(refused(&["design", "check", &gains]).contains("no such file"));
-    let o = im(&["design", "kubota", "--motor", &motor(), "--region", &region, "-o", &gains, "--period", "soon"]);
+    let o = im(&["design", "kubota", "--motor", &example("motor.toml"), "--region", &region, "-o", &gains, "--period", "soon"]);
     assert_eq!(o.status.code(), Some(2));
 }

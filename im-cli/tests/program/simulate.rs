@@ -1,65 +1,8 @@
-//! The program from outside: what it prints, writes and returns.
+//! `im simulate` and `im effects`, and what every command does with wrong usage.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
-/// A folder of its own for a test, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("im-cli-{name}-{}", std::process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-    fn file(&self, name: &str, text: &str) -> String {
-        let path = self.0.join(name);
-        fs::write(&path, text).unwrap();
-        path.display().to_string()
-    }
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-fn im(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_im")).args(args).output().unwrap()
-}
-
-fn example(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name).display().to_string()
-}
-
-fn stdout(o: &Output) -> String {
-    String::from_utf8(o.stdout.clone()).unwrap()
-}
-fn stderr(o: &Output) -> String {
-    String::from_utf8(o.stderr.clone()).unwrap()
-}
-
-fn done(args: &[&str]) -> String {
-    let o = im(args);
-    assert_eq!(o.status.code(), Some(0), "{args:?}: {}", stderr(&o));
-    assert_eq!(stderr(&o), "", "a pipe gets no progress bar");
-    stdout(&o)
-}
-
-/// Runs what must be refused as bad input; returns the message.
-fn refused(args: &[&str]) -> String {
-    let o = im(args);
-    assert_eq!(o.status.code(), Some(1), "{args:?}: {}", stderr(&o));
-    assert_eq!(stdout(&o), "");
-    let text = stderr(&o);
-    assert!(text.starts_with("error: ") && !text.contains('\x1b') && !text.contains("panicked"), "{text}");
-    text
-}
+use crate::common::{Folder, done, example, im, json, refused, text};
 
 #[test]
 fn both_examples_run_and_their_recordings_are_read_again() {
@@ -69,10 +12,10 @@ fn both_examples_run_and_their_recordings_are_read_again() {
         let args = ["simulate", "--motor", &example("motor.toml"), "--scenario", &example(scenario), "-o", &out];
         let text = done(&[&args[..], &["--internals", &inside]].concat());
         assert!(text.contains(&format!("{rows} rows")) && text.contains("rpm"), "{text}");
-        let csv = fs::read_to_string(&out).unwrap();
+        let csv = dir.read("run.csv");
         assert!(csv.starts_with("t_s,u_alpha_V,u_beta_V,i_alpha_A,i_beta_A,omega_m_rad_s,tau_load_Nm\n"));
         assert_eq!(csv.lines().count(), rows + 1);
-        assert_eq!(fs::read_to_string(&inside).unwrap().lines().count(), rows + 1);
+        assert_eq!(dir.read("inside.csv").lines().count(), rows + 1);
         let again = dir.file("again.toml", "[scenario]\nname = \"again\"\n[recording]\nfile = \"run.csv\"\n");
         let piped = done(&["simulate", "--motor", &example("motor.toml"), "--scenario", &again, "-o", "-"]);
         assert_eq!(piped.lines().count(), rows + 1);
@@ -127,7 +70,7 @@ fn bad_input_is_refused_with_its_place() {
     let text = with_scenario(recording);
     assert!(text.contains("cut.csv:3: u_beta_V is empty") && text.contains(" 3 | 0.1,1,,3,4,5\n   |       ^\n"), "{text}");
     assert!(with_scenario(&recording.replace("cut", "none")).contains("none.csv: cannot read it: no such file"));
-    assert!(!Path::new(&out).exists(), "nothing is written when something is wrong");
+    assert!(!dir.has("run.csv"), "nothing is written when something is wrong");
     let nowhere = dir.path("none/run.csv");
     let args = ["simulate", "--motor", &example("motor.toml"), "--scenario", &example("scenario_dol.toml"), "-o", &nowhere];
     assert!(refused(&args).contains("cannot write it: no such file or folder"));
@@ -140,7 +83,7 @@ fn every_controller_of_a_scenario_brings_the_machine_to_speed() {
     for name in ["indirect_field_orientation", "direct_field_orientation", "kenne", "jadot"] {
         let scenario = dir.file("scenario.toml", &text.replace("indirect_field_orientation", name));
         let args = ["simulate", "--motor", &example("motor.toml"), "--scenario", &scenario, "-o", &dir.path("run.csv"), "--json"];
-        let summary: serde_json::Value = serde_json::from_str(&done(&args)).unwrap();
+        let summary = json(&args);
         let speed = summary["final_speed_rad_s"].as_f64().unwrap();
         // The last speed reference of the example; half a rad/s for noise and the carrier's ripple.
         assert!((speed + 60.0).abs() < 0.5, "{name}: {speed}");
@@ -152,9 +95,9 @@ fn wrong_usage_ends_with_status_2() {
     for args in [&[][..], &["simulate"], &["simulat"], &["effects", "show", "iron_los"], &["effects", "show"]] {
         let o = im(args);
         assert_eq!(o.status.code(), Some(2), "{args:?}");
-        assert!(!stderr(&o).contains('\x1b'));
+        assert!(!text(&o.stderr).contains('\x1b'));
     }
-    assert!(stderr(&im(&["effects", "show", "iron_los"])).contains("'iron_loss'"));
+    assert!(text(&im(&["effects", "show", "iron_los"]).stderr).contains("'iron_loss'"));
 }
 
 #[test]
@@ -167,12 +110,10 @@ fn every_card_fits_a_terminal_and_is_json_too() {
             let card = done(&[&["effects", "show", name], extra].concat());
             assert!(card.lines().all(|l| l.chars().count() <= 80), "{card}");
             assert!(!card.contains('\x1b') && card.contains(&format!("[effects.{name}]")) && card.contains("Shows"));
-            let json = done(&[&["effects", "show", name, "--json"], extra].concat());
-            let v: serde_json::Value = serde_json::from_str(&json).unwrap();
+            let v = json(&[&["effects", "show", name, "--json"], extra].concat());
             assert_eq!(v["effect"], name);
             assert!(!v["parameters"].as_array().unwrap().is_empty());
         }
     }
-    let all: serde_json::Value = serde_json::from_str(&done(&["effects", "--json"])).unwrap();
-    assert_eq!(all.as_array().unwrap().len(), 18);
+    assert_eq!(json(&["effects", "--json"]).as_array().unwrap().len(), 18);
 }

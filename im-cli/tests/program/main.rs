@@ -1,0 +1,9 @@
+//! The program from outside: what it prints, writes and returns.
+
+mod common;
+#[cfg(feature = "design")]
+mod design;
+mod identify;
+mod main_job;
+mod observe;
+mod simulate;
