@@ -85,6 +85,36 @@ fn an_interrupted_run_goes_on_and_shards_make_up_the_whole() {
     assert_eq!(json(&run(&["--out", path(&parts.0)])), json(&at_once));
 }
 
+/// The hidden-effect campaign keeps its trials as the claims keep their cases: nothing is done twice, shards make up the whole.
+#[test]
+fn the_hidden_effect_campaign_goes_on_and_is_shared_out() {
+    let [parts, whole] = ["trial-parts", "trials"].map(Folder::new);
+    // Two trials of the plan on one machine without hidden effects, white noise and coloured: neighbours, so that each shard has one.
+    let run = |extra: &[&str]| {
+        im(&[&["--all", "--cases", "1", "--keep", "0", "--trials", "clean,m3", "--trials", "coloured,m3", "--json"], extra]
+            .concat())
+    };
+    for part in ["1/2", "2/2"] {
+        let shard = run(&["--shard", part, "--out", path(&parts.0)]);
+        // One case finds no counterexample: the claims that fail are not as stated.
+        assert_eq!(shard.status.code(), Some(3), "{}", text(&shard.stderr));
+        assert!(!text(&shard.stderr).contains("trials were refused"));
+    }
+    let kept = parts.file("trials.jsonl");
+    assert_eq!(kept.lines().count(), 2, "{kept}");
+    // What stands in the file is not run again: a changed time comes back.
+    let first: serde_json::Value = serde_json::from_str(kept.lines().next().unwrap()).unwrap();
+    let marked = kept.replacen(&format!("\"took_s\":{}", first["took_s"]), "\"took_s\":12345.5", 1);
+    std::fs::create_dir_all(&whole.0).unwrap();
+    std::fs::write(whole.0.join("trials.jsonl"), &marked).unwrap();
+    let trials = json(&run(&["--out", path(&whole.0)]))["trials"].clone();
+    assert_eq!(trials["number"], 2);
+    assert!(trials["finished"].as_array().unwrap().iter().any(|f| f["took_s"] == 12345.5), "{trials}");
+    assert_eq!(whole.file("trials.jsonl"), marked);
+    let table = trials["table"].as_str().unwrap();
+    assert!(table.contains("| clean | 1 | 0 |") && table.contains("| coloured | 1 | 0 |"), "{table}");
+}
+
 #[test]
 fn a_motor_of_ones_own_is_tried_without_its_effects() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/motor.toml");
@@ -120,6 +150,7 @@ fn bad_input_is_one_message_that_helps() {
         (vec!["--motor", "/nonexistent.toml"], "/nonexistent.toml"),
         (vec!["--replay", "/nonexistent.toml"], "/nonexistent.toml: cannot be read"),
         (vec!["--replay", path(&case)], "[values] flux_angle_rad: is missing"),
+        (vec!["--all", "--trials", "strong,m99"], "--trials strong,m99: there is no such trial; expected groups (strong, "),
         (vec!["--claim", "32", "--cases", "10", "--out", path(&folder.0)], "results.jsonl:1: not a result of im verify"),
     ] {
         let run = im(&arguments);
@@ -128,7 +159,13 @@ fn bad_input_is_one_message_that_helps() {
         assert!(error.contains(says) && error.lines().count() == 1, "{error}");
         assert!(run.stdout.is_empty());
     }
-    for usage in [vec!["--shard", "5/4"], vec!["--cases", "0"], vec!["--all", "--claim", "1"], vec!["--json", "--markdown"]] {
+    for usage in [
+        vec!["--shard", "5/4"],
+        vec!["--cases", "0"],
+        vec!["--all", "--claim", "1"],
+        vec!["--trials", "clean"],
+        vec!["--json", "--markdown"],
+    ] {
         assert_eq!(im(&usage).status.code(), Some(2), "{usage:?}");
     }
 }

@@ -1,13 +1,15 @@
 //! The hidden-effect campaign: trials of [`hidden`](crate::hidden) put before the diagnosing tool, which is told nothing.
 
 use std::fmt::Write;
-use std::time::{Duration, Instant};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 use im_diagnose::case::Case as DiagnosisCase;
-use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
+use im_diagnose::diagnosis::{Diagnosis, Step, Verdict, diagnose};
 use im_diagnose::refine::Options;
-use im_model::{Complex, MotorFile, Recording};
+use im_model::{Complex, EffectId, MotorFile, Recording};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::hidden::{Case, EffectKind, Excitation, Machine, Noise, Part, Strength, Table, Trial, simulate};
 
@@ -33,30 +35,32 @@ pub fn case_of(trial: &Trial) -> DiagnosisCase {
 }
 
 /// How a trial ended.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Outcome {
     /// What was hidden.
-    pub hidden: Vec<&'static str>,
+    pub hidden: Vec<String>,
     /// The verdict.
     pub verdict: Verdict,
     /// The effects named, in order.
-    pub named: Vec<&'static str>,
+    pub named: Vec<String>,
     /// For each, its rivals.
-    pub alternatives: Vec<Vec<&'static str>>,
+    pub alternatives: Vec<Vec<String>>,
     /// Change that the effects make, rms in noise standard deviations over currents and speed, larger of the training recordings.
     pub change: f64,
-    /// Held-out error of the refitted base model and of the final one, in noise floors.
+    /// Held-out error of the refitted base model and of the final one, in noise floors; at most [`BEYOND`].
     pub holdout: (f64, f64),
-    /// The hidden effects' detectable size over predicted size in the first round: above one they cannot be seen.
+    /// Whether the first round sees each hidden effect: its score is past its threshold.
     pub visible: Vec<bool>,
-    /// The whole answer.
-    pub diagnosis: Diagnosis,
 }
+
+/// Errors from here on are all the same, and what is no number is one of them: files of results hold numbers only.
+pub const BEYOND: f64 = 1e300;
 
 impl Outcome {
     /// Whether exactly what was hidden was named.
     pub fn exact(&self) -> bool {
-        let sorted = |v: &[&'static str]| {
+        let sorted = |v: &[String]| {
             let mut v = v.to_vec();
             v.sort_unstable();
             v
@@ -81,42 +85,75 @@ impl Outcome {
     }
 }
 
-/// Simulates and diagnoses one case.
+/// Simulates and diagnoses one case: how it ended, and the whole answer.
 ///
 /// # Errors
 /// The text of what the tool refused.
-pub fn run(case: &Case) -> Result<Outcome, String> {
+pub fn run(case: &Case) -> Result<(Outcome, Diagnosis), String> {
     let trial = simulate(case);
     let diagnosis = diagnose(case_of(&trial), Options::default()).map_err(|e| e.to_string())?;
-    let hidden: Vec<&'static str> = case.effects.iter().map(|(k, _)| k.name()).collect();
+    let hidden: Vec<String> = case.effects.iter().map(|(k, _)| k.name().into()).collect();
     let last = &diagnosis.steps[diagnosis.steps.len() - 1];
-    let error = |s: &im_diagnose::diagnosis::Step| s.holdout.as_ref().map_or(f64::NAN, |e| e.chi2_per_sample);
+    let error = |s: &Step| s.holdout.as_ref().map_or(BEYOND, |e| e.chi2_per_sample).min(BEYOND);
     let change = [Part::Train1, Part::Train2].into_iter().map(|p| case.change(p).total()).fold(0.0, f64::max);
     let visible = hidden
         .iter()
         .map(|h| diagnosis.ranking.iter().find(|c| c.effect.name() == *h).is_some_and(|c| c.score > c.threshold))
         .collect();
-    Ok(Outcome {
+    let names = |effects: &[EffectId]| effects.iter().map(|e| e.name().into()).collect();
+    let outcome = Outcome {
         verdict: diagnosis.verdict,
-        named: diagnosis.effects.iter().map(|e| e.name()).collect(),
-        alternatives: diagnosis.alternatives.iter().map(|a| a.iter().map(|e| e.name()).collect()).collect(),
-        change: if hidden.is_empty() { 0.0 } else { change },
+        named: names(&diagnosis.effects),
+        alternatives: diagnosis.alternatives.iter().map(|a| names(a)).collect(),
+        change: if hidden.is_empty() { 0.0 } else { change.min(BEYOND) },
         holdout: (error(&diagnosis.steps[0]), error(last)),
         visible,
         hidden,
-        diagnosis,
-    })
+    };
+    Ok((outcome, diagnosis))
 }
 
 /// One trial of the campaign.
 #[derive(Clone, Debug)]
 pub struct Planned {
+    /// Its place in the plan, from 0: the same for any number of seeds that has it.
+    pub index: usize,
     /// The row of the table that it counts in.
     pub group: &'static str,
     /// What is hidden, in words.
     pub name: String,
     /// The case.
     pub case: Case,
+}
+
+impl Planned {
+    /// Whether a word tells of it: its group, a hidden effect, or the machine (`m7`).
+    pub fn is(&self, word: &str) -> bool {
+        self.group == word || self.name.split(' ').any(|w| w == word) || format!("m{}", self.case.machine) == word
+    }
+}
+
+/// A finished trial: a line of the results.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Finished {
+    /// Its place in the plan.
+    pub trial: usize,
+    /// The row of the table that it counts in.
+    pub group: String,
+    /// What is hidden, in words.
+    pub name: String,
+    /// The time it took, s.
+    pub took_s: f64,
+    /// How it ended, or why the tool refused it.
+    pub outcome: Result<Outcome, String>,
+}
+
+impl Finished {
+    /// Whether it is this trial of the plan.
+    pub fn is_of(&self, planned: &Planned) -> bool {
+        (self.trial, self.group.as_str(), &self.name) == (planned.index, planned.group, &planned.name)
+    }
 }
 
 /// The rows of the table.
@@ -131,7 +168,7 @@ pub fn plan(seeds: u64) -> Vec<Planned> {
     let mut out = Vec::new();
     for seed in 0..seeds {
         let machine = |k: usize, stride: usize| (k * stride + 3 * seed as usize) % Machine::COUNT;
-        let mut add = |group, name: String, case| out.push(Planned { group, name, case });
+        let mut add = |group, name: String, case| out.push(Planned { index: out.len(), group, name, case });
         for (k, kind) in EffectKind::ALL.iter().enumerate() {
             for (group, strength) in strengths {
                 let m = machine(k, 5) + group.len();
@@ -167,45 +204,51 @@ pub fn plan(seeds: u64) -> Vec<Planned> {
     out
 }
 
-/// Runs trials on all cores. `tell` gets each as it ends, with what came out and the time it took; those that the tool refused are left out
-/// of what is returned.
-pub fn run_all(
+/// Runs trials on all cores. Each that ends is given to `tell`, one at a time, with the whole answer if there is one; an error of `tell` ends
+/// the campaign.
+///
+/// # Errors
+/// The first error of `tell`.
+pub fn run_all<E: Send>(
     planned: &[Planned],
-    tell: impl Fn(&Planned, &Result<Outcome, String>, Duration) + Sync,
-) -> Vec<(&Planned, Outcome)> {
-    planned
-        .par_iter()
-        .filter_map(|p| {
-            let begun = Instant::now();
-            let outcome = run(&p.case);
-            tell(p, &outcome, begun.elapsed());
-            Some((p, outcome.ok()?))
-        })
-        .collect()
+    tell: impl FnMut(&Planned, &Finished, Option<&Diagnosis>) -> Result<(), E> + Send,
+) -> Result<(), E> {
+    let tell = Mutex::new(tell);
+    planned.par_iter().with_max_len(1).try_for_each(|p| {
+        let begun = Instant::now();
+        let (outcome, answer) = run(&p.case).map_or_else(|e| (Err(e), None), |(outcome, answer)| (Ok(outcome), Some(answer)));
+        let took_s = begun.elapsed().as_secs_f64();
+        let finished = Finished { trial: p.index, group: p.group.into(), name: p.name.clone(), took_s, outcome };
+        let mut tell = tell.lock().unwrap_or_else(PoisonError::into_inner);
+        tell(p, &finished, answer.as_ref())
+    })
 }
 
-/// The table over finished trials, one row per group, in Markdown.
-pub fn table(outcomes: &[(&Planned, Outcome)]) -> String {
+/// The table over finished trials, one row per group, in Markdown; trials that the tool refused are counted in a column of their own.
+pub fn table(finished: &[Finished]) -> String {
     let mut out = String::from(
-        "| trials of | number | named first | exact | with a false effect | adequate | confounded | inconclusive | unexplained | held out before | after | after, worst tenth |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|---|\n",
+        "| trials of | number | refused | named first | exact | with a false effect | adequate | confounded | inconclusive | unexplained | held out before | after | after, worst tenth |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for group in GROUPS {
-        let of: Vec<&Outcome> = outcomes.iter().filter(|(p, _)| p.group == group).map(|(_, o)| o).collect();
-        if of.is_empty() {
+        let all: Vec<&Finished> = finished.iter().filter(|f| f.group == group).collect();
+        if all.is_empty() {
             continue;
         }
+        let of: Vec<&Outcome> = all.iter().filter_map(|f| f.outcome.as_ref().ok()).collect();
         let count = |f: &dyn Fn(&Outcome) -> bool| of.iter().filter(|o| f(o)).count();
         let verdict = |v| count(&|o| o.verdict == v);
         let part = |q: f64, of_one: &dyn Fn(&Outcome) -> f64| {
             let mut v: Vec<f64> = of.iter().map(|o| of_one(o)).collect();
             v.sort_by(f64::total_cmp);
-            v[((v.len() - 1) as f64 * q).round() as usize]
+            let at = (v.len().saturating_sub(1) as f64 * q).round() as usize;
+            v.get(at).map_or_else(|| "–".to_owned(), |x| if *x < 1e4 { format!("{x:.2}") } else { format!("{x:.0e}") })
         };
         let _ = writeln!(
             out,
-            "| {group} | {} | {} | {} | {} | {} | {} | {} | {} | {:.2} | {:.2} | {:.2} |",
-            of.len(),
+            "| {group} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+            all.len(),
+            all.len() - of.len(),
             count(&|o| o.first_right()),
             count(&Outcome::exact),
             count(&|o| o.false_additions() > 0),

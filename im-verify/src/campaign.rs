@@ -118,9 +118,19 @@ impl Campaign {
         block.seed == self.seed && block.machines == self.machines.label() && claim.is_some_and(fits)
     }
 
-    /// How much work this shard is, in units of a [`Cost::Equation`](crate::Cost::Equation) case: for progress bars.
-    pub fn effort(&self) -> u64 {
-        self.work().iter().map(|w| w.cases * self.claims[w.claim].cost.effort()).sum()
+    /// What of this shard is not among the `done` blocks.
+    fn left(&self, done: &[Block]) -> Vec<Work> {
+        let mut left = self.work();
+        left.retain(|w| {
+            let claim = &self.claims[w.claim];
+            !done.iter().any(|b| self.owns(b) && b.claim == claim.number && b.first == w.first)
+        });
+        left
+    }
+
+    /// How much work is left beside the `done` blocks, in units of a [`Cost::Equation`](crate::Cost::Equation) case: for progress bars.
+    pub fn effort_left(&self, done: &[Block]) -> u64 {
+        self.left(done).iter().map(|w| w.cases * self.claims[w.claim].cost.effort()).sum()
     }
 
     /// How much of it a block was.
@@ -134,13 +144,8 @@ impl Campaign {
     /// The first error of `tell`.
     pub fn run<E: Send>(&self, done: &[Block], tell: impl FnMut(&Block) -> Result<(), E> + Send) -> Result<(), E> {
         let label = self.machines.label();
-        let mut left = self.work();
-        left.retain(|w| {
-            let claim = &self.claims[w.claim];
-            !done.iter().any(|b| self.owns(b) && b.claim == claim.number && b.first == w.first)
-        });
         let tell = Mutex::new(tell);
-        left.par_iter().with_max_len(1).try_for_each(|w| {
+        self.left(done).par_iter().with_max_len(1).try_for_each(|w| {
             let block = self.block(w, &label);
             let mut tell = tell.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             tell(&block)

@@ -1,10 +1,10 @@
-//! Results on disk: one JSON line per block, appended as it is finished, so that an interrupted campaign goes on where it was.
+//! Results on disk: one JSON line per result, appended as it is finished, so that an interrupted campaign goes on where it was.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::campaign::Block;
+use serde::{Serialize, de::DeserializeOwned};
 
 /// What is wrong with a file of results.
 #[derive(Debug, thiserror::Error)]
@@ -18,7 +18,7 @@ pub enum JournalError {
         error: io::Error,
     },
     /// A line before the last that is no result.
-    #[error("{path}:{line}: not a result of im verify ({reason}). Name another file with --results, or remove the line", path = path.display())]
+    #[error("{path}:{line}: not a result of im verify ({reason}). Name another folder, or remove the line", path = path.display())]
     Line {
         /// The file.
         path: PathBuf,
@@ -29,7 +29,7 @@ pub enum JournalError {
     },
 }
 
-/// An open file of results.
+/// An open file of results, of blocks of cases ([`Block`](crate::Block)) or of any other kind.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
@@ -37,11 +37,11 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens or makes the file; gives what it holds. A last line that was torn off is cut away.
+    /// Opens or makes the file; gives the results it holds. A last line that was torn off is cut away.
     ///
     /// # Errors
     /// Input and output, or a line that is no result.
-    pub fn open(path: &Path) -> Result<(Self, Vec<Block>), JournalError> {
+    pub fn open<T: DeserializeOwned>(path: &Path) -> Result<(Self, Vec<T>), JournalError> {
         let io = |error| JournalError::Io { path: path.to_owned(), error };
         let text = match std::fs::read_to_string(path) {
             Ok(text) => text,
@@ -50,26 +50,26 @@ impl Journal {
         };
         // Only whole lines: each is written with its end.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let mut blocks = Vec::new();
+        let mut results = Vec::new();
         for (k, line) in text[..whole].lines().enumerate() {
-            let block = serde_json::from_str(line);
-            blocks.push(block.map_err(|e| JournalError::Line { path: path.to_owned(), line: k + 1, reason: e.to_string() })?);
+            let result = serde_json::from_str(line);
+            results.push(result.map_err(|e| JournalError::Line { path: path.to_owned(), line: k + 1, reason: e.to_string() })?);
         }
         if whole == 0 && !text.is_empty() && !text.starts_with('{') {
             return Err(JournalError::Line { path: path.to_owned(), line: 1, reason: "it does not begin with {".into() });
         }
-        let mut file = OpenOptions::new().create(true).truncate(false).write(true).open(path).map_err(io)?;
-        file.set_len(whole as u64).and_then(|()| file.seek(SeekFrom::End(0))).map_err(io)?;
-        Ok((Self { path: path.to_owned(), file }, blocks))
+        let file = OpenOptions::new().create(true).append(true).open(path).map_err(io)?;
+        file.set_len(whole as u64).map_err(io)?;
+        Ok((Self { path: path.to_owned(), file }, results))
     }
 
-    /// Appends a block: one write, so that what is there is whole but for the last line.
+    /// Appends a result: one write, so that what is there is whole but for the last line.
     ///
     /// # Errors
     /// Input and output.
-    pub fn append(&mut self, block: &Block) -> Result<(), JournalError> {
+    pub fn append(&mut self, result: &impl Serialize) -> Result<(), JournalError> {
         let io = |error| JournalError::Io { path: self.path.clone(), error };
-        let line = serde_json::to_string(block).map_err(|e| io(e.into()))? + "\n";
+        let line = serde_json::to_string(result).map_err(|e| io(e.into()))? + "\n";
         self.file.write_all(line.as_bytes()).and_then(|()| self.file.flush()).map_err(io)
     }
 }

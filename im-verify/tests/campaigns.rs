@@ -42,6 +42,8 @@ fn what_is_done_is_not_done_again() {
     let whole = blocks(&campaign, &[]);
     let (done, left) = whole.split_at(whole.len() / 2);
     let mut sum = done.to_vec();
+    let effort = |b: &[Block]| b.iter().map(|b| campaign.effort_of(b)).sum::<u64>();
+    assert_eq!(campaign.effort_left(done) + effort(done), effort(&whole));
     let rest = blocks(&campaign, done);
     assert_eq!(rest, left);
     sum.extend(rest);
@@ -86,7 +88,7 @@ impl Drop for Scratch {
 fn a_torn_last_line_is_cut_away_and_a_wrong_one_is_named() {
     let scratch = Scratch::new("journal.jsonl");
     let some = blocks(&campaign(Shard::WHOLE, Machines::Random), &[]);
-    let (mut journal, none) = Journal::open(&scratch.0).unwrap();
+    let (mut journal, none) = Journal::open::<Block>(&scratch.0).unwrap();
     assert!(none.is_empty());
     for b in &some[..3] {
         journal.append(b).unwrap();
@@ -94,17 +96,17 @@ fn a_torn_last_line_is_cut_away_and_a_wrong_one_is_named() {
     drop(journal);
     let whole = std::fs::read_to_string(&scratch.0).unwrap();
     std::fs::write(&scratch.0, format!("{whole}{}", &whole[..whole.find('\n').unwrap() - 20])).unwrap();
-    let (mut journal, read) = Journal::open(&scratch.0).unwrap();
+    let (mut journal, read) = Journal::open::<Block>(&scratch.0).unwrap();
     assert_eq!(read, some[..3]);
     journal.append(&some[3]).unwrap();
     drop(journal);
-    assert_eq!(Journal::open(&scratch.0).unwrap().1, some[..4], "the next line stands where the torn one was");
+    assert_eq!(Journal::open::<Block>(&scratch.0).unwrap().1, some[..4], "the next line stands where the torn one was");
     std::fs::write(&scratch.0, "{\"claim\": 3}\n".to_owned() + &whole).unwrap();
-    let error = Journal::open(&scratch.0).unwrap_err();
+    let error = Journal::open::<Block>(&scratch.0).unwrap_err();
     assert!(matches!(error, JournalError::Line { line: 1, .. }), "{error}");
     // A file of somebody else's is not touched.
     std::fs::write(&scratch.0, "shopping: milk, eggs").unwrap();
-    assert!(Journal::open(&scratch.0).is_err());
+    assert!(Journal::open::<Block>(&scratch.0).is_err());
     assert_eq!(std::fs::read_to_string(&scratch.0).unwrap(), "shopping: milk, eggs");
 }
 

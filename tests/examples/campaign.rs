@@ -3,31 +3,30 @@
 //! Filters are words of a trial's group (strong, medium, weak, clean, coloured, pairs, triples, outside, poor, steady), effect names, or a
 //! machine (`m7`); a trial runs when it has them all. `WHY=1` prints the course of each loop.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::convert::Infallible;
 
-use im_tests::campaign::{Outcome, Planned, plan, run_all, table};
+use im_diagnose::diagnosis::Diagnosis;
+use im_tests::campaign::{Finished, Outcome, Planned, plan, run_all, table};
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let seeds: u64 = args.iter().find_map(|a| a.parse().ok()).unwrap_or(1);
     let filters: Vec<&String> = args.iter().filter(|a| a.parse::<u64>().is_err()).collect();
-    let wanted = |p: &Planned| {
-        filters.iter().all(|f| p.group == **f || p.name.split(' ').any(|w| w == *f) || format!("m{}", p.case.machine) == **f)
-    };
-    let planned: Vec<Planned> = plan(seeds).into_iter().filter(wanted).collect();
+    let planned: Vec<Planned> = plan(seeds).into_iter().filter(|p| filters.iter().all(|f| p.is(f))).collect();
     println!("{} trials", planned.len());
-    let done = AtomicUsize::new(0);
-    let outcomes = run_all(&planned, |p, outcome, took| match outcome {
-        Err(e) => println!("ERR {}: {e}", p.name),
-        Ok(outcome) => {
-            let n = done.fetch_add(1, Ordering::Relaxed) + 1;
-            println!("{n:>4} {}", line(p, outcome, took.as_secs_f64()));
-            if std::env::var("WHY").is_ok() {
-                why(outcome);
-            }
+    let mut all: Vec<Finished> = Vec::new();
+    let Ok(()) = run_all(&planned, |p, finished, answer| {
+        all.push(finished.clone());
+        match &finished.outcome {
+            Err(e) => println!("ERR {}: {e}", p.name),
+            Ok(outcome) => println!("{:>4} {}", all.len(), line(p, outcome, finished.took_s)),
         }
+        if let Some(answer) = answer.filter(|_| std::env::var("WHY").is_ok()) {
+            why(answer);
+        }
+        Ok::<(), Infallible>(())
     });
-    println!("\n{}", table(&outcomes));
+    println!("\n{}", table(&all));
 }
 
 fn line(p: &Planned, o: &Outcome, seconds: f64) -> String {
@@ -51,8 +50,8 @@ fn line(p: &Planned, o: &Outcome, seconds: f64) -> String {
     )
 }
 
-fn why(o: &Outcome) {
-    for (m, r) in o.diagnosis.course.models.iter().zip(&o.diagnosis.course.rounds) {
+fn why(answer: &Diagnosis) {
+    for (m, r) in answer.course.models.iter().zip(&answer.course.rounds) {
         println!("      {:?} train {:.4} held out {:.4}", m.effects, m.train(), m.holdout.unwrap_or(0.0));
         for s in r.scores.iter().take(5) {
             let name = s.effect.name();
@@ -66,7 +65,7 @@ fn why(o: &Outcome) {
             println!("         try {:<26} train {:.4} held out {:.4}", t.effect.name(), m.train(), m.holdout.unwrap_or(0.0));
         }
     }
-    for l in o.diagnosis.leftover.iter().take(3) {
+    for l in answer.leftover.iter().take(3) {
         println!("         leftover {:?} of {:?} log p {:.1} size {:.4}", l.variable, l.part, l.log_p, l.size);
     }
 }

@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 use im_model::{MotorFile, write_atomically};
 use im_verify::{Block, Campaign, Claim, Journal, Machines, Paper, Row, Shard, Subject, case_file, claims, shrunk};
 
+use serde::de::DeserializeOwned;
+
 use crate::failure::Failure;
 use crate::spinner::spinning;
 use crate::terminal::Progress;
@@ -24,14 +26,16 @@ Examples:
   im verify --claim kubota_v_falls_for_any_error --motor motor.toml
   im verify --paper jadot --seed 2 --out out
   im verify --all --shard 1/4 --out part1
+  im verify --all --cases 20 --trials strong --trials clean --out quick
   im verify --replay out/cases/03-kubota_v_falls_for_any_error-1642.toml
 
 A case follows from seed, claim and index alone, so that shards are exactly the parts of the whole. With
---out every finished block of cases is a line of DIR/results.jsonl: the same command run again goes on
-where it was, and the lines of several shards put into one file are summed up by running the whole.
+--out every finished block of cases is a line of DIR/results.jsonl and every finished trial of --all one
+of DIR/trials.jsonl: the same command run again goes on where it was, and the lines of several shards put
+into one file are summed up by running the whole. Another version of im needs another folder.
 
 Exit status: 0 the claims came out as docs/claims.md states them (a claim known to fail, by a
-counterexample that was found), 3 they did not, 1 bad input, 2 wrong usage.")]
+counterexample that was found) and no trial was refused, 3 otherwise, 1 bad input, 2 wrong usage.")]
 pub struct Args {
     /// All claims, and the hidden-effect campaign of im diagnose
     #[arg(long, conflicts_with_all = ["claim", "paper"])]
@@ -57,7 +61,7 @@ pub struct Args {
     /// Do part k of N only
     #[arg(long, value_name = "k/N", default_value = "1/1")]
     shard: Shard,
-    /// Folder for results.jsonl and the failing cases
+    /// Folder for results.jsonl, trials.jsonl and the failing cases
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Failing cases to shrink and write down, of each claim
@@ -66,6 +70,10 @@ pub struct Args {
     /// Repetitions of the hidden-effect campaign, each with other noise and machines
     #[arg(long, value_name = "N", default_value_t = 1, requires = "all", value_parser = clap::value_parser!(u64).range(1..))]
     trial_seeds: u64,
+    /// Of the hidden-effect campaign only these trials: a group, an effect, a machine, or several at once (strong; clean,m7); several times for
+    /// several
+    #[arg(long, value_name = "WORD,…", requires = "all")]
+    trials: Vec<String>,
     /// Run one case again, from its file
     #[arg(long, value_name = "FILE", conflicts_with_all = ["all", "claim", "paper", "cases", "out"])]
     replay: Option<PathBuf>,
@@ -169,6 +177,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let machines = subject.map_or(Machines::Random, |s| Machines::One(Box::new(s)));
     let campaign = Campaign { claims: chosen, machines, cases: args.cases, seed: args.seed, shard: args.shard };
+    let planned = if args.all { trials::chosen(args.trial_seeds, &args.trials)? } else { Vec::new() };
     let blocks = tried(&campaign, args.out.as_deref())?;
     let rows: Vec<Row> = campaign.claims.iter().map(|c| Row::of(c, &campaign, &blocks)).collect();
     let found = spinning("shrinking", || shrink(&campaign, &rows, args.keep));
@@ -179,24 +188,38 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             write_atomically(&folder.join(&f.file), |w| w.write_all(f.text.as_bytes()))?;
         }
     }
-    let trials = if args.all { Some(trials::run(args.shard, args.trial_seeds)) } else { None };
     let mut out = io::stdout().lock();
-    table::print(&mut out, &campaign, &rows, &found, args, trials.as_ref())?;
-    let wrong: Vec<&str> = campaign.claims.iter().zip(&rows).filter(|(_, r)| !r.as_stated).map(|(c, _)| c.name).collect();
+    // What is for people is shown before the trials, which take long.
+    match args.format() {
+        Format::Text => table::text(&mut out, &campaign, &rows, &found, args)?,
+        Format::Markdown => table::markdown(&mut out, &campaign, &rows)?,
+        Format::Json => {}
+    }
+    out.flush()?;
+    let finished = if args.all { trials::tried(&planned, args.shard, args.out.as_deref())? } else { Vec::new() };
+    if args.format() == Format::Json {
+        table::json_of(&mut out, &campaign, &rows, &found, args.all.then_some(&finished))?;
+    } else if args.all {
+        table::trials(&mut out, &finished)?;
+    }
+    let mut wrong: Vec<&str> = campaign.claims.iter().zip(&rows).filter(|(_, r)| !r.as_stated).map(|(c, _)| c.name).collect();
+    if finished.iter().any(|f| f.outcome.is_err()) {
+        wrong.push("trials were refused");
+    }
     if wrong.is_empty() { Ok(()) } else { Err(Failure::NotAsStated(wrong.join(", "))) }
+}
+
+/// Results kept in a file of the folder, where one is given: what it holds, and the journal to go on with.
+fn kept<T: DeserializeOwned>(out: Option<&Path>, file: &str) -> Result<(Option<Journal>, Vec<T>), Failure> {
+    let Some(dir) = out else { return Ok((None, Vec::new())) };
+    std::fs::create_dir_all(dir).map_err(|e| Failure::Input(format!("{}: cannot make the folder: {e}", dir.display())))?;
+    let (journal, done) = Journal::open(&dir.join(file)).map_err(|e| Failure::Input(e.to_string()))?;
+    Ok((Some(journal), done))
 }
 
 /// Tries what is left to try, and keeps it on disk where a folder is given.
 fn tried(campaign: &Campaign, out: Option<&Path>) -> Result<Vec<Block>, Failure> {
-    let (mut journal, done) = match out {
-        Some(dir) => {
-            std::fs::create_dir_all(dir)
-                .map_err(|e| Failure::Input(format!("{}: cannot make the folder: {e}", dir.display())))?;
-            let (journal, done) = Journal::open(&dir.join("results.jsonl")).map_err(|e| Failure::Input(e.to_string()))?;
-            (Some(journal), done)
-        }
-        None => (None, Vec::new()),
-    };
+    let (mut journal, done) = kept::<Block>(out, "results.jsonl")?;
     let mut blocks: Vec<Block> = Vec::new();
     for b in done.into_iter().filter(|b| campaign.owns(b)) {
         // Files put together may hold a block twice.
@@ -204,10 +227,10 @@ fn tried(campaign: &Campaign, out: Option<&Path>) -> Result<Vec<Block>, Failure>
             blocks.push(b);
         }
     }
-    let total = campaign.effort();
     let mut progress = Progress::new("trying cases");
     let mut effort: u64 = 0;
     let before = blocks.clone();
+    let total = campaign.effort_left(&before);
     campaign.run(&before, |block| {
         effort += campaign.effort_of(block);
         progress.tell(effort as usize, total as usize);

@@ -2,30 +2,12 @@
 
 use std::io::{self, Write};
 
+use im_trials::campaign::{self, Finished};
 use im_verify::{Campaign, Row};
 use serde_json::json;
 
 use super::list::stated;
-use super::trials::Trials;
-use super::{Args, Format, Found};
-
-pub fn print(
-    out: &mut impl Write,
-    campaign: &Campaign,
-    rows: &[Row],
-    found: &[Found],
-    args: &Args,
-    trials: Option<&Trials>,
-) -> io::Result<()> {
-    match args.format() {
-        Format::Json => return json_of(out, campaign, rows, found, trials),
-        Format::Markdown => markdown(out, campaign, rows)?,
-        Format::Text => text(out, campaign, rows, found, args)?,
-    }
-    let Some(trials) = trials else { return Ok(()) };
-    writeln!(out, "\nHidden effects, {} trials ({:.0} s):\n\n{}", trials.number, trials.seconds, trials.table)?;
-    trials.refused.iter().try_for_each(|r| writeln!(out, "refused: {r}"))
-}
+use super::{Args, Found};
 
 fn percent([low, high]: [f64; 2]) -> String {
     let p = |x: f64| match 100.0 * x {
@@ -41,7 +23,7 @@ fn margin(row: &Row) -> String {
     row.worst.map_or("none".into(), |(m, _)| if m > -10.0 { format!("{:.2}", m.min(1.0)) } else { format!("{m:.0e}") })
 }
 
-fn text(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Found], args: &Args) -> io::Result<()> {
+pub fn text(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Found], args: &Args) -> io::Result<()> {
     writeln!(
         out,
         "{:>3} {:<46} {:<8} {:>8} {:>8} {:>20} {:>7}",
@@ -79,7 +61,7 @@ fn text(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Found]
     writeln!(out, "\n{right} of {} claims came out as docs/claims.md states them.", rows.len())
 }
 
-fn markdown(out: &mut impl Write, campaign: &Campaign, rows: &[Row]) -> io::Result<()> {
+pub fn markdown(out: &mut impl Write, campaign: &Campaign, rows: &[Row]) -> io::Result<()> {
     writeln!(
         out,
         "| | claim | found | cases | violated | failure rate (95 %) | smallest margin |\n|---|---|---|---|---|---|---|"
@@ -101,7 +83,22 @@ fn markdown(out: &mut impl Write, campaign: &Campaign, rows: &[Row]) -> io::Resu
     Ok(())
 }
 
-fn json_of(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Found], trials: Option<&Trials>) -> io::Result<()> {
+/// The hidden-effect campaign.
+pub fn trials(out: &mut impl Write, finished: &[Finished]) -> io::Result<()> {
+    let took: f64 = finished.iter().map(|f| f.took_s).sum();
+    writeln!(out, "\nHidden effects, {} trials of {took:.0} s together:\n\n{}", finished.len(), campaign::table(finished))?;
+    finished
+        .iter()
+        .try_for_each(|f| f.outcome.as_ref().map_or_else(|e| writeln!(out, "refused: {} ({}): {e}", f.name, f.group), |_| Ok(())))
+}
+
+pub fn json_of(
+    out: &mut impl Write,
+    campaign: &Campaign,
+    rows: &[Row],
+    found: &[Found],
+    finished: Option<&Vec<Finished>>,
+) -> io::Result<()> {
     let claims: Vec<_> = campaign
         .claims
         .iter()
@@ -119,7 +116,7 @@ fn json_of(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Fou
     let all = json!({
         "schema": 1, "seed": campaign.seed, "machines": campaign.machines.label(), "claims": claims,
         "as_stated": rows.iter().all(|r| r.as_stated),
-        "trials": trials.map(|t| json!({"number": t.number, "table": t.table, "refused": t.refused})),
+        "trials": finished.map(|f| json!({"number": f.len(), "table": campaign::table(f), "finished": f})),
     });
     writeln!(out, "{all:#}")
 }

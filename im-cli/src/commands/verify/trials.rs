@@ -1,46 +1,49 @@
 //! The hidden-effect campaign of the main job, for `im verify --all`.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
+use std::path::Path;
 
-use im_trials::campaign::{Planned, plan, run_all, table};
+use im_trials::campaign::{Finished, GROUPS, Planned, plan, run_all};
+use im_trials::hidden::Machine;
 use im_verify::Shard;
 
+use super::kept;
+use crate::failure::Failure;
 use crate::terminal::Progress;
 
-/// What came out.
-pub struct Trials {
-    pub number: usize,
-    pub seconds: f64,
-    /// In Markdown.
-    pub table: String,
-    /// Trials that the tool refused, and why.
-    pub refused: Vec<String>,
+/// The trials that are asked for: those that all words of a wish tell of, for any of the wishes; all trials if there are no wishes.
+pub fn chosen(seeds: u64, wishes: &[String]) -> Result<Vec<Planned>, Failure> {
+    let all = plan(seeds);
+    let fits = |p: &Planned, wish: &str| wish.split(',').all(|word| p.is(word.trim()));
+    if let Some(nothing) = wishes.iter().find(|w| !all.iter().any(|p| fits(p, w))) {
+        return Err(Failure::Input(format!(
+            "--trials {nothing}: there is no such trial; expected groups ({}), effects (im effects lists them) or machines (m0 to m{}), \
+             commas between words that must all apply",
+            GROUPS.join(", "),
+            Machine::COUNT - 1
+        )));
+    }
+    Ok(all.into_iter().filter(|p| wishes.is_empty() || wishes.iter().any(|w| fits(p, w))).collect())
 }
 
-/// Runs a shard's trials.
-pub fn run(shard: Shard, seeds: u64) -> Trials {
-    let all = plan(seeds).into_iter().enumerate();
-    let planned: Vec<Planned> = all.filter(|(k, _)| shard.has(*k as u64)).map(|(_, p)| p).collect();
-    let begun = Instant::now();
-    let progress = Mutex::new(Progress::new("hidden effects"));
-    let refused = Mutex::new(Vec::new());
-    let done = AtomicUsize::new(0);
-    let outcomes = run_all(&planned, |p, outcome, _| {
-        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        if let Ok(mut progress) = progress.lock() {
-            progress.tell(done, planned.len());
+/// Runs what is left of a shard's trials; gives all that are finished, of this shard or another, in the order of the plan.
+pub fn tried(planned: &[Planned], shard: Shard, out: Option<&Path>) -> Result<Vec<Finished>, Failure> {
+    let (mut journal, done) = kept::<Finished>(out, "trials.jsonl")?;
+    // Files put together may hold a trial twice.
+    let mut finished: Vec<Finished> = planned.iter().filter_map(|p| done.iter().find(|f| f.is_of(p))).cloned().collect();
+    let is_left = |p: &&Planned| shard.has(p.index as u64) && !finished.iter().any(|f| f.is_of(p));
+    let left: Vec<Planned> = planned.iter().filter(is_left).cloned().collect();
+    let mut progress = Progress::new("hidden effects");
+    let mut now = 0;
+    run_all(&left, |_, f, _| {
+        now += 1;
+        progress.tell(now, left.len());
+        if let Some(journal) = &mut journal {
+            journal.append(f).map_err(|e| Failure::Input(e.to_string()))?;
         }
-        if let (Err(e), Ok(mut refused)) = (outcome, refused.lock()) {
-            refused.push(format!("{}: {e}", p.name));
-        }
-    });
-    if let Ok(progress) = progress.lock() {
-        progress.finish();
-    }
-    let table = table(&outcomes);
-    drop(outcomes);
-    let refused = refused.into_inner().unwrap_or_default();
-    Trials { number: planned.len(), seconds: begun.elapsed().as_secs_f64(), table, refused }
+        finished.push(f.clone());
+        Ok::<(), Failure>(())
+    })?;
+    progress.finish();
+    finished.sort_by_key(|f| f.trial);
+    Ok(finished)
 }
