@@ -1,5 +1,8 @@
-//! Field orientation on a drive: up to speed, a load step. `cargo run -p imkit-control --example field_oriented`.
+//! Field orientation on a drive: up to speed, a load step.
+//!
+//!     cargo run --release -p imkit-control --example field_oriented -- field_oriented.svg
 
+use im_chart::{Panel, Series, panels};
 use im_control::{Drive, DriveLimits, FieldOriented, FieldOrientedGains, MachineData, Reports};
 use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Simulation, Source};
 use im_model::{Machine, machines};
@@ -33,5 +36,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("{:.2} s: {:7.2} rad/s, {:5.2} A", 1e-4 * k as f64, r.omega_m[k], r.i_s[k].norm());
     }
     println!("status: {}; torque {:.1} Nm", drive.status(), drive.controller().torque_nm());
+    if let Some(path) = std::env::args().nth(1) {
+        let r = &run.recording;
+        let over_time = |f: &dyn Fn(usize) -> f64| (0..r.len()).map(|k| (r.time_s(k), f(k))).collect::<Vec<_>>();
+        let speed = Series::line("speed", over_time(&|k| r.omega_m[k]));
+        let current =
+            [Series::line("phase a", over_time(&|k| r.i_s[k].re)), Series::line("length", over_time(&|k| r.i_s[k].norm()))];
+        let parts = [Panel::new("speed, rad/s", [speed]), Panel::new("current, A", current)];
+        std::fs::write(path, panels("Direct field orientation: 120 rad/s, 20 Nm from 1 s", "time, s", &parts))?;
+    }
     Ok(())
 }

@@ -1,5 +1,8 @@
-//! Kenné et al.'s sliding modes on a drive, in single precision as in firmware. `cargo run -p imkit-control --example kenne`.
+//! Kenné et al.'s sliding modes on a drive, in single precision as in firmware.
+//!
+//!     cargo run --release -p imkit-control --example kenne -- kenne.svg
 
+use im_chart::{Panel, Series, panels};
 use im_control::{Drive, DriveLimits, Kenne, KenneGains, MachineData};
 use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Simulation, SinglePrecision, Source};
 use im_model::{Machine, machines};
@@ -32,5 +35,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("{:.2} s: {:7.2} rad/s, {:5.2} A", 1e-4 * k as f64, r.omega_m[k], r.i_s[k].norm());
     }
     println!("load torque as estimated: {:.2} Nm", drive.0.controller().load_torque_nm());
+    if let Some(path) = std::env::args().nth(1) {
+        let r = &run.recording;
+        let over_time = |f: &dyn Fn(usize) -> f64| (0..r.len()).map(|k| (r.time_s(k), f(k))).collect::<Vec<_>>();
+        let speed = Series::line("speed", over_time(&|k| r.omega_m[k]));
+        let current =
+            [Series::line("phase a", over_time(&|k| r.i_s[k].re)), Series::line("length", over_time(&|k| r.i_s[k].norm()))];
+        let parts = [Panel::new("speed, rad/s", [speed]), Panel::new("current, A", current)];
+        std::fs::write(
+            path,
+            panels("Sliding modes of Kenné et al. in single precision: 20 Nm from 1 s, reversal", "time, s", &parts),
+        )?;
+    }
     Ok(())
 }

@@ -1,6 +1,8 @@
 //! The drive of Kwon et al. for least current: law from the machine's circuit, delta modulation at 100 µs with dead time.
-//! `cargo run -p imkit-control --example mtpa`.
+//!
+//!     cargo run --release -p imkit-control --example mtpa -- mtpa.svg
 
+use im_chart::{Series, chart};
 use im_control::{MachineData, Mtpa, MtpaGains, MtpaLaw};
 use im_design::mtpa::{for_torque, laws::fit_log, of_machine};
 use im_model::simulation::{Bridge, DeltaModulator, Inverter, References, Scenario, Simulation, Source};
@@ -16,6 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let law = MtpaLaw::series(fit.torque_n_m, &fit.current, &fit.slip)?;
     let known = MachineData::of(&machine, 30.0);
     println!("torque asked, got Nm; rms current, least possible A");
+    let (mut measured, mut least) = (Vec::new(), Vec::new());
     for torque in [2.0, 5.0, 10.0, 20.0, 30.0] {
         let mut drive = Mtpa::try_new(&known, &law, &MtpaGains::typical(&known))?;
         let bridge = Bridge { dead_time_s: 3e-6, ..Bridge::ideal(560.0) };
@@ -33,7 +36,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let last = x.torque_nm.len() - 5000..x.torque_nm.len();
         let got = x.torque_nm[last.clone()].iter().sum::<f64>() / 5000.0;
         let rms = (run.recording.i_s[last].iter().map(|i| i.norm_sqr()).sum::<f64>() / 10_000.0).sqrt();
-        println!("{torque:5.1} {got:6.2}; {rms:6.3} {:6.3}", for_torque(&of_machine(&machine), got)?.current_rms_a);
+        let possible = for_torque(&of_machine(&machine), got)?.current_rms_a;
+        println!("{torque:5.1} {got:6.2}; {rms:6.3} {possible:6.3}");
+        measured.push((got, rms));
+        least.push((got, possible));
+    }
+    if let Some(path) = std::env::args().nth(1) {
+        let series = [Series::line("least possible", least), Series::crosses("drive, ripple included", measured)];
+        std::fs::write(path, chart("Torque per ampere, delta modulation at 100 µs", "torque, Nm", "current, A rms", &series))?;
     }
     Ok(())
 }

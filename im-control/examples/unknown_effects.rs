@@ -1,6 +1,8 @@
 //! A drive whose machine has effects that the controller does not know: what each of them costs.
-//! `cargo run -p imkit-control --example unknown_effects`.
+//!
+//!     cargo run --release -p imkit-control --example unknown_effects -- unknown_effects.svg
 
+use im_chart::{Series, chart};
 use im_control::MachineData;
 use im_control::named::{Setting, named};
 use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Simulation, Source};
@@ -25,6 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..Scenario::direct_on_line(0.0, 50.0, 1.5)
     };
     println!("effect: speed dip at the load step, rad/s; flux, Vs (0.9 asked for); current, A");
+    let mut dips = Vec::new();
     for effect in [None, Some(EffectId::MainFluxSaturation), Some(EffectId::IronLoss), Some(EffectId::InverterNonlinearity)] {
         let mut effects = Effects::scaled(&m.rating, &m.parameters(), m.pole_pairs);
         match effect {
@@ -40,6 +43,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let current = run.recording.i_s.last().map_or(0.0, |i| i.norm());
         let name = effect.map_or("none", EffectId::name);
         println!("{name:22} {dip:5.2} {:6.3} {current:6.2}", run.state.psi_r.norm());
+        let r = &run.recording;
+        dips.push(Series::line(name, (7500..10_000).map(|k| (r.time_s(k), r.omega_m[k]))));
+    }
+    if let Some(path) = std::env::args().nth(1) {
+        std::fs::write(path, chart("20 Nm onto a drive that knows the linear machine alone", "time, s", "speed, rad/s", &dips))?;
     }
     Ok(())
 }

@@ -1,5 +1,7 @@
 //! Controllers in closed loop with the machine model.
 
+#[path = "../../lab/aqdm.rs"]
+mod aqdm;
 mod bad_input;
 mod common;
 mod designed;
@@ -7,4 +9,4 @@ mod flying_start;
 mod limits;
 mod mtpa;
 mod random_machines;
-mod sensorless;
+mod table_v;
