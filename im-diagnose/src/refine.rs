@@ -52,8 +52,8 @@ impl Default for Options {
     }
 }
 
-/// Cosine of the signatures of effects that have nothing in common.
-const UNLIKE: f64 = 0.1;
+/// Up to this cosine between their signatures, effects are of different kinds: one does not pass for a correction of the other's form.
+const UNLIKE: f64 = 0.4;
 
 /// A fitted model in the course of the loop.
 #[derive(Clone, Debug)]
