@@ -4,17 +4,22 @@
 //! cargo run --release -p imkit-control --example jadot_studies -- trajectory   # Figs. 3–5
 //! cargo run --release -p imkit-control --example jadot_studies -- drift        # Figs. 6, 7
 //! cargo run --release -p imkit-control --example jadot_studies -- reduced      # Figs. 9–11
+//! cargo run --release -p imkit-control --example jadot_studies -- experiment   # Figs. 13, 14, in simulation
+//! cargo run --release -p imkit-control --example jadot_studies -- thermal      # Figs. 15, 16, in simulation
 //! ```
 //!
 //! Without a name all are run; `--out DIR` writes the figures as SVG. Fig. 3 is described in words only and rebuilt here: high speed
 //! and low load from t₀ to t₂, load from t₂ on, low speed from t₅ on.
 
 mod bench;
+mod experiment;
 
 use std::path::{Path, PathBuf};
 
 use bench::{Row, SPEED_RAD_S, Scheme, Study, TORQUE_NM};
+use experiment::{Experiment, Seen, cold, nameplate};
 use im_design::plot::{Mark, Series, chart};
+use im_model::simulation::Profile;
 use im_model::write_atomically;
 
 const SYMBOLS: [&str; 4] = ["R_req", "L", "R_s", "L_f"];
@@ -253,7 +258,115 @@ fn figures_9_to_11(figures: &Figures) -> Result<(), String> {
     figures.draw("fig11-current.svg", "Current with the reduced scheme (Fig. 11)", "A", &series)?;
     let off = mean(&reduced, 4.0, 26.0, |_, r| (r.speed_rad_s - r.speed_ref_rad_s) / SPEED_RAD_S);
     println!("speed, mean deviation from its reference: {:.3} % of synchronous speed (Fig. 11)", 100.0 * off);
+    for [from, to] in [[5.0, 8.0], [10.5, 13.0], [19.2, 20.9], [24.0, 26.0]] {
+        let flux = mean(&reduced, from, to, |_, r| r.phi[0].norm() / r.phi[1].norm());
+        println!("flux over its reference, {from} to {to} s: {flux:.3} (Fig. 11)");
+    }
     Ok(())
+}
+
+/// A profile with points every tenth of a second.
+fn profile(duration_s: f64, of: impl Fn(f64) -> f64) -> Profile {
+    let points = (0..=(10.0 * duration_s) as u32).map(|k| 0.1 * f64::from(k)).map(|t| [t, of(t)]);
+    Profile::points(points.collect::<Vec<_>>()).expect("times in order")
+}
+
+/// Means over as many rows as make few points of them.
+fn picked(rows: &[Seen], y: impl Fn(&Seen) -> f64) -> Vec<(f64, f64)> {
+    let mean = |rows: &[Seen]| rows.iter().map(&y).sum::<f64>() / rows.len() as f64;
+    rows.chunks(rows.len().div_ceil(POINTS)).filter(|r| r[0].t >= 1.0).map(|r| (r[r.len() / 2].t, mean(r))).collect()
+}
+
+/// Means over a span: torque estimate over load and current estimate over current, less one; estimates of R_req and L, and the truth.
+fn experienced(name: &str, rows: &[Seen], [from, to]: [f64; 2]) {
+    let span: Vec<&Seen> = rows.iter().filter(|r| (from..to).contains(&r.t)).collect();
+    let mean = |y: &dyn Fn(&Seen) -> f64| 100.0 * span.iter().map(|r| y(r)).sum::<f64>() / span.len() as f64;
+    println!(
+        "{name:<14} {from:>6.1} to {to:>6.1} s: torque {:>6.1} %, current {:>6.1} % ({:.2} A); R_req {:>5.1} of {:>5.1}, L {:>5.1} of {:>5.1}",
+        mean(&|r| r.torque_hat_nm / r.load_nm - 1.0),
+        mean(&|r| r.current_hat_a / r.current_a - 1.0),
+        mean(&|r| r.current_a) / 100.0,
+        mean(&|r| r.estimates[0]),
+        mean(&|r| r.truth[1]),
+        mean(&|r| r.estimates[1]),
+        mean(&|r| r.truth[2]),
+    );
+}
+
+fn figures_13_and_14(figures: &Figures) -> Result<(), String> {
+    let duration_s = TIMES[3];
+    let experiment = |start| Experiment {
+        duration_s,
+        speed_rad_s: profile(duration_s, |t| speed(t) * SPEED_RAD_S / 100.0),
+        load_nm: profile(duration_s, |t| load(t) * TORQUE_NM / 100.0),
+        heats: false,
+        start,
+    };
+    let commissioned = nameplate().scaled([1.0, 1.0, cold().values()[2] / nameplate().values()[2], 1.0]);
+    let first: [String; 4] =
+        core::array::from_fn(|k| format!("{} {:.0} %", SYMBOLS[k], 100.0 * nameplate().values()[k] / cold().values()[k]));
+    println!("The nameplate's guess, of Table I: {}", first.join(", "));
+    let [none, reduced] = [false, true].map(|adapts| experiment(commissioned).run(adapts));
+    let guessed = experiment(nameplate()).run(true);
+    for span in [[10.5, 13.0], [14.5, 16.0], [19.2, 20.9], [24.0, 26.0]] {
+        experienced("no adaptation", &none, span);
+        experienced("reduced", &reduced, span);
+        experienced("R_s guessed", &guessed, span);
+    }
+    let percent = |k: usize| picked(&reduced, |r| 100.0 * r.estimates[k]);
+    let series = [
+        ("R_req", percent(0)),
+        ("L", percent(1)),
+        ("true R_req", picked(&reduced, |r| 100.0 * r.truth[1])),
+        ("true L", picked(&reduced, |r| 100.0 * r.truth[2])),
+    ];
+    figures.draw("jadot_fig13_estimates.svg", "Adaptation on the simulated bench (Fig. 13)", "percent of Table I", &series)?;
+    let speeds = [("speed", picked(&reduced, |r| 100.0 * r.speed_rad_s / SPEED_RAD_S))];
+    figures.draw("jadot_fig14_speed.svg", "Speed (Fig. 14)", "percent of synchronous speed", &speeds)?;
+    observed(figures, "jadot_fig14", "(Fig. 14)", &none, &reduced)
+}
+
+/// Torque and current, without and with adaptation.
+fn observed(figures: &Figures, file: &str, figure: &str, none: &[Seen], reduced: &[Seen]) -> Result<(), String> {
+    let torque = |rows| picked(rows, |r| r.torque_hat_nm);
+    let series = [("no adaptation", torque(none)), ("reduced", torque(reduced)), ("load", picked(none, |r| r.load_nm))];
+    figures.draw(&format!("{file}_torque.svg"), &format!("Estimated load torque {figure}"), "Nm", &series)?;
+    let series = [
+        ("estimated, no adaptation", picked(none, |r| r.current_hat_a)),
+        ("measured", picked(none, |r| r.current_a)),
+        ("estimated, reduced", picked(reduced, |r| r.current_hat_a)),
+        ("measured, reduced", picked(reduced, |r| r.current_a)),
+    ];
+    figures.draw(&format!("{file}_current.svg"), &format!("Current consumption {figure}"), "A, peak", &series)
+}
+
+fn figures_15_and_16(figures: &Figures) -> Result<(), String> {
+    let experiment = Experiment {
+        duration_s: 1800.0,
+        speed_rad_s: Profile::points([[0.5, 0.0], [2.0, 0.5 * SPEED_RAD_S]]).expect("times in order"),
+        load_nm: Profile::points([[3.0, 0.0], [4.0, TORQUE_NM]]).expect("times in order"),
+        heats: true,
+        start: cold(),
+    };
+    let [none, reduced] = [false, true].map(|adapts| experiment.run(adapts));
+    for span in [[20.0, 30.0], [300.0, 310.0], [900.0, 910.0], [1790.0, 1800.0]] {
+        experienced("no adaptation", &none, span);
+        experienced("reduced", &reduced, span);
+    }
+    let series = [
+        ("R_req", picked(&reduced, |r| 100.0 * r.estimates[0])),
+        ("L", picked(&reduced, |r| 100.0 * r.estimates[1])),
+        ("true R_req", picked(&reduced, |r| 100.0 * r.truth[1])),
+        ("true L", picked(&reduced, |r| 100.0 * r.truth[2])),
+        ("true R_s", picked(&reduced, |r| 100.0 * r.truth[0])),
+    ];
+    figures.draw(
+        "jadot_fig15_estimates.svg",
+        "Adaptation while the windings heat up (Fig. 15)",
+        "percent of Table I",
+        &series,
+    )?;
+    observed(figures, "jadot_fig16", "(Fig. 16)", &none, &reduced)
 }
 
 fn main() -> Result<(), String> {
@@ -261,8 +374,13 @@ fn main() -> Result<(), String> {
     let out = arguments.iter().position(|a| a == "--out").and_then(|k| arguments.get(k + 1));
     let figures = Figures { directory: out.map(|d| Path::new(d).to_owned()) };
     let name = arguments.first().filter(|a| *a != "--out").map_or("all", String::as_str);
-    let studies: [(&str, Reproduce); 3] =
-        [("trajectory", figures_3_to_5), ("drift", figures_6_and_7), ("reduced", figures_9_to_11)];
+    let studies: [(&str, Reproduce); 5] = [
+        ("trajectory", figures_3_to_5),
+        ("drift", figures_6_and_7),
+        ("reduced", figures_9_to_11),
+        ("experiment", figures_13_and_14),
+        ("thermal", figures_15_and_16),
+    ];
     let mut ran = false;
     for (study, run) in studies.into_iter().filter(|(study, _)| name == "all" || name == *study) {
         println!("== {study}");
@@ -270,5 +388,9 @@ fn main() -> Result<(), String> {
         println!();
         ran = true;
     }
-    if ran { Ok(()) } else { Err(format!("no study named {name}: expected trajectory, drift, reduced or nothing")) }
+    if ran {
+        Ok(())
+    } else {
+        Err(format!("no study named {name}: expected trajectory, drift, reduced, experiment, thermal or nothing"))
+    }
 }

@@ -5,7 +5,11 @@ mod aqdm;
 mod bad_input;
 mod common;
 mod designed;
+#[path = "../../examples/jadot_studies/experiment.rs"]
+#[allow(dead_code)]
+mod experiment;
 mod flying_start;
+mod jadot_bench;
 mod limits;
 mod mtpa;
 mod random_machines;
