@@ -2,6 +2,12 @@
 //!
 //! Every controller implements [`im_model::simulation::Controller`]: what was measured and what is asked for at the beginning of a
 //! sample go in, the voltage or current for the sample comes out. `no_std`, without allocation, `f32` and `f64`.
+//!
+//! # Features
+//!
+//! | feature | default | gives |
+//! | --- | --- | --- |
+//! | `std` | yes | controllers by name from a scenario's file, `std::error::Error` through `im-model`; without it the crate is `no_std` |
 
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 

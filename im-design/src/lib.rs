@@ -16,6 +16,13 @@
 //! * [`thau`], [`thau_box`], [`kubota`], [`kubota_loop`], [`sliding`], [`kenne`], [`jadot`], [`sampled`]: designs;
 //! * [`mtpa`]: maximum torque per ampere, from an equivalent circuit with saturation;
 //! * [`request`]: designs by name and region file; [`gains`]: gain sets as TOML and as Rust source; [`plot`]: SVG.
+//!
+//! # Features
+//!
+//! | feature | default | gives |
+//! | --- | --- | --- |
+//! | `pure-lapack` | yes | BLAS and LAPACK for the solver in Rust alone: cargo and a C linker build it |
+//! | `system-lapack` | no | the system's BLAS and LAPACK instead, whatever `pure-lapack` says |
 
 pub mod certificate;
 pub mod error;

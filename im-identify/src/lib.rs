@@ -4,6 +4,12 @@
 //! sensitivities, standard errors and what the data do not determine.
 //!
 //! [`online`]: identifiers that run beside a drive, sample by sample; `no_std`, without allocation.
+//!
+//! # Features
+//!
+//! | feature | default | gives |
+//! | --- | --- | --- |
+//! | `std` | yes | [`offline`] and what it needs (nalgebra, rayon); without it the crate is `no_std` |
 
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 

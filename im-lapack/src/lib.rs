@@ -11,6 +11,13 @@
 //!
 //! * [`kernels`] is the mathematics, safe, over matrix views; this is what the tests compare with nalgebra.
 //! * `export` turns C pointers into views and calls the kernels; all `unsafe` of the workspace is in there.
+//!
+//! # Features
+//!
+//! | feature | default | gives |
+//! | --- | --- | --- |
+//! | `pure-rust` | yes | the symbols, from this crate |
+//! | `system-lapack` | no | none: the system's libraries are linked, whatever `pure-rust` says |
 
 #[cfg(all(feature = "pure-rust", not(feature = "system-lapack")))]
 mod export;

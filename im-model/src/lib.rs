@@ -12,7 +12,11 @@
 //! stepping: equations of motion in any [`Scalar`] (`f32`, `f64`, [`Dual`] for exact sensitivities), without allocation or `std`.
 //! [`Bench`] adds what lies around the machine in sampled time: voltage delay and sensors.
 //!
-//! Without the default feature `std` the crate is `no_std`; files, scenarios and recordings need `std`.
+//! # Features
+//!
+//! | feature | default | gives |
+//! | --- | --- | --- |
+//! | `std` | yes | files, scenarios and recordings; without it the crate is `no_std` and does not allocate |
 
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 

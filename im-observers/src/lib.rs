@@ -20,6 +20,10 @@
 //! | [`Thau`] | flux, speed | in a certified box with a designed gain; L = 0 with friction | hμn_pβλ²h < 1 |
 //!
 //! Equations and sources stand at the head of each file; figures in `docs/observers.md`.
+//!
+//! # Features
+//!
+//! None: the crate is `no_std` as it stands. `im_model/std` may be on beside it.
 
 #![cfg_attr(not(test), no_std)]
 
