@@ -1,43 +1,49 @@
 //! Draws the claims that fail: `cargo run --release -p imkit-verify --example claim_pictures docs/images/claims`.
 //!
 //! From the simplest counterexample (`tests/counterexamples`) one variable is taken through its range, the others staying: how far is what
-//! is over what is allowed? Where another claim mends it, its curve stands beside.
+//! is over what is allowed? Where another claim mends it, its curve stands beside. The axis is linear where the ratio stays small, and
+//! logarithmic where it does not.
 
 use std::error::Error;
 use std::io::Write as _;
 use std::path::Path;
 
-use im_design::plot::{Mark, Series, chart};
+use im_chart::{Series, chart_within};
 use im_model::write_atomically;
 use im_verify::{Claim, MACHINE, Machines, Point, Variable, case_file, claims};
 
-/// Number of the claim, the variable, and the claim that mends it, if it has the same variables.
-const PICTURES: [(u32, &str, Option<u32>); 21] = [
-    (3, "flux_error_angle_rad", None),
-    (6, "slip_share", Some(7)),
-    (12, "speed_share", Some(13)),
-    (16, "slip_share", None),
-    (19, "flux_share", None),
-    (21, "inertia_share", None),
-    (22, "slip_share", None),
-    (24, "torque_nm", Some(25)),
-    (26, "voltage_share", Some(27)),
-    (29, "voltage_share", Some(30)),
-    (34, "flux_angle_rad", None),
-    (36, "voltage_share", None),
-    (39, "slip_share", None),
-    (40, "error", None),
-    (43, "load_share", None),
-    (48, "acceleration_share", None),
-    (49, "input_share", Some(50)),
-    (51, "distance_share", None),
-    (54, "slip_share", None),
-    (59, "l_error", Some(60)),
-    (62, "power_w", Some(55)),
+/// A claim that fails, the variable, what it is, and the claim that mends it, with how, if it has the same variables.
+type Picture = (u32, &'static str, &'static str, Option<(u32, &'static str)>);
+
+const PICTURES: [Picture; 21] = [
+    (3, "flux_error_angle_rad", "angle of the flux error against the flux, rad", None),
+    (6, "slip_share", "slip over rated slip", Some((7, "with the mended gain"))),
+    (12, "speed_share", "speed over rated speed", Some((13, "with the anchor"))),
+    (16, "slip_share", "slip over rated slip", None),
+    (19, "flux_share", "flux over rated flux", None),
+    (21, "inertia_share", "inertia over that usual for the power", None),
+    (22, "slip_share", "slip over rated slip", None),
+    (24, "torque_nm", "torque, N m", Some((25, "from 19 to 215 N m, within 2 %"))),
+    (26, "voltage_share", "voltage over rated voltage", Some((27, "without the m"))),
+    (29, "voltage_share", "voltage over rated voltage", Some((30, "with its sign put right"))),
+    (34, "flux_angle_rad", "angle of the flux, rad", None),
+    (36, "voltage_share", "voltage over 311 V", None),
+    (39, "slip_share", "slip over rated slip", None),
+    (40, "error", "error at the start", None),
+    (43, "load_share", "load over rated torque", None),
+    (48, "acceleration_share", "acceleration over that by three times the rated torque", None),
+    (49, "input_share", "input over its largest", Some((50, "with K_P in the last term"))),
+    (51, "distance_share", "distance at the start over the rated current", None),
+    (54, "slip_share", "slip over rated slip", None),
+    (59, "l_error", "error of L at the start", Some((60, "with an integral action that forgets"))),
+    (62, "power_w", "rated power, W", Some((55, "with the gains kept apart"))),
 ];
 
-/// Where curves are cut: beyond this a claim fails, no matter how badly.
-const TOP: f64 = 4.0;
+/// Ratios up to here are drawn on a linear axis.
+const LINEAR: f64 = 4.0;
+
+/// Powers of ten that a logarithmic axis may span; what lies beyond stands at its ends.
+const DECADES: [f64; 2] = [-6.0, 40.0];
 
 fn with(claim: &Claim, point: &Point, name: &str, x: f64) -> Point {
     let mut p = point.clone();
@@ -49,15 +55,25 @@ fn with(claim: &Claim, point: &Point, name: &str, x: f64) -> Point {
     p
 }
 
+/// What is over what is allowed along the variable, where the assumptions of the claim are met.
 fn curve(claim: &Claim, variable: &Variable, point: &Point, machines: &Machines, points: u32) -> Vec<(f64, f64)> {
     let shares = (0..points).map(|k| (f64::from(k) + 0.5) / f64::from(points));
-    shares
-        .filter_map(|share| {
-            let x = variable.at(share);
-            let margin = claim.verdict(&with(claim, point, variable.name, x), machines).margin()?;
-            Some((x, (1.0 - margin).clamp(0.0, TOP)))
-        })
-        .collect()
+    let ratio = |x| Some((x, 1.0 - claim.verdict(&with(claim, point, variable.name, x), machines).margin()?));
+    shares.filter_map(|share| ratio(variable.at(share))).collect()
+}
+
+/// Brings the curves to the axis that suits them; its label and range.
+fn scaled(series: &mut [Series]) -> (&'static str, [f64; 2]) {
+    let most = |series: &[Series]| series.iter().flat_map(|s| &s.points).fold(1.0f64, |m, p| m.max(p.1));
+    if most(series) <= LINEAR {
+        return ("what is over what is allowed", [0.0, 1.05 * most(series)]);
+    }
+    for p in series.iter_mut().flat_map(|s| &mut s.points) {
+        p.1 = p.1.max(f64::MIN_POSITIVE).log10().clamp(DECADES[0], DECADES[1]);
+    }
+    let least = series.iter().flat_map(|s| &s.points).fold(-1.0f64, |m, p| m.min(p.1));
+    let most = most(series);
+    ("what is over what is allowed, power of ten", [least - 0.03 * (most - least), most + 0.03 * (most - least)])
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -65,7 +81,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(&folder)?;
     let all = claims::all();
     let of = |number: u32| all.iter().find(|c| c.number == number).ok_or(format!("there is no claim {number}"));
-    for (number, name, mended) in PICTURES {
+    for (number, name, label, mended) in PICTURES {
         let claim = of(number)?;
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/counterexamples/{number:02}-{}.toml", claim.name));
         let (_, point, machines) = case_file::from_text(&std::fs::read_to_string(file)?, &all, None)?;
@@ -75,14 +91,14 @@ fn main() -> Result<(), Box<dyn Error>> {
             im_verify::Cost::Study => 24,
             _ => 120,
         };
-        let line = |name: String, points| Series { name, mark: Mark::Line, points };
-        let mut series = vec![line(format!("claim {number}"), curve(claim, variable, &point, &machines, points))];
-        if let Some(mended) = mended {
-            series.push(line(format!("claim {mended}"), curve(of(mended)?, variable, &point, &machines, points)));
+        let mut series = vec![Series::line(format!("claim {number}"), curve(claim, variable, &point, &machines, points))];
+        if let Some((mended, how)) = mended {
+            series.push(Series::line(format!("claim {mended}, {how}"), curve(of(mended)?, variable, &point, &machines, points)));
         }
-        series.push(line("allowed".into(), vec![(variable.low, 1.0), (variable.high, 1.0)]));
+        series.push(Series::line("allowed", [(variable.low, 1.0), (variable.high, 1.0)]));
+        let (y_label, range) = scaled(&mut series);
         let title = format!("Claim {number}: {}", claim.name.replace('_', " "));
-        let svg = chart(&title, &name.replace('_', " "), "what is over what is allowed", &series);
+        let svg = chart_within(&title, label, y_label, range, &series);
         write_atomically(&Path::new(&folder).join(format!("{number:02}.svg")), |w| w.write_all(svg.as_bytes()))?;
     }
     Ok(())
