@@ -1,6 +1,6 @@
 //! The program `im`: a thin shell over the crates. One file per command in [`commands`].
 //!
-//! Exit status: 0 done, 1 bad input (one message that says where and what to do), 2 usage.
+//! Exit status: 0 done, 1 bad input (one message that says where and what to do), 2 usage, 3 claims that did not come out as stated.
 
 mod commands;
 mod controllers;
@@ -21,6 +21,11 @@ struct Cli {
     command: commands::Command,
 }
 
+/// The whole command line, for what describes it to a shell.
+pub fn command_line() -> clap::Command {
+    <Cli as clap::CommandFactory>::command()
+}
+
 const AFTER_HELP: &str = "\
 Examples:
   im demo
@@ -28,7 +33,9 @@ Examples:
   im simulate --motor examples/motor.toml --scenario examples/scenario_dol.toml -o run.csv
   im effects show iron_loss
 
-Exit status: 0 done, 1 bad input, 2 wrong usage.";
+Completion in a shell: im completions bash > /etc/bash_completion.d/im (also zsh, fish, powershell)
+
+Exit status: 0 done, 1 bad input, 2 wrong usage, 3 a claim that did not come out as stated (im verify).";
 
 fn main() -> ExitCode {
     // Wrong usage ends here, with status 2.

@@ -4,12 +4,16 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use im_diagnose::case::Case;
-use im_diagnose::refine::{Options, Refinement};
+use im_diagnose::intake::Finding;
+use im_diagnose::refine::{Model, Refinement};
 use im_model::effects::Role;
-use im_model::{EffectId, MotorFile, ParameterId};
+use im_model::{EffectId, Machine, MotorFile, ParameterId};
+use serde_json::{Map, json};
 
-use super::inputs::{recording, recordings, refused};
+use super::inputs::{Data, refused};
 use crate::failure::Failure;
+use crate::output;
+use crate::spinner::spinning;
 use crate::terminal::rounded;
 
 /// Arguments.
@@ -32,11 +36,17 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     train: Vec<PathBuf>,
     /// A recording that no fit sees
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", requires = "train")]
     holdout: Option<PathBuf>,
+    /// What the columns of the recordings mean, instead of the recording.toml beside them
+    #[arg(long, value_name = "FILE", requires = "train")]
+    mapping: Option<PathBuf>,
     /// Where to write the motor
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
 }
 
 /// Runs the command.
@@ -48,30 +58,52 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input(format!("{file}: {effect} is on already; edit [effects.{effect}] or fit it with im fit")));
     }
     let sized = at_usual_size(&motor, effect)?;
-    let mut out = io::stdout().lock();
+    output::file(&args.output)?;
     if args.train.is_empty() {
         sized.write(&args.output)?;
-        writeln!(out, "{}: {effect} added at a usual size; edit it, or give --train to fit it", args.output.display())?;
-        return Ok(());
+        return tell(args, &sized.machine, None, &[]);
     }
-    let train = recordings(&args.train, None, &motor)?;
-    let holdout = args.holdout.as_deref().map(|p| recording(p, None, &motor)).transpose()?;
-    let fitted = |m: MotorFile| {
-        let case = Case::from_intake(m, train.clone(), holdout.clone());
-        Refinement::new(case, Options::default()).map_err(|e| refused(&args.motor, &e))
+    let (train, holdout, mapping) = (args.train.clone(), args.holdout.clone(), args.mapping.clone());
+    let data = Data { motor: args.motor.clone(), train, table: Vec::new(), holdout, mapping };
+    let (case, noticed) = data.case()?;
+    let fitted = |motor: MotorFile| {
+        let case = Case { motor, ..case.clone() };
+        spinning("fitting", || Refinement::new(case, data.options())).map_err(|e| refused(&args.motor, &e))
     };
     let (_, before) = fitted(motor.clone())?;
     let (_, after) = fitted(MotorFile { machine: with_base(&sized, &before.fit.machine)?, ..sized })?;
     MotorFile { machine: after.fit.machine, ..motor }.write(&args.output)?;
-    writeln!(out, "error on the training recordings: {} -> {} noise floors", rounded(before.train()), rounded(after.train()))?;
-    if let (Some(b), Some(a)) = (before.holdout, after.holdout) {
-        writeln!(out, "error on the held-out recording:  {} -> {} noise floors", rounded(b), rounded(a))?;
+    tell(args, &after.fit.machine, Some((&before, &after)), &noticed)
+}
+
+/// What was added, and how the error changed where it was fitted.
+fn tell(args: &Args, machine: &Machine<f64>, fitted: Option<(&Model, &Model)>, noticed: &[Finding]) -> Result<(), Failure> {
+    let effect = args.effect;
+    let shown = effect.parameters().iter().enumerate().filter(|(_, p)| p.role != Role::Fixed);
+    let parameters = shown.map(|(k, info)| (info, machine.get(ParameterId::Effect(effect, k))));
+    let mut out = io::stdout().lock();
+    if args.json {
+        let values: Map<_, _> = parameters.map(|(p, x)| (p.key.to_owned(), json!({"value": x, "unit": p.unit}))).collect();
+        let errors = |of: &dyn Fn(&Model) -> Option<f64>| fitted.map(|(b, a)| json!({"before": of(b), "after": of(a)}));
+        let report = json!({
+            "schema": 1, "effect": effect.name(), "motor": args.output.display().to_string(), "parameters": values,
+            "train_chi2_per_sample": errors(&|m| Some(m.train())), "holdout_chi2_per_sample": errors(&|m| m.holdout),
+            "data_quality": noticed,
+        });
+        return Ok(writeln!(out, "{report}")?);
     }
-    for (k, info) in effect.parameters().iter().enumerate().filter(|(_, p)| p.role != Role::Fixed) {
-        let x = after.fit.machine.get(ParameterId::Effect(effect, k));
+    if let Some((before, after)) = fitted {
+        let fall = |b: f64, a: f64| format!("{} -> {} noise floors", rounded(b), rounded(a));
+        writeln!(out, "error on the training recordings: {}", fall(before.train(), after.train()))?;
+        if let (Some(b), Some(a)) = (before.holdout, after.holdout) {
+            writeln!(out, "error on the held-out recording:  {}", fall(b, a))?;
+        }
+    }
+    for (info, x) in parameters {
         writeln!(out, "  {} = {} {}", info.key, rounded(x), info.unit)?;
     }
-    writeln!(out, "{}: the motor with {effect}", args.output.display())?;
+    let how = if fitted.is_some() { "" } else { " at a usual size; edit it, or give --train to fit it" };
+    writeln!(out, "{}: the motor with {effect}{how}", args.output.display())?;
     Ok(())
 }
 
@@ -87,6 +119,6 @@ fn at_usual_size(motor: &MotorFile, effect: EffectId) -> Result<MotorFile, Failu
 }
 
 /// The sized effect on the fitted base parameters.
-fn with_base(sized: &MotorFile, fitted: &im_model::Machine<f64>) -> Result<im_model::Machine<f64>, Failure> {
+fn with_base(sized: &MotorFile, fitted: &Machine<f64>) -> Result<Machine<f64>, Failure> {
     sized.machine.with_parameters(*fitted.parameters()).map_err(|e| Failure::Input(e.to_string()))
 }

@@ -12,6 +12,7 @@ use serde_json::json;
 use super::inputs::{findings, quality, recordings_or_drafts};
 use crate::failure::Failure;
 use crate::output;
+use crate::spinner::spinning;
 use crate::terminal::{STORY_WIDTH, wrapped};
 
 /// Arguments.
@@ -47,8 +48,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (data, guessed) = recordings_or_drafts(&args.data, args.mapping.as_deref(), &motor, args.out.as_deref())?;
     let mut noticed = findings(data.iter());
     let case = Case::from_intake(motor.clone(), data, None);
-    noticed.extend(agreement::check(&case));
-    let comparison = Comparison::new(motor, case.train);
+    noticed.extend(spinning("comparing the recordings", || agreement::check(&case)));
+    let comparison = spinning("looking where the model fails", || Comparison::new(motor, case.train));
     let program = concat!("im ", env!("CARGO_PKG_VERSION")).into();
     let meta = Meta { program, quality: quality(&noticed), ..Meta::default() };
     let mut written = None;

@@ -13,6 +13,7 @@ use im_model::{MotorFile, Recording};
 
 use crate::failure::Failure;
 use crate::output;
+use crate::spinner::spinning;
 use crate::terminal::wrapped;
 
 /// A motor with its recordings.
@@ -54,7 +55,7 @@ impl Data {
         let holdout = self.holdout.as_deref().map(|p| recording(p, mapping, &motor)).transpose()?;
         let mut findings = findings(train.iter().chain(&holdout));
         let case = Case::from_intake(motor, train, holdout);
-        findings.extend(agreement::check(&case));
+        findings.extend(spinning("comparing the recordings", || agreement::check(&case)));
         // What makes all that follows doubtful is said before it, and once more in its place.
         for f in findings.iter().filter(|f| f.severity == Severity::Serious) {
             eprint!("{}", wrapped("! ", &f.line()));

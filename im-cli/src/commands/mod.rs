@@ -6,6 +6,7 @@ use crate::failure::Failure;
 
 mod add;
 mod compare;
+mod completions;
 mod demo;
 #[cfg(feature = "design")]
 mod design;
@@ -56,6 +57,8 @@ pub enum Command {
     Verify(verify::Args),
     /// List the physical effects that the model knows, or show the card of one
     Effects(effects::Args),
+    /// Print what a shell needs to complete commands, options and effects
+    Completions(completions::Args),
 }
 
 impl Command {
@@ -78,6 +81,7 @@ impl Command {
             #[cfg(feature = "verify")]
             Self::Verify(args) => verify::run(&args),
             Self::Effects(args) => effects::run(&args),
+            Self::Completions(args) => completions::run(&args),
         }
     }
 }

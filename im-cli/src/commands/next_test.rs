@@ -5,10 +5,11 @@ use std::path::PathBuf;
 
 use im_diagnose::next_test::{Limits, propose};
 use im_model::{EffectId, MotorFile, write_atomically};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::inputs::refused;
 use crate::failure::Failure;
+use crate::output;
 use crate::spinner::spinning;
 use crate::terminal::{rounded, wrapped};
 
@@ -43,11 +44,15 @@ pub struct Args {
     /// Where to write the scenario
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let motor = MotorFile::read(&args.motor)?;
+    args.output.as_deref().map_or(Ok(()), output::file)?;
     let rated = motor.rating.current_peak_a(motor.machine.parameters(), motor.machine.pole_pairs());
     let mut noise = (0.003 * rated, 0.1);
     let mut open = args.effect.clone();
@@ -61,6 +66,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     open.dedup();
     let mut out = io::stdout().lock();
     if open.is_empty() {
+        if args.json {
+            return Ok(writeln!(out, "{}", json!({"schema": 1, "open": [], "test": null, "others": []}))?);
+        }
         writeln!(out, "Nothing is open: the diagnosis left no rivals and saw every effect. Name some with --effect to go on.")?;
         return Ok(());
     }
@@ -70,7 +78,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let Some(best) = found.first() else {
         return Err(Failure::Input("no manoeuvre stays within the limits; allow more with --max-current or --max-speed".into()));
     };
+    if let Some(path) = &args.output {
+        write_atomically(path, |w| w.write_all(best.scenario_toml.as_bytes()))?;
+    }
     let names: Vec<&str> = open.iter().map(|e| e.name()).collect();
+    if args.json {
+        let seen: serde_json::Map<_, _> = best.detectable.iter().map(|(e, x)| (e.name().to_owned(), json!(x))).collect();
+        let others = found.iter().skip(1).map(|p| json!({"name": p.name, "what": p.what, "merit": p.merit / best.merit}));
+        let report = json!({
+            "schema": 1, "open": names, "others": others.collect::<Vec<_>>(),
+            "test": {
+                "name": best.name, "what": best.what, "peak_current_a": best.reaches.0, "peak_speed_rad_s": best.reaches.1,
+                "detectable_over_usual": seen, "angle_deg": best.angle_deg, "scenario_toml": best.scenario_toml,
+            },
+        });
+        return Ok(writeln!(out, "{report}")?);
+    }
     write!(out, "{}", wrapped("In question: ", &names.join(", ")))?;
     write!(out, "{}", wrapped("Next test:   ", best.what))?;
     writeln!(out, "             reaches {} A and {} rad/s", rounded(best.reaches.0), rounded(best.reaches.1))?;
@@ -86,7 +109,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         writeln!(out, "  {:<14} {:>9}   {}", p.name, rounded(p.merit / best.merit), p.what)?;
     }
     if let Some(path) = &args.output {
-        write_atomically(path, |w| w.write_all(best.scenario_toml.as_bytes()))?;
         writeln!(out, "\n{}: the scenario; im simulate runs it on the model", path.display())?;
     }
     Ok(())

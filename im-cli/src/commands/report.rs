@@ -7,6 +7,7 @@ use im_diagnose::report::{SideBySide, side_by_side, side_by_side_terminal};
 use im_model::write_atomically;
 
 use crate::failure::Failure;
+use crate::output;
 use crate::terminal::STORY_WIDTH;
 
 /// Arguments.
@@ -25,6 +26,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    args.output.as_deref().map_or(Ok(()), output::file)?;
     let read = |path: &PathBuf| {
         let file = if path.is_dir() { path.join("diagnosis.json") } else { path.clone() };
         let label = path.display().to_string();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{Folder, done, example, im, refused};
+use crate::common::{Folder, done, example, im, json, refused};
 
 #[test]
 fn the_map_is_drawn_and_its_table_says_what_shows_where() {
@@ -14,6 +14,8 @@ fn the_map_is_drawn_and_its_table_says_what_shows_where() {
     // L_f, R_s, L, R_req from the right.
     assert!(last(line("1 % of the speed, no load"))[1] > 0.9);
     assert!(last(line("rated speed, rated load"))[3] > 0.6);
+    let map = json(&["identify", "--motor", &example("motor.toml"), "--sensitivity-map", "--json"]);
+    assert_eq!(map["points"][0]["share"].as_array().unwrap().len(), map["parameters"].as_array().unwrap().len());
     let svg = out.read("sensitivity.svg");
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
 }
@@ -25,6 +27,8 @@ fn a_simulated_start_is_replayed_and_every_row_written() {
     done(&["simulate", "--motor", &example("motor.toml"), "--scenario", &example("scenario_dol.toml"), "-o", &run]);
     let said = done(&["identify", "--motor", &example("motor.toml"), "--online", "--data", &run, "--out", &out.path("")]);
     assert!(said.contains("adapting: R_r"));
+    let summary = json(&["identify", "--motor", &example("motor.toml"), "--online", "--data", &run, "--json"]);
+    assert!(summary["final"]["kenne"]["rotor_resistance_ohm"].as_f64().unwrap() > 0.0 && summary["lost_rows"] == 0, "{summary}");
     let estimates = out.read("estimates.csv");
     let rows = out.read("run.csv").lines().count();
     // A header each; the first row of a recording has no sample before it.

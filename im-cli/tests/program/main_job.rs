@@ -27,13 +27,20 @@ fn the_whole_loop_runs_on_files() {
 
     // By hand: add the effect to the motor as it was, fit, and see on the held-out recording that the error has fallen.
     let motor = f.path("data/motor.toml");
-    done(&["add", "--motor", &motor, "--effect", &effect, "-o", &f.path("added.toml")]);
-    assert!(f.read("added.toml").contains(&effect));
+    let added = json(&["add", "--motor", &motor, "--effect", &effect, "-o", &f.path("added.toml"), "--json"]);
+    assert!(f.read("added.toml").contains(&effect) && added["train_chi2_per_sample"].is_null(), "{added}");
     let refined = f.path("out/motor.refined.toml");
     let holdout = f.path("data/holdout.csv");
     let judged = json(&["validate", "--before", &motor, "--after", &refined, "--data", &holdout, "--json"]);
     let of = |which: &str| judged["unaided"][which]["chi2_per_sample"].as_f64().unwrap();
     assert!(of("after") < 1.2 && of("before") > 10.0 * of("after"), "{judged}");
+
+    let found = f.path("out/diagnosis.json");
+    let none = json(&["next-test", "--motor", &refined, "--diagnosis", &found, "--json"]);
+    assert_eq!(none["test"], serde_json::Value::Null, "a clear answer leaves nothing open");
+    let next = json(&["next-test", "--motor", &refined, "--effect", "iron_loss", "-o", &f.path("next.toml"), "--json"]);
+    assert_eq!(next["test"]["scenario_toml"].as_str().unwrap(), f.read("next.toml"));
+    assert!(next["test"]["detectable_over_usual"]["iron_loss"].as_f64().unwrap() > 0.0, "{next}");
 
     done(&["report", &f.path("out"), &f.path("out/diagnosis.json"), "-o", &f.path("both.html")]);
     assert!(f.read("both.html").contains("</html>"));

@@ -90,6 +90,40 @@ fn every_controller_of_a_scenario_brings_the_machine_to_speed() {
     }
 }
 
+/// By name alone: the law comes from the motor's circuit. At 60 rad/s the torque asked for, and no more current than the law's.
+#[test]
+fn a_scenario_names_the_drive_of_least_current() {
+    let dir = Folder::new("mtpa");
+    let toml = "[scenario]\nduration_s = 2.5\nsample_time_s = 1e-4\n[controller]\nname = \"mtpa\"\ntorque_nm = 10\n\
+        [load]\nimposed_speed_rad_s = 60\n\
+        [inverter]\nkind = \"delta_modulation\"\ndc_voltage_v = 600\nperiod_s = 1e-4\ndead_time_s = 2e-6\n";
+    let scenario = dir.file("scenario.toml", toml);
+    let (run, inside) = (dir.path("run.csv"), dir.path("inside.csv"));
+    let args = ["simulate", "--motor", &example("motor.toml"), "--scenario", &scenario, "-o", &run, "--internals", &inside];
+    done(&args);
+    // The mean over the last half second.
+    let mean = |file: &str, of: &dyn Fn(&[f64], &[&str]) -> f64| {
+        let text = dir.read(file);
+        let mut lines = text.lines();
+        let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+        let rows: Vec<Vec<f64>> = lines.map(|l| l.split(',').map(|x| x.parse().unwrap()).collect()).collect();
+        rows[rows.len() - 5000..].iter().map(|r| of(r, &names)).sum::<f64>() / 5000.0
+    };
+    let column = |name: &'static str| move |r: &[f64], names: &[&str]| r[names.iter().position(|n| *n == name).unwrap()];
+    let torque = mean("inside.csv", &column("torque_Nm"));
+    // Iron loss, which the law does not know, takes a little.
+    assert!((torque / 10.0 - 1.0).abs() < 0.03, "{torque} Nm");
+    let squared = mean("run.csv", &|r, names| column("i_alpha_A")(r, names).powi(2) + column("i_beta_A")(r, names).powi(2));
+    // Least current of the linear machine: T = (3/2) n_p (L_m²/L_r) I², rms; ripple of 100 µs decisions beside it.
+    let least = (10.0f64 / (3.0 * 0.156 * 0.156 / 0.16)).sqrt();
+    let rms = (squared / 2.0).sqrt();
+    assert!((least..1.08 * least).contains(&rms), "{rms} A, least {least} A");
+    // Its commands are currents: another inverter is refused in words.
+    let averaged = dir.file("averaged.toml", &toml[..toml.find("[inverter]").unwrap()]);
+    let args = ["simulate", "--motor", &example("motor.toml"), "--scenario", &averaged, "-o", &dir.path("no.csv")];
+    assert!(refused(&args).contains("a current reference needs delta modulation"), "{}", refused(&args));
+}
+
 #[test]
 fn wrong_usage_ends_with_status_2() {
     for args in [&[][..], &["simulate"], &["simulat"], &["effects", "show", "iron_los"], &["effects", "show"]] {
@@ -116,4 +150,12 @@ fn every_card_fits_a_terminal_and_is_json_too() {
         }
     }
     assert_eq!(json(&["effects", "--json"]).as_array().unwrap().len(), 18);
+}
+
+#[test]
+fn shells_are_told_what_there_is_to_complete() {
+    for shell in ["bash", "zsh", "fish", "powershell"] {
+        let script = done(&["completions", shell]);
+        assert!(script.contains("diagnose") && script.contains("next-test") && script.contains("holdout"), "{shell}");
+    }
 }

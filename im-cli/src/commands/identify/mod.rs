@@ -7,8 +7,10 @@ use std::path::{Path, PathBuf};
 
 use im_identify::online::{RegulationParameters, ReplayScheme, SensitivityMap};
 use im_model::{MotorFile, write_atomically};
+use serde_json::json;
 
 use crate::failure::Failure;
+use crate::output;
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -44,6 +46,9 @@ pub struct Args {
     /// Folder for sensitivity.svg, estimates.csv and estimates.svg
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -69,11 +74,9 @@ impl From<Scheme> for ReplayScheme {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let motor = MotorFile::read(&args.motor)?;
-    if let Some(dir) = &args.out {
-        std::fs::create_dir_all(dir).map_err(|e| Failure::Input(format!("{}: cannot make the folder: {e}", dir.display())))?;
-    }
+    args.out.as_deref().map_or(Ok(()), output::folder)?;
     if args.sensitivity_map {
-        map(&motor, args.out.as_deref())?;
+        map(&motor, args.out.as_deref(), args.json)?;
     }
     if let (true, Some(data)) = (args.online, &args.data) {
         online::run(&motor, data, args)?;
@@ -91,7 +94,7 @@ const POINTS: [(&str, f64, f64); 6] = [
     ("1 % of the speed, no load", 0.01, 0.0),
 ];
 
-fn map(motor: &MotorFile, out: Option<&Path>) -> Result<(), Failure> {
+fn map(motor: &MotorFile, out: Option<&Path>, json: bool) -> Result<(), Failure> {
     let (p, rating, pole_pairs) = (motor.machine.parameters(), motor.rating, motor.machine.pole_pairs());
     let map = SensitivityMap {
         parameters: p.inverse_gamma().into(),
@@ -100,17 +103,26 @@ fn map(motor: &MotorFile, out: Option<&Path>) -> Result<(), Failure> {
         speed_max_rad_s: rating.synchronous_speed_rad_s(pole_pairs),
         torque_max_nm: rating.torque_nm,
     };
+    let at = |speed: f64, load: f64| map.at(speed * map.speed_max_rad_s, load * map.torque_max_nm);
+    let picture = out.map(|dir| dir.join("sensitivity.svg"));
+    if let Some(path) = &picture {
+        let svg = map.svg(&format!("Where the parameters of {} show", motor.name));
+        write_atomically(path, |w| w.write_all(svg.as_bytes()))?;
+    }
     let mut text = io::stdout().lock();
+    if json {
+        let point = |&(name, speed, load): &(&str, f64, f64)| json!({"name": name, "speed_over_rated": speed, "torque_over_rated": load, "share": at(speed, load)});
+        let points: Vec<_> = POINTS.iter().map(point).collect();
+        let symbols = RegulationParameters::<f64>::SYMBOLS;
+        return Ok(writeln!(text, "{}", json!({"schema": 1, "machine": motor.name, "parameters": symbols, "points": points}))?);
+    }
     writeln!(text, "Share of each parameter in what an adaptation sees (0.1 and less: hardly; 0.75 and more: it dominates)\n")?;
     writeln!(text, "{:<34} {}", "", RegulationParameters::<f64>::SYMBOLS.map(|s| format!("{s:>6}")).join(" "))?;
     for (name, speed, load) in POINTS {
-        let shares = map.at(speed * map.speed_max_rad_s, load * map.torque_max_nm);
+        let shares = at(speed, load);
         writeln!(text, "{name:<34} {}", shares.map(|x| format!("{x:>6.2}")).join(" "))?;
     }
-    if let Some(dir) = out {
-        let path = dir.join("sensitivity.svg");
-        let svg = map.svg(&format!("Where the parameters of {} show", motor.name));
-        write_atomically(&path, |w| w.write_all(svg.as_bytes()))?;
+    if let Some(path) = picture {
         writeln!(text, "\n{}: the map", path.display())?;
     }
     Ok(())

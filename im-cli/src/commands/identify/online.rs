@@ -1,10 +1,11 @@
 //! `im identify --online`: a recording through the identifiers.
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use im_identify::online::{RegulationParameters, ReplayRow, Status, replay};
 use im_model::{MotorFile, write_atomically};
+use serde_json::json;
 
 use super::super::inputs::Replayed;
 use super::super::time_chart::{self, BLUE, GREEN, INK, Line, Panel, RED};
@@ -29,7 +30,33 @@ pub fn run(motor: &MotorFile, data: &Path, args: &Args) -> Result<(), Failure> {
     let start = RegulationParameters::from(p.inverse_gamma());
     // R_req to R_r: (L_r/L_m)².
     let to_rotor = p.rotor_resistance_ohm / start.rotor_resistance_ohm;
+    let files = args.out.as_deref().map(|dir| write(dir, &rows, motor, to_rotor)).transpose()?;
+    let share =
+        |adapting: &dyn Fn(&ReplayRow) -> bool| rows.iter().filter(|r| adapting(r)).count() as f64 / rows.len().max(1) as f64;
+    let adapting =
+        [share(&|r| r.rotor.adapting[0]), share(&|r| r.both.adapting[1]), share(&|r| !r.regulation.status.is_frozen())];
     let mut text = io::stdout().lock();
+    if args.json {
+        let last = rows.last().map(|row| {
+            let [r_req, l, r_s, l_f] = row.regulation.values;
+            json!({
+                "kenne": {"rotor_resistance_ohm": row.rotor.values[0]},
+                "kenne_both": {"rotor_resistance_ohm": row.both.values[0], "stator_resistance_ohm": row.both.values[1]},
+                "jadot": {
+                    "rotor_resistance_ohm": r_req * to_rotor, "magnetizing_inductance_h": l,
+                    "stator_resistance_ohm": r_s, "leakage_inductance_h": l_f,
+                },
+            })
+        });
+        let report = json!({
+            "schema": 1, "machine": motor.name, "rows": recording.len(), "sample_time_s": recording.sample_time_s, "final": last,
+            "adapting_share": {
+                "kenne": adapting[0], "kenne_both_stator": adapting[1], "jadot": adapting[2],
+            },
+            "lost_rows": data.lost_rows(), "guessed": data.guessed, "data_quality": data.findings,
+        });
+        return Ok(writeln!(text, "{report}")?);
+    }
     data.tell(&mut text)?;
     writeln!(text, "{}: {} rows of {} s", recording.name, recording.len(), rounded(recording.sample_time_s))?;
     writeln!(
@@ -38,8 +65,6 @@ pub fn run(motor: &MotorFile, data: &Path, args: &Args) -> Result<(), Failure> {
         "t", "R_r", "R_r", "R_s", "R_r", "L", "R_s", "L_f", "known"
     )?;
     writeln!(text, "{:>8} | {:>8} | {:>17} | {:>44}", "s", "Kenné", "Kenné, both", "Jadot")?;
-    let share =
-        |n: usize, adapting: &dyn Fn(&ReplayRow) -> bool| 100.0 * rows.iter().filter(|r| adapting(r)).count() as f64 / n as f64;
     for k in 0..=SHOWN {
         let Some(row) = rows.get((rows.len() - 1) * k / SHOWN) else { continue };
         let [r_req, l, r_s, l_f] = row.regulation.values;
@@ -58,31 +83,28 @@ pub fn run(motor: &MotorFile, data: &Path, args: &Args) -> Result<(), Failure> {
             rounded(row.regulation.excitation.smallest),
         )?;
     }
-    let n = rows.len().max(1);
     writeln!(
         text,
         "\n* held: too little excitation, or not in the scheme. known: smallest eigenvalue of the last second's information"
     )?;
-    writeln!(
-        text,
-        "adapting: R_r {:.0} %, R_s {:.0} %, the four {:.0} % of the time",
-        share(n, &|r| r.rotor.adapting[0]),
-        share(n, &|r| r.both.adapting[1]),
-        share(n, &|r| !r.regulation.status.is_frozen()),
-    )?;
+    writeln!(text, "adapting: R_r {:.0} %, R_s {:.0} %, the four {:.0} % of the time", adapting[0], adapting[1], adapting[2],)?;
     if data.lost_rows() > 0 {
         writeln!(text, "{} rows had no usable current: estimates are held there, and filters fill anew", data.lost_rows())?;
     }
-    if let Some(dir) = &args.out {
-        let path = dir.join("estimates.csv");
-        write_atomically(&path, |w| csv(w, &rows, to_rotor))?;
-        writeln!(text, "{}: every row", path.display())?;
-        let path = dir.join("estimates.svg");
-        let svg = picture(&rows, motor);
-        write_atomically(&path, |w| w.write_all(svg.as_bytes()))?;
-        writeln!(text, "{}: the same over time", path.display())?;
+    if let Some([table, picture]) = files {
+        writeln!(text, "{}: every row", table.display())?;
+        writeln!(text, "{}: the same over time", picture.display())?;
     }
     Ok(())
+}
+
+/// Writes every row and the picture; where they are.
+fn write(dir: &Path, rows: &[ReplayRow], motor: &MotorFile, to_rotor: f64) -> Result<[PathBuf; 2], Failure> {
+    let [table, drawn] = ["estimates.csv", "estimates.svg"].map(|name| dir.join(name));
+    write_atomically(&table, |w| csv(w, rows, to_rotor))?;
+    let svg = picture(rows, motor);
+    write_atomically(&drawn, |w| w.write_all(svg.as_bytes()))?;
+    Ok([table, drawn])
 }
 
 /// The estimates over time, pale where they are held; and what the last second says of the four.

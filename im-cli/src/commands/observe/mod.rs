@@ -13,6 +13,7 @@ use serde_json::json;
 use super::inputs::Replayed;
 use super::time_chart::{self, INK, Line, Panel, RED};
 use crate::failure::Failure;
+use crate::output;
 use crate::terminal::rounded;
 
 /// Arguments.
@@ -87,6 +88,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input("--load-coefficient is for --observer thau: the others know no load torque".into()));
     }
     let motor = MotorFile::read(&args.motor)?;
+    args.out.as_deref().map_or(Ok(()), output::folder)?;
     let data = Replayed::read(&args.data, args.mapping.as_deref(), &motor, args.out.as_deref())?;
     if args.observer == Which::CurrentModel && !data.has_speed() {
         return Err(Failure::Input(format!(
@@ -192,8 +194,6 @@ fn tell(args: &Args, motor: &MotorFile, data: &Replayed, estimates: &[Estimate<f
 }
 
 fn write(folder: &Path, args: &Args, r: &Recording, estimates: &[Estimate<f64>]) -> Result<(), Failure> {
-    std::fs::create_dir_all(folder)
-        .map_err(|e| Failure::Input(format!("{}: cannot make the folder: {e}; choose another --out", folder.display())))?;
     write_atomically(&folder.join("estimate.csv"), |out| {
         writeln!(
             out,
