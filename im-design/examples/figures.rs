@@ -143,22 +143,10 @@ fn sliding_figures() -> Result<(), DesignError> {
 fn controller_figures() -> Result<(), DesignError> {
     println!("\n## Controllers");
     let region = kenne::KenneRegion {
-        speed_max_rad_per_s: 150.0,
-        flux_wb: [0.24, 0.27],
-        flux_uncertainty: 0.0,
-        current_max_a: 5.0,
-        voltage_max_v: 311.0,
         stator_resistance_ratio: [0.5, 1.5],
         rotor_resistance_ratio: [0.5, 2.0],
-        acceleration_max_rad_per_s2: 1000.0,
-        reference_max_rad_per_s3: 0.0,
-        load_error_rad_per_s2: 0.0,
-        load_rate_rad_per_s3: 0.0,
         rotor_resistance_rate_per_s: 5.0,
-        c_omega: 15.0,
-        c_lambda: 10.0,
-        reach_omega: 100.0,
-        reach_lambda: 1.0,
+        ..kenne::KenneRegion::certain(150.0, [0.24, 0.27], 5.0, 311.0)
     };
     let (d, _) = kenne::design(Plant::Machine(Machine::kenne_appendix_ii()), &region, 0.05)?;
     println!("Kenné: k_sq = {:.1} V, k_sd = {:.1} V, K = {:.0} A/s², k_Rr = {:.2} 1/s", d.k_sq, d.k_sd, d.k_x, d.k_rr_per_s);

@@ -65,6 +65,31 @@ pub struct KenneRegion {
     pub reach_lambda: f64,
 }
 
+impl KenneRegion {
+    /// A machine known exactly, under a steady load and at steady references, with surfaces of some 0.1 s: what is uncertain is set on top.
+    /// Speed in rad/s (mechanical), flux amplitudes in Wb, current in A, voltage in V (peak).
+    pub fn certain(speed_max_rad_per_s: f64, flux_wb: [f64; 2], current_max_a: f64, voltage_max_v: f64) -> Self {
+        Self {
+            speed_max_rad_per_s,
+            flux_wb,
+            flux_uncertainty: 0.0,
+            current_max_a,
+            voltage_max_v,
+            stator_resistance_ratio: [1.0, 1.0],
+            rotor_resistance_ratio: [1.0, 1.0],
+            acceleration_max_rad_per_s2: 1000.0,
+            reference_max_rad_per_s3: 0.0,
+            load_error_rad_per_s2: 0.0,
+            load_rate_rad_per_s3: 0.0,
+            rotor_resistance_rate_per_s: 1.0,
+            c_omega: 15.0,
+            c_lambda: 10.0,
+            reach_omega: 100.0,
+            reach_lambda: 1.0,
+        }
+    }
+}
+
 /// The gains, with their region.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -374,22 +399,9 @@ mod tests {
 
     pub(crate) fn region() -> KenneRegion {
         KenneRegion {
-            speed_max_rad_per_s: 150.0,
-            flux_wb: [0.2, 0.3],
-            flux_uncertainty: 0.0,
-            current_max_a: 5.0,
-            voltage_max_v: 311.0,
             stator_resistance_ratio: [0.5, 1.5],
             rotor_resistance_ratio: [1.0, 2.0],
-            acceleration_max_rad_per_s2: 1000.0,
-            reference_max_rad_per_s3: 0.0,
-            load_error_rad_per_s2: 0.0,
-            load_rate_rad_per_s3: 0.0,
-            rotor_resistance_rate_per_s: 1.0,
-            c_omega: 15.0,
-            c_lambda: 10.0,
-            reach_omega: 100.0,
-            reach_lambda: 1.0,
+            ..KenneRegion::certain(150.0, [0.2, 0.3], 5.0, 311.0)
         }
     }
 

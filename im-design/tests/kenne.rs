@@ -14,22 +14,9 @@ use support::{cases, machine};
 /// With what does not concern K left wide.
 fn region(speed: f64, flux: [f64; 2], current: f64, voltage: f64, r_s: [f64; 2], r_r: [f64; 2]) -> KenneRegion {
     KenneRegion {
-        speed_max_rad_per_s: speed,
-        flux_wb: flux,
-        flux_uncertainty: 0.0,
-        current_max_a: current,
-        voltage_max_v: voltage,
         stator_resistance_ratio: r_s,
         rotor_resistance_ratio: r_r,
-        acceleration_max_rad_per_s2: 1000.0,
-        reference_max_rad_per_s3: 0.0,
-        load_error_rad_per_s2: 0.0,
-        load_rate_rad_per_s3: 0.0,
-        rotor_resistance_rate_per_s: 1.0,
-        c_omega: 15.0,
-        c_lambda: 10.0,
-        reach_omega: 100.0,
-        reach_lambda: 1.0,
+        ..KenneRegion::certain(speed, flux, current, voltage)
     }
 }
 

@@ -11,22 +11,16 @@ use crate::common::{Case, points};
 
 fn region() -> KenneRegion {
     KenneRegion {
-        speed_max_rad_per_s: 130.0,
-        flux_wb: [0.85, 0.95],
         flux_uncertainty: 0.05,
-        current_max_a: 20.0,
-        voltage_max_v: 330.0,
         stator_resistance_ratio: [0.8, 1.2],
         rotor_resistance_ratio: [0.9, 1.1],
-        acceleration_max_rad_per_s2: 1000.0,
         reference_max_rad_per_s3: 40_000.0,
         load_error_rad_per_s2: 50.0,
         load_rate_rad_per_s3: 1000.0,
-        rotor_resistance_rate_per_s: 1.0,
         c_omega: 40.0,
         c_lambda: 30.0,
         reach_omega: 1000.0,
-        reach_lambda: 1.0,
+        ..KenneRegion::certain(130.0, [0.85, 0.95], 20.0, 330.0)
     }
 }
 

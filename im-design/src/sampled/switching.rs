@@ -135,22 +135,10 @@ mod tests {
 
     fn region() -> KenneRegion {
         KenneRegion {
-            speed_max_rad_per_s: 150.0,
-            flux_wb: [0.2, 0.3],
             flux_uncertainty: 0.02,
-            current_max_a: 5.0,
-            voltage_max_v: 311.0,
             stator_resistance_ratio: [0.8, 1.2],
             rotor_resistance_ratio: [0.9, 1.1],
-            acceleration_max_rad_per_s2: 1000.0,
-            reference_max_rad_per_s3: 0.0,
-            load_error_rad_per_s2: 0.0,
-            load_rate_rad_per_s3: 0.0,
-            rotor_resistance_rate_per_s: 1.0,
-            c_omega: 15.0,
-            c_lambda: 10.0,
-            reach_omega: 100.0,
-            reach_lambda: 1.0,
+            ..KenneRegion::certain(150.0, [0.2, 0.3], 5.0, 311.0)
         }
     }
 

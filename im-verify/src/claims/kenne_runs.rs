@@ -247,22 +247,9 @@ fn designed_bound(case: &Case) -> Verdict {
         voltage: case.rating().phase_voltage_peak_v,
     };
     let region = KenneRegion {
-        speed_max_rad_per_s: most.speed,
-        flux_wb: [0.2 * most.flux, most.flux],
-        flux_uncertainty: 0.0,
-        current_max_a: most.current,
-        voltage_max_v: most.voltage,
         stator_resistance_ratio: [0.5, 1.5],
         rotor_resistance_ratio: [0.5, 2.0],
-        acceleration_max_rad_per_s2: 1000.0,
-        reference_max_rad_per_s3: 0.0,
-        load_error_rad_per_s2: 0.0,
-        load_rate_rad_per_s3: 0.0,
-        rotor_resistance_rate_per_s: 1.0,
-        c_omega: 15.0,
-        c_lambda: 10.0,
-        reach_omega: 100.0,
-        reach_lambda: 1.0,
+        ..KenneRegion::certain(most.speed, [0.2 * most.flux, most.flux], most.current, most.voltage)
     };
     let k = match design(Plant::Machine(case.machine().into()), &region, 1e-6) {
         Ok((design, _)) => design.k_x,
