@@ -14,7 +14,7 @@ struct Spoiled<'a, F> {
     spoil: F,
     sample: usize,
     seen: Status,
-    largest_v: f64,
+    largest: f64,
 }
 
 impl<F: FnMut(usize, &mut Measured<f64>, &mut Reference<f64>)> Controller<f64> for Spoiled<'_, F> {
@@ -26,7 +26,7 @@ impl<F: FnMut(usize, &mut Measured<f64>, &mut Reference<f64>)> Controller<f64> f
         self.seen = self.seen.and(self.drive.status());
         let (Command::Voltage(u) | Command::Current(u)) = command;
         assert!(u.re.is_finite() && u.im.is_finite(), "sample {}", self.sample);
-        self.largest_v = self.largest_v.max(u.norm());
+        self.largest = self.largest.max(u.norm());
         command
     }
 }
@@ -57,11 +57,11 @@ fn recovers(
         },
         sample: 0,
         seen: Status::OK,
-        largest_v: 0.0,
+        largest: 0.0,
     };
     let run = Simulation::new(&machine, &s).controlled_by(&mut spoiled).run().unwrap();
     assert!(spoiled.seen.has(expected), "{name}: {}, expected {expected}", spoiled.seen);
-    assert!(spoiled.largest_v <= case.dc_voltage_v * 2.0 / 3.0 + 1e-9);
+    assert!(spoiled.largest <= case.dc_voltage_v * 2.0 / 3.0 + 1e-9);
     let peak = run.recording.i_s.iter().fold(0.0f64, |p, i| p.max(i.norm()));
     assert!(peak < 2.0 * case.known.current_max_a, "{name}: {peak} A");
     assert!((run.state.omega_m - 100.0).abs() < 0.5, "{name}: {} rad/s", run.state.omega_m);
@@ -129,6 +129,24 @@ fn at_zero_flux_the_drive_says_that_it_magnetizes() {
     }
 }
 
+/// What is spoiled, and what the status must say of it at least.
+type Fault = (Status, fn(&mut Measured<f64>, &mut Reference<f64>));
+
+const FAULTS: [Fault; 8] = [
+    (Status::CURRENT_LOST, |m, _| m.i_s.re = f64::NAN),
+    (Status::CURRENT_LOST, |m, _| m.i_s = Complex::new(f64::INFINITY, 1e9)),
+    (Status::SPEED_LOST, |m, _| m.omega_m = f64::NAN),
+    (Status::SPEED_LOST, |m, _| m.omega_m = -1e6),
+    (Status::DC_VOLTAGE_LOST, |m, _| m.dc_voltage_v = f64::NEG_INFINITY),
+    (Status::REFERENCE_LOST, |_, r| (r.omega_m, r.rotor_flux_vs) = (f64::NAN, f64::INFINITY)),
+    (Status::REFERENCE_LIMITED, |_, r| (r.omega_m, r.rotor_flux_vs) = (-1e9, 1e9)),
+    (Status::CURRENT_LOST, |m, r| {
+        let nan = Complex::new(f64::NAN, f64::NAN);
+        *m = Measured { i_s: nan, omega_m: f64::NAN, u_s: nan, dc_voltage_v: f64::NAN, sample_time_s: f64::NAN };
+        *r = Reference { omega_m: f64::NAN, rotor_flux_vs: f64::NAN, torque_nm: f64::NAN };
+    }),
+];
+
 fn anything() -> impl Strategy<Value = f64> {
     prop_oneof![
         Just(f64::NAN),
@@ -142,8 +160,55 @@ fn anything() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+    /// Any fault, for any time up to fifty milliseconds: bounded, said, and afterwards as if nothing had been, without a restart from outside.
+    #[test]
+    fn every_drive_comes_back_from_any_fault(fault in 0..FAULTS.len(), samples in 1..500usize) {
+        let (expected, spoil) = FAULTS[fault];
+        for (name, mut drive) in case().1.drives() {
+            recovers(name, drive.as_mut(), 8000 + samples, expected, spoil);
+        }
+    }
+}
+
+/// At 60 rad/s and 15 Nm, a fault of up to fifty milliseconds: current and torque are bounded, and the torque comes back.
+#[test]
+fn the_drive_of_least_current_comes_back_from_faults() {
+    let (machine, (_, case)) = (crate::mtpa::machine(), case());
+    let law = crate::mtpa::law(&machine);
+    for (expected, spoil) in FAULTS {
+        for samples in [3, 400] {
+            let mut s = crate::mtpa::scenario(15.0);
+            s.duration_s = 3.5;
+            let mut drive = case.drive("mtpa", Some(law));
+            let mut spoiled = Spoiled {
+                drive: drive.as_mut(),
+                spoil: |k: usize, m: &mut Measured<f64>, r: &mut Reference<f64>| {
+                    if (12_000..12_000 + samples).contains(&k) {
+                        spoil(m, r);
+                    }
+                },
+                sample: 0,
+                seen: Status::OK,
+                largest: 0.0,
+            };
+            let run = Simulation::new(&machine, &s).controlled_by(&mut spoiled).with_internals().run().unwrap();
+            let seen = spoiled.seen;
+            // Nothing in a drive that follows torque hears of these.
+            let reference = expected == Status::REFERENCE_LIMITED || expected == Status::REFERENCE_LOST;
+            assert!(reference || seen.has(expected), "{seen}, expected {expected}");
+            let torque = run.internals.unwrap().torque_nm[32_000..].iter().sum::<f64>() / 3000.0;
+            assert!((torque / 15.0 - 1.0).abs() < 0.02, "{expected} for {samples} samples: {torque} Nm");
+            let peak = run.recording.i_s.iter().fold(0.0f64, |p, i| p.max(i.norm()));
+            assert!(peak < 2.0 * case.known.current_max_a, "{expected}: {peak} A");
+            assert_eq!(drive.status(), Status::OK);
+        }
+    }
+}
+
+proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
-    /// Whatever comes in, in any order: what goes out is a voltage within the hexagon.
+    /// Whatever comes in, in any order: what goes out is a voltage within the hexagon, or a current within its limit.
     #[test]
     fn no_input_makes_the_output_unbounded(rows in proptest::collection::vec([(); 9].map(|()| anything()), 1..200)) {
         let (_, case) = case();
@@ -158,6 +223,14 @@ proptest! {
                 let Command::Voltage(u) = command else { panic!("{name} gives voltages") };
                 prop_assert!(u.norm() <= case.limits().voltage_max_v.max(2.0 / 3.0 * voltage) * 1.000_001, "{name} {u}");
             }
+        }
+        let law = im_control::MtpaLaw { torque_nm: [0.5, 40.0], ..im_control::MtpaLaw::kwon_printed() };
+        let mut drive = case.drive("mtpa", Some(law));
+        for x in &rows {
+            let m = Measured { i_s: Complex::new(x[0], x[1]), omega_m: x[2], u_s: Complex::new(x[3], x[4]), dc_voltage_v: x[5], sample_time_s: 1e-4 };
+            let command = drive.step(&m, &Reference { omega_m: x[6], rotor_flux_vs: x[7], torque_nm: x[8] });
+            let Command::Current(i) = command else { panic!("mtpa gives currents") };
+            prop_assert!(i.norm() <= case.limits().overcurrent_a * 1.000_001, "mtpa {i}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Scenarios and drives shared by the tests.
 
 use im_control::named::{NAMES, Setting, Supervised, named};
-use im_control::{DriveLimits, MachineData};
+use im_control::{DriveLimits, MachineData, MtpaLaw};
 use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Source};
 use im_model::{Machine, Rating};
 
@@ -30,12 +30,17 @@ impl Case {
         DriveLimits::generous(&self.known, self.speed_rad_s(), self.rating.rotor_flux_vs)
     }
 
-    /// Every speed drive, by name.
-    pub fn drives(&self) -> impl Iterator<Item = (&'static str, Box<dyn Supervised>)> {
+    /// A drive by name.
+    pub fn drive(&self, name: &str, mtpa: Option<MtpaLaw<f64>>) -> Box<dyn Supervised> {
         let Self { known, rating, dc_voltage_v, sample_time_s } = *self;
-        let setting = Setting { machine: known, rating, dc_voltage_v, sample_time_s, dead_time: None, mtpa: None };
+        let setting = Setting { machine: known, rating, dc_voltage_v, sample_time_s, dead_time: None, mtpa };
+        named(name, &setting).unwrap()
+    }
+
+    /// Every speed drive, by name.
+    pub fn drives(self) -> impl Iterator<Item = (&'static str, Box<dyn Supervised>)> {
         let names = NAMES.into_iter().map(|(name, _)| name).filter(|name| *name != "mtpa");
-        names.map(move |name| (name, named(name, &setting).unwrap()))
+        names.map(move |name| (name, self.drive(name, None)))
     }
 
     pub fn scenario(&self, speed: Profile, load: Profile, duration_s: f64) -> Scenario {
