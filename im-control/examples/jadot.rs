@@ -1,6 +1,8 @@
-//! Passivity-based control of Jadot et al. with the time-scale adaptation, on the paper's machine with parameters 25 % wrong:
-//! `cargo run --release -p imkit-control --example jadot`.
+//! Passivity-based control of Jadot et al. with the time-scale adaptation, on the paper's machine with parameters 25 % wrong.
+//!
+//!     cargo run --release -p imkit-control --example jadot -- jadot.svg
 
+use im_chart::{Panel, Series, panels};
 use im_control::{Drive, DriveLimits, FlyingStart, Jadot, JadotGains, MachineData};
 use im_identify::online::{RegulationParameters, SchemeSettings, TimeScale};
 use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Simulation, Source};
@@ -38,6 +40,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         RegulationParameters::<f64>::NAMES.iter().zip(jadot.parameters().values().iter().zip(truth.values()))
     {
         println!("{name}: {:.1} % of the truth", 100.0 * x / truth);
+    }
+    if let Some(path) = std::env::args().nth(1) {
+        let r = &run.recording;
+        let over_time = |f: &dyn Fn(usize) -> f64| (0..r.len()).map(|k| (r.time_s(k), f(k))).collect::<Vec<_>>();
+        let speed = Series::line("speed", over_time(&|k| r.omega_m[k]));
+        let current = Series::line("length of the current", over_time(&|k| r.i_s[k].norm()));
+        let parts = [Panel::new("speed, rad/s", [speed]), Panel::new("current, A", [current])];
+        std::fs::write(path, panels("Jadot et al., all parameters adapting; 20 Nm from 2 s", "time, s", &parts))?;
     }
     Ok(())
 }

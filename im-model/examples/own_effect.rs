@@ -1,7 +1,8 @@
 //! An effect of one's own: a fan whose hub slips. Defined here, switched on, simulated; the library is not changed.
 //!
-//! cargo run --release -p imkit-model --example own_effect
+//! cargo run --release -p imkit-model --example own_effect -- own_effect.svg
 
+use im_chart::{Series, chart};
 use im_model::effects::{Card, CustomId, Effect, Operating, ParameterInfo, Role, ScaleOf};
 use im_model::{Bench, Bound, Complex, Drive, EffectId, Effects, Machine, Scalar, State, machines, register_effect};
 
@@ -70,20 +71,30 @@ impl<T: Scalar> Effect<T> for SlippingHub<T> {
 
 register_effect!(SlippingHubEffect: SlippingHub);
 
-fn main() -> Result<(), im_model::ModelError> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     let m = machines::MOTULATOR_2_2_KW;
     let hub = CustomId(&SlippingHubEffect);
+    let mut starts = Vec::new();
     for torque in [0.0, 1.0, 2.0] {
         let mut effects = Effects::none().with_custom(hub);
         effects.set(EffectId::Custom(hub), 0, torque);
         effects.set(EffectId::Custom(hub), 1, 20.0);
         let machine = Machine::try_new(m.parameters(), m.pole_pairs, effects)?;
         let mut bench = Bench::new(&machine, State::default(), 1e-4);
+        let mut speed = Vec::new();
         for k in 0..10_000 {
             let (s, c) = (0.0314 * f64::from(k)).sin_cos();
             bench.advance(&Drive::new(Complex::new(326.6 * c, 326.6 * s), 5.0));
+            speed.push((1e-4 * f64::from(k), bench.output().omega_m));
         }
         println!("hub {torque} Nm: {:.2} rad/s at 5 Nm of load", bench.output().omega_m);
+        starts.push(Series::line(format!("hub of {torque} Nm"), speed.split_off(4000)));
+    }
+    if let Some(path) = std::env::args().nth(1) {
+        std::fs::write(
+            path,
+            chart("A brake that the library does not know, at 5 Nm of load", "time, s", "speed, rad/s", &starts),
+        )?;
     }
     Ok(())
 }

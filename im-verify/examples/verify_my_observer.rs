@@ -1,6 +1,8 @@
 //! A flux observer of one's own, put through the properties that the published ones are put through:
-//! `cargo run --release -p imkit-verify --example verify_my_observer`.
+//!
+//!     cargo run --release -p imkit-verify --example verify_my_observer -- margins.svg
 
+use im_design::plot::{Mark, Series, chart};
 use im_model::Complex;
 use im_observers::{Basis, CurrentModel, Estimate, Input, Observer};
 use im_verify::properties::{Steady, observer};
@@ -34,7 +36,7 @@ fn check(case: &Case) -> Verdict {
         .and(observer::survives_bad_samples(&mine, &truth, &[Input::lost(C::new(0.0, 0.0))], 0.5, 0.01 * case.speed()))
 }
 
-fn main() {
+fn main() -> std::io::Result<()> {
     let claim = Claim {
         number: 1,
         name: "my_flux_error_decays_at_eta",
@@ -57,4 +59,16 @@ fn main() {
     });
     told.expect("telling cannot fail");
     println!("{:#?}", Row::of(&claim, &campaign, &blocks));
+
+    if let Some(path) = std::env::args().nth(1) {
+        let margin = |index| {
+            let point = claim.draw(1, index, &Machines::Random);
+            Some((point.values[0], claim.verdict(&point, &Machines::Random).margin()?))
+        };
+        let tried = Series { name: "a random machine".into(), mark: Mark::Cross, points: (0..200).filter_map(margin).collect() };
+        let edge = Series { name: "below: violated".into(), mark: Mark::Line, points: vec![(-1.0, 0.0), (1.0, 0.0)] };
+        let svg = chart("An observer of one's own, tried", "speed over rated speed", "margin", &[tried, edge]);
+        std::fs::write(path, svg)?;
+    }
+    Ok(())
 }

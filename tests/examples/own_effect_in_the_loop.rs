@@ -1,8 +1,9 @@
 //! An effect that the library does not hold: the loop says `unexplained` and shows on what the leftover depends; one writes the effect
 //! (`im_tests::own_effect`, thirty lines), gives it to the loop, and it is named, sized and judged like a built-in one.
 //!
-//! cargo run --release -p imkit-tests --example own_effect_in_the_loop
+//! cargo run --release -p imkit-tests --example own_effect_in_the_loop -- own_effect_in_the_loop.svg
 
+use im_chart::{Series, chart};
 use im_diagnose::diagnosis::{Diagnosis, diagnose};
 use im_diagnose::refine::Options;
 use im_model::effects::CustomId;
@@ -26,7 +27,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let trial = simulate(&Case::new(4, &[(EffectKind::SpeedSensorScale, Strength::Strong)], 11));
 
     println!("with the library alone:");
-    tell(&diagnose(case_of(&trial), Options::default())?);
+    let alone = diagnose(case_of(&trial), Options::default())?;
+    tell(&alone);
 
     println!("with an effect of one's own:");
     let own = CustomId(&TachometerScaleEffect);
@@ -37,5 +39,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     tell(&d);
     let gain = d.refined.machine.get(ParameterId::Effect(EffectId::Custom(own), 0));
     println!("  the tachometer shows {:.2} % of the true speed", 100.0 * (1.0 + gain));
+    if let Some(path) = std::env::args().nth(1) {
+        let errors = |name: &str, d: &Diagnosis| {
+            let floors = d.steps.iter().filter_map(|s| Some(s.holdout.as_ref()?.chi2_per_sample.log10()));
+            Series::line(name, floors.enumerate().map(|(k, e)| (k as f64, e)))
+        };
+        let series = [errors("the library alone", &alone), errors("with an effect of one's own", &d)];
+        std::fs::write(path, chart("A tachometer that shows 3 % off", "effects added", "lg of the held-out error", &series))?;
+    }
     Ok(())
 }
