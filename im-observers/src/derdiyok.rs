@@ -68,7 +68,7 @@ impl DerdiyokGains {
 pub struct Derdiyok<T> {
     basis: Basis<T>,
     nu0: T,
-    /// φ/ν₀ or, for Euler, ν₀/φ with 0 for the sign.
+    /// φ/ν₀ or, for Euler, 1/φ with 0 for the sign.
     layer: T,
     /// Share of the new value in a sample of the filter.
     filter: T,
@@ -136,7 +136,7 @@ impl<T: Scalar> Derdiyok<T> {
                         ("forward Euler in the boundary layer", "widen boundary_layer_a or take Discretization::Implicit");
                     return Err(ObserverError::StepTooLong { what, sample_time_s: h, limit_s, remedy });
                 }
-                gains.nu0 / gains.boundary_layer_a
+                1.0 / gains.boundary_layer_a
             }
             Discretization::ForwardEuler => 0.0,
         };

@@ -93,6 +93,26 @@ fn implicit_sliding_does_not_chatter_and_the_sign_does_within_its_band() {
     assert!(wide < band, "{wide} {band}");
 }
 
+/// Inside the layer the switching is a line through zero: ν = −ν₀e/φ. In steady state ν is the equivalent control (η − jn_pω)λ, so that
+/// the current error is φ/ν₀ of it, by both discretizations.
+#[test]
+fn in_the_boundary_layer_the_current_error_is_in_proportion_to_the_equivalent_control() {
+    let m = MOTULATOR_2_2_KW;
+    let machine = machine(&m);
+    let c = machine.parameters().windings().derived(2);
+    let truth = Truth::of(&machine, &held(&m, 100.0, 4.0, 0.5));
+    let published = DerdiyokGains::published(&machine, 1.5 * m.rating.rotor_flux_vs, 160.0);
+    let gains = DerdiyokGains { boundary_layer_a: 2.0 * H * c.beta * published.nu0, ..published };
+    for discretization in [Discretization::Implicit, Discretization::ForwardEuler] {
+        let o = Derdiyok::discretized(basis(&m, H), gains, discretization).unwrap();
+        let e = truth.observe_from(&o, 1, truth.state(&o, 0));
+        let wanted = C::new(c.eta, -200.0) * m.rating.rotor_flux_vs * (gains.boundary_layer_a / gains.nu0);
+        let share = rms(e[2000..].iter().map(|e| e.residual_a.norm())) / wanted.norm();
+        // A sample of 100 µs at 204 rad/s turns the control by 2 %; Euler sees the error one sample late, a layer of two samples wide.
+        assert!((share - 1.0).abs() < 0.1, "{discretization:?}: {share}");
+    }
+}
+
 #[test]
 fn knowing_the_saturation_takes_the_flux_error_away() {
     let m = MOTULATOR_2_2_KW;

@@ -1,0 +1,134 @@
+//! What one starts from follows from the rating, and an estimate's status from its own numbers.
+
+#[path = "../lab/mod.rs"]
+mod lab;
+
+use im_model::machines::{ALL, JADOT_TABLE_I, KWON_TABLE_IV, NamedMachine};
+use im_model::space_vector::cross;
+use im_observers::*;
+use lab::{C, Truth, basis, five, held, machine, rms, volts_per_hertz};
+
+const H: f64 = 1e-4;
+
+/// Equal but for rounding.
+fn same(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-12 * a.abs().max(b.abs())
+}
+
+/// Current of the locked rotor: the leakage alone takes the rated voltage.
+fn locked_rotor_a(m: &NamedMachine) -> f64 {
+    let leakage_h = machine(m).parameters().windings().derived(m.pole_pairs).sigma_l_s;
+    m.rating.phase_voltage_peak_v / (std::f64::consts::TAU * m.rating.electrical_frequency_hz * leakage_h)
+}
+
+#[test]
+fn limits_are_multiples_of_rated_values_and_of_the_locked_rotor_current() {
+    for m in ALL {
+        let l = Limits::of(&machine(&m), &m.rating);
+        let synchronous = std::f64::consts::TAU * m.rating.electrical_frequency_hz / f64::from(m.pole_pairs);
+        for (got, wanted) in [
+            (l.voltage_max_v, 1.5 * m.rating.phase_voltage_peak_v),
+            (l.current_max_a, 2.5 * locked_rotor_a(&m)),
+            (l.residual_max_a, 0.1 * locked_rotor_a(&m)),
+            (l.flux_max_vs, 2.0 * m.rating.rotor_flux_vs),
+            (l.flux_min_vs, 0.1 * m.rating.rotor_flux_vs),
+            (l.speed_max_rad_per_s, 2.0 * synchronous),
+        ] {
+            assert!(same(got, wanted), "{}: {got} {wanted}", m.name);
+        }
+    }
+}
+
+/// The speed error obeys s² + K_P l²s + K_I l² = 0 with the lever l = n_pβλ: both poles at half the bandwidth.
+#[test]
+fn kubotas_speed_law_has_a_double_pole_at_half_its_bandwidth() {
+    for m in ALL {
+        let c = machine(&m).parameters().windings().derived(m.pole_pairs);
+        let (proportional, integral) = KubotaGains::speed_law(&machine(&m), &m.rating, 100.0);
+        let lever2 = (c.n_p * c.beta * m.rating.rotor_flux_vs).powi(2);
+        assert!(same(proportional * lever2, 100.0) && same(integral * lever2, 50.0 * 50.0), "{}", m.name);
+        let start = KubotaGains::for_machine(&machine(&m), &m.rating).unwrap();
+        assert!(same(start.fade_a, 0.1 * locked_rotor_a(&m)), "{}", m.name);
+        assert_eq!((start.proportional, start.integral), KubotaGains::speed_law(&machine(&m), &m.rating, 400.0));
+    }
+}
+
+/// ν₀ and ω₀ dominate what they must, at 1.2 times rated flux and twice rated speed, and not by more than was said.
+#[test]
+fn switching_gains_to_start_from_cover_twice_the_rated_speed() {
+    for m in ALL {
+        let c = machine(&m).parameters().windings().derived(m.pole_pairs);
+        let synchronous = std::f64::consts::TAU * m.rating.electrical_frequency_hz / c.n_p;
+        let derdiyok = DerdiyokGains::for_machine(&machine(&m), &m.rating);
+        let need = 1.2 * m.rating.rotor_flux_vs * C::new(c.eta, c.n_p * 2.0 * synchronous).norm();
+        assert!(same(derdiyok.nu0, 1.05 * need), "{}: {} {need}", m.name, derdiyok.nu0);
+        assert!(same(UtkinGains::for_machine(&machine(&m), &m.rating).omega0_rad_per_s, 2.0 * synchronous), "{}", m.name);
+    }
+}
+
+/// Whatever an estimate shows, its status fits: low flux, a large residual, the limits; and its torque is that of its flux.
+#[test]
+fn the_status_says_what_the_numbers_say() {
+    let m = JADOT_TABLE_I;
+    let truth = Truth::of(&machine(&m), &volts_per_hertz(&m, 40.0, 8.0, 1.5));
+    let c = machine(&m).parameters().windings().derived(m.pole_pairs);
+    // Narrow ones, so that every bound is passed from both sides: rated flux is reached at the end only, residuals are a few mA.
+    let limits = Limits { flux_min_vs: 0.5, residual_max_a: 0.02, settling_s: 0.0123, ..Limits::of(&machine(&m), &m.rating) };
+    for mut o in five(&machine(&m), &m.rating, basis(&m, H).with_limits(limits).unwrap()) {
+        let (mut low, mut large, mut good) = (0, 0, 0u32);
+        for k in 0..truth.len() {
+            let input = truth.input(k);
+            let e = o.step(&input);
+            let is = |s: Status| e.status.contains(s);
+            assert_eq!(is(Status::FLUX_LOW), e.rotor_flux_vs.norm() < limits.flux_min_vs, "{} at row {k}", o.name);
+            assert_eq!(is(Status::RESIDUAL), e.residual_a.norm() > limits.residual_max_a, "{} at row {k}", o.name);
+            low += usize::from(is(Status::FLUX_LOW));
+            large += usize::from(is(Status::RESIDUAL));
+            // 123 samples after the last that a limit spoiled; a residual alone does not make it start anew.
+            good = if is(Status::FLUX_LOW) || is(Status::LIMITED) { 0 } else { good + 1 };
+            assert_eq!(is(Status::SETTLING), good < 123, "{} at row {k}", o.name);
+            // L_m/L_r = βσL_s.
+            let torque = 1.5 * c.n_p * c.beta * c.sigma_l_s * cross(e.rotor_flux_vs, input.i_s);
+            assert!((e.torque_nm - torque).abs() <= 1e-9, "{} at row {k}: {} {torque}", o.name, e.torque_nm);
+        }
+        assert!((100..truth.len() - 100).contains(&low), "{}: low flux in {low} rows", o.name);
+        assert!(large < truth.len(), "{}: {large} rows", o.name);
+    }
+}
+
+/// The residual of the current model is what the machine does otherwise than the model: next to nothing with the right parameters.
+#[test]
+fn the_residual_of_the_current_model_shows_a_wrong_machine() {
+    let m = KWON_TABLE_IV;
+    let truth = Truth::of(&machine(&m), &held(&m, 120.0, 3.0, 0.4));
+    let residual = |machine: &im_model::Machine<f64>| {
+        let o = CurrentModel::new(Basis::try_new(machine, &m.rating, H).unwrap());
+        rms(truth.observe_from(&o, 1, truth.state(&o, 0)).iter().map(|e| e.residual_a.norm()))
+    };
+    let hot = im_model::Machine::base(
+        im_model::TParameters { stator_resistance_ohm: 1.3 * m.parameters().stator_resistance_ohm, ..m.parameters() },
+        m.pole_pairs,
+    );
+    let (right, wrong) = (residual(&machine(&m)), residual(&hot.unwrap()));
+    assert!(right < 0.1 * wrong, "{right} {wrong}");
+}
+
+/// Without voltage and current nothing moves, not even by a sign that takes zero for something.
+#[test]
+fn nothing_in_nothing_out() {
+    let m = JADOT_TABLE_I;
+    let b = basis(&m, H);
+    let derdiyok = DerdiyokGains { boundary_layer_a: 0.0, ..DerdiyokGains::for_machine(&machine(&m), &m.rating) };
+    let utkin = UtkinGains { boundary_layer_avs: 0.0, ..UtkinGains::for_machine(&machine(&m), &m.rating) };
+    let euler = Discretization::ForwardEuler;
+    let mut all = five(&machine(&m), &m.rating, b);
+    all.push(lab::Running::from_rest("Derdiyok, Euler", Derdiyok::discretized(b, derdiyok, euler).unwrap()));
+    all.push(lab::Running::from_rest("Utkin, Euler", Utkin::discretized(b, utkin, euler).unwrap()));
+    let zero = C::new(0.0, 0.0);
+    for mut o in all {
+        for _ in 0..10 {
+            let e = o.step(&Input::new(zero, zero).with_speed(0.0));
+            assert_eq!((e.rotor_flux_vs, e.omega_m, e.torque_nm, e.residual_a), (zero, 0.0, 0.0, zero), "{}", o.name);
+        }
+    }
+}
