@@ -23,7 +23,7 @@ const PICTURES: [Picture; 21] = [
     (19, "flux_share", "flux over rated flux", None),
     (21, "inertia_share", "inertia over that usual for the power", None),
     (22, "slip_share", "slip over rated slip", None),
-    (24, "torque_nm", "torque, N m", Some((25, "from 19 to 215 N m, within 2 %"))),
+    (24, "torque_nm", "torque, N m", None),
     (26, "voltage_share", "voltage over rated voltage", Some((27, "without the m"))),
     (29, "voltage_share", "voltage over rated voltage", Some((30, "with its sign put right"))),
     (34, "flux_angle_rad", "angle of the flux, rad", None),
