@@ -36,8 +36,8 @@ pub struct Score {
     pub shape: Vec<(usize, f64)>,
     /// The projected signature of the leading strength, thinned, for comparing effects.
     pub signature: Vec<f64>,
-    /// By how many σ a unit of each strength changes the outputs: where the next score starts looking for sizes that matter.
-    pub sensitivity: Vec<f64>,
+    /// By how many σ a unit of each strength changes the outputs, per shape tried: where the next score looks for sizes that matter.
+    pub sensitivity: Vec<Vec<f64>>,
 }
 
 /// Everything a score needs at the present machine.
@@ -60,6 +60,9 @@ pub struct ScoreContext<'a> {
 /// Least part of a signature that a refit must not be able to imitate for its size to mean anything: below it, what tells it apart is
 /// smaller than what the linear projection neglects.
 pub const LEAST_KEEP: f64 = 1e-3;
+
+/// A change of the outputs of more than so many times the residual is too large for a secant.
+const FAR: f64 = 4.0;
 
 /// Highest order of the noise model.
 pub const NOISE_ORDER: usize = 8;
@@ -164,14 +167,14 @@ impl<'a> ScoreContext<'a> {
         Some(out)
     }
 
-    /// The signature of strength `k` per unit, at a shape; `sensitivity` is what is known of it before, and after.
-    fn secant(&self, effect: EffectId, k: usize, shape: &[(usize, f64)], sensitivity: &mut Option<f64>) -> Option<Vec<f64>> {
+    /// The signature of strength `k` per unit, at a shape; `sensitivity` (zero: not known) is what is known of it before, and after.
+    fn secant(&self, effect: EffectId, k: usize, shape: &[(usize, f64)], sensitivity: &mut f64) -> Option<Vec<f64>> {
         let info = &effect.parameters()[k];
         let unit = self.rating.unit_of(info.scale, self.machine.parameters(), self.machine.pole_pairs());
+        let usual = (info.typical.0 * info.typical.1).sqrt() * unit;
         // Far beyond the residual the secant is not the slope any more.
         let wanted = self.raw_rms.max(1.0);
-        let usual = (info.typical.0 * info.typical.1).sqrt() * unit;
-        let mut size = sensitivity.map_or(usual, |s| usual.min(wanted / s));
+        let mut size = if usual * *sensitivity > FAR * wanted { wanted / *sensitivity } else { usual };
         let count: usize = self.experiments.iter().map(Experiment::count).sum();
         for _ in 0..8 {
             let mut set: Vec<(ParameterId, f64)> = shape.iter().map(|&(i, v)| (ParameterId::Effect(effect, i), v)).collect();
@@ -181,8 +184,8 @@ impl<'a> ScoreContext<'a> {
                 continue;
             };
             let rms = (d.iter().flatten().flatten().map(|x| x * x).sum::<f64>() / count as f64).sqrt();
-            *sensitivity = Some(rms / size);
-            if rms > 4.0 * wanted {
+            *sensitivity = rms / size;
+            if rms > FAR * wanted {
                 size *= (wanted / rms).max(0.01);
                 continue;
             }
@@ -200,11 +203,13 @@ impl<'a> ScoreContext<'a> {
         let shapes = shapes(effect, &self.machine, self.rating);
         let tried = shapes.len();
         let strengths: Vec<usize> = strengths(effect);
-        let mut sensitivity: Vec<Option<f64>> =
-            (0..strengths.len()).map(|k| before.and_then(|s| s.sensitivity.get(k).copied())).collect();
+        let mut sensitivity = vec![vec![0.0; strengths.len()]; tried];
+        if let Some(known) = before.map(|s| &s.sensitivity).filter(|s| s.len() == tried) {
+            sensitivity.clone_from(known);
+        }
         let mut best: Option<Score> = None;
-        for shape in shapes {
-            let secants = strengths.iter().zip(&mut sensitivity).map(|(&k, s)| self.secant(effect, k, &shape, s));
+        for (shape, sensitivity) in shapes.into_iter().zip(&mut sensitivity) {
+            let secants = strengths.iter().zip(sensitivity).map(|(&k, s)| self.secant(effect, k, &shape, s));
             let Some(raw) = secants.collect::<Option<Vec<_>>>() else { continue };
             let norms: Vec<f64> = raw.iter().map(|g| g.iter().map(|x| x * x).sum::<f64>()).collect();
             let columns: Vec<Vec<f64>> = raw.into_iter().map(|g| self.projected(g)).collect();
@@ -237,11 +242,11 @@ impl<'a> ScoreContext<'a> {
                     detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / gram[(lead, lead)].sqrt(),
                     shape,
                     signature: columns[used[lead]].iter().step_by(stride).copied().collect(),
-                    sensitivity: sensitivity.iter().map(|s| s.unwrap_or(0.0)).collect(),
+                    sensitivity: Vec::new(),
                 });
             }
         }
-        best
+        best.map(|score| Score { sensitivity, ..score })
     }
 }
 
