@@ -147,4 +147,21 @@ mod tests {
             }
         }
     }
+
+    /// Pieces join: along the flux no constant jumps, from nothing to beyond the table's end.
+    #[test]
+    fn the_constants_change_without_jumps() {
+        let m = machines::MOTULATOR_2_2_KW;
+        let mut e = Effects::scaled(&m.rating, &m.parameters(), m.pole_pairs);
+        e.main_flux_saturation.excess = 0.6;
+        let table = Saturation::<f64>::new(&m.parameters(), 2, &e.main_flux_saturation);
+        let at = |k: i32| table.at(Complex::new(0.0, 2e-3 * f64::from(k)), Complex::new(0.0, 0.0));
+        for k in 0..1500 {
+            let (a, b) = (at(k), at(k + 1));
+            for (a, b) in [(a.eta, b.eta), (a.beta, b.beta), (a.eta_l_m, b.eta_l_m), (a.stator_rate, b.stator_rate)] {
+                // 2 mVs is a thousandth of what saturates.
+                assert!((a / b - 1.0).abs() < 0.01, "{k}: {a} {b}");
+            }
+        }
+    }
 }
