@@ -6,6 +6,7 @@ use im_identify::offline::{ChannelKind, Experiment, residuals};
 use im_model::space_vector::unit;
 use im_model::{Bench, Complex, Machine, State};
 
+use crate::localise::slip_hz;
 use crate::score::{log_p, whiteners};
 
 /// What a residual may depend on.
@@ -123,15 +124,11 @@ impl Series {
                 let i = e.current_vector(k, value).unwrap_or_default() * direction;
                 [i.re, i.im, speed.filter(|&c| e.channels[c].is_valid(k)).map_or(0.0, value)]
             };
-            // ω_slip = R_r Im(i_r ψ̄_r)/|ψ_r|² is the slip of the rotor flux.
-            let flux2 = x.psi_r.norm_sqr().max(1e-6);
-            let slip =
-                machine.parameters().rotor_resistance_ohm * (currents.i_r.re * x.psi_r.im - currents.i_r.im * x.psi_r.re) / flux2;
             self.variables.push([
                 psi.norm(),
                 currents.i_s.norm(),
                 x.omega_m,
-                slip / std::f64::consts::TAU,
+                slip_hz(machine, &x, currents.i_r),
                 e.sample_time_s * k as f64,
             ]);
             let i = currents.i_s;

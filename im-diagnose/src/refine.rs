@@ -1,10 +1,10 @@
 //! The loop: fit, score, refit the leading candidates, add, drop, swap, validate, decide.
 
 use im_identify::offline::{
-    ChannelKind, Experiment, Fit, FitError, FitOptions, Free, Start, base_parameters, effect_parameters, fit, residuals,
+    ChannelKind, Experiment, Fit, FitError, FitOptions, Free, Start, base_parameters_in, effect_parameters, fit, residuals,
     start_on, start_parameters,
 };
-use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, Rating, State};
+use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
 
 use crate::case::Case;
@@ -195,11 +195,7 @@ impl Refinement {
     }
 
     fn free(&self, machine: &Machine<f64>, effects: &[EffectId], experiments: &[Experiment]) -> Vec<Free> {
-        let mut free = base_parameters(machine);
-        if experiments.iter().all(|e| e.is_table()) {
-            // Nothing accelerates in a table.
-            free.retain(|f| f.id() != Some(ParameterId::Base(BaseParameter::Inertia)));
-        }
+        let mut free = base_parameters_in(machine, experiments);
         let own: Vec<EffectId> = self.base.effects().active().collect();
         for &e in own.iter().chain(effects) {
             free.extend(effect_parameters(e, machine, &self.rating));

@@ -2,10 +2,8 @@
 
 use std::f64::consts::SQRT_2;
 
-use im_identify::offline::{
-    Channel, ChannelKind, Experiment, FitError, FitOptions, Start, Target, base_parameters, fit, predict,
-};
-use im_model::{BaseParameter, Complex, EffectId, MotorFile, ParameterId, State};
+use im_identify::offline::{Channel, ChannelKind, Experiment, FitError, FitOptions, Start, base_parameters_in, fit, predict};
+use im_model::{Complex, EffectId, MotorFile, State};
 
 use crate::case::Case;
 use crate::intake::steady_table::{SteadyRow, SteadyTable, TableKind};
@@ -90,9 +88,7 @@ fn speed_scale(motor: &MotorFile, tables: &[SteadyTable], train: &[Experiment]) 
     for e in &mut blind {
         e.channels.retain(|c| c.kind != ChannelKind::Speed);
     }
-    let mut free = base_parameters(&motor.machine);
-    free.retain(|f| !matches!(&f.target, Target::Machine(ids) if ids[0] == ParameterId::Base(BaseParameter::Inertia)));
-    let fitted = fit(&motor.machine, &blind, &free, &FitOptions::near())?;
+    let fitted = fit(&motor.machine, &blind, &base_parameters_in(&motor.machine, &blind), &FitOptions::near())?;
     let (mut shown, mut true_) = (0.0, 0.0);
     for (e, _) in train.iter().zip(tables).filter(|(_, t)| t.kind == TableKind::NoLoad) {
         let Some(c) = e.channels.iter().position(|c| c.kind == ChannelKind::Speed) else { continue };

@@ -15,6 +15,7 @@ pub use correlate::{Correlations, Memory};
 pub use crossings::Crossings;
 pub use plane::Plane;
 pub use profile::{Bin, Profile, ProfileOver};
+pub(crate) use signals::slip_hz;
 pub use signals::{Row, Run, Signals};
 pub use spectrum::{Line, Spectrum};
 pub use time::{TimeTrace, Window};

@@ -72,6 +72,12 @@ impl Signals {
     }
 }
 
+/// The frequency of the rotor flux over the rotor's, ω_slip = R_r Im(i_r ψ̄_r)/|ψ_r|², in Hz.
+pub fn slip_hz(machine: &Machine<f64>, x: &State<f64>, i_r: Complex<f64>) -> f64 {
+    let cross = i_r.re * x.psi_r.im - i_r.im * x.psi_r.re;
+    machine.parameters().rotor_resistance_ohm * cross / x.psi_r.norm_sqr().max(1e-6) / std::f64::consts::TAU
+}
+
 fn run(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Run {
     let errors = residuals(machine, e, start);
     let speed = e.channels.iter().position(|c| c.kind == ChannelKind::Speed);
@@ -80,9 +86,6 @@ fn run(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Run {
     for (k, &voltage) in e.u_s.iter().enumerate() {
         let x = *bench.state();
         let currents = bench.plant().currents(&x);
-        // ω_slip = R_r Im(i_r ψ̄_r)/|ψ_r|²
-        let cross = currents.i_r.re * x.psi_r.im - currents.i_r.im * x.psi_r.re;
-        let slip = machine.parameters().rotor_resistance_ohm * cross / x.psi_r.norm_sqr().max(1e-6);
         rows.push(Row {
             current_error: e.current_vector(k, |c| errors[c][k] * e.channels[c].sigma),
             speed_error: speed.filter(|&c| e.channels[c].is_valid(k)).map(|c| errors[c][k] * e.channels[c].sigma),
@@ -90,7 +93,7 @@ fn run(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Run {
             flux: currents.psi_m,
             speed: x.omega_m,
             torque: bench.plant().torque(&x),
-            slip_hz: slip / std::f64::consts::TAU,
+            slip_hz: slip_hz(machine, &x, currents.i_r),
             voltage,
             load: e.tau_load[k],
         });

@@ -1,5 +1,6 @@
 //! What a fit may change.
 
+use super::experiment::Experiment;
 use im_model::effects::Role;
 use im_model::{BaseParameter, Bound, EffectId, Machine, ParameterId, Rating, State};
 
@@ -98,6 +99,15 @@ pub fn base_parameters(machine: &Machine<f64>) -> Vec<Free> {
         free(&[P::Inertia]),
         Free { transform: friction, limits: (0.0, 1e12), ..free(&[P::ViscousFriction]) },
     ]
+}
+
+/// Those of [`base_parameters`] that such experiments depend on: in tables of steady states nothing accelerates.
+pub fn base_parameters_in(machine: &Machine<f64>, experiments: &[Experiment]) -> Vec<Free> {
+    let mut free = base_parameters(machine);
+    if experiments.iter().all(Experiment::is_table) {
+        free.retain(|f| f.id() != Some(ParameterId::Base(BaseParameter::Inertia)));
+    }
+    free
 }
 
 /// The strength and shape parameters of an effect, scaled to the machine.
