@@ -1,4 +1,5 @@
-//! Instructions per control step, for valgrind: `step_cost (closed|alone) CONTROLLER THOUSANDS`. docs/controllers.md says how.
+//! What a control step costs, for valgrind and `scripts/least-time`: `step_cost CONTROLLER THOUSANDS`, `closed_` before the controller with averaged inverter and
+//! machine, `_f32` behind it in single precision. docs/controllers.md says how.
 
 #[path = "../benches/common/mod.rs"]
 mod common;
@@ -22,10 +23,12 @@ impl<T: Scalar> Visit<T> for Run {
 
 fn main() {
     let a: Vec<String> = std::env::args().skip(1).collect();
-    let [mode, name, thousands] = a.as_slice() else {
-        eprintln!("usage: step_cost (closed|alone) CONTROLLER THOUSANDS");
+    let [case, thousands] = a.as_slice() else {
+        eprintln!("usage: step_cost [closed_]CONTROLLER[_f32] THOUSANDS");
         std::process::exit(2);
     };
-    let mut run = Run { name: name.clone(), thousands: thousands.parse().unwrap_or(1) };
-    each::<f64>(mode == "closed", &mut run);
+    let (closed, name) = case.strip_prefix("closed_").map_or((false, case.as_str()), |name| (true, name));
+    let (single, name) = name.strip_suffix("_f32").map_or((false, name), |name| (true, name));
+    let mut run = Run { name: name.to_owned(), thousands: thousands.parse().unwrap_or(1) };
+    if single { each::<f32>(closed, &mut run) } else { each::<f64>(closed, &mut run) }
 }

@@ -1,8 +1,12 @@
-//! Tracking, limits and disturbance rejection over random machines with effects that the controllers do not know.
+//! Tracking, limits and disturbance rejection over random machines with effects that the controllers do not know, with typical gains and with
+//! those of the design crate.
 //!
 //! More cases: `PROPTEST_CASES=600 cargo test -p imkit-control --test drive random`.
 
 use im_control::named::Supervised;
+use im_control::{Drive, Jadot, JadotGains, Kenne, KenneGains};
+use im_design::kenne::KenneRegion;
+use im_identify::online::{Fixed, Lambda, RegulationParameters};
 use im_model::simulation::Simulation;
 use im_model::{Effects, Machine, Nameplate, Rating};
 use proptest::prelude::*;
@@ -70,13 +74,86 @@ fn check(name: &str, drive: &mut dyn Supervised, truth: &Machine<f64>, case: &Ca
     Ok(())
 }
 
+fn seal<D>(of: Result<(D, im_design::Certificate), im_design::DesignError>) -> D {
+    let (design, certificate) = of.unwrap_or_else(|e| panic!("{e}"));
+    certificate.check().unwrap_or_else(|e| panic!("{e}"));
+    design
+}
+
+/// The drives whose gains the design crate makes, with its certificates checked: over speeds to 0.75 of synchronous speed, slips to twice rated,
+/// and for Kenné's switching gains resistances within 10 %, a flux estimate within 10 % and a load unknown by a fifth of rated torque.
+fn designed(machine: &Machine<f64>, case: &Case) -> [(&'static str, Box<dyn Supervised>); 2] {
+    let (known, rating) = (&case.known, &case.rating);
+    let (n_p, w) = (f64::from(known.pole_pairs), 0.75 * case.speed_rad_s());
+    let plant = || im_design::Plant::Machine(im_design::Machine::from(machine));
+    let windings = &known.windings;
+    let k_r = windings.mutual_inductance_h / windings.rotor_inductance_h;
+    let flux = 0.95 * rating.rotor_flux_vs;
+
+    let typical = JadotGains::typical(known, rating.rotor_flux_vs, case.sample_time_s);
+    let l_f = windings.stator_inductance_h - k_r * windings.mutual_inductance_h;
+    // ω_g = R_r τ/((3/2) n_p ψ²)
+    let slip = 2.0 * windings.rotor_resistance_ohm * rating.torque_nm / (1.5 * n_p * flux * flux);
+    let j = seal(im_design::jadot::design(
+        plant(),
+        &im_design::jadot::JadotRequest {
+            electrical_speed_rad_per_s: [-n_p * w, n_p * w],
+            slip_rad_per_s: [-slip, slip],
+            flux_wb: k_r * rating.rotor_flux_vs,
+            current_bandwidth_rad_per_s: (typical.current_integral_per_s * typical.current_proportional_ohm / l_f).sqrt(),
+            speed_bandwidth_rad_per_s: typical.speed_integral_per_s * 2f64.sqrt(),
+            damping: 0.5f64.sqrt(),
+        },
+    ));
+    let gains = JadotGains {
+        current_proportional_ohm: j.current_proportional_ohm,
+        current_integral_per_s: j.current_integral_per_s,
+        speed_proportional: j.speed_proportional,
+        speed_integral_per_s: j.speed_integral_per_s,
+        lambda: Lambda::Constant(j.lambda_h),
+        ..typical
+    };
+    let parameters = RegulationParameters::from(machine.parameters().inverse_gamma());
+    let jadot = Jadot::try_new(known, &gains, Fixed::try_new(parameters).unwrap()).unwrap();
+
+    let mut gains = KenneGains::typical(known, rating.rotor_flux_vs, case.dc_voltage_v, case.sample_time_s);
+    let acceleration = gains.reference.acceleration_max_rad_s2;
+    let load = rating.torque_nm / windings.inertia_kg_m2;
+    let k = seal(im_design::kenne::design(
+        plant(),
+        &KenneRegion {
+            flux_uncertainty: 0.1,
+            stator_resistance_ratio: [0.9, 1.1],
+            rotor_resistance_ratio: [0.9, 1.1],
+            acceleration_max_rad_per_s2: acceleration,
+            reference_max_rad_per_s3: acceleration * (gains.reference.bandwidth_rad_s + gains.c_omega),
+            load_error_rad_per_s2: 0.2 * load,
+            load_rate_rad_per_s3: load,
+            c_omega: gains.c_omega,
+            c_lambda: gains.c_lambda,
+            reach_omega: 10.0 * acceleration,
+            reach_lambda: 10.0 * flux * flux,
+            ..KenneRegion::certain(w, [0.9 * flux, 1.1 * flux], known.current_max_a, 2.0 / 3.0 * case.dc_voltage_v)
+        },
+        0.05,
+    ));
+    (gains.k_sq, gains.k_sd) = (k.k_sq, k.k_sd);
+    gains.set_boundary_layers(known, rating.rotor_flux_vs, 0.2 / (case.sample_time_s + known.voltage_delay_s));
+    let kenne = Kenne::try_new(known, &gains).unwrap();
+    let limits = case.limits();
+    [
+        ("jadot by design", Box::new(Drive::try_new(jadot, &limits).unwrap())),
+        ("kenne by design", Box::new(Drive::try_new(kenne, &limits).unwrap())),
+    ]
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(4), ..ProptestConfig::default() })]
     #[test]
     fn every_drive_follows_and_rejects_on_any_machine((machine, rating) in any_machine()) {
         let truth = with_effects(&machine, &rating);
         let case = Case::new(&machine, &rating, 1e-4);
-        for (name, mut drive) in case.drives() {
+        for (name, mut drive) in case.drives().chain(designed(&machine, &case)) {
             check(name, drive.as_mut(), &truth, &case)?;
         }
     }
