@@ -59,13 +59,13 @@ mod current {
 
     #[test]
     fn a_limited_voltage_winds_nothing_up() {
-        let wanted = C::new(0.0, 20.0);
-        // 60 V: the lag would ask for aLi* = 160 V.
+        let wanted = C::new(0.0, 12.0);
+        // 60 V: the lag would ask for aLi* = 96 V; 12 A take 43 V in the end.
         let i = run(wanted, ZERO, ZERO, 60.0 * 3f64.sqrt(), 0.06);
         let most = i.iter().map(|i| i.im).fold(0.0, f64::max);
-        assert!(most < 20.2 && (i[i.len() - 1] - wanted).norm() < 0.1, "{most} {}", i[i.len() - 1]);
-        // Limited: (60 V − R i)/L at most, so that 20 A take 11 ms, not 7.
-        assert!(i[(0.007 / T) as usize].im < 15.0);
+        assert!(most < 12.5 && (i[i.len() - 1] - wanted).norm() < 0.1, "{most} {}", i[i.len() - 1]);
+        // 60 V drive 6.2 A through R and L within 1/a, of the 7.6 A of the lag.
+        assert!(i[(1.0 / A / T) as usize].im < 6.8, "{}", i[(1.0 / A / T) as usize]);
     }
 
     /// A voltage held over a sample that begins a delay later stands in the middle of it where it was asked for; d goes before q.
@@ -93,7 +93,8 @@ fn flux_gives_way_to_the_voltage_at_its_rate() {
         let omega = sign * 2.0 * u_max;
         let mut flux = 1.0;
         for k in 1..=5000 {
-            law.step(&mut flux, 1.0, omega.abs() * flux, omega, dc, t);
+            let asked = omega.abs() * flux;
+            law.step(&mut flux, 1.0, asked, omega, dc, t);
             let expected = 0.5 + 0.5 * (-20.0 * t * f64::from(k)).exp();
             assert!(near(flux, expected, 2e-3), "{k}: {flux} {expected}");
         }
@@ -102,7 +103,12 @@ fn flux_gives_way_to_the_voltage_at_its_rate() {
     let mut flux = 0.5;
     law.step(&mut flux, 1.0, 0.0, 0.0, dc, t);
     assert!(near(flux, 0.5 + 20.0 * t / 0.3, 1e-12), "{flux}");
-    let after = |omega: f64| (0..20_000).fold(0.5, |mut flux, _| law.step(&mut flux, 1.0, omega * flux, omega, dc, t));
+    let after = |omega: f64| {
+        (0..20_000).fold(0.5, |mut flux: f64, _| {
+            let asked = omega * flux;
+            law.step(&mut flux, 1.0, asked, omega, dc, t)
+        })
+    };
     assert_eq!((after(0.0), after(1e5)), (1.0, 0.05));
     // Without a link there is no limit.
     let mut flux = 0.1;
@@ -125,13 +131,13 @@ fn a_load_step_shows_at_the_double_pole_of_the_speed_loop() {
         // The deepest is T/(Jae) = 1.47 rad/s.
         assert!((omega - 100.0 * now - expected).abs() < 0.005, "{time}: {} {expected}", omega - 100.0 * now);
     }
-    // At its limit the torque winds nothing up: back within it, the speed comes without overshoot.
+    // Half a second at its limit: the torque winds little up: the speed overshoots by 3 % at most, not by half as without ū − u.
     let (mut integral, mut omega, mut most) = (0.0, 0.0, 0.0f64);
     for _ in 0..100_000 {
         omega += regulator.step(&mut integral, &Shaped::at(100.0), omega, 10.0, t) / j * t;
         most = most.max(omega);
     }
-    assert!(most < 101.0 && near(omega, 100.0, 1e-3), "{most} {omega}");
+    assert!(most < 103.0 && near(omega, 100.0, 1e-3), "{most} {omega}");
 }
 
 /// τ̂ = T(1 − (1 + at)e^{−at}), its rate with it, friction known.

@@ -57,7 +57,7 @@ pub fn switching_gain<T: Scalar>(uncertainty: T, reach: T, b: [T; 2], equivalent
 
 impl<T: Scalar> KenneGains<T> {
     /// Gains that suit a sampling time: the slopes inside the boundary layers make error rates of 0.2 over sampling time plus delay;
-    /// switching gains of a tenth of `dc_voltage_v` in q and a fiftieth in d; c_ω = 40 1/s, c_λ = 30 1/s; load torque estimated.
+    /// switching gains of a tenth of `dc_voltage_v`; c_ω = 40 1/s, c_λ = 30 1/s; load torque estimated.
     ///
     /// `rotor_flux_vs` in the reference of the machine's windings.
     pub fn typical(machine: &MachineData<T>, rotor_flux_vs: T, dc_voltage_v: T, sample_time_s: T) -> Self {
