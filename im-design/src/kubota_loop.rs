@@ -159,20 +159,21 @@ fn corners(speed: [f64; 2], slip: [f64; 2], flux_wb: f64) -> [Point; 4] {
     [(0, 0), (0, 1), (1, 0), (1, 1)].map(point)
 }
 
-/// Whether cells, as (speeds, slips), tile a region: inside it, apart, and of its whole area together.
+/// Whether cells, as (speeds, slips), tile a region: inside it, apart, and of its whole area together. A region may be a line or a point.
 pub(crate) fn tiled<F: Field>(cells: &[[[f64; 2]; 2]], region: [[f64; 2]; 2]) -> Result<(), String> {
-    let area = |[speed, slip]: [[f64; 2]; 2]| {
-        let width = |[low, high]: [f64; 2]| F::from_f64(high) - F::from_f64(low);
-        width(speed) * width(slip)
+    let flat = region.map(|[low, high]| low == high);
+    let area = |part: [[f64; 2]; 2]| {
+        let width = |n: usize| if flat[n] { F::one() } else { F::from_f64(part[n][1]) - F::from_f64(part[n][0]) };
+        width(0) * width(1)
     };
-    let inside = |cell: [f64; 2], region: [f64; 2]| region[0] <= cell[0] && cell[0] < cell[1] && cell[1] <= region[1];
-    let apart = |a: [f64; 2], b: [f64; 2]| a[1] <= b[0] || b[1] <= a[0];
+    let inside = |[low, high]: [f64; 2], n: usize| region[n][0] <= low && (low < high || flat[n]) && high <= region[n][1];
+    let apart = |a: [f64; 2], b: [f64; 2], n: usize| !flat[n] && (a[1] <= b[0] || b[1] <= a[0]);
     let mut covered = F::zero();
     for (k, cell) in cells.iter().enumerate() {
-        if !(0..2).all(|n| inside(cell[n], region[n])) {
+        if !(0..2).all(|n| inside(cell[n], n)) {
             return Err(format!("cell {k} is empty or leaves the region"));
         }
-        if cells[..k].iter().any(|other| (0..2).all(|n| !apart(other[n], cell[n]))) {
+        if cells[..k].iter().any(|other| (0..2).all(|n| !apart(other[n], cell[n], n))) {
             return Err(format!("cell {k} overlaps another"));
         }
         covered = covered + area(*cell);
@@ -348,6 +349,25 @@ mod tests {
 
     fn point(speed: f64, stator_frequency: f64) -> Point {
         Point { speed_rad_per_s: speed, slip_rad_per_s: stator_frequency - 2.0 * speed, flux_wb: 0.9 }
+    }
+
+    #[test]
+    fn cells_tile_planes_lines_and_points_and_nothing_else() {
+        let plane = [[0.0, 2.0], [-1.0, 1.0]];
+        let [left, right] = [[[0.0, 1.0], [-1.0, 1.0]], [[1.0, 2.0], [-1.0, 1.0]]];
+        assert_eq!(tiled::<f64>(&[left, right], plane), Ok(()));
+        assert!(tiled::<f64>(&[left], plane).unwrap_err().contains("do not cover"));
+        assert!(tiled::<f64>(&[left, left], plane).unwrap_err().contains("overlaps"));
+        assert!(tiled::<f64>(&[[[0.0, 3.0], [-1.0, 1.0]]], plane).unwrap_err().contains("leaves"));
+        assert!(tiled::<f64>(&[left, right, [[1.0, 1.0], [0.0, 1.0]]], plane).unwrap_err().contains("empty"));
+        let line = [[1.0, 1.0], [-1.0, 1.0]];
+        let [below, above] = [[[1.0, 1.0], [-1.0, 0.0]], [[1.0, 1.0], [0.0, 1.0]]];
+        assert_eq!(tiled::<f64>(&[below, above], line), Ok(()));
+        assert!(tiled::<f64>(&[below, below], line).unwrap_err().contains("overlaps"));
+        assert!(tiled::<f64>(&[below], line).unwrap_err().contains("do not cover"));
+        let point = [[1.0, 1.0], [0.5, 0.5]];
+        assert_eq!(tiled::<f64>(&[point], point), Ok(()));
+        assert!(tiled::<f64>(&[point, point], point).is_err() && tiled::<f64>(&[], point).is_err());
     }
 
     #[test]
