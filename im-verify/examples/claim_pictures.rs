@@ -31,7 +31,7 @@ const PICTURES: [Picture; 21] = [
     (39, "slip_share", "slip over rated slip", None),
     (40, "error", "error at the start", None),
     (43, "load_share", "load over rated torque", None),
-    (48, "acceleration_share", "acceleration over that by three times the rated torque", None),
+    (48, "acceleration_share", "acceleration over that by rated torque", None),
     (49, "input_share", "input over its largest", Some((50, "with K_P in the last term"))),
     (51, "distance_share", "distance at the start over the rated current", None),
     (54, "slip_share", "slip over rated slip", None),
@@ -64,15 +64,17 @@ fn curve(claim: &Claim, variable: &Variable, point: &Point, machines: &Machines,
 
 /// Brings the curves to the axis that suits them; its label and range.
 fn scaled(series: &mut [Series]) -> (&'static str, [f64; 2]) {
-    let most = |series: &[Series]| series.iter().flat_map(|s| &s.points).fold(1.0f64, |m, p| m.max(p.1));
-    if most(series) <= LINEAR {
-        return ("what is over what is allowed", [0.0, 1.05 * most(series)]);
+    let extreme = |series: &[Series], by: fn(f64, f64) -> f64| series.iter().flat_map(|s| &s.points).fold(1.0, |m, p| by(m, p.1));
+    let (least, most) = (extreme(series, f64::min), extreme(series, f64::max));
+    if most <= LINEAR {
+        // From zero on, or what happens around 1 in full.
+        let room = 0.05 * (most - least);
+        return ("what is over what is allowed", [if least > 0.8 { least - room } else { 0.0 }, most + room]);
     }
     for p in series.iter_mut().flat_map(|s| &mut s.points) {
         p.1 = p.1.max(f64::MIN_POSITIVE).log10().clamp(DECADES[0], DECADES[1]);
     }
-    let least = series.iter().flat_map(|s| &s.points).fold(-1.0f64, |m, p| m.min(p.1));
-    let most = most(series);
+    let (least, most) = (extreme(series, f64::min).min(-1.0), extreme(series, f64::max));
     ("what is over what is allowed, power of ten", [least - 0.03 * (most - least), most + 0.03 * (most - least)])
 }
 
