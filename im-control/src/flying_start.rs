@@ -12,6 +12,9 @@
 //! the current rises by −eT/L_σ, which tells e; the peak is about ω_e ψ (T + delay)/L_σ: at 50 Hz, 100 µs and a leakage of 0.2 per unit,
 //! 0.16 of rated current for each sample, with a torque jolt of as much.
 //!
+//! In front of an inverter that tracks currents ([`FlyingStart::tracking_currents`]) the current asked for is zero, and e is the mean of the voltage
+//! that the inverter gives, less what changes the current.
+//!
 //! The error of the flux is that of the voltage over |jω_e − 1/T_r|: largest at standstill, ΔV·T_r.
 
 use im_model::simulation::{Command, Controller, Measured, Reference};
@@ -56,6 +59,8 @@ pub struct FlyingStart<T, C> {
     /// M/L_r.
     k_r: T,
     inverse_rotor_time_constant: T,
+    /// The inverter tracks currents.
+    currents: bool,
     controller: C,
     state: State<T>,
 }
@@ -66,6 +71,7 @@ struct State<T> {
     rotor: Complex<T>,
     /// e, as far as known, in the rotor's frame, V.
     emf: Complex<T>,
+    /// The current one sample before, or where currents are tracked that of the first sample, in the rotor's frame, A.
     i_before: Complex<T>,
     samples: u32,
     elapsed_s: T,
@@ -93,6 +99,7 @@ impl<T: Scalar, C> FlyingStart<T, C> {
             pole_pairs: machine.n_p(),
             k_r,
             inverse_rotor_time_constant: w.rotor_resistance_ohm / w.rotor_inductance_h,
+            currents: false,
             controller,
             state: State {
                 rotor: Complex::new(T::one(), T::zero()),
@@ -103,6 +110,12 @@ impl<T: Scalar, C> FlyingStart<T, C> {
                 caught: false,
             },
         })
+    }
+
+    /// The same before a controller whose commands are currents, with an inverter that tracks them.
+    #[must_use]
+    pub fn tracking_currents(self) -> Self {
+        Self { currents: true, ..self }
     }
 
     /// The controller behind.
@@ -123,29 +136,15 @@ impl<T: Scalar, C> FlyingStart<T, C> {
 
 impl<T: Scalar, C: BeginsAt<T>> FlyingStart<T, C> {
     /// A sample with the current at zero.
-    fn catch(&mut self, m: &Measured<T>) -> Complex<T> {
+    fn catch(&mut self, m: &Measured<T>) -> Command<T> {
         let (g, s, t) = (&self.regulator, &mut self.state, m.sample_time_s);
         let omega_e = self.pole_pairs * m.omega_m;
         let frame = Turning { direction: s.rotor, omega_s: omega_e, dc_voltage_v: m.dc_voltage_v, sample_time_s: t };
-        let i = frame.of_stator(m.i_s);
-        let out = if s.samples == 0 {
-            // Whatever was commanded, turned on: zero on a machine that was left alone.
-            let u = if is_finite(m.u_s) { m.u_s } else { Complex::new(T::zero(), T::zero()) };
-            s.emf = frame.of_stator(u) * rotation(omega_e * (t * T::from_f64(0.5) - g.voltage_delay_s));
-            frame.to_stator(s.emf, g.voltage_delay_s)
-        } else {
-            if s.samples == 1 {
-                // L_σ di/dt = u − R_σ i − jω_e L_σ i − e over the first sample.
-                let (l, mean) = (g.leakage_inductance_h, (i + s.i_before) * T::from_f64(0.5));
-                s.emf = s.emf - mean * g.resistance_ohm - j(mean) * (omega_e * l) - (i - s.i_before) * (l / t);
-            }
-            let none = Complex::new(T::zero(), T::zero());
-            g.step(&mut s.emf, &frame, none, i, none)
-        };
-        s.i_before = i;
         s.samples += 1;
         s.elapsed_s += t;
-        if s.elapsed_s * g.bandwidth_rad_s >= T::from_f64(SETTLED) {
+        let settled = s.elapsed_s * g.bandwidth_rad_s >= T::from_f64(SETTLED);
+        let command = if self.currents { s.track(g, &frame, m, settled) } else { s.regulate(g, &frame, m) };
+        if settled {
             // ψ_R = e/(jω_e − 1/T_r).
             let rate = Complex::new(-self.inverse_rotor_time_constant, omega_e);
             let rotor_flux_vs = s.emf * rate.conj() * s.rotor * (T::one() / (norm2(rate) * self.k_r));
@@ -154,14 +153,55 @@ impl<T: Scalar, C: BeginsAt<T>> FlyingStart<T, C> {
         }
         let turned = s.rotor * rotation(omega_e * t);
         s.rotor = turned * (T::from_f64(1.5) - norm2(turned) * T::from_f64(0.5));
-        out.u_s
+        command
+    }
+}
+
+impl<T: Scalar> State<T> {
+    /// The voltage that holds the current at zero; its integral is e.
+    fn regulate(&mut self, g: &CurrentRegulator<T>, frame: &Turning<T>, m: &Measured<T>) -> Command<T> {
+        let (t, i, half) = (frame.sample_time_s, frame.of_stator(m.i_s), T::from_f64(0.5));
+        let none = Complex::new(T::zero(), T::zero());
+        let out = if self.samples == 1 {
+            // Whatever was commanded, turned on: zero on a machine that was left alone.
+            let u = if is_finite(m.u_s) { m.u_s } else { none };
+            self.emf = frame.of_stator(u) * rotation(frame.omega_s * (t * half - g.voltage_delay_s));
+            frame.to_stator(self.emf, g.voltage_delay_s)
+        } else {
+            if self.samples == 2 {
+                // L_σ di/dt = u − R_σ i − jω_e L_σ i − e over the first sample.
+                let (l, mean) = (g.leakage_inductance_h, (i + self.i_before) * half);
+                self.emf = self.emf - mean * g.resistance_ohm - j(mean) * (frame.omega_s * l) - (i - self.i_before) * (l / t);
+            }
+            g.step(&mut self.emf, frame, none, i, none)
+        };
+        self.i_before = i;
+        Command::Voltage(out.u_s)
+    }
+
+    /// No current asked for; e is the mean of what is given, less what changes the current from the first sample to the last.
+    fn track(&mut self, g: &CurrentRegulator<T>, frame: &Turning<T>, m: &Measured<T>, last: bool) -> Command<T> {
+        let (t, i) = (frame.sample_time_s, frame.of_stator(m.i_s));
+        if self.samples == 1 {
+            self.i_before = i;
+        } else {
+            let n = T::from_f64(f64::from(self.samples - 1));
+            // The mean over a sample stands at its middle.
+            let u =
+                if is_finite(m.u_s) { frame.of_stator(m.u_s) * rotation(frame.omega_s * t * T::from_f64(0.5)) } else { self.emf };
+            self.emf += (u - self.emf) * (T::one() / n);
+            if last {
+                self.emf -= (i - self.i_before) * (g.leakage_inductance_h / (n * t));
+            }
+        }
+        Command::Current(Complex::new(T::zero(), T::zero()))
     }
 }
 
 impl<T: Scalar, C: Controller<T> + BeginsAt<T>> Controller<T> for FlyingStart<T, C> {
     #[inline]
     fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
-        if self.state.caught { self.controller.step(m, reference) } else { Command::Voltage(self.catch(m)) }
+        if self.state.caught { self.controller.step(m, reference) } else { self.catch(m) }
     }
 }
 

@@ -79,7 +79,8 @@ pub fn named(name: &str, setting: &Setting) -> Result<Box<dyn Supervised>, Named
         }
         "mtpa" => {
             let law = setting.mtpa.ok_or(NamedError::NoLaw)?;
-            setting.drive(Mtpa::try_new(&machine, &law, &MtpaGains::typical(&machine))?)
+            let mtpa = Mtpa::try_new(&machine, &law, &MtpaGains::typical(&machine))?;
+            setting.drive(FlyingStart::try_new(mtpa, &machine, sample_time_s)?.tracking_currents())
         }
         other => Err(NamedError::Unknown(other.to_owned())),
     }

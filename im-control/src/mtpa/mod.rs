@@ -16,6 +16,7 @@ use im_model::space_vector::norm2;
 use im_model::{Bound, Complex, ModelError, Scalar};
 
 use crate::error::ControlError;
+use crate::flying_start::{BeginsAt, Caught};
 use crate::machine_data::MachineData;
 use crate::status::{Reports, Status};
 use crate::vector::{clamp, rotation};
@@ -61,8 +62,11 @@ pub struct Mtpa<T> {
     gains: MtpaGains<T>,
     pole_pairs: T,
     current_max_a: T,
+    rotor_time_constant_s: T,
     /// e^{jθ_e}.
     direction: Complex<T>,
+    /// Direction of the flux of a machine that was caught, until the first step.
+    caught: Option<Complex<T>>,
     integral: Complex<T>,
     status: Status,
 }
@@ -81,7 +85,9 @@ impl<T: Scalar> Mtpa<T> {
             gains: *gains,
             pole_pairs: machine.n_p(),
             current_max_a: machine.current_max_a,
+            rotor_time_constant_s: machine.windings.rotor_inductance_h / machine.windings.rotor_resistance_ohm,
             direction: Complex::new(T::one(), T::zero()),
+            caught: None,
             integral: Complex::new(T::zero(), T::zero()),
             status: Status::OK,
         })
@@ -100,6 +106,12 @@ impl<T: Scalar> Controller<T> for Mtpa<T> {
         let limited = size > self.current_max_a;
         let wanted = if limited { wanted * (self.current_max_a / size) } else { wanted };
 
+        if let Some(flux) = self.caught.take() {
+            // Where the current stands to the flux at this slip, in the steady state: i/ψ_r ∝ 1 + jω_s T_r.
+            let lead = Complex::new(T::one(), slip * self.rotor_time_constant_s);
+            let turned = flux * lead * g.connection.line_current(Complex::new(T::one(), T::zero())).conj();
+            self.direction = turned * (T::one() / norm2(turned).sqrt());
+        }
         let i = m.i_s * self.direction.conj();
         let x = self.integral + (wanted - i) * (t / g.tau_scr_s);
         let within = |x: T| clamp(x, -g.integral_limit_a, g.integral_limit_a);
@@ -112,6 +124,13 @@ impl<T: Scalar> Controller<T> for Mtpa<T> {
         let beyond = reference.torque_nm.abs() > self.law.torque_nm[1];
         self.status = Status::OK.and_if(limited, Status::CURRENT_LIMITED).and_if(beyond, Status::REFERENCE_LIMITED);
         Command::Current(command)
+    }
+}
+
+impl<T: Scalar> BeginsAt<T> for Mtpa<T> {
+    fn begin_at(&mut self, caught: &Caught<T>) {
+        let turned = caught.rotor_flux_vs * rotation(self.pole_pairs * caught.omega_m * caught.sample_time_s);
+        self.caught = (norm2(turned) > T::zero()).then_some(turned);
     }
 }
 
