@@ -10,6 +10,10 @@ mod designed;
 mod experiment;
 mod flying_start;
 mod jadot_bench;
+#[path = "../../examples/kenne_studies/bench.rs"]
+#[allow(dead_code)]
+mod kenne_bench;
+mod kenne_study;
 mod limits;
 mod mtpa;
 mod random_machines;
