@@ -258,7 +258,10 @@ pub fn fitted() -> MtpaLaw<f64> {
 /// Where speeds come from in the studies, by name. Kubota's and Thau's observer as the paper runs them, without feedback.
 pub const SOURCES: [&str; 6] = ["sensor", "kubota", "derdiyok", "utkin", "thau", "thau, balanced"];
 
-/// The drive with the speed of one of [`SOURCES`].
+/// Kubota's observer with the gain that `im-observers` begins with.
+pub const MENDED: &str = "kubota, mended";
+
+/// The drive with the speed of one of [`SOURCES`], or of [`MENDED`].
 pub fn run_with(source: &str, law: &MtpaLaw<f64>, slip_factor: f64, torque_nm: f64) -> Result<Settled, ObserverError> {
     fn of<O: Observer<f64>>(observer: O, law: &MtpaLaw<f64>, slip_factor: f64, torque_nm: f64) -> Settled {
         run(law, slip_factor, torque_nm, &mut Observed::new(observer), 5.0)
@@ -272,10 +275,12 @@ pub fn run_with(source: &str, law: &MtpaLaw<f64>, slip_factor: f64, torque_nm: f
             let gains = KubotaGains::without_feedback(proportional, integral);
             of(Kubota::try_new(basis, gains)?, law, slip_factor, torque_nm)
         }
+        MENDED => of(Kubota::try_new(basis, KubotaGains::for_machine(&machine, &RATING)?)?, law, slip_factor, torque_nm),
         "derdiyok" => of(Derdiyok::try_new(basis, DerdiyokGains::for_machine(&machine, &RATING))?, law, slip_factor, torque_nm),
         "utkin" => of(Utkin::try_new(basis, UtkinGains::for_machine(&machine, &RATING))?, law, slip_factor, torque_nm),
         "thau" => of(thau(LoadTorque::EqualToTorque)?, law, slip_factor, torque_nm),
         "thau, balanced" => of(thau(LoadTorque::Balanced)?, law, slip_factor, torque_nm),
-        _ => run(law, slip_factor, torque_nm, &mut Sensor, 4.0),
+        "sensor" => run(law, slip_factor, torque_nm, &mut Sensor, 4.0),
+        other => unreachable!("no source of speed is called {other}"),
     })
 }

@@ -71,7 +71,7 @@ fn machine(heats: bool) -> Machine<f64> {
     e.voltage_delay.delay_s = T;
     e.speed_sensor_lag.time_constant_s = 2e-3;
     if heats {
-        // Thermal resistances of 0.18 and 0.6 K/W: at rated torque R_s rises by 27 % and R_r by 30 %, growth of the losses included.
+        // Thermal resistances of 0.18 and 0.6 K/W: at rated torque R_s rises by 28 % and R_r by 31 %, growth of the losses included.
         (e.stator_heating.inverse_heat_capacity_k_per_j, e.stator_heating.time_constant_s) = (0.18 / 600.0, 600.0);
         (e.rotor_heating.inverse_heat_capacity_k_per_j, e.rotor_heating.time_constant_s) = (0.6 / 900.0, 900.0);
     }

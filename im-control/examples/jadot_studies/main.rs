@@ -282,7 +282,8 @@ fn experienced(name: &str, rows: &[Seen], [from, to]: [f64; 2]) {
     let span: Vec<&Seen> = rows.iter().filter(|r| (from..to).contains(&r.t)).collect();
     let mean = |y: &dyn Fn(&Seen) -> f64| 100.0 * span.iter().map(|r| y(r)).sum::<f64>() / span.len() as f64;
     println!(
-        "{name:<14} {from:>6.1} to {to:>6.1} s: torque {:>6.1} %, current {:>6.1} % ({:.2} A); R_req {:>5.1} of {:>5.1}, L {:>5.1} of {:>5.1}",
+        "{name:<14} {from:>6.1} to {to:>6.1} s: torque {:>6.1} %, current {:>6.1} % ({:.2} A); R_req {:>5.1} of {:>5.1}, L {:>5.1} of {:>5.1}, \
+         R_s of {:>5.1}",
         mean(&|r| r.torque_hat_nm / r.load_nm - 1.0),
         mean(&|r| r.current_hat_a / r.current_a - 1.0),
         mean(&|r| r.current_a) / 100.0,
@@ -290,6 +291,7 @@ fn experienced(name: &str, rows: &[Seen], [from, to]: [f64; 2]) {
         mean(&|r| r.truth[1]),
         mean(&|r| r.estimates[1]),
         mean(&|r| r.truth[2]),
+        mean(&|r| r.truth[0]),
     );
 }
 
