@@ -2,6 +2,7 @@
 
 use im_control::*;
 use im_model::machines::ALL;
+use im_model::simulation::Controller;
 use im_model::{Complex, Machine};
 
 type C = Complex<f64>;
@@ -326,5 +327,26 @@ fn machine_data_survive_single_precision() {
             ]
         };
         assert!(w(&m).iter().zip(w(&back)).all(|(a, b)| near(*a, b, 1e-7)) && m.pole_pairs == back.pole_pairs);
+    }
+}
+
+/// The torque asked for is within the law's range or it is said; the current it takes is within the limit or it is said.
+#[test]
+fn the_drive_of_least_current_says_what_is_beyond_it() {
+    let (m, _) = data().next().unwrap();
+    let law = MtpaLaw::kwon_printed();
+    let step = |torque_nm: f64, current_max_a: f64| {
+        let m = MachineData { current_max_a, ..m };
+        let mut drive = Mtpa::try_new(&m, &law, &MtpaGains::typical(&m)).unwrap();
+        let measured =
+            im_model::simulation::Measured { i_s: ZERO, omega_m: 50.0, u_s: ZERO, dc_voltage_v: 540.0, sample_time_s: 1e-4 };
+        drive.step(&measured, &im_model::simulation::Reference { omega_m: 0.0, rotor_flux_vs: 0.0, torque_nm });
+        drive.status()
+    };
+    let [_, high] = law.torque_nm;
+    for sign in [1.0, -1.0] {
+        assert_eq!(step(sign * 0.9 * high, 1e6), Status::OK);
+        assert_eq!(step(sign * 1.1 * high, 1e6), Status::REFERENCE_LIMITED);
+        assert_eq!(step(sign * 0.9 * high, 1.0), Status::CURRENT_LIMITED);
     }
 }

@@ -51,12 +51,14 @@ fn speed_flux_and_current_settle_on_their_references_with_known_parameters() {
     // What time in samples leaves of K_Pη, which is zero in continuous time.
     assert!(c.state.eta.norm() < 0.02, "{}", c.state.eta);
     assert!((c.references().0 - x.psi_r * c.k_r * c.direction().conj()).norm() < 0.003);
+    // The flux lies along the first axis of the frame, not against it.
+    assert!((c.references().0.re - 0.95 * c.k_r).abs() < 0.003, "{}", c.references().0);
 }
 
 #[test]
 fn currents_and_voltages_keep_their_limits_and_nothing_winds_up() {
     let mut c = fixed();
-    let mut most = 0.0f64;
+    let (mut most, mut asked) = (0.0f64, 0.0f64);
     let mut limited = [false; 2];
     let mut overshoot = 0.0f64;
     // A speed step far beyond what the limits allow.
@@ -66,6 +68,7 @@ fn currents_and_voltages_keep_their_limits_and_nothing_winds_up() {
         |t| [if t > 0.5 { 200.0 } else { 0.0 }, 2.0],
         |t, m, x, c| {
             most = most.max(m.i_s.norm());
+            asked = asked.max(c.state.i_cons.norm());
             limited[0] |= c.status().has(Status::CURRENT_LIMITED);
             limited[1] |= c.status().has(Status::VOLTAGE_LIMITED);
             if t > 0.5 {
@@ -76,6 +79,7 @@ fn currents_and_voltages_keep_their_limits_and_nothing_winds_up() {
     assert!(limited[0] && limited[1], "the study reaches both limits: {limited:?}");
     // The reference keeps the limit; the machine follows it with the current error of a limited voltage.
     assert!(most < 1.1 * 20.0, "{most} A");
+    assert!((asked - 20.0).abs() < 1e-9, "all of the current is used, and no more: {asked} A");
     assert!(overshoot < 0.02 * 200.0, "{overshoot} rad/s");
     assert!(c.status().has(Status::FIELD_WEAKENING));
 }
@@ -122,6 +126,7 @@ fn lost_samples_and_references_are_bridged_and_flagged() {
     );
     assert!(seen.has(Status::CURRENT_LOST.and(Status::SPEED_LOST).and(Status::REFERENCE_LOST)), "{seen}");
     assert!(c.parameters().values().iter().all(|v| v.is_finite()));
+    assert!(c.estimate().is_some_and(|e| e.values == c.parameters().values()), "what the adaptation says is what is used");
     // The last slip goes on when the reference is lost: the load is still carried, roughly.
     assert!(x.omega_m.is_finite() && x.psi_r.norm() > 0.8, "{x:?}");
 }

@@ -34,6 +34,9 @@ fn speed_and_flux_are_followed_from_zero_flux_through_a_load_step() {
     assert!(psi[4000..].iter().all(|p| (p / 0.9 - 1.0).abs() < 0.03), "flux apart from torque");
     assert!(peak < 1.1 * known.current_max_a);
     assert!((drive.load_torque_nm() - 20.0).abs() < 0.3);
+    // The field turns ahead of the rotor by the slip of the load, ω_s = R_r τ/(1.5 n_p λ²).
+    let slip = m.parameters().rotor_resistance_ohm * 20.0 / (1.5 * 2.0 * 0.9 * 0.9);
+    assert!((drive.state.omega_s - 240.0 - slip).abs() < 0.1 * slip, "{} {slip}", drive.state.omega_s - 240.0);
 }
 
 /// (25) and (26): a gain at the bound makes |s| fall at η whatever f and b are within their bounds.
