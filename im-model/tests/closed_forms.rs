@@ -1,0 +1,134 @@
+//! Measures, guesses and angles against what they stand for.
+
+use im_model::effects::ScaleOf;
+use im_model::machines::ALL;
+use im_model::simulation::{Scenario, Sensors, Simulation, VoltsPerHertz};
+use im_model::space_vector::unit;
+use im_model::{Held, Machine, Nameplate, Plant, Rating, machines, steady_state};
+use std::f64::consts::{PI, SQRT_2, TAU};
+
+fn near(a: f64, b: f64, tolerance: f64) -> bool {
+    (a - b).abs() <= tolerance * a.abs().max(b.abs())
+}
+
+/// Held at rated speed on rated voltage, the circuit that is guessed from a nameplate draws what the plate says: shaft power and active
+/// current follow from the equations the guess solves, the reactive current but for the real part of what is left for magnetizing.
+#[test]
+fn a_guessed_circuit_does_what_its_nameplate_says() {
+    let plate = |power_w, volts, amperes, speed_rpm, cos| Nameplate {
+        power_w,
+        line_voltage_rms_v: volts,
+        line_current_rms_a: amperes,
+        speed_rpm,
+        frequency_hz: 50.0,
+        power_factor: cos,
+        locked_rotor_current_ratio: None,
+    };
+    for plate in [
+        plate(1100.0, 400.0, 2.6, 1415.0, 0.77),
+        plate(4000.0, 400.0, 8.2, 1440.0, 0.83),
+        plate(15e3, 400.0, 28.5, 2930.0, 0.88),
+        plate(37e3, 690.0, 40.0, 980.0, 0.85),
+    ] {
+        let guess = plate.guess().unwrap();
+        let machine = Machine::base(guess.parameters, guess.pole_pairs).unwrap();
+        let omega_m = plate.speed_rpm * PI / 30.0;
+        let u = plate.line_voltage_rms_v * SQRT_2 / 3f64.sqrt();
+        let x = steady_state(&machine, u, 50.0, Held::Speed(omega_m)).unwrap();
+        let plant = Plant::new(&machine);
+        let i = plant.currents(&x).i_s;
+        let (active, reactive) = (i.re / SQRT_2, -i.im / SQRT_2);
+        let cos: f64 = plate.power_factor;
+        let sin = (1.0 - cos * cos).sqrt();
+        assert!(near(active, plate.line_current_rms_a * cos, 0.05), "{plate:?}: {active} A active");
+        assert!(near(reactive, plate.line_current_rms_a * sin, 0.05), "{plate:?}: {reactive} A reactive");
+        // Shaft power: what the air gap gives, 3 |i_r|² R_r (1 − s)/s, is P.
+        let torque = 1.5 * f64::from(guess.pole_pairs) * (x.psi_s.conj() * i).im;
+        assert!(near(torque * omega_m, plate.power_w, 0.02), "{plate:?}: {} W", torque * omega_m);
+        assert!(near(guess.rating.rotor_flux_vs, x.psi_r.norm(), 0.02), "{} {}", guess.rating.rotor_flux_vs, x.psi_r.norm());
+        assert!(near(guess.rating.torque_nm, plate.power_w / omega_m, 1e-12));
+        assert!(near(guess.rating.phase_voltage_peak_v, u, 1e-12) && guess.rating.electrical_frequency_hz == 50.0);
+        // ½JΩ² is P for 0.14 s, friction takes half a percent, leakages are equal.
+        let p = guess.parameters;
+        let synchronous = TAU * 50.0 / f64::from(guess.pole_pairs);
+        assert!(near(0.5 * p.inertia_kg_m2 * synchronous * synchronous, 0.14 * plate.power_w, 1e-12));
+        assert!(near(p.viscous_friction_nm_s_per_rad * omega_m, 0.005 * guess.rating.torque_nm, 1e-12));
+        assert_eq!(p.stator_leakage_inductance_h, p.rotor_leakage_inductance_h);
+        // Locked, it draws four times rated current when small, six times otherwise, within what R_r unlike R_s leaves.
+        let locked = plant.currents(&steady_state(&machine, u, 50.0, Held::Speed(0.0)).unwrap()).i_s.norm() / SQRT_2;
+        let ratio = if plate.power_w < 1500.0 { 4.0 } else { 6.0 };
+        assert!(near(locked, ratio * plate.line_current_rms_a, 0.2), "{plate:?}: {locked} A locked");
+    }
+}
+
+/// At rated flux and torque the current is √(i_d² + i_q²): λ = L_m i_d, τ = 1.5 n_p (L_m/L_r) λ i_q.
+#[test]
+fn a_rating_measures_its_machine() {
+    for m in ALL {
+        let (p, r) = (m.parameters(), m.rating);
+        let n_p = f64::from(m.pole_pairs);
+        let w = p.windings();
+        let i_d = r.rotor_flux_vs / w.mutual_inductance_h;
+        let i_q = r.torque_nm * w.rotor_inductance_h / (1.5 * n_p * w.mutual_inductance_h * r.rotor_flux_vs);
+        let i = i_d.hypot(i_q);
+        let synchronous = TAU * r.electrical_frequency_hz / n_p;
+        assert!(near(r.current_peak_a(&p, m.pole_pairs), i, 1e-12), "{}", m.name);
+        for (scale, unit) in [
+            (ScaleOf::One, 1.0),
+            (ScaleOf::Voltage, r.phase_voltage_peak_v),
+            (ScaleOf::Current, i),
+            (ScaleOf::Flux, r.rotor_flux_vs),
+            (ScaleOf::Torque, r.torque_nm),
+            (ScaleOf::TorquePerSpeedSquared, r.torque_nm / synchronous.powi(2)),
+            (ScaleOf::Conductance, i / r.phase_voltage_peak_v),
+            (ScaleOf::Speed, synchronous),
+            // One kelvin per watt of copper loss at rated current.
+            (ScaleOf::StatorHeating, 1.0 / (1.5 * w.stator_resistance_ohm * i * i)),
+            (ScaleOf::RotorHeating, 1.0 / (1.5 * p.rotor_resistance_ohm * i * i)),
+        ] {
+            assert!(near(r.unit_of(scale, &p, m.pole_pairs), unit, 1e-12), "{}: {scale:?}", m.name);
+        }
+    }
+    // Nothing given: a 400-V machine at 50 Hz with the torque of 4 % slip, τ = 1.5 n_p λ²ω_s/R_r.
+    let m = machines::MOTULATOR_2_2_KW;
+    let r = Rating::guess(&m.parameters(), 2);
+    let slip_torque = 3.0 * 0.95 * 0.95 * (0.04 * TAU * 50.0) / m.parameters().rotor_resistance_ohm;
+    assert!(near(r.torque_nm, slip_torque, 1e-12) && near(r.phase_voltage_peak_v, 1.08 * 0.95 * TAU * 50.0, 1e-12));
+    assert_eq!((r.electrical_frequency_hz, r.rotor_flux_vs), (50.0, 0.95));
+}
+
+/// The voltage of a sample points where the field is in its middle: the angle is the integral of 2πf, for any ramp and either direction.
+#[test]
+fn volts_per_hertz_turns_by_the_integral_of_its_frequency() {
+    let v = VoltsPerHertz { voltage_peak_v: 320.0, frequency_hz: 50.0, boost_v: 20.0, ramp_hz_per_s: 80.0 };
+    let (mut state, mut angle, mut frequency, t) = ([0.0, 0.0], 0.0, 0.0f64, 1e-3);
+    for k in 0..3000 {
+        let wanted: f64 = if k < 1500 { 60.0 } else { -40.0 };
+        let u = v.step(&mut state, wanted, t);
+        frequency = wanted.clamp(frequency - 0.08, frequency + 0.08);
+        let size = 20.0 + 300.0 * (frequency.abs() / 50.0).min(1.0);
+        let expected = unit(angle + PI * frequency * t) * size;
+        assert!((u - expected).norm() < 1e-6 * size, "{k}: {u} {expected}");
+        angle += TAU * frequency * t;
+    }
+}
+
+/// Noise on the recorded load torque has its own stream, mean zero and its deviation.
+#[test]
+fn the_recorded_load_torque_is_noisy_by_what_is_asked() {
+    let machine = Machine::base(machines::MOTULATOR_2_2_KW.parameters(), 2).unwrap();
+    let recorded = |torque_noise_nm: f64| {
+        let s = Scenario {
+            sensors: Sensors { torque_noise_nm, seed: 3, ..Sensors::default() },
+            ..Scenario::direct_on_line(320.0, 50.0, 1.0)
+        };
+        Simulation::new(&machine, &s).run().unwrap().recording
+    };
+    let (clean, noisy) = (recorded(0.0), recorded(0.5));
+    assert_eq!((&clean.i_s, &clean.omega_m), (&noisy.i_s, &noisy.omega_m), "other channels stay as they were");
+    let off: Vec<f64> = noisy.tau_load.unwrap().iter().zip(clean.tau_load.unwrap()).map(|(a, b)| a - b).collect();
+    let n = off.len() as f64;
+    let (mean, square) = (off.iter().sum::<f64>() / n, off.iter().map(|x| x * x).sum::<f64>() / n);
+    // Five standard errors.
+    assert!(mean.abs() < 5.0 * 0.5 / n.sqrt() && near(square, 0.25, 5.0 * (2.0 / n).sqrt()), "{mean} {square}");
+}
