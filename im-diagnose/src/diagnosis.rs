@@ -358,7 +358,7 @@ fn shown(s: &Score, usual: f64, threshold: f64) -> bool {
 /// What the effects added leave, where it is more than noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remainder {
-    /// The effect that would explain most of it, if one does: tried, but not confirmed.
+    /// The effect that would explain most of it on the held-out recording, if one does: tried, but not confirmed.
     pub suspect: Option<EffectId>,
     /// The training error with it, in noise floors.
     pub with_suspect: f64,
@@ -371,7 +371,10 @@ fn remainder(course: &Course, leftover: &[Dependence]) -> Option<Remainder> {
         return None;
     }
     let round = course.rounds.get(course.models.len() - 1)?;
-    let suspect = round.trials.iter().find(|t| likelier(last, &t.model, round.scores.len()));
+    // The recording that no fit has seen judges best between those that none confirms.
+    let unseen = |m: &Model| m.holdout.unwrap_or_else(|| m.train());
+    let likely = round.trials.iter().filter(|t| likelier(last, &t.model, round.scores.len()));
+    let suspect = likely.min_by(|a, b| unseen(&a.model).total_cmp(&unseen(&b.model)));
     Some(Remainder { suspect: suspect.map(|t| t.effect), with_suspect: suspect.map_or(last.train(), |t| t.model.train()) })
 }
 
