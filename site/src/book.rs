@@ -148,13 +148,14 @@ fn resolve(
     Ok(links::relative(own, &links::place(root, &target.path)) + &anchor)
 }
 
-/// Folders of the repository: code that begins with one of them names a file.
-const FOLDERS: [&str; 4] = ["im-", "docs/", "scripts/", "examples/"];
-
 /// The address of a file named in code, where it names one.
 fn named(root: &Path, own: &str, code: &str, wanted: &mut BTreeSet<String>) -> Result<Option<String>, String> {
     let plain = code.chars().all(|c| c.is_ascii_alphanumeric() || "-_./".contains(c));
-    if !plain || !code.contains('/') || !FOLDERS.iter().any(|f| code.starts_with(f)) {
+    // A path begins with a folder of the repository, else it is a rate or somebody else's file.
+    let Some((folder, _)) = code.split_once('/').filter(|(folder, _)| plain && !folder.starts_with('.') && *folder != "target") else {
+        return Ok(None);
+    };
+    if folder.is_empty() || !root.join(folder).is_dir() {
         return Ok(None);
     }
     let path = code.trim_end_matches('/');
