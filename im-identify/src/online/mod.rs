@@ -114,3 +114,14 @@ pub trait Identifier<T: Scalar, const N: usize> {
 pub(crate) fn finite<T: Scalar>(z: Complex<T>) -> bool {
     z.re.is_finite() && z.im.is_finite()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Status;
+
+    #[test]
+    fn estimates_move_in_one_status_only() {
+        let held = [Status::Filling, Status::NoExcitation, Status::DeadZone, Status::LostSample];
+        assert!(held.into_iter().all(Status::is_frozen) && !Status::Adapting.is_frozen());
+    }
+}
