@@ -401,15 +401,15 @@ fn a_table_of_steady_states_shows_the_circuit_and_gives_it_back() {
     let p = M.parameters();
     let v = |e: &Experiment, c: usize, k: usize| e.channels[c].values[k];
     for e in [&running, &locked] {
-        for k in 0..rows.len() {
+        for (k, &(_, load)) in rows.iter().enumerate() {
             let (u, i, active, reactive) = (e.u_s[k].norm(), v(e, 0, k) * 2f64.sqrt(), v(e, 1, k), v(e, 2, k));
             assert!((active.hypot(reactive) - 1.5 * u * i).abs() < 1e-9 * u * i, "apparent power in row {k}");
             assert!(reactive > 0.0, "a machine takes lagging current");
-            let held = if e.imposed_speed.is_some() { Held::Speed(0.0) } else { Held::Load(rows[k].1) };
+            let held = if e.imposed_speed.is_some() { Held::Speed(0.0) } else { Held::Load(load) };
             let x = steady_state(&truth(), u, hz, held).unwrap();
             if e.imposed_speed.is_none() {
                 // Air-gap power is torque times the speed of the field.
-                let torque = rows[k].1 + p.viscous_friction_nm_s_per_rad * x.omega_m;
+                let torque = load + p.viscous_friction_nm_s_per_rad * x.omega_m;
                 let air_gap = torque * std::f64::consts::TAU * hz / f64::from(M.pole_pairs);
                 let copper = 1.5 * p.stator_resistance_ohm * i * i;
                 assert!((active - copper - air_gap).abs() < 1e-6 * active.abs().max(1.0), "row {k}: {active} {copper} {air_gap}");
