@@ -344,15 +344,17 @@ pub(crate) fn summary(s: &Story) -> Summary {
 
 /// Said after what was found, where the error that stays is more than noise.
 fn rest(d: &Diagnosis) -> String {
-    match d.remainder.as_ref().map(|r| (r.suspect, r.with_suspect)) {
-        None => String::new(),
-        Some((None, _)) => ". Something smaller is still missing, and no effect of the library stands out as its cause".into(),
-        Some((Some(e), error)) => format!(
-            ". Something smaller is still missing: the next suspect, tried but not confirmed, is {} ({} noise floors in training with it)",
+    let Some(r) = &d.remainder else { return String::new() };
+    let suspect = r.suspect.map_or("no effect of the library stands out as its cause".into(), |e| {
+        format!(
+            "the next suspect, not confirmed, is {} ({} noise floors in training with it)",
             effect_name(e),
-            floors(error)
-        ),
-    }
+            floors(r.with_suspect)
+        )
+    });
+    format!(
+        ". What stays is still more than noise: something smaller is missing, or what was added has another form in the machine; {suspect}"
+    )
 }
 
 fn test_of(e: EffectId) -> String {
