@@ -9,7 +9,10 @@
 
 use core::panic::PanicInfo;
 
-use im_control::{Drive as Looked, DriveLimits, FieldOriented, FieldOrientedGains, Kenne, KenneGains, MachineData, Reports};
+use im_control::{
+    BeginsAt, Drive as Looked, DriveLimits, FieldOriented, FieldOrientedGains, FlyingStart, Kenne, KenneGains, MachineData,
+    Reports,
+};
 use im_identify::online::{Identifier, KenneRotorResistance, KenneSettings, Sample};
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::{Bench, Complex, Drive, Effects, Machine, State, machines};
@@ -104,11 +107,12 @@ fn identified() -> Option<f32> {
 }
 
 /// Speed in rad/s of a machine after a second on a controller that is asked for 100 rad/s.
-fn controlled<C: Controller<f32> + Reports + Clone>(
+fn controlled<C: Controller<f32> + BeginsAt<f32> + Reports + Clone>(
     known: &MachineData<f32>,
     machine: &Machine<f32>,
     controller: C,
 ) -> Option<f32> {
+    let controller = FlyingStart::try_new(controller, known, 1e-4).ok()?;
     let mut drive = Looked::try_new(controller, &DriveLimits::generous(known, 157.0, 0.9)).ok()?;
     let mut bench = Bench::new(machine, State::default(), 1e-4);
     let mut u_s = Complex::new(0.0, 0.0);
