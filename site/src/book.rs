@@ -152,7 +152,8 @@ fn resolve(
 fn named(root: &Path, own: &str, code: &str, wanted: &mut BTreeSet<String>) -> Result<Option<String>, String> {
     let plain = code.chars().all(|c| c.is_ascii_alphanumeric() || "-_./".contains(c));
     // A path begins with a folder of the repository, else it is a rate or somebody else's file.
-    let Some((folder, _)) = code.split_once('/').filter(|(folder, _)| plain && !folder.starts_with('.') && *folder != "target") else {
+    let Some((folder, _)) = code.split_once('/').filter(|(folder, _)| plain && !folder.starts_with('.') && *folder != "target")
+    else {
         return Ok(None);
     };
     if folder.is_empty() || !root.join(folder).is_dir() {
