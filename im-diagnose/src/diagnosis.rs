@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::case::Case;
 use crate::leftover::{Dependence, dependences};
-use crate::refine::{Course, Model, Options, Refinement, UNSTABLE, cosine, judged, mean_square, pulled};
+use crate::refine::{Course, Model, NEGLIGIBLE, Options, Refinement, UNSTABLE, cosine, judged, mean_square, pulled};
 use crate::score::{LEAST_KEEP, Score, strengths, threshold};
 
 /// What the data say.
@@ -392,9 +392,6 @@ fn determined(fit: &Fit) -> bool {
 
 /// Least gain, in noise floors, of a candidate that hints at an effect too small to be confirmed.
 const HINT: f64 = 0.003;
-
-/// Excess over the noise floor below which a model is as good as its sensors.
-const NEGLIGIBLE: f64 = 0.1;
 
 /// Whether the residual depends on something beyond doubt.
 fn structured(leftover: &[Dependence]) -> bool {

@@ -27,10 +27,11 @@ pub struct Options {
     /// Least improvement worth an effect, as a fraction of the base model's excess over the noise floor: below it, the effect may only
     /// be mending the form of a stronger one.
     pub least_share: f64,
-    /// Added to that share, times the squared cosine between the signatures of the effect and of one already added: what looks like an
-    /// effect that is there must explain more to be believed beside it.
+    /// Added to that share for an effect whose signature is that of one already added, and in part, by the squared cosine between them, for
+    /// one that resembles it: what looks like an effect that is there must explain more to be believed beside it.
     pub alike_share: f64,
-    /// An effect that takes this fraction off the excess over the noise floor that remains needs no such least share.
+    /// An effect that takes this fraction off the excess over the noise floor that remains, where that is not negligible, needs no such
+    /// least share.
     pub ample_cut: f64,
     /// Effects considered; all of the library and the motor's own when empty.
     pub candidates: Vec<EffectId>,
@@ -54,6 +55,9 @@ impl Default for Options {
 
 /// Up to this cosine between their signatures, effects are of different kinds: one does not pass for a correction of the other's form.
 const UNLIKE: f64 = 0.4;
+
+/// Excess over the noise floor below which a model is as good as its sensors.
+pub const NEGLIGIBLE: f64 = 0.1;
 
 /// A fitted model in the course of the loop.
 #[derive(Clone, Debug)]
@@ -286,9 +290,11 @@ impl Refinement {
         let newest = after.effects.last().copied();
         let alike = before.effects.iter().filter_map(|&e| Some(cosine(signature(e)?, signature(newest?)?))).fold(0.0, f64::max);
         let (left, taken) = (after.train() - 1.0, before.train() - after.train());
-        // What takes a good part off all that is left is more than a correction to the form of another effect, unless it looks like it.
-        let own_share = if taken < self.options.ample_cut * (before.train() - 1.0) { self.options.least_share } else { 0.0 };
-        let share = own_share + self.options.alike_share * (alike * alike - UNLIKE * UNLIKE).max(0.0);
+        // What takes a good part off a good deal that is left is more than a correction to the form of another effect …
+        let ample = before.train() - 1.0 > NEGLIGIBLE && taken > self.options.ample_cut * (before.train() - 1.0);
+        let own_share = if ample { 0.0 } else { self.options.least_share };
+        // … unless it looks like that effect.
+        let share = own_share + self.options.alike_share * ((alike * alike - UNLIKE * UNLIKE) / (1.0 - UNLIKE * UNLIKE)).max(0.0);
         let least = (self.options.least_gain * after.train())
             .max(self.options.least_cut * left)
             .max(share * (base.train() - after.train()));
