@@ -202,9 +202,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     } else if args.all {
         table::trials(&mut out, &finished)?;
     }
-    let mut wrong: Vec<&str> = campaign.claims.iter().zip(&rows).filter(|(_, r)| !r.as_stated).map(|(c, _)| c.name).collect();
-    if finished.iter().any(|f| f.outcome.is_err()) {
-        wrong.push("trials were refused");
+    let told = |(c, r): (&Claim, &Row)| match (c.found, r.cases) {
+        (_, 0) => format!("{} (no case meets its assumptions)", c.name),
+        (im_verify::Found::Fails, n) => format!("{} (no counterexample in {n} cases; more may have one)", c.name),
+        (_, n) => format!("{} (violated in {} of {n} cases)", c.name, r.violated),
+    };
+    let mut wrong: Vec<String> = campaign.claims.iter().zip(&rows).filter(|(_, r)| !r.as_stated).map(told).collect();
+    let refused = finished.iter().filter(|f| f.outcome.is_err()).count();
+    if refused > 0 {
+        wrong.push(format!("{refused} trials were refused"));
     }
     if wrong.is_empty() { Ok(()) } else { Err(Failure::NotAsStated(wrong.join(", "))) }
 }
