@@ -12,6 +12,8 @@
 //! the current rises by −eT/L_σ, which tells e; the peak is about ω_e ψ (T + delay)/L_σ: at 50 Hz, 100 µs and a leakage of 0.2 per unit,
 //! 0.16 of rated current for each sample, with a torque jolt of as much.
 //!
+//! Where the emf is more than the link can hold, the voltage keeps its direction, and the controller does not begin before the flux has decayed.
+//!
 //! In front of an inverter that tracks currents ([`FlyingStart::tracking_currents`]) the current asked for is zero, and e is the mean of the voltage
 //! that the inverter gives, less what changes the current.
 //!
@@ -25,7 +27,7 @@ use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::error::ControlError;
 use crate::machine_data::MachineData;
 use crate::status::{Reports, Status};
-use crate::vector::{is_finite, rotation};
+use crate::vector::{is_finite, norm, rotation};
 
 /// How long the current is held at zero, in time constants of its regulator: (1 + x)e^{−x} = 0.3 % of what the first guess of e lacked is left.
 const SETTLED: f64 = 8.0;
@@ -142,9 +144,9 @@ impl<T: Scalar, C: BeginsAt<T>> FlyingStart<T, C> {
         let frame = Turning { direction: s.rotor, omega_s: omega_e, dc_voltage_v: m.dc_voltage_v, sample_time_s: t };
         s.samples += 1;
         s.elapsed_s += t;
-        let settled = s.elapsed_s * g.bandwidth_rad_s >= T::from_f64(SETTLED);
-        let command = if self.currents { s.track(g, &frame, m, settled) } else { s.regulate(g, &frame, m) };
-        if settled {
+        let in_time = |s: &State<T>| s.elapsed_s * g.bandwidth_rad_s >= T::from_f64(SETTLED);
+        let command = if self.currents { s.track(g, &frame, m, in_time(s)) } else { s.regulate(g, &frame, m) };
+        if in_time(s) {
             // ψ_R = e/(jω_e − 1/T_r).
             let rate = Complex::new(-self.inverse_rotor_time_constant, omega_e);
             let rotor_flux_vs = s.emf * rate.conj() * s.rotor * (T::one() / (norm2(rate) * self.k_r));
@@ -173,8 +175,19 @@ impl<T: Scalar> State<T> {
                 let (l, mean) = (g.leakage_inductance_h, (i + self.i_before) * half);
                 self.emf = self.emf - mean * g.resistance_ohm - j(mean) * (frame.omega_s * l) - (i - self.i_before) * (l / t);
             }
-            g.step(&mut self.emf, frame, none, i, none)
+            // In the frame of e, so that a limited voltage keeps its direction.
+            let size = norm(self.emf);
+            let along = if size > T::zero() { self.emf * (T::one() / size) } else { Complex::new(T::one(), T::zero()) };
+            let frame = Turning { direction: frame.direction * along, ..*frame };
+            let mut emf = self.emf * along.conj();
+            let out = g.step(&mut emf, &frame, none, i * along.conj(), none);
+            self.emf = emf * along;
+            out
         };
+        if out.limited {
+            // More emf than the link can hold: the current is what it is, until the flux has decayed.
+            self.elapsed_s = T::zero();
+        }
         self.i_before = i;
         Command::Voltage(out.u_s)
     }

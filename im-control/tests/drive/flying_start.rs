@@ -97,3 +97,21 @@ fn the_drive_of_least_current_catches_a_machine_too() {
         assert!((last - asked).abs() < 0.8, "{last} of {asked} Nm in the end");
     }
 }
+/// At speeds where the flux's emf is beyond the link no controller begins before the flux has decayed: the current is what the voltage that is lacking
+/// drives through the leakage, and falls with the flux.
+#[test]
+fn flux_beyond_the_link_is_left_to_decay() {
+    let m = machines::JADOT_TABLE_I;
+    let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+    let case = Case::new(&machine, &m.rating, 0.0);
+    for speed in [1.2, 1.4, 1.6] {
+        for (name, mut drive) in case.drives() {
+            let jolt = caught(drive.as_mut(), &machine, &case, speed * case.speed_rad_s(), Complex::new(0.9, 0.0));
+            // (ωψ − U_dc/√3)/ωL_σ, beside the current that magnetizes.
+            let (omega, k_r) = (speed * case.speed_rad_s() * 2.0, 0.975);
+            let lacking = (omega * 0.9 * k_r - case.dc_voltage_v / 3f64.sqrt()).max(0.0) / (omega * 0.0079);
+            assert!(jolt.current < 0.5 + lacking / case.known.current_max_a, "{speed} {name}: {jolt:?}, {lacking} A");
+            assert!(jolt.speed < 0.05 && jolt.end < 0.001, "{speed} {name}: {jolt:?}");
+        }
+    }
+}
