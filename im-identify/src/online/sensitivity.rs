@@ -160,5 +160,13 @@ mod tests {
         let svg = table_i().svg("a < b & c");
         assert!(svg.len() < 60_000, "{}", svg.len());
         assert!(svg.contains("a &lt; b &amp; c") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"));
+        // The cells of each map fill its square: right and lower ends reach it and do not go beyond.
+        let number =
+            |rect: &str, key: &str| -> f64 { rect.split(key).nth(1).and_then(|r| r.split('"').next()).unwrap().parse().unwrap() };
+        let cells: Vec<&str> = svg.lines().filter(|l| l.starts_with("<rect x=") && l.contains("fill=\"#")).collect();
+        let most = |at: &str, size: &str| cells.iter().map(|c| number(c, at) + number(c, size)).fold(0.0, f64::max);
+        let ends = [most(" x=\"", " width=\""), most(" y=\"", " height=\"")];
+        let square = [2.0 * (MARGIN + SIDE), 54.0 + 2.0 * SIDE + MARGIN];
+        assert!(ends.iter().zip(square).all(|(e, s)| (e - s).abs() < 0.5), "{ends:?} {square:?}");
     }
 }
