@@ -6,6 +6,8 @@ use im_model::{Effects, Held, Machine, Recording};
 
 use super::{Picture, Studio, pair};
 
+/// A signal over time, s.
+type Signal = Vec<(f64, f64)>;
 type Drawn = Result<Picture, Box<dyn std::error::Error>>;
 
 /// On rated voltage and frequency, from the steady state at `before` Nm; `after` Nm from 0.1 s on.
@@ -24,7 +26,7 @@ fn run(machine: &Machine<f64>, scenario: &Scenario) -> Result<Run, SimulationErr
 }
 
 /// A signal over time from `from_s` on.
-fn signal(run: &Run, from_s: f64, value: impl Fn(&Recording, usize) -> f64) -> Vec<(f64, f64)> {
+fn signal(run: &Run, from_s: f64, value: impl Fn(&Recording, usize) -> f64) -> Signal {
     let r = &run.recording;
     (0..r.len()).map(|k| (r.time_s(k), value(r, k))).filter(|p| p.0 >= from_s).collect()
 }
@@ -57,7 +59,7 @@ fn heating(
     s: &Studio,
     set: impl FnOnce(&mut Effects<f64>),
     rise: impl Fn(&Run, usize) -> f64,
-) -> Result<[Vec<(f64, f64)>; 2], Box<dyn std::error::Error>> {
+) -> Result<[Signal; 2], Box<dyn std::error::Error>> {
     let scenario = Scenario { record_every: 100, ..loaded(s, 0.0, s.rating.torque_nm, 40.0)? };
     let run = run(&s.with(set)?, &scenario)?;
     Ok([signal(&run, 0.0, |_, k| rise(&run, k)), signal(&run, 0.5, speed)])
