@@ -210,9 +210,10 @@ mod tests {
         let told: Vec<String> = problems.iter().map(Problem::to_string).collect();
         assert!(told.is_empty(), "{}", told.join("\n"));
         // The site needs no network: nothing in it is fetched from elsewhere.
+        assert!(!layout::STYLE.contains("@import") && !layout::STYLE.contains("url("));
         for file in &files {
             if let Content::Text(text) = &file.content {
-                assert!(!text.contains("src=\"http") && !text.contains("@import"), "{}", file.path);
+                assert!(!text.contains("src=\"http"), "{}", file.path);
             }
         }
     }
