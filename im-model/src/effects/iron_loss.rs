@@ -4,7 +4,7 @@
 //!
 //! Below 1/(2πτ) ≈ 3 kHz this is the resistor R_fe = 1/G across the magnetizing voltage dψ_m/dt. The corner is physical (eddy
 //! currents need time to diffuse into a lamination) and it makes the branch lossless to integrate: a bare resistor behind the
-//! leakages has a time constant of G·L_l ≈ 3 µs, which goes to zero with the strength (docs/model.md).
+//! leakages has a time constant of G·L_l ≈ 3 µs, which goes to zero with the strength (docs/effects.md).
 
 use super::effect;
 use crate::error::Bound;

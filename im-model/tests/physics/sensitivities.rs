@@ -92,7 +92,7 @@ fn derivatives_by_every_parameter_of_every_effect_agree_with_finite_differences(
 
 /// At strength zero an effect is off for f64 and on for a dual number that carries its derivative. The derivative is the limit of
 /// one-sided differences. It does not exist for the compliant shaft: however small the far mass, the load torque reaches the rotor
-/// through the spring's second-order lag, not at once (docs/model.md).
+/// through the spring's second-order lag, not at once (docs/effects.md).
 #[test]
 fn derivatives_exist_where_an_effect_sets_in() {
     for &effect in EffectId::ALL.iter().filter(|&&id| id != EffectId::ShaftCompliance) {
