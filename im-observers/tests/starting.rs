@@ -62,6 +62,7 @@ fn switching_gains_to_start_from_cover_twice_the_rated_speed() {
         let derdiyok = DerdiyokGains::for_machine(&machine(&m), &m.rating);
         let need = 1.2 * m.rating.rotor_flux_vs * C::new(c.eta, c.n_p * 2.0 * synchronous).norm();
         assert!(same(derdiyok.nu0, 1.05 * need), "{}: {} {need}", m.name, derdiyok.nu0);
+        assert_eq!((derdiyok.filter_rad_per_s, derdiyok.anchor_per_s, derdiyok.boundary_layer_a), (200.0, 10.0, 0.0));
         assert!(same(UtkinGains::for_machine(&machine(&m), &m.rating).omega0_rad_per_s, 2.0 * synchronous), "{}", m.name);
     }
 }
