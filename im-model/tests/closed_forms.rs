@@ -132,3 +132,17 @@ fn the_recorded_load_torque_is_noisy_by_what_is_asked() {
     // Five standard errors.
     assert!(mean.abs() < 5.0 * 0.5 / n.sqrt() && near(square, 0.25, 5.0 * (2.0 / n).sqrt()), "{mean} {square}");
 }
+
+/// At standstill the linear machine has the poles of s² + (γ + η)s + R_sη/σL_s = 0: a sample is cut so that the faster one is resolved, and not finer
+/// than by a third.
+#[test]
+fn the_fastest_rate_is_that_of_the_leakages_at_standstill() {
+    for m in ALL {
+        let p = m.parameters();
+        let c = p.windings().derived(m.pole_pairs);
+        let (sum, product) = (c.gamma + c.eta, p.stator_resistance_ohm * c.eta / c.sigma_l_s);
+        let pole = 0.5 * (sum + (sum * sum - 4.0 * product).sqrt());
+        let rate = Plant::new(&Machine::base(p, m.pole_pairs).unwrap()).fastest_rate();
+        assert!((0.8..1.33).contains(&(rate / pole)), "{}: {rate} {pole}", m.name);
+    }
+}
