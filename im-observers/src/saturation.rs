@@ -156,6 +156,8 @@ mod tests {
         e.main_flux_saturation.excess = 0.6;
         let table = Saturation::<f64>::new(&m.parameters(), 2, &e.main_flux_saturation);
         let at = |k: i32| table.at(Complex::new(0.0, 2e-4 * f64::from(k)), Complex::new(0.0, 0.0));
+        // Beyond the table they stay.
+        assert_eq!(at(50_000), at(100_000));
         for k in 0..15_000 {
             let (a, b) = (at(k), at(k + 1));
             for (a, b) in [(a.eta, b.eta), (a.beta, b.beta), (a.eta_l_m, b.eta_l_m), (a.stator_rate, b.stator_rate)] {
