@@ -27,8 +27,8 @@ pub struct Options {
     /// Least improvement worth an effect, as a fraction of the base model's excess over the noise floor: below it, the effect may only
     /// be mending the form of a stronger one.
     pub least_share: f64,
-    /// Added to that share for an effect whose signature is that of one already added, and in part, by the squared cosine between them, for
-    /// one that resembles it: what looks like an effect that is there must explain more to be believed beside it.
+    /// Added to that share, times the fourth power of the cosine between the signatures of the effect and of one already added: what looks
+    /// like an effect that is there must explain much to be believed beside it. Effects of different kinds owe nothing.
     pub alike_share: f64,
     /// An effect that takes this fraction off the excess over the noise floor that remains, where that is not negligible, needs no such
     /// least share.
@@ -46,7 +46,7 @@ impl Default for Options {
             least_gain: 0.01,
             least_cut: 0.1,
             least_share: 3e-3,
-            alike_share: 0.25,
+            alike_share: 1.0,
             ample_cut: 0.25,
             candidates: Vec::new(),
         }
@@ -294,7 +294,7 @@ impl Refinement {
         let ample = before.train() - 1.0 > NEGLIGIBLE && taken > self.options.ample_cut * (before.train() - 1.0);
         let own_share = if ample { 0.0 } else { self.options.least_share };
         // … unless it looks like that effect.
-        let share = own_share + self.options.alike_share * ((alike * alike - UNLIKE * UNLIKE) / (1.0 - UNLIKE * UNLIKE)).max(0.0);
+        let share = own_share + self.options.alike_share * (alike.powi(4) - UNLIKE.powi(4)).max(0.0);
         let least = (self.options.least_gain * after.train())
             .max(self.options.least_cut * left)
             .max(share * (base.train() - after.train()));
