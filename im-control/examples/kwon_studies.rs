@@ -87,7 +87,7 @@ fn fig_7() -> Result<Pictures, Box<dyn Error>> {
     let best = torques.iter().map(|t| for_torque(&circuit, *t)).collect::<Result<Vec<_>, _>>()?;
     let printed = |of: &dyn Fn(f64) -> f64| torques.iter().filter(|t| **t >= 19.0).map(|t| (*t, of(*t))).collect();
     let picture = |k: usize, title: &str, label: &str, law: &str, of: &dyn Fn(f64) -> f64| {
-        let optimum = best.iter().map(|o| (o.torque_n_m, [o.current_rms_a, o.slip_rad_per_s][k])).collect();
+        let optimum = best.iter().map(|o| (o.torque_n_m, [o.current_rms_a, o.slip_rad_s][k])).collect();
         let at = |n: usize| marks[n].iter().filter(|p| p[0] > 1.0).map(|p| (p[0], p[k + 1])).collect();
         let mut all = vec![series("optimum of Table V", Mark::Line, optimum), series(law, Mark::Line, printed(of))];
         all.extend(DRAWN.iter().enumerate().map(|(n, source)| series(&format!("drive ({source})"), Mark::Cross, at(n))));

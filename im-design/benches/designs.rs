@@ -14,16 +14,16 @@ fn designs(criterion: &mut Criterion) {
         b.iter(|| thau::maximize(black_box(plant), 1e-3));
     });
     let c = plant.constants::<f64>();
-    let request = KubotaRequest { speed_rad_per_s: [-190.0, 190.0], rate_per_s: 1.0, flux_weight: c.beta * c.beta };
+    let request = KubotaRequest { speed_rad_s: [-190.0, 190.0], rate_per_s: 1.0, flux_weight: c.beta * c.beta };
     criterion.bench_function("kubota, 4 states, least-norm schedule", |b| {
         b.iter(|| least_norm(black_box(plant), &request));
     });
     let plant = Plant::Machine(Machine::jadot_table_i());
     let region = BoxRegion {
-        frame_rad_per_s: [150.0, 314.0],
-        slip_rad_per_s: [-5.0, 5.0],
-        flux_d_wb: [0.85, 0.95],
-        flux_q_wb: [0.0; 2],
+        frame_rad_s: [150.0, 314.0],
+        slip_rad_s: [-5.0, 5.0],
+        flux_d_vs: [0.85, 0.95],
+        flux_q_vs: [0.0; 2],
         current_d_a: [0.0; 2],
         current_q_a: [0.0; 2],
     };
@@ -39,7 +39,7 @@ fn designs(criterion: &mut Criterion) {
         torque_n_m: [1.0, 510.0],
         tolerance: 0.01,
         law: LawKind::Series,
-        slip_max_rad_per_s: 500.0,
+        slip_max_rad_s: 500.0,
         points: 25,
         aqdm: None,
     };

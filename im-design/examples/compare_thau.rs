@@ -14,10 +14,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let plant = Plant::Machine(Machine::kwon_table_iv());
     let c = plant.constants::<f64>();
     let region = BoxRegion {
-        frame_rad_per_s: [100.0, 300.0],
-        slip_rad_per_s: [-8.0, 8.0],
-        flux_d_wb: [0.8, 1.1],
-        flux_q_wb: [-0.05, 0.05],
+        frame_rad_s: [100.0, 300.0],
+        slip_rad_s: [-8.0, 8.0],
+        flux_d_vs: [0.8, 1.1],
+        flux_q_vs: [-0.05, 0.05],
         current_d_a: [0.0; 2],
         current_q_a: [0.0; 2],
     };

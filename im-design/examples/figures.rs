@@ -39,10 +39,10 @@ fn thau_figures() -> Result<(), DesignError> {
         for frame in [[30.0, 400.0], [60.0, 400.0], [100.0, 400.0], [200.0, 400.0]] {
             for (slip, flux) in [(8.0, [0.8, 1.1]), (4.0, [0.9, 1.0])] {
                 let region = BoxRegion {
-                    frame_rad_per_s: frame,
-                    slip_rad_per_s: [-slip, slip],
-                    flux_d_wb: flux,
-                    flux_q_wb: [-0.05, 0.05],
+                    frame_rad_s: frame,
+                    slip_rad_s: [-slip, slip],
+                    flux_d_vs: flux,
+                    flux_q_vs: [-0.05, 0.05],
                     current_d_a: [0.0; 2],
                     current_q_a: [0.0; 2],
                 };
@@ -56,10 +56,10 @@ fn thau_figures() -> Result<(), DesignError> {
             }
         }
         let centre = BoxRegion {
-            frame_rad_per_s: [215.0 - 18.5, 215.0 + 18.5],
-            slip_rad_per_s: [-0.8, 0.8],
-            flux_d_wb: [0.935, 0.965],
-            flux_q_wb: [-0.005, 0.005],
+            frame_rad_s: [215.0 - 18.5, 215.0 + 18.5],
+            slip_rad_s: [-0.8, 0.8],
+            flux_d_vs: [0.935, 0.965],
+            flux_q_vs: [-0.005, 0.005],
             current_d_a: [0.0; 2],
             current_q_a: [0.0; 2],
         };
@@ -68,7 +68,7 @@ fn thau_figures() -> Result<(), DesignError> {
                 let r = d.region;
                 println!(
                     "{name}: largest box of rate {rate}: frame {:.0?}, slip {:.1?}, flux d {:.3?}, flux q {:.3?}",
-                    r.frame_rad_per_s, r.slip_rad_per_s, r.flux_d_wb, r.flux_q_wb
+                    r.frame_rad_s, r.slip_rad_s, r.flux_d_vs, r.flux_q_vs
                 );
             }
         }
@@ -83,7 +83,7 @@ fn kubota_figures() -> Result<(), DesignError> {
         let plant = Plant::Machine(machine);
         let c = plant.constants::<f64>();
         for (norm, flux_weight) in [("I", 1.0), ("diag(b²,b²,1,1)", c.beta * c.beta)] {
-            let request = KubotaRequest { speed_rad_per_s: [-190.0, 190.0], rate_per_s: 0.5 * c.eta, flux_weight };
+            let request = KubotaRequest { speed_rad_s: [-190.0, 190.0], rate_per_s: 0.5 * c.eta, flux_weight };
             for (gain, (d, _)) in [("closed form", closed_form(plant, &request)?), ("least norm", least_norm(plant, &request)?)] {
                 let best = best_rate(plant, &d).map_or("none".into(), |(d, _)| format!("{:.3}", d.rate_per_s));
                 let period = sampled::largest_period(plant, &d, 0.25 * c.eta, 1e-3)
@@ -128,15 +128,15 @@ fn sliding_figures() -> Result<(), DesignError> {
     let (sampled, _) = sampled::derdiyok(plant, 190.0, 1.1, 1.0, None, Some(1e-4))?;
     println!("Derdiyok: nu0 = {:.2} V to 1.1 Wb; boundary layer at 100 us: {:.2} A", d.nu0, sampled.boundary_layer_a);
     let region = UtkinDesign {
-        speed_max_rad_per_s: 190.0,
-        flux_min_wb: 0.6,
-        flux_error_max_wb: 0.05,
+        speed_max_rad_s: 190.0,
+        flux_min_vs: 0.6,
+        flux_error_max_vs: 0.05,
         current_error_max_a: 5.0,
         current_max_a: 80.0,
-        omega0_rad_per_s: 0.0,
+        omega0_rad_s: 0.0,
         root_bound: 0.0,
     };
-    println!("Utkin: omega0 = {:.2} rad/s", utkin(plant, &region)?.0.omega0_rad_per_s);
+    println!("Utkin: omega0 = {:.2} rad/s", utkin(plant, &region)?.0.omega0_rad_s);
     Ok(())
 }
 
@@ -153,11 +153,11 @@ fn controller_figures() -> Result<(), DesignError> {
     println!("Kenné: high-gain observer at 106 us: {:.0?} 1/s", kenne::high_gain_limits(106e-6));
     for current in [400.0, 837.0, 1500.0] {
         let request = jadot::JadotRequest {
-            electrical_speed_rad_per_s: [-320.0, 320.0],
-            slip_rad_per_s: [-12.0, 12.0],
-            flux_wb: 0.9,
-            current_bandwidth_rad_per_s: current,
-            speed_bandwidth_rad_per_s: 20.0,
+            electrical_speed_rad_s: [-320.0, 320.0],
+            slip_rad_s: [-12.0, 12.0],
+            flux_vs: 0.9,
+            current_bandwidth_rad_s: current,
+            speed_bandwidth_rad_s: 20.0,
             damping: std::f64::consts::FRAC_1_SQRT_2,
         };
         let (d, _) = jadot::design(Plant::Machine(Machine::jadot_table_i()), &request)?;
@@ -186,7 +186,7 @@ fn sampled_figures() -> Result<(), DesignError> {
                 Err(e) => e.to_string(),
                 Ok(Design::SampledDerdiyok(d)) => format!("nu0 {:.1} V, layer {:.3} A", d.continuous.nu0, d.boundary_layer_a),
                 Ok(Design::SampledUtkin(d)) => {
-                    format!("omega0 {:.1} rad/s, layer {:.3} A Wb", d.continuous.omega0_rad_per_s, d.boundary_layer_avs)
+                    format!("omega0 {:.1} rad/s, layer {:.3} A Wb", d.continuous.omega0_rad_s, d.boundary_layer_avs)
                 }
                 Ok(Design::SampledKenne(d)) => format!(
                     "k_sq {:.0} V, k_sd {:.0} V, layers {:.0} rad/s², {:.1} Wb²/s",
@@ -236,7 +236,7 @@ fn mtpa_figures() -> Result<(), DesignError> {
     let percent = |x: f64, of: f64| 100.0 * (x / of - 1.0);
     for torque in [1.0, 3.0, 9.0, 19.0, 50.0, 100.0, 150.0, 215.0, 257.0, 350.0, 510.0] {
         let o = for_torque(&circuit, torque)?;
-        let (i, w) = (o.current_rms_a, o.slip_rad_per_s);
+        let (i, w) = (o.current_rms_a, o.slip_rad_s);
         println!(
             "{torque} | {i:.3} | {:.1} | {:.1} | {:.2} | {w:.3} | {:.1} | {:.1} | {:.2}",
             percent(CurrentLaw::KWON.at(torque), i),

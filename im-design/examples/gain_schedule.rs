@@ -10,13 +10,13 @@ use im_design::{Machine, Plant};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let plant = Plant::Machine(Machine::jadot_table_i());
     let c = plant.constants::<f64>();
-    let speed_rad_per_s = [-165.0, 165.0];
+    let speed_rad_s = [-165.0, 165.0];
     println!("no rate of {:.2} 1/s or more can be had: the fluxes decay at R_r/L_r", c.eta);
 
     let (mut size, mut decay) = (Vec::new(), Vec::new());
     for rate_per_s in [2.0, 4.0, 5.5] {
         // A flux error weighs by the current that it drives.
-        let request = KubotaRequest { speed_rad_per_s, rate_per_s, flux_weight: c.beta * c.beta };
+        let request = KubotaRequest { speed_rad_s, rate_per_s, flux_weight: c.beta * c.beta };
         let (least, certificate) = least_norm(plant, &request)?;
         let (closed, _) = closed_form(plant, &request)?;
         certificate.check()?;

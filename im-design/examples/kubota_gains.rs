@@ -10,12 +10,12 @@ use im_design::{Machine, Plant, plot};
 
 /// Regenerating at low speed, where the observer without feedback loses the machine.
 const REGION: &str = "
-speed_rad_per_s = [10.0, 40.0]
-slip_rad_per_s = [-15.0, 15.0]
+speed_rad_s = [10.0, 40.0]
+slip_rad_s = [-15.0, 15.0]
 proportional = 0.05
 integral = 20.0
 rho = 0.2
-flux_wb = 0.9
+flux_vs = 0.9
 ";
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

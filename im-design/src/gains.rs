@@ -114,14 +114,14 @@ impl From<&Design> for GainSet {
             Design::SampledBox(d) => {
                 of("sampled_box").contracting(d.period_s, d.contraction).boxed(&d.region, &d.gain, &d.gain_per_frame_speed)
             }
-            Design::Kubota(d) => of("kubota").speeds(d.speed_rad_per_s).rate(d.rate_per_s).scheduled(&d.gain, &d.gain_per_speed),
+            Design::Kubota(d) => of("kubota").speeds(d.speed_rad_s).rate(d.rate_per_s).scheduled(&d.gain, &d.gain_per_speed),
             Design::Sampled(d) => {
-                let set = of("sampled").speeds(d.speed_rad_per_s).contracting(d.period_s, d.contraction);
+                let set = of("sampled").speeds(d.speed_rad_s).contracting(d.period_s, d.contraction);
                 set.scheduled(&d.gain, &d.gain_per_speed)
             }
-            Design::KubotaLoop(d) => of("kubota_loop").adaptive(d.speed_rad_per_s, d.slip_rad_per_s, d.flux_wb, &d.gains),
+            Design::KubotaLoop(d) => of("kubota_loop").adaptive(d.speed_rad_s, d.slip_rad_s, d.flux_vs, &d.gains),
             Design::SampledLoop(d) => {
-                of("sampled_kubota_loop").period(d.period_s).adaptive(d.speed_rad_per_s, d.slip_rad_per_s, d.flux_wb, &d.gains)
+                of("sampled_kubota_loop").period(d.period_s).adaptive(d.speed_rad_s, d.slip_rad_s, d.flux_vs, &d.gains)
             }
             Design::Derdiyok(d) => of("derdiyok").derdiyok(d),
             Design::SampledDerdiyok(d) => of("sampled_derdiyok").period(d.period_s).derdiyok(&d.continuous).scalar(
@@ -177,8 +177,8 @@ impl GainSet {
         self.period(period_s).scalar("contraction", "per sample of forward Euler, in the norm of P", contraction)
     }
 
-    fn speeds(self, speed_rad_per_s: [f64; 2]) -> Self {
-        self.range("speed_rad_per_s", "mechanical speeds covered, rad/s", speed_rad_per_s)
+    fn speeds(self, speed_rad_s: [f64; 2]) -> Self {
+        self.range("speed_rad_s", "mechanical speeds covered, rad/s", speed_rad_s)
     }
 
     fn thau(self, lipschitz: f64, gain: &Matrix<f64>) -> Self {
@@ -190,10 +190,10 @@ impl GainSet {
     }
 
     fn boxed(self, region: &BoxRegion, gain: &Matrix<f64>, slope: &Matrix<f64>) -> Self {
-        self.range("frame_rad_per_s", "frame speeds covered, electrical rad/s", region.frame_rad_per_s)
-            .range("slip_rad_per_s", "slips covered, electrical rad/s", region.slip_rad_per_s)
-            .range("flux_d_wb", "d fluxes covered, Wb", region.flux_d_wb)
-            .range("flux_q_wb", "q fluxes covered, Wb", region.flux_q_wb)
+        self.range("frame_rad_s", "frame speeds covered, electrical rad/s", region.frame_rad_s)
+            .range("slip_rad_s", "slips covered, electrical rad/s", region.slip_rad_s)
+            .range("flux_d_vs", "d fluxes covered, Wb", region.flux_d_vs)
+            .range("flux_q_vs", "q fluxes covered, Wb", region.flux_q_vs)
             .matrix("gain", "L0 in the frame of the estimated flux", gain)
             .matrix("gain_per_frame_speed", "L = L0 + frame speed (rad/s) L1", slope)
     }
@@ -206,25 +206,25 @@ impl GainSet {
         )
     }
 
-    fn adaptive(self, speed: [f64; 2], slip: [f64; 2], flux_wb: f64, gains: &LoopGains) -> Self {
+    fn adaptive(self, speed: [f64; 2], slip: [f64; 2], flux_vs: f64, gains: &LoopGains) -> Self {
         self.speeds(speed)
-            .range("slip_rad_per_s", "slips covered, electrical rad/s", slip)
-            .scalar("flux_wb", "rotor flux linkage amplitude, Wb", flux_wb)
+            .range("slip_rad_s", "slips covered, electrical rad/s", slip)
+            .scalar("flux_vs", "rotor flux linkage amplitude, Wb", flux_vs)
             .scalar("proportional", "K_P of the speed law", gains.proportional)
             .scalar("integral", "K_I of the speed law", gains.integral)
             .scheduled(&gains.gain, &gains.gain_per_speed)
     }
 
     fn derdiyok(self, d: &DerdiyokDesign) -> Self {
-        self.scalar("speed_max_rad_per_s", "mechanical speed covered, rad/s", d.speed_max_rad_per_s)
-            .scalar("flux_max_wb", "rotor flux linkage covered, Wb", d.flux_max_wb)
+        self.scalar("speed_max_rad_s", "mechanical speed covered, rad/s", d.speed_max_rad_s)
+            .scalar("flux_max_vs", "rotor flux linkage covered, Wb", d.flux_max_vs)
             .scalar("nu0", "switching gain, V", d.nu0)
     }
 
     fn utkin(self, d: &UtkinDesign) -> Self {
-        self.scalar("speed_max_rad_per_s", "mechanical speed covered, rad/s", d.speed_max_rad_per_s)
-            .scalar("flux_min_wb", "estimated flux from this on, Wb", d.flux_min_wb)
-            .scalar("omega0_rad_per_s", "switching amplitude of the speed, mechanical rad/s", d.omega0_rad_per_s)
+        self.scalar("speed_max_rad_s", "mechanical speed covered, rad/s", d.speed_max_rad_s)
+            .scalar("flux_min_vs", "estimated flux from this on, Wb", d.flux_min_vs)
+            .scalar("omega0_rad_s", "switching amplitude of the speed, mechanical rad/s", d.omega0_rad_s)
     }
 
     fn kenne(self, d: &KenneDesign) -> Self {
@@ -243,7 +243,7 @@ impl GainSet {
             .scalar("speed_integral_per_s", "k_i of (12), 1/s", d.speed_integral_per_s)
             .scalar("lambda_h", "lambda of (22), H", d.lambda_h)
             .scalar("adaptation_rate_per_s", "K_B = this/|B|^2 in (34), 1/s", d.adaptation_rate_per_s)
-            .scalar("adaptation_frequency_rad_per_s", "K_W = this^2/|W|^2 in (47), rad/s", d.adaptation_frequency_rad_per_s)
+            .scalar("adaptation_frequency_rad_s", "K_W = this^2/|W|^2 in (47), rad/s", d.adaptation_frequency_rad_s)
     }
 
     fn laws(self, torque_n_m: [f64; 2], law: &Law) -> Self {
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn toml_reads_back_and_rust_has_the_shape() {
-        let request = KubotaRequest { speed_rad_per_s: [-100.0, 100.0], rate_per_s: 1.0, flux_weight: 1.0 };
+        let request = KubotaRequest { speed_rad_s: [-100.0, 100.0], rate_per_s: 1.0, flux_weight: 1.0 };
         let (design, certificate) = closed_form(Plant::Machine(Machine::kwon_table_iv()), &request).unwrap();
         let set = GainSet::from(&certificate.design);
         let table: toml::Table = set.to_toml().parse().unwrap();

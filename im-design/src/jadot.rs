@@ -35,15 +35,15 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct JadotRequest {
     /// Electrical rotor speeds ω_r = n_p ω to cover, rad/s.
-    pub electrical_speed_rad_per_s: [f64; 2],
+    pub electrical_speed_rad_s: [f64; 2],
     /// Slip frequencies ω_g to cover, electrical rad/s.
-    pub slip_rad_per_s: [f64; 2],
+    pub slip_rad_s: [f64; 2],
     /// Flux set point φ = (L_m/L_r)ψ_r, Wb.
-    pub flux_wb: f64,
+    pub flux_vs: f64,
     /// Natural frequency of the current loop, rad/s.
-    pub current_bandwidth_rad_per_s: f64,
+    pub current_bandwidth_rad_s: f64,
     /// Natural frequency of the speed loop, rad/s.
-    pub speed_bandwidth_rad_per_s: f64,
+    pub speed_bandwidth_rad_s: f64,
     /// Damping ratio of both, e.g. 1/√2.
     pub damping: f64,
 }
@@ -53,11 +53,11 @@ pub struct JadotRequest {
 #[serde(deny_unknown_fields)]
 pub struct JadotDesign {
     /// Electrical rotor speeds the proof covers, rad/s.
-    pub electrical_speed_rad_per_s: [f64; 2],
+    pub electrical_speed_rad_s: [f64; 2],
     /// Slip frequencies the proof covers, electrical rad/s.
-    pub slip_rad_per_s: [f64; 2],
+    pub slip_rad_s: [f64; 2],
     /// Flux set point, Wb.
-    pub flux_wb: f64,
+    pub flux_vs: f64,
     /// K_P of (25), Ω.
     pub current_proportional_ohm: f64,
     /// K_I of (25), 1/s.
@@ -71,7 +71,7 @@ pub struct JadotDesign {
     /// Adaptation (34): K_B = this/‖B‖², 1/s; a tenth of the slowest proven rate keeps the time scales apart.
     pub adaptation_rate_per_s: f64,
     /// Adaptation (47): K_W = this²/‖W‖², rad/s.
-    pub adaptation_frequency_rad_per_s: f64,
+    pub adaptation_frequency_rad_s: f64,
     /// Proven rate of the electrical errors, 1/s.
     pub electrical_rate_per_s: f64,
     /// Its P, 6 × 6, states (Δφ, Δi, η) as pairs.
@@ -120,7 +120,7 @@ impl JadotDesign {
     pub fn outer<F: Field>(&self, c: &Constants<F>, slip: f64) -> Matrix<F> {
         let f = F::from_f64;
         let p = parameters(c);
-        let (g, flux, k_p) = (f(slip), f(self.flux_wb), f(self.speed_proportional));
+        let (g, flux, k_p) = (f(slip), f(self.flux_vs), f(self.speed_proportional));
         let kappa_flux = p.torque.clone() * flux.clone() / p.r_req.clone();
         let lag = p.r_total / p.l_f;
         let mut a = Matrix::zeros(6, 6);
@@ -142,14 +142,14 @@ impl JadotDesign {
 
 impl JadotDesign {
     /// Sizes of the states of both loops, for conditioning.
-    pub(crate) fn scales(&self, c: &Constants<f64>, speed_bandwidth_rad_per_s: f64) -> [[f64; 6]; 2] {
+    pub(crate) fn scales(&self, c: &Constants<f64>, speed_bandwidth_rad_s: f64) -> [[f64; 6]; 2] {
         let p = parameters(c);
         // In balance with the storage function (23): Δφ against √(λL_f)Δi against √(λK_P/K_I)η.
         let i = 1.0 / (self.lambda_h * p.l_f).sqrt();
         let eta = (self.current_integral_per_s / (self.lambda_h * self.current_proportional_ohm)).sqrt();
-        let speed = speed_bandwidth_rad_per_s;
-        let current = self.flux_wb * self.speed_proportional / p.r_req * speed;
-        let flux = self.flux_wb * speed * self.speed_proportional / c.eta;
+        let speed = speed_bandwidth_rad_s;
+        let current = self.flux_vs * self.speed_proportional / p.r_req * speed;
+        let flux = self.flux_vs * speed * self.speed_proportional / c.eta;
         [[1.0, 1.0, i, i, eta, eta], [speed, speed, flux, flux, current, current]]
     }
 }
@@ -163,7 +163,7 @@ impl Claim for JadotDesign {
         let decay = |a: &Matrix<F>, p: &Matrix<F>, rate: f64| -&(&(p * a).plus_transpose() + &p.scaled(&(f(2.0) * f(rate))));
         // The adaptation is no part of the proof; that its time scale is apart from the loops' is.
         let slower = |rate: f64| f(rate) - f(5.0) * f(self.adaptation_rate_per_s);
-        let five = f(5.0) * f(self.adaptation_frequency_rad_per_s);
+        let five = f(5.0) * f(self.adaptation_frequency_rad_s);
         let bandwidth2 = f(self.current_proportional_ohm) * f(self.current_integral_per_s) * c.inverse_sigma_l_s.clone();
         let frequency2 = five.clone() * five;
         let (inner, outer) = (Matrix::exact(&self.electrical_p), Matrix::exact(&self.outer_p));
@@ -173,13 +173,13 @@ impl Claim for JadotDesign {
             Obligation::Positive("adaptation rate".into(), f(self.adaptation_rate_per_s)),
             Obligation::Positive("electrical rate less five adaptation rates".into(), slower(self.electrical_rate_per_s)),
             Obligation::Positive("outer rate less five adaptation rates".into(), slower(self.outer_rate_per_s)),
-            Obligation::Positive("adaptation frequency".into(), f(self.adaptation_frequency_rad_per_s)),
+            Obligation::Positive("adaptation frequency".into(), f(self.adaptation_frequency_rad_s)),
             Obligation::Positive("current bandwidth less five adaptation frequencies, squared".into(), bandwidth2 - frequency2),
             Obligation::Definite("P of the electrical errors".into(), inner.clone()),
             Obligation::Definite("P of the outer loop".into(), outer.clone()),
         ];
-        for slip in self.slip_rad_per_s {
-            for speed in self.electrical_speed_rad_per_s {
+        for slip in self.slip_rad_s {
+            for speed in self.electrical_speed_rad_s {
                 let matrix = decay(&self.electrical(c, speed, slip), &inner, self.electrical_rate_per_s);
                 obligations.push(Obligation::Definite(format!("electrical decay at {speed}, slip {slip} rad/s"), matrix));
             }
@@ -197,49 +197,49 @@ impl Claim for JadotDesign {
 /// [`DesignError::Infeasible`] when the current bandwidth is below what the resistances alone give, or no common P.
 pub fn design(plant: Plant, request: &JadotRequest) -> Result<(JadotDesign, Certificate), DesignError> {
     let r = request;
-    positive("flux_wb", r.flux_wb)?;
+    positive("flux_vs", r.flux_vs)?;
     positive("damping", r.damping)?;
-    positive("current_bandwidth_rad_per_s", r.current_bandwidth_rad_per_s)?;
-    positive("speed_bandwidth_rad_per_s", r.speed_bandwidth_rad_per_s)?;
-    for [low, high] in [r.electrical_speed_rad_per_s, r.slip_rad_per_s] {
+    positive("current_bandwidth_rad_s", r.current_bandwidth_rad_s)?;
+    positive("speed_bandwidth_rad_s", r.speed_bandwidth_rad_s)?;
+    for [low, high] in [r.electrical_speed_rad_s, r.slip_rad_s] {
         if !(low <= high && low.is_finite() && high.is_finite()) {
             return Err(DesignError::request(format!("the range [{low}, {high}] must be finite and ordered")));
         }
     }
     let c = plant.constants::<f64>();
     let p = parameters(&c);
-    let k_p = 2.0 * r.damping * r.current_bandwidth_rad_per_s * p.l_f - p.r_total;
+    let k_p = 2.0 * r.damping * r.current_bandwidth_rad_s * p.l_f - p.r_total;
     if k_p <= 0.0 {
         return Err(DesignError::Infeasible {
             constraint: format!("K_P = 2ζω L_f − (R_s + R_req) = {k_p:.4} Ω must be positive"),
             feasible: format!("a current bandwidth above {:.1} rad/s", p.r_total / (2.0 * r.damping * p.l_f)),
         });
     }
-    let kappa_flux2 = p.torque * r.flux_wb * r.flux_wb / p.r_req;
-    let top = r.electrical_speed_rad_per_s.iter().fold(0.0f64, |m, w| m.max(w.abs()));
+    let kappa_flux2 = p.torque * r.flux_vs * r.flux_vs / p.r_req;
+    let top = r.electrical_speed_rad_s.iter().fold(0.0f64, |m, w| m.max(w.abs()));
     let mut design = JadotDesign {
-        electrical_speed_rad_per_s: r.electrical_speed_rad_per_s,
-        slip_rad_per_s: r.slip_rad_per_s,
-        flux_wb: r.flux_wb,
+        electrical_speed_rad_s: r.electrical_speed_rad_s,
+        slip_rad_s: r.slip_rad_s,
+        flux_vs: r.flux_vs,
         current_proportional_ohm: k_p,
-        current_integral_per_s: p.l_f * r.current_bandwidth_rad_per_s.powi(2) / k_p,
-        speed_proportional: 2.0 * r.damping * r.speed_bandwidth_rad_per_s / kappa_flux2,
-        speed_integral_per_s: r.speed_bandwidth_rad_per_s / (2.0 * r.damping),
+        current_integral_per_s: p.l_f * r.current_bandwidth_rad_s.powi(2) / k_p,
+        speed_proportional: 2.0 * r.damping * r.speed_bandwidth_rad_s / kappa_flux2,
+        speed_integral_per_s: r.speed_bandwidth_rad_s / (2.0 * r.damping),
         lambda_h: p.r_req / c.eta.hypot(top),
         adaptation_rate_per_s: 0.0,
-        adaptation_frequency_rad_per_s: 0.1 * r.current_bandwidth_rad_per_s,
+        adaptation_frequency_rad_s: 0.1 * r.current_bandwidth_rad_s,
         electrical_rate_per_s: 0.0,
         electrical_p: Matrix::identity(6),
         outer_rate_per_s: 0.0,
         outer_p: Matrix::identity(6),
     };
-    let [electrical_scale, outer_scale] = design.scales(&c, r.speed_bandwidth_rad_per_s).map(|s| Matrix::diagonal(&s));
+    let [electrical_scale, outer_scale] = design.scales(&c, r.speed_bandwidth_rad_s).map(|s| Matrix::diagonal(&s));
     let electrical = |speeds: [f64; 2], slips: [f64; 2]| {
         let vertices = speeds.into_iter().flat_map(|w| slips.map(|g| design.electrical(&c, w, g)));
         common_decay(&vertices.collect::<Vec<_>>(), &electrical_scale)
     };
     let outer = |slips: [f64; 2]| common_decay(&slips.map(|slip| design.outer(&c, slip)), &outer_scale);
-    let (speeds, slips) = (r.electrical_speed_rad_per_s, r.slip_rad_per_s);
+    let (speeds, slips) = (r.electrical_speed_rad_s, r.slip_rad_s);
     let inner_found = electrical(speeds, slips).map_err(|e| {
         let works = |share| electrical(shrunk(speeds, share), shrunk(slips, share)).is_ok();
         smaller(e, "the electrical errors", works, |share| {
@@ -279,17 +279,17 @@ mod tests {
 
     pub(crate) fn request() -> JadotRequest {
         JadotRequest {
-            electrical_speed_rad_per_s: [-320.0, 320.0],
-            slip_rad_per_s: [-12.0, 12.0],
-            flux_wb: 0.9,
-            current_bandwidth_rad_per_s: 837.0,
-            speed_bandwidth_rad_per_s: 20.0,
+            electrical_speed_rad_s: [-320.0, 320.0],
+            slip_rad_s: [-12.0, 12.0],
+            flux_vs: 0.9,
+            current_bandwidth_rad_s: 837.0,
+            speed_bandwidth_rad_s: 20.0,
             damping: std::f64::consts::FRAC_1_SQRT_2,
         }
     }
 
     #[test]
-    fn table_ii_current_gains_are_those_of_837_rad_per_s() {
+    fn table_ii_current_gains_are_those_of_837_rad_s() {
         let (design, certificate) = design(plant(), &request()).unwrap();
         certificate.check().unwrap();
         assert!((design.current_proportional_ohm - 7.0).abs() < 0.05, "{}", design.current_proportional_ohm);
@@ -299,7 +299,7 @@ mod tests {
 
     #[test]
     fn too_slow_a_current_loop_says_how_fast_it_must_be() {
-        let slow = JadotRequest { current_bandwidth_rad_per_s: 50.0, ..request() };
+        let slow = JadotRequest { current_bandwidth_rad_s: 50.0, ..request() };
         let error = design(plant(), &slow).unwrap_err();
         assert!(error.to_string().contains("above 210.8"), "{error}");
     }

@@ -32,9 +32,9 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct KenneRegion {
     /// |ω| up to this mechanical speed, rad/s.
-    pub speed_max_rad_per_s: f64,
+    pub speed_max_rad_s: f64,
     /// Rotor flux linkage amplitudes, Wb.
-    pub flux_wb: [f64; 2],
+    pub flux_vs: [f64; 2],
     /// Relative error of the estimated flux amplitude, below 1.
     pub flux_uncertainty: f64,
     /// |i_s| up to this, A.
@@ -46,13 +46,13 @@ pub struct KenneRegion {
     /// R_r over nominal, and R̂_r.
     pub rotor_resistance_ratio: [f64; 2],
     /// |dω/dt| up to this, rad/s².
-    pub acceleration_max_rad_per_s2: f64,
+    pub acceleration_max_rad_s2: f64,
     /// |ω̈_ref + c_ω ω̇_ref| up to this, rad/s³.
-    pub reference_max_rad_per_s3: f64,
+    pub reference_max_rad_s3: f64,
     /// Error of the load torque the law uses, over the inertia, rad/s².
-    pub load_error_rad_per_s2: f64,
+    pub load_error_rad_s2: f64,
     /// |dT_L/dt|/J up to this, rad/s³.
-    pub load_rate_rad_per_s3: f64,
+    pub load_rate_rad_s3: f64,
     /// |dR_r/dt|/R_rn up to this, 1/s.
     pub rotor_resistance_rate_per_s: f64,
     /// c_ω of (17), 1/s.
@@ -68,19 +68,19 @@ pub struct KenneRegion {
 impl KenneRegion {
     /// A machine known exactly, under a steady load and at steady references, with surfaces of some 0.1 s: what is uncertain is set on top.
     /// Speed in rad/s (mechanical), flux amplitudes in Wb, current in A, voltage in V (peak).
-    pub fn certain(speed_max_rad_per_s: f64, flux_wb: [f64; 2], current_max_a: f64, voltage_max_v: f64) -> Self {
+    pub fn certain(speed_max_rad_s: f64, flux_vs: [f64; 2], current_max_a: f64, voltage_max_v: f64) -> Self {
         Self {
-            speed_max_rad_per_s,
-            flux_wb,
+            speed_max_rad_s,
+            flux_vs,
             flux_uncertainty: 0.0,
             current_max_a,
             voltage_max_v,
             stator_resistance_ratio: [1.0, 1.0],
             rotor_resistance_ratio: [1.0, 1.0],
-            acceleration_max_rad_per_s2: 1000.0,
-            reference_max_rad_per_s3: 0.0,
-            load_error_rad_per_s2: 0.0,
-            load_rate_rad_per_s3: 0.0,
+            acceleration_max_rad_s2: 1000.0,
+            reference_max_rad_s3: 0.0,
+            load_error_rad_s2: 0.0,
+            load_rate_rad_s3: 0.0,
             rotor_resistance_rate_per_s: 1.0,
             c_omega: 15.0,
             c_lambda: 10.0,
@@ -160,7 +160,7 @@ fn rotor_rate<F: Field>(c: &Constants<F>) -> F {
 /// (1 + δ)ⁿ − 1 of itself, so that |f̂ − f| gains the law at (1 + δ)|λ| less the law at |λ|.
 pub(crate) fn rates<F: Field>(c: &Constants<F>, region: &KenneRegion) -> [Rates<F>; 2] {
     let (f, r) = (F::from_f64, region);
-    let [low, high] = r.flux_wb.map(f);
+    let [low, high] = r.flux_vs.map(f);
     let (less, more) = (F::one() - f(r.flux_uncertainty), F::one() + f(r.flux_uncertainty));
     let m = c.eta_l_m.clone() / c.eta.clone();
     let [s_low, s_high] = r.stator_resistance_ratio.map(f);
@@ -170,7 +170,7 @@ pub(crate) fn rates<F: Field>(c: &Constants<F>, region: &KenneRegion) -> [Rates<
     let k = c.stator_rate.clone() + rotor_rate.clone();
     let (d_s, d_r) = (spread(s_low, s_high.clone()), spread(r_low.clone(), r_high.clone()));
     let (two, four) = (f(2.0), f(4.0));
-    let (current, w) = (f(r.current_max_a), c.n_p.clone() * f(r.speed_max_rad_per_s));
+    let (current, w) = (f(r.current_max_a), c.n_p.clone() * f(r.speed_max_rad_s));
     let eta_high = c.eta.clone() * r_high.clone();
     let sizes = |flux: F| Sizes {
         flux_rate: (eta_high.clone() + w.clone()) * flux.clone() + eta_high.clone() * m.clone() * current.clone(),
@@ -197,29 +197,28 @@ pub(crate) fn rates<F: Field>(c: &Constants<F>, region: &KenneRegion) -> [Rates<
     let law = |z: &Sizes<F>| {
         k.clone() * c.mu.clone() * xy(z)
             + z.w.clone() * c.mu.clone() * (c.beta.clone() * square(z.flux.clone()) + xy(z))
-            + damping.clone() * f(r.acceleration_max_rad_per_s2)
-            + f(r.reference_max_rad_per_s3)
+            + damping.clone() * f(r.acceleration_max_rad_s2)
+            + f(r.reference_max_rad_s3)
     };
     let d_k = c.stator_rate.clone() * d_s + rotor_rate.clone() * d_r.clone();
     let largest = law(&law_sizes);
     let error = d_k * c.mu.clone() * xy(&true_sizes)
-        + f(r.load_rate_rad_per_s3)
-        + damping.clone() * f(r.load_error_rad_per_s2)
+        + f(r.load_rate_rad_s3)
+        + damping.clone() * f(r.load_error_rad_s2)
         + (largest.clone() - law(&true_sizes));
     let ratio = more.clone() / less.clone() - F::one();
-    let jerk = c.mu.clone() * xy_rate(&true_sizes)
-        + c.friction_rate.clone() * f(r.acceleration_max_rad_per_s2)
-        + f(r.load_rate_rad_per_s3);
+    let jerk =
+        c.mu.clone() * xy_rate(&true_sizes) + c.friction_rate.clone() * f(r.acceleration_max_rad_s2) + f(r.load_rate_rad_s3);
     let z = &law_sizes;
     let rate = k.clone() * c.mu.clone() * xy_rate(z)
-        + c.n_p.clone() * f(r.acceleration_max_rad_per_s2) * c.mu.clone() * (c.beta.clone() * square(z.flux.clone()) + xy(z))
+        + c.n_p.clone() * f(r.acceleration_max_rad_s2) * c.mu.clone() * (c.beta.clone() * square(z.flux.clone()) + xy(z))
         + z.w.clone() * c.mu.clone() * (c.beta.clone() * flux2_rate(z) + xy_rate(z))
         + damping * jerk;
     let direction = |b: &F| b.clone() * f(r.voltage_max_v) * turn.clone();
     let speed = Rates {
         k: (error + f(r.reach_omega) + ratio * largest.clone()) / b[0].clone(),
         per_second: mismatch.clone() * (rate + largest * turn.clone()) + direction(&b[1]),
-        at_once: two.clone() * f(r.reference_max_rad_per_s3) * mismatch.clone(),
+        at_once: two.clone() * f(r.reference_max_rad_s3) * mismatch.clone(),
         input: b,
     };
 
@@ -267,7 +266,7 @@ pub(crate) fn rates<F: Field>(c: &Constants<F>, region: &KenneRegion) -> [Rates<
         + c.eta.clone()
             * two.clone()
             * m.clone()
-            * (c.n_p.clone() * f(r.acceleration_max_rad_per_s2) * xy(z) + (z.w.clone() + k) * xy_rate(z))
+            * (c.n_p.clone() * f(r.acceleration_max_rad_s2) * xy(z) + (z.w.clone() + k) * xy_rate(z))
         + f(r.c_lambda) * c.eta.clone() * slope_rate(z);
     let mismatch = mismatch * r_high / r_low;
     let flux = Rates {
@@ -283,8 +282,8 @@ fn bounds<F: Field>(c: &Constants<F>, region: &KenneRegion) -> Bounds<F> {
     let (f, r) = (F::from_f64, region);
     let [speed, flux] = rates(c, region);
     // Rotor resistance identifier: (R_r,high − R_r,low) times the bound of f₁ in the header.
-    let [_, high] = r.flux_wb.map(f);
-    let w = c.n_p.clone() * f(r.speed_max_rad_per_s);
+    let [_, high] = r.flux_vs.map(f);
+    let w = c.n_p.clone() * f(r.speed_max_rad_s);
     let [_, s_high] = r.stator_resistance_ratio.map(f);
     let [r_low, r_high] = r.rotor_resistance_ratio.map(f);
     let rotor_rate = rotor_rate(c);
@@ -305,19 +304,19 @@ impl KenneRegion {
     fn complaint(&self) -> Option<String> {
         let ordered = |[low, high]: [f64; 2]| 0.0 < low && low <= high && high.is_finite();
         let ranges = [
-            ("flux_wb", self.flux_wb),
+            ("flux_vs", self.flux_vs),
             ("stator_resistance_ratio", self.stator_resistance_ratio),
             ("rotor_resistance_ratio", self.rotor_resistance_ratio),
         ];
         let bad = ranges.into_iter().find(|(_, range)| !ordered(*range));
         let values = [
-            self.speed_max_rad_per_s,
+            self.speed_max_rad_s,
             self.current_max_a,
             self.voltage_max_v,
-            self.acceleration_max_rad_per_s2,
-            self.reference_max_rad_per_s3,
-            self.load_error_rad_per_s2,
-            self.load_rate_rad_per_s3,
+            self.acceleration_max_rad_s2,
+            self.reference_max_rad_s3,
+            self.load_error_rad_s2,
+            self.load_rate_rad_s3,
             self.rotor_resistance_rate_per_s,
             self.c_omega,
             self.c_lambda,

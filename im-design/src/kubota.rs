@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct KubotaDesign {
     /// Mechanical speeds the proof covers, rad/s.
-    pub speed_rad_per_s: [f64; 2],
+    pub speed_rad_s: [f64; 2],
     /// Proven decay rate, 1/s.
     pub rate_per_s: f64,
     /// L₀, 4 × 2, rows (λ_a, λ_b, i_a, i_b), columns (i_a, i_b).
@@ -45,7 +45,7 @@ pub struct KubotaDesign {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KubotaRequest {
     /// Mechanical speeds to cover, rad/s.
-    pub speed_rad_per_s: [f64; 2],
+    pub speed_rad_s: [f64; 2],
     /// Decay rate, 1/s; below η.
     pub rate_per_s: f64,
     /// w of P = diag(w, w, 1, 1): 1 is (3) itself; β² weighs a flux error by the current it drives and needs less gain.
@@ -54,7 +54,7 @@ pub struct KubotaRequest {
 
 impl KubotaRequest {
     fn validate(&self, c: &Constants<f64>) -> Result<(), DesignError> {
-        let [low, high] = self.speed_rad_per_s;
+        let [low, high] = self.speed_rad_s;
         if !(low.is_finite() && high.is_finite() && low <= high) {
             return Err(DesignError::request(format!("the speed range [{low}, {high}] must be finite and ordered")));
         }
@@ -77,8 +77,8 @@ impl KubotaRequest {
 
 impl KubotaDesign {
     /// L(ω).
-    pub fn gain_at(&self, speed_rad_per_s: f64) -> Matrix<f64> {
-        &self.gain + &self.gain_per_speed.scaled(&speed_rad_per_s)
+    pub fn gain_at(&self, speed_rad_s: f64) -> Matrix<f64> {
+        &self.gain + &self.gain_per_speed.scaled(&speed_rad_s)
     }
 
     /// A_r(ω) − L(ω)C.
@@ -98,7 +98,7 @@ impl Claim for KubotaDesign {
         let p = Matrix::<F>::exact(&self.p);
         let two_alpha = F::from_f64(2.0) * F::from_f64(self.rate_per_s);
         let mut obligations = vec![Obligation::Definite("P".into(), p.clone())];
-        for speed in self.speed_rad_per_s {
+        for speed in self.speed_rad_s {
             let flow = &p * &self.error_matrix(c, speed);
             let decay = -&(&flow.plus_transpose() + &p.scaled(&two_alpha));
             obligations.push(Obligation::Definite(format!("decay at {speed} rad/s"), decay));
@@ -132,7 +132,7 @@ pub fn closed_form(plant: Plant, request: &KubotaRequest) -> Result<(KubotaDesig
 pub fn least_norm(plant: Plant, request: &KubotaRequest) -> Result<(KubotaDesign, Certificate), DesignError> {
     let c = plant.constants::<f64>();
     request.validate(&c)?;
-    let [low, high] = request.speed_rad_per_s;
+    let [low, high] = request.speed_rad_s;
     let ends: &[f64] = if low == high { &[low] } else { &[low, high] };
     // Currents in units where a flux error and the current it drives are of one size: condition, not meaning.
     let root = request.weights();
@@ -174,8 +174,8 @@ fn seal(
     gain: Matrix<f64>,
     gain_per_speed: Matrix<f64>,
 ) -> Result<(KubotaDesign, Certificate), DesignError> {
-    let KubotaRequest { speed_rad_per_s, rate_per_s, .. } = *request;
-    let design = KubotaDesign { speed_rad_per_s, rate_per_s, gain, gain_per_speed, p: request.weights() };
+    let KubotaRequest { speed_rad_s, rate_per_s, .. } = *request;
+    let design = KubotaDesign { speed_rad_s, rate_per_s, gain, gain_per_speed, p: request.weights() };
     let certificate = Certificate::seal(plant, design.clone())?;
     Ok((design, certificate))
 }
@@ -186,7 +186,7 @@ fn seal(
 /// [`DesignError::Infeasible`] when no common P exists at all.
 pub fn best_rate(plant: Plant, design: &KubotaDesign) -> Result<(KubotaDesign, Certificate), DesignError> {
     let c = plant.constants::<f64>();
-    let ends = design.speed_rad_per_s.map(|speed| design.error_matrix(&c, speed));
+    let ends = design.speed_rad_s.map(|speed| design.error_matrix(&c, speed));
     let scale = Matrix::diagonal(&[1.0 / c.beta, 1.0 / c.beta, 1.0, 1.0]);
     let (rate, p) = common_decay(&ends, &scale)?;
     // A little below the rate found, so that rounding cannot eat the margin of the exact proof.
@@ -251,7 +251,7 @@ mod tests {
     use crate::Machine;
 
     fn request(rate_per_s: f64) -> KubotaRequest {
-        KubotaRequest { speed_rad_per_s: [-190.0, 190.0], rate_per_s, flux_weight: 1.0 }
+        KubotaRequest { speed_rad_s: [-190.0, 190.0], rate_per_s, flux_weight: 1.0 }
     }
 
     /// Complex analysis of the optimum: minimize (d − r)² + l₂² with r² = 4(η−α)(γ+l₂−α), d = |ηL_m + β(η + jn_pω)|.
@@ -285,7 +285,7 @@ mod tests {
         let plant = Plant::Machine(Machine::kwon_table_iv());
         let c = plant.constants::<f64>();
         for (speed, rate) in [(0.0, 0.5), (150.0, 0.5), (-60.0, 1.2)] {
-            let request = KubotaRequest { speed_rad_per_s: [speed; 2], rate_per_s: rate, flux_weight: 1.0 };
+            let request = KubotaRequest { speed_rad_s: [speed; 2], rate_per_s: rate, flux_weight: 1.0 };
             let (design, certificate) = least_norm(plant, &request).unwrap();
             certificate.check().unwrap();
             let by_hand = least_norm_by_hand(&c, speed, rate);

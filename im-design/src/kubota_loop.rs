@@ -47,11 +47,11 @@ pub struct LoopGains {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     /// Mechanical speed, rad/s.
-    pub speed_rad_per_s: f64,
+    pub speed_rad_s: f64,
     /// Slip frequency, electrical rad/s; the stator frequency is ω_e = n_p ω + slip.
-    pub slip_rad_per_s: f64,
+    pub slip_rad_s: f64,
     /// Rotor flux linkage amplitude, Wb.
-    pub flux_wb: f64,
+    pub flux_vs: f64,
 }
 
 /// No feedback: the pure model with adaptation.
@@ -79,9 +79,9 @@ pub fn mended(plant: Plant, rho: f64, l2: f64, proportional: f64, integral: f64)
 impl LoopGains {
     /// The closed loop linearized at a point: states (e_λd, e_λq, e_id, e_iq, integral of the speed law).
     pub fn closed_loop<F: Field>(&self, c: &Constants<F>, at: Point) -> Matrix<F> {
-        let mut a = self.flow(c, at.speed_rad_per_s, at.flux_wb);
+        let mut a = self.flow(c, at.speed_rad_s, at.flux_vs);
         // The frame turns at ω_e: subtract jω_e.
-        let w = c.n_p.clone() * F::from_f64(at.speed_rad_per_s) + F::from_f64(at.slip_rad_per_s);
+        let w = c.n_p.clone() * F::from_f64(at.speed_rad_s) + F::from_f64(at.slip_rad_s);
         for k in [0, 2] {
             a[(k, k + 1)] = a[(k, k + 1)].clone() + w.clone();
             a[(k + 1, k)] = a[(k + 1, k)].clone() - w.clone();
@@ -90,19 +90,19 @@ impl LoopGains {
     }
 
     /// The same before the frame turns: the rates at the stator, seen from the flux.
-    pub(crate) fn flow<F: Field>(&self, c: &Constants<F>, speed_rad_per_s: f64, flux_wb: f64) -> Matrix<F> {
+    pub(crate) fn flow<F: Field>(&self, c: &Constants<F>, speed_rad_s: f64, flux_vs: f64) -> Matrix<F> {
         let f = F::from_f64;
         let static_design = KubotaDesign {
-            speed_rad_per_s: [speed_rad_per_s; 2],
+            speed_rad_s: [speed_rad_s; 2],
             rate_per_s: 0.0,
             gain: self.gain.clone(),
             gain_per_speed: self.gain_per_speed.clone(),
             p: Matrix::identity(4),
         };
         let mut a = Matrix::zeros(5, 5);
-        a.put(0, 0, &static_design.error_matrix(c, speed_rad_per_s));
+        a.put(0, 0, &static_design.error_matrix(c, speed_rad_s));
         // ε = n_pβ(e_ia λ_b − e_ib λ_a) = −n_pβλ e_iq; ω̂ = K_P ε + K_I z, z' = ε; ė has −Δω n_p(jλ, −βjλ).
-        let flux = f(flux_wb);
+        let flux = f(flux_vs);
         let eps = -(c.n_p.clone() * c.beta.clone() * flux.clone());
         a[(4, 3)] = eps.clone();
         for (row, push) in [(1, -(c.n_p.clone() * flux.clone())), (3, c.n_p.clone() * c.beta.clone() * flux)] {
@@ -118,8 +118,8 @@ impl LoopGains {
     }
 
     /// The map: decay rate (1/s, negative is unstable) over speeds (rows) and slip frequencies (columns).
-    pub fn map(&self, plant: Plant, speeds: &[f64], slips: &[f64], flux_wb: f64) -> Vec<Vec<f64>> {
-        let point = |speed_rad_per_s, slip_rad_per_s| Point { speed_rad_per_s, slip_rad_per_s, flux_wb };
+    pub fn map(&self, plant: Plant, speeds: &[f64], slips: &[f64], flux_vs: f64) -> Vec<Vec<f64>> {
+        let point = |speed_rad_s, slip_rad_s| Point { speed_rad_s, slip_rad_s, flux_vs };
         speeds.iter().map(|&w| slips.iter().map(|&s| self.decay(plant, point(w, s))).collect()).collect()
     }
 }
@@ -129,9 +129,9 @@ impl LoopGains {
 #[serde(deny_unknown_fields)]
 pub struct Cell {
     /// Mechanical speeds, rad/s.
-    pub speed_rad_per_s: [f64; 2],
+    pub speed_rad_s: [f64; 2],
     /// Slip frequencies, electrical rad/s.
-    pub slip_rad_per_s: [f64; 2],
+    pub slip_rad_s: [f64; 2],
     /// Proven decay rate, 1/s.
     pub rate_per_s: f64,
     /// P.
@@ -143,19 +143,19 @@ pub struct Cell {
 #[serde(deny_unknown_fields)]
 pub struct LoopDesign {
     /// Rotor flux linkage amplitude, Wb.
-    pub flux_wb: f64,
+    pub flux_vs: f64,
     /// Region: mechanical speeds, rad/s.
-    pub speed_rad_per_s: [f64; 2],
+    pub speed_rad_s: [f64; 2],
     /// Region: slip frequencies, electrical rad/s.
-    pub slip_rad_per_s: [f64; 2],
+    pub slip_rad_s: [f64; 2],
     /// The gains.
     pub gains: LoopGains,
     /// Cells that tile the region.
     pub cells: Vec<Cell>,
 }
 
-fn corners(speed: [f64; 2], slip: [f64; 2], flux_wb: f64) -> [Point; 4] {
-    let point = |(i, j): (usize, usize)| Point { speed_rad_per_s: speed[i], slip_rad_per_s: slip[j], flux_wb };
+fn corners(speed: [f64; 2], slip: [f64; 2], flux_vs: f64) -> [Point; 4] {
+    let point = |(i, j): (usize, usize)| Point { speed_rad_s: speed[i], slip_rad_s: slip[j], flux_vs };
     [(0, 0), (0, 1), (1, 0), (1, 1)].map(point)
 }
 
@@ -187,8 +187,8 @@ pub(crate) fn tiled<F: Field>(cells: &[[[f64; 2]; 2]], region: [[f64; 2]; 2]) ->
 
 impl Claim for LoopDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
-        let cells: Vec<_> = self.cells.iter().map(|cell| [cell.speed_rad_per_s, cell.slip_rad_per_s]).collect();
-        tiled::<F>(&cells, [self.speed_rad_per_s, self.slip_rad_per_s])?;
+        let cells: Vec<_> = self.cells.iter().map(|cell| [cell.speed_rad_s, cell.slip_rad_s]).collect();
+        tiled::<F>(&cells, [self.speed_rad_s, self.slip_rad_s])?;
         let mut obligations = Vec::new();
         for (k, cell) in self.cells.iter().enumerate() {
             if (cell.p.rows(), cell.p.cols()) != (5, 5) {
@@ -197,7 +197,7 @@ impl Claim for LoopDesign {
             let p = Matrix::<F>::exact(&cell.p);
             let two_alpha = F::from_f64(2.0) * F::from_f64(cell.rate_per_s);
             obligations.push(Obligation::Definite(format!("P of cell {k}"), p.clone()));
-            for (v, at) in corners(cell.speed_rad_per_s, cell.slip_rad_per_s, self.flux_wb).into_iter().enumerate() {
+            for (v, at) in corners(cell.speed_rad_s, cell.slip_rad_s, self.flux_vs).into_iter().enumerate() {
                 let flow = (&p * &self.gains.closed_loop(c, at)).plus_transpose();
                 let decay = -&(&flow + &p.scaled(&two_alpha));
                 obligations.push(Obligation::Definite(format!("decay at corner {v} of cell {k}"), decay));
@@ -215,19 +215,19 @@ impl Claim for LoopDesign {
 pub fn certify(
     plant: Plant,
     gains: &LoopGains,
-    speed_rad_per_s: [f64; 2],
-    slip_rad_per_s: [f64; 2],
-    flux_wb: f64,
+    speed_rad_s: [f64; 2],
+    slip_rad_s: [f64; 2],
+    flux_vs: f64,
     depth: u32,
 ) -> Result<(LoopDesign, Certificate), DesignError> {
-    validate(gains, speed_rad_per_s, slip_rad_per_s, flux_wb)?;
+    validate(gains, speed_rad_s, slip_rad_s, flux_vs)?;
     let c = plant.constants::<f64>();
-    let cells = match tile(&c, gains, speed_rad_per_s, slip_rad_per_s, flux_wb, depth) {
+    let cells = match tile(&c, gains, speed_rad_s, slip_rad_s, flux_vs, depth) {
         Ok(cells) => cells,
         Err(unproven) => {
-            let part = |share| (shrunk(speed_rad_per_s, share), shrunk(slip_rad_per_s, share));
+            let part = |share| (shrunk(speed_rad_s, share), shrunk(slip_rad_s, share));
             // Coarser cells answer sooner, and what they prove is proven.
-            let works = |share| tile(&c, gains, part(share).0, part(share).1, flux_wb, depth.min(2)).is_ok();
+            let works = |share| tile(&c, gains, part(share).0, part(share).1, flux_vs, depth.min(2)).is_ok();
             return Err(DesignError::Infeasible {
                 constraint: unproven.describe(&c),
                 feasible: match largest_share(works) {
@@ -240,15 +240,15 @@ pub fn certify(
             });
         }
     };
-    let design = LoopDesign { flux_wb, speed_rad_per_s, slip_rad_per_s, gains: gains.clone(), cells };
+    let design = LoopDesign { flux_vs, speed_rad_s, slip_rad_s, gains: gains.clone(), cells };
     let certificate = Certificate::seal(plant, design.clone())?;
     Ok((design, certificate))
 }
 
-pub(crate) fn validate(gains: &LoopGains, speed: [f64; 2], slip: [f64; 2], flux_wb: f64) -> Result<(), DesignError> {
-    positive("flux_wb", flux_wb)?;
+pub(crate) fn validate(gains: &LoopGains, speed: [f64; 2], slip: [f64; 2], flux_vs: f64) -> Result<(), DesignError> {
+    positive("flux_vs", flux_vs)?;
     positive("integral", gains.integral)?;
-    for (name, [low, high]) in [("speed_rad_per_s", speed), ("slip_rad_per_s", slip)] {
+    for (name, [low, high]) in [("speed_rad_s", speed), ("slip_rad_s", slip)] {
         if !(low < high && low.is_finite() && high.is_finite()) {
             return Err(DesignError::request(format!("{name} = [{low}, {high}] must be finite and ascending")));
         }
@@ -280,8 +280,8 @@ impl Unproven {
 }
 
 /// Sizes of the states, for conditioning.
-pub(crate) fn scales(c: &Constants<f64>, gains: &LoopGains, flux_wb: f64) -> Matrix<f64> {
-    let push = c.n_p * c.beta * flux_wb;
+pub(crate) fn scales(c: &Constants<f64>, gains: &LoopGains, flux_vs: f64) -> Matrix<f64> {
+    let push = c.n_p * c.beta * flux_vs;
     Matrix::diagonal(&[1.0 / c.beta, 1.0 / c.beta, 1.0, 1.0, push / (push * push * gains.integral).sqrt()])
 }
 
@@ -289,18 +289,18 @@ pub(crate) fn scales(c: &Constants<f64>, gains: &LoopGains, flux_wb: f64) -> Mat
 fn tile(
     c: &Constants<f64>,
     gains: &LoopGains,
-    speed_rad_per_s: [f64; 2],
-    slip_rad_per_s: [f64; 2],
-    flux_wb: f64,
+    speed_rad_s: [f64; 2],
+    slip_rad_s: [f64; 2],
+    flux_vs: f64,
     depth: u32,
 ) -> Result<Vec<Cell>, Unproven> {
-    let scale = scales(c, gains, flux_wb);
-    let vertices = |speed, slip| corners(speed, slip, flux_wb).map(|at| gains.closed_loop(c, at));
+    let scale = scales(c, gains, flux_vs);
+    let vertices = |speed, slip| corners(speed, slip, flux_vs).map(|at| gains.closed_loop(c, at));
     let prove = |speed, slip| {
         let (rate, p) = common_decay(&vertices(speed, slip), &scale).ok()?;
-        Some(Cell { speed_rad_per_s: speed, slip_rad_per_s: slip, rate_per_s: 0.9 * rate, p })
+        Some(Cell { speed_rad_s: speed, slip_rad_s: slip, rate_per_s: 0.9 * rate, p })
     };
-    halve(speed_rad_per_s, slip_rad_per_s, depth, prove).map_err(|[speed, slip]| {
+    halve(speed_rad_s, slip_rad_s, depth, prove).map_err(|[speed, slip]| {
         let worst = vertices(speed, slip).iter().map(linalg::spectral_abscissa).fold(f64::NEG_INFINITY, f64::max);
         Unproven { speed, slip, worst }
     })
@@ -348,7 +348,7 @@ mod tests {
     }
 
     fn point(speed: f64, stator_frequency: f64) -> Point {
-        Point { speed_rad_per_s: speed, slip_rad_per_s: stator_frequency - 2.0 * speed, flux_wb: 0.9 }
+        Point { speed_rad_s: speed, slip_rad_s: stator_frequency - 2.0 * speed, flux_vs: 0.9 }
     }
 
     #[test]

@@ -34,9 +34,9 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct DerdiyokDesign {
     /// |ω| up to this mechanical speed, rad/s.
-    pub speed_max_rad_per_s: f64,
+    pub speed_max_rad_s: f64,
     /// |λ| up to this rotor flux linkage, Wb.
-    pub flux_max_wb: f64,
+    pub flux_max_vs: f64,
     /// ν₀, V (the dimension of A_ωλ).
     pub nu0: f64,
     /// δ: ν₀ exceeds the bound by at least this, so sliding starts within ‖s(0)‖₂/(βδ).
@@ -46,11 +46,11 @@ pub struct DerdiyokDesign {
 impl Claim for DerdiyokDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
         let f = F::from_f64;
-        if self.speed_max_rad_per_s < 0.0 || self.flux_max_wb < 0.0 {
+        if self.speed_max_rad_s < 0.0 || self.flux_max_vs < 0.0 {
             return Err("the bounds of the region must not be negative".into());
         }
         let square = |x: F| x.clone() * x;
-        let bound = square(f(self.flux_max_wb)) * (square(c.eta.clone()) + square(c.n_p.clone() * f(self.speed_max_rad_per_s)));
+        let bound = square(f(self.flux_max_vs)) * (square(c.eta.clone()) + square(c.n_p.clone() * f(self.speed_max_rad_s)));
         let rest = f(self.nu0) - f(self.reserve);
         Ok(vec![
             Obligation::Positive("reserve".into(), f(self.reserve)),
@@ -66,16 +66,16 @@ impl Claim for DerdiyokDesign {
 /// A region or reserve that is not positive and finite.
 pub fn derdiyok(
     plant: Plant,
-    speed_max_rad_per_s: f64,
-    flux_max_wb: f64,
+    speed_max_rad_s: f64,
+    flux_max_vs: f64,
     reserve: f64,
 ) -> Result<(DerdiyokDesign, Certificate), DesignError> {
-    positive("speed_max_rad_per_s", speed_max_rad_per_s)?;
-    positive("flux_max_wb", flux_max_wb)?;
+    positive("speed_max_rad_s", speed_max_rad_s)?;
+    positive("flux_max_vs", flux_max_vs)?;
     positive("reserve", reserve)?;
     let c = plant.constants::<f64>();
-    let nu0 = (flux_max_wb * c.eta.hypot(c.n_p * speed_max_rad_per_s) + reserve) * (1.0 + 1e-12);
-    let design = DerdiyokDesign { speed_max_rad_per_s, flux_max_wb, nu0, reserve };
+    let nu0 = (flux_max_vs * c.eta.hypot(c.n_p * speed_max_rad_s) + reserve) * (1.0 + 1e-12);
+    let design = DerdiyokDesign { speed_max_rad_s, flux_max_vs, nu0, reserve };
     Ok((design, Certificate::seal(plant, design)?))
 }
 
@@ -84,17 +84,17 @@ pub fn derdiyok(
 #[serde(deny_unknown_fields)]
 pub struct UtkinDesign {
     /// |ω| up to this mechanical speed, rad/s.
-    pub speed_max_rad_per_s: f64,
+    pub speed_max_rad_s: f64,
     /// |λ̂| from this on, Wb.
-    pub flux_min_wb: f64,
+    pub flux_min_vs: f64,
     /// |λ − λ̂| up to this, Wb.
-    pub flux_error_max_wb: f64,
+    pub flux_error_max_vs: f64,
     /// |î − i| up to this, A; must stay below β λ_min.
     pub current_error_max_a: f64,
     /// |i| up to this, A.
     pub current_max_a: f64,
     /// ω₀, mechanical rad/s.
-    pub omega0_rad_per_s: f64,
+    pub omega0_rad_s: f64,
     /// A number at least √(η² + n_p²ω_max²), so that the check needs no root.
     pub root_bound: f64,
 }
@@ -102,20 +102,20 @@ pub struct UtkinDesign {
 impl Claim for UtkinDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
         let f = F::from_f64;
-        let bounds = [self.speed_max_rad_per_s, self.flux_error_max_wb, self.current_error_max_a, self.current_max_a];
+        let bounds = [self.speed_max_rad_s, self.flux_error_max_vs, self.current_error_max_a, self.current_max_a];
         if bounds.iter().any(|x| *x < 0.0) {
             return Err("the bounds of the region must not be negative".into());
         }
         let square = |x: F| x.clone() * x;
-        let w = c.n_p.clone() * f(self.speed_max_rad_per_s);
-        let [flux, error, current] = [self.flux_min_wb, self.current_error_max_a, self.current_max_a].map(f);
+        let w = c.n_p.clone() * f(self.speed_max_rad_s);
+        let [flux, error, current] = [self.flux_min_vs, self.current_error_max_a, self.current_max_a].map(f);
         let lever = c.beta.clone() * flux.clone() - error.clone();
-        let drive = c.beta.clone() * (w.clone() * flux.clone() + f(self.flux_error_max_wb) * f(self.root_bound));
+        let drive = c.beta.clone() * (w.clone() * flux.clone() + f(self.flux_error_max_vs) * f(self.root_bound));
         // Both sides times λ_min, to divide by nothing.
-        let reach = f(self.omega0_rad_per_s) * c.n_p.clone() * lever.clone() * flux.clone();
+        let reach = f(self.omega0_rad_s) * c.n_p.clone() * lever.clone() * flux.clone();
         let need = drive * flux.clone() + c.eta_l_m.clone() * current * error;
         Ok(vec![
-            Obligation::Positive("flux_min_wb".into(), flux),
+            Obligation::Positive("flux_min_vs".into(), flux),
             Obligation::Positive("root_bound".into(), f(self.root_bound)),
             Obligation::Positive(
                 "root_bound² less η² + n_p²ω²".into(),
@@ -132,27 +132,27 @@ impl Claim for UtkinDesign {
 /// # Errors
 /// [`DesignError::Infeasible`] when the current error may exceed βλ_min: no amplitude reaches the surface then.
 pub fn utkin(plant: Plant, region: &UtkinDesign) -> Result<(UtkinDesign, Certificate), DesignError> {
-    positive("speed_max_rad_per_s", region.speed_max_rad_per_s)?;
-    positive("flux_min_wb", region.flux_min_wb)?;
+    positive("speed_max_rad_s", region.speed_max_rad_s)?;
+    positive("flux_min_vs", region.flux_min_vs)?;
     let c = plant.constants::<f64>();
-    let (omega0_rad_per_s, root_bound) = utkin_bound(&c, region).ok_or_else(|| DesignError::Infeasible {
+    let (omega0_rad_s, root_bound) = utkin_bound(&c, region).ok_or_else(|| DesignError::Infeasible {
         constraint: format!("|î − i| ≤ {} A against βλ_min", region.current_error_max_a),
-        feasible: format!("current errors below {:.3} A", c.beta * region.flux_min_wb),
+        feasible: format!("current errors below {:.3} A", c.beta * region.flux_min_vs),
     })?;
-    let design = UtkinDesign { omega0_rad_per_s, root_bound, ..*region };
+    let design = UtkinDesign { omega0_rad_s, root_bound, ..*region };
     Ok((design, Certificate::seal(plant, design)?))
 }
 
 /// ω₀ that a region asks for and the root bound it is made with; none when the current error may exceed βλ_min.
 pub(crate) fn utkin_bound(c: &Constants<f64>, region: &UtkinDesign) -> Option<(f64, f64)> {
-    let lever = c.beta * region.flux_min_wb - region.current_error_max_a;
+    let lever = c.beta * region.flux_min_vs - region.current_error_max_a;
     if lever.is_nan() || lever <= 0.0 {
         return None;
     }
-    let w = c.n_p * region.speed_max_rad_per_s;
+    let w = c.n_p * region.speed_max_rad_s;
     let root_bound = c.eta.hypot(w) * (1.0 + 1e-12);
-    let drive = c.beta * (w * region.flux_min_wb + region.flux_error_max_wb * root_bound)
-        + c.eta_l_m * region.current_max_a * region.current_error_max_a / region.flux_min_wb;
+    let drive = c.beta * (w * region.flux_min_vs + region.flux_error_max_vs * root_bound)
+        + c.eta_l_m * region.current_max_a * region.current_error_max_a / region.flux_min_vs;
     Some((drive / (c.n_p * lever) * (1.0 + 1e-12), root_bound))
 }
 
@@ -201,12 +201,12 @@ mod tests {
     fn utkin_bound_is_sufficient_and_tight() {
         let c = plant().constants::<f64>();
         let region = UtkinDesign {
-            speed_max_rad_per_s: 190.0,
-            flux_min_wb: 0.6,
-            flux_error_max_wb: 0.05,
+            speed_max_rad_s: 190.0,
+            flux_min_vs: 0.6,
+            flux_error_max_vs: 0.05,
             current_error_max_a: 5.0,
             current_max_a: 80.0,
-            omega0_rad_per_s: 0.0,
+            omega0_rad_s: 0.0,
             root_bound: 0.0,
         };
         let (design, certificate) = utkin(plant(), &region).unwrap();
@@ -217,8 +217,8 @@ mod tests {
             let lever = c.beta * 0.6 * 0.6 - 0.6 * 5.0;
             -c.n_p * omega0 * lever + c.beta * (w * 0.36 + 0.6 * 0.05 * c.eta.hypot(w)) + c.eta_l_m * 80.0 * 5.0
         };
-        assert!(slope(design.omega0_rad_per_s) < 0.0);
-        assert!(slope(0.999 * design.omega0_rad_per_s) > 0.0);
+        assert!(slope(design.omega0_rad_s) < 0.0);
+        assert!(slope(0.999 * design.omega0_rad_s) > 0.0);
         let hopeless = UtkinDesign { current_error_max_a: 1e4, ..region };
         assert!(matches!(utkin(plant(), &hopeless), Err(DesignError::Infeasible { .. })));
     }

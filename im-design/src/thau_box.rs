@@ -38,13 +38,13 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct BoxRegion {
     /// Speed ω_f of the frame, electrical rad/s.
-    pub frame_rad_per_s: [f64; 2],
+    pub frame_rad_s: [f64; 2],
     /// Slip ω_f − n_p ω̄, electrical rad/s.
-    pub slip_rad_per_s: [f64; 2],
+    pub slip_rad_s: [f64; 2],
     /// Mean of true and estimated flux along the d axis, Wb.
-    pub flux_d_wb: [f64; 2],
+    pub flux_d_vs: [f64; 2],
     /// The same along the q axis, Wb.
-    pub flux_q_wb: [f64; 2],
+    pub flux_q_vs: [f64; 2],
     /// Measured current along d, A; zero when the torque is not modelled.
     pub current_d_a: [f64; 2],
     /// Measured current along q, A; zero when the torque is not modelled.
@@ -54,7 +54,7 @@ pub struct BoxRegion {
 impl BoxRegion {
     fn ranges(&self) -> [[f64; 2]; 6] {
         let r = self;
-        [r.frame_rad_per_s, r.slip_rad_per_s, r.flux_d_wb, r.flux_q_wb, r.current_d_a, r.current_q_a]
+        [r.frame_rad_s, r.slip_rad_s, r.flux_d_vs, r.flux_q_vs, r.current_d_a, r.current_q_a]
     }
 
     /// The vertices (ω_f, ω_s, λ_d, λ_q, i_d, i_q); a constant is not doubled.
@@ -80,10 +80,10 @@ impl BoxRegion {
         };
         let [frame, slip, flux_d, flux_q, current_d, current_q] = self.ranges().map(about);
         BoxRegion {
-            frame_rad_per_s: frame,
-            slip_rad_per_s: slip,
-            flux_d_wb: flux_d,
-            flux_q_wb: flux_q,
+            frame_rad_s: frame,
+            slip_rad_s: slip,
+            flux_d_vs: flux_d,
+            flux_q_vs: flux_q,
             current_d_a: current_d,
             current_q_a: current_q,
         }
@@ -157,8 +157,8 @@ impl Claim for BoxDesign {
 
 /// Size of each state, for conditioning: a flux error, the current it drives, the speed error that drives it.
 pub(crate) fn scales(c: &Constants<f64>, region: &BoxRegion) -> [f64; 5] {
-    let flux = region.flux_d_wb.iter().chain(&region.flux_q_wb).fold(0.0f64, |m, x| m.max(x.abs())).max(1e-6);
-    let speed = c.eta.max(region.slip_rad_per_s.iter().fold(0.0f64, |m, x| m.max(x.abs()))) / c.n_p;
+    let flux = region.flux_d_vs.iter().chain(&region.flux_q_vs).fold(0.0f64, |m, x| m.max(x.abs())).max(1e-6);
+    let speed = c.eta.max(region.slip_rad_s.iter().fold(0.0f64, |m, x| m.max(x.abs()))) / c.n_p;
     [speed, flux, flux, c.beta * flux, c.beta * flux]
 }
 
@@ -175,11 +175,11 @@ pub(crate) fn at_rate(
     let out_scale = s[3];
     let mut lmi = Problem::new("observer over a box");
     let (p, t) = (lmi.symmetric(5), lmi.scalar());
-    let frame_unit = region.frame_rad_per_s.iter().fold(1.0f64, |m, x| m.max(x.abs()));
+    let frame_unit = region.frame_rad_s.iter().fold(1.0f64, |m, x| m.max(x.abs()));
     let (y0, y1) = (lmi.matrix(5, 2), lmi.matrix(5, 2));
     lmi.positive("P ≥ 1", &p - &Matrix::identity(5));
     let limit = crate::lmi::Affine::constant(&Matrix::from_rows(&[[gain_limit]]));
-    for end in region.frame_rad_per_s {
+    for end in region.frame_rad_s {
         lmi.norm_below("gain limit", &(&y0 + &(&y1 * (end / frame_unit))), &limit);
     }
     for vertex in region.vertices() {
@@ -241,7 +241,7 @@ fn smaller(c: &Constants<f64>, region: &BoxRegion, gain_limit: f64) -> String {
     match crate::feasible::largest_share(|share| at_rate(c, &region.scaled(share), 0.0, gain_limit).is_some()) {
         Some(share) => {
             let r = region.scaled(share);
-            let [frame, slip, d, q] = [r.frame_rad_per_s, r.slip_rad_per_s, r.flux_d_wb, r.flux_q_wb].map(range);
+            let [frame, slip, d, q] = [r.frame_rad_s, r.slip_rad_s, r.flux_d_vs, r.flux_q_vs].map(range);
             format!("frame {frame} rad/s, slip {slip} rad/s, flux d {d} Wb, flux q {q} Wb")
         }
         None => "a box with another centre: away from zero frame speed and zero flux".into(),
@@ -322,12 +322,7 @@ pub fn largest_box(
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] without friction, or a rate above the limit.
-pub fn any_box(
-    plant: Plant,
-    speed_rad_per_s: f64,
-    flux_wb: f64,
-    rate_per_s: f64,
-) -> Result<(BoxDesign, Certificate), DesignError> {
+pub fn any_box(plant: Plant, speed_rad_s: f64, flux_vs: f64, rate_per_s: f64) -> Result<(BoxDesign, Certificate), DesignError> {
     let c = plant.constants::<f64>();
     let limit = c.friction_rate.min(c.eta);
     if rate_per_s.is_nan() || rate_per_s >= limit {
@@ -338,22 +333,22 @@ pub fn any_box(
     }
     // In the frame at rest ω_s = −n_p ω̄; the gain may not depend on ω̄, so it cancels the coupling at rest only and
     // the current gain l₂ dominates the rest: |βn_pω̄| ≤ 2·√((η−α)(γ+l₂−α)) in these units.
-    let w = c.n_p * speed_rad_per_s;
+    let w = c.n_p * speed_rad_s;
     let slack = c.eta - rate_per_s;
     let l2 = (w * w / slack).max(1.0) - c.gamma + rate_per_s + 1.0;
     let mut gain = Matrix::zeros(5, 2);
     gain.put(1, 0, &model::complex(&(c.eta_l_m + c.eta / c.beta), &0.0));
     gain.put(3, 0, &model::complex(&l2, &0.0));
     let slowest = (c.friction_rate - rate_per_s).min(slack).min(1.0);
-    let push = c.n_p * c.beta * flux_wb;
+    let push = c.n_p * c.beta * flux_vs;
     let weight = 64.0 * push * push / (slowest * slowest).max(1e-300);
     let b2 = c.beta * c.beta;
     let p = Matrix::diagonal(&[weight.max(1.0), b2, b2, 1.0, 1.0]);
     let region = BoxRegion {
-        frame_rad_per_s: [0.0; 2],
-        slip_rad_per_s: [-w, w],
-        flux_d_wb: [-flux_wb, flux_wb],
-        flux_q_wb: [-flux_wb, flux_wb],
+        frame_rad_s: [0.0; 2],
+        slip_rad_s: [-w, w],
+        flux_d_vs: [-flux_vs, flux_vs],
+        flux_q_vs: [-flux_vs, flux_vs],
         current_d_a: [0.0; 2],
         current_q_a: [0.0; 2],
     };
@@ -368,10 +363,10 @@ mod tests {
     /// From 30 % to 100 % speed, ±10 % flux, ±rated slip and some misalignment.
     pub(crate) fn region() -> BoxRegion {
         BoxRegion {
-            frame_rad_per_s: [100.0, 314.0],
-            slip_rad_per_s: [-8.0, 8.0],
-            flux_d_wb: [0.85, 1.05],
-            flux_q_wb: [-0.05, 0.05],
+            frame_rad_s: [100.0, 314.0],
+            slip_rad_s: [-8.0, 8.0],
+            flux_d_vs: [0.85, 1.05],
+            flux_q_vs: [-0.05, 0.05],
             current_d_a: [0.0; 2],
             current_q_a: [0.0; 2],
         }
@@ -415,17 +410,17 @@ mod tests {
         let (design, certificate) = largest_box(plant, &small, 20.0, 1.0, 1e5).unwrap();
         certificate.check().unwrap();
         let width = |[low, high]: [f64; 2]| high - low;
-        assert!(width(design.region.frame_rad_per_s) > 2.0 * width(small.frame_rad_per_s));
+        assert!(width(design.region.frame_rad_s) > 2.0 * width(small.frame_rad_s));
     }
 
     #[test]
     fn the_torque_may_be_modelled_with_the_measured_current() {
         let plant = Plant::Machine(Machine::jadot_table_i());
         let region = BoxRegion {
-            frame_rad_per_s: [200.0, 300.0],
-            slip_rad_per_s: [-4.0, 4.0],
-            flux_d_wb: [0.9, 1.0],
-            flux_q_wb: [-0.02, 0.02],
+            frame_rad_s: [200.0, 300.0],
+            slip_rad_s: [-4.0, 4.0],
+            flux_d_vs: [0.9, 1.0],
+            flux_q_vs: [-0.02, 0.02],
             current_d_a: [5.0, 7.0],
             current_q_a: [-4.0, 4.0],
         };

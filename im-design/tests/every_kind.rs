@@ -43,7 +43,8 @@ fn every(machine: &Machine) -> Result<Vec<(String, Certificate)>, TestCaseError>
     let boxed = ("sampled thau-box".to_owned(), sampled_box(machine)?);
     // Of any machine not every region of the adaptive loop has a sampled proof.
     let jadots = Plant::Machine(Machine::jadot_table_i());
-    let text = "speed_rad_per_s = [8.0, 20.0]\nslip_rad_per_s = [-8.0, 8.0]\nflux_wb = 0.9\nproportional = 0.05\nintegral = 20.0\nrho = 0.2";
+    let text =
+        "speed_rad_s = [8.0, 20.0]\nslip_rad_s = [-8.0, 8.0]\nflux_vs = 0.9\nproportional = 0.05\nintegral = 20.0\nrho = 0.2";
     let adaptive = named("sampled kubota-loop", design_sampled(Kind::KubotaLoop, jadots, text, Period::At(5e-5)));
     Ok(made.into_iter().chain(sampled).chain([boxed, adaptive]).collect())
 }
@@ -115,7 +116,7 @@ fn forged(certificate: &Certificate, beyond: f64) -> Design {
         Design::Kubota(d) => d.rate_per_s = beyond * c.eta,
         Design::KubotaLoop(d) => d.cells[0].rate_per_s = beyond * (2.0 * c.gamma + 1e4),
         Design::Derdiyok(d) => d.nu0 /= beyond,
-        Design::Utkin(d) => d.omega0_rad_per_s /= beyond,
+        Design::Utkin(d) => d.omega0_rad_s /= beyond,
         Design::Kenne(d) => d.k_sd /= beyond,
         Design::Jadot(d) => d.electrical_rate_per_s = beyond * (2.0 * c.gamma + 1e4),
         Design::Sampled(d) => d.contraction = 0.5 / beyond,
@@ -231,17 +232,17 @@ proptest! {
         for ([speed, angle, flux, dx, dy, along, ix, iy], side) in states {
             let disc = |x: f64, y: f64, r: f64| { let n = x.hypot(y).max(1.0); [r * x / n, r * y / n] };
             // Near the surface: ê along λ̂, and a hair to one side.
-            let size = d.flux_min_wb * (1.0 + flux.abs());
+            let size = d.flux_min_vs * (1.0 + flux.abs());
             let (sin, cos) = (3.2 * angle).sin_cos();
             let hat = [size * cos, size * sin];
             let hair = if side < 0.5 { -1e-9 } else { 1e-9 };
             let e = d.current_error_max_a * along;
             let error = [e * cos - hair * sin, e * sin + hair * cos];
-            let gap = disc(dx, dy, d.flux_error_max_wb);
+            let gap = disc(dx, dy, d.flux_error_max_vs);
             let lambda = [hat[0] + gap[0], hat[1] + gap[1]];
             let i = disc(ix, iy, d.current_max_a);
-            let omega_hat = d.omega0_rad_per_s * hair.signum();
-            let truth = model::derivative(&c, &[speed * d.speed_max_rad_per_s, lambda[0], lambda[1], i[0], i[1]], [0.0; 2], 0.0);
+            let omega_hat = d.omega0_rad_s * hair.signum();
+            let truth = model::derivative(&c, &[speed * d.speed_max_rad_s, lambda[0], lambda[1], i[0], i[1]], [0.0; 2], 0.0);
             let estimate = [omega_hat, hat[0], hat[1], i[0] + error[0], i[1] + error[1]];
             let estimated = model::derivative(&c, &estimate, [0.0; 2], 0.0);
             let e_rate = [estimated[3] - truth[3], estimated[4] - truth[4]];
@@ -259,9 +260,9 @@ proptest! {
         let Design::ThauBox(d) = &certificate.design else { unreachable!() };
         let c = certificate.plant.constants::<f64>();
         let between = |[low, high]: [f64; 2], x: f64| low + x * (high - low);
-        let frame = between(d.region.frame_rad_per_s, at[0]);
-        let slip = between(d.region.slip_rad_per_s, at[1]);
-        let flux = between(d.region.flux_d_wb, 0.5);
+        let frame = between(d.region.frame_rad_s, at[0]);
+        let slip = between(d.region.slip_rad_s, at[1]);
+        let flux = between(d.region.flux_d_vs, 0.5);
         let speed = (frame - slip) / c.n_p;
         // Both in the frame: steady truth, with (η + jω_s)λ = ηL_m i; estimate as far off as the box is wide.
         let i = [c.eta * flux / c.eta_l_m, slip * flux / c.eta_l_m];
@@ -291,9 +292,9 @@ proptest! {
         let inside = |x: &[f64; 5]| {
             let mean: Vec<f64> = (0..5).map(|k| 0.5 * (x[k] + truth[k])).collect();
             let within = |[low, high]: [f64; 2], x: f64| low <= x && x <= high;
-            within(d.region.slip_rad_per_s, frame - c.n_p * mean[0])
-                && within(d.region.flux_d_wb, mean[1])
-                && within(d.region.flux_q_wb, mean[2])
+            within(d.region.slip_rad_s, frame - c.n_p * mean[0])
+                && within(d.region.flux_d_vs, mean[1])
+                && within(d.region.flux_q_vs, mean[2])
         };
         let step = 0.02 / (gain.norm() + c.gamma + frame);
         for _ in 0..400 {
@@ -316,8 +317,8 @@ proptest! {
         let c = certificate.plant.constants::<f64>();
         let mut e = Matrix::from_fn(6, 1, |i, _| start[i]);
         for (w, g) in jumps {
-            let [w_low, w_high] = d.electrical_speed_rad_per_s;
-            let [g_low, g_high] = d.slip_rad_per_s;
+            let [w_low, w_high] = d.electrical_speed_rad_s;
+            let [g_low, g_high] = d.slip_rad_s;
             let a = d.electrical(&c, w_low + w * (w_high - w_low), g_low + g * (g_high - g_low));
             let (before, after) = decay(&a, &d.electrical_p, &mut e, 2e-3);
             prop_assert!(after <= before * (-d.electrical_rate_per_s * 2e-3).exp() * (1.0 + 1e-9));
@@ -337,7 +338,7 @@ proptest! {
         for [f, s, x, y] in at {
             let between = |[low, high]: [f64; 2], x: f64| low + x * (high - low);
             let r = &d.region;
-            let here = [between(r.frame_rad_per_s, f), between(r.slip_rad_per_s, s), between(r.flux_d_wb, x), between(r.flux_q_wb, y), 0.0, 0.0];
+            let here = [between(r.frame_rad_s, f), between(r.slip_rad_s, s), between(r.flux_d_vs, x), between(r.flux_q_vs, y), 0.0, 0.0];
             let next = &d.step_matrix(&c, &here) * &e;
             prop_assert!(size(&next) <= d.contraction * size(&e) * (1.0 + 1e-9));
             e = next;

@@ -48,7 +48,7 @@ fn without_the_currents_derivative(m: &Machine, r: &KenneRegion) -> f64 {
     let c = m.constants::<f64>();
     let [low, high] = r.rotor_resistance_ratio;
     let flux_rate =
-        c.eta * high * (r.flux_wb[1] + m.mutual_inductance_h * r.current_max_a) + c.n_p * r.speed_max_rad_per_s * r.flux_wb[1];
+        c.eta * high * (r.flux_vs[1] + m.mutual_inductance_h * r.current_max_a) + c.n_p * r.speed_max_rad_s * r.flux_vs[1];
     c.beta * c.eta * (high - low) * flux_rate
 }
 

@@ -25,7 +25,7 @@ proptest! {
         let plant = Plant::Machine(machine);
         let c = plant.constants::<f64>();
         let w = top_speed(&machine);
-        let request = KubotaRequest { speed_rad_per_s: [-w, w], rate_per_s: share * c.eta, flux_weight: 1.0 };
+        let request = KubotaRequest { speed_rad_s: [-w, w], rate_per_s: share * c.eta, flux_weight: 1.0 };
         let (closed, certificate) = closed_form(plant, &request).unwrap();
         reread(&certificate);
         let weighted = KubotaRequest { flux_weight: c.beta * c.beta, ..request };
@@ -42,7 +42,7 @@ proptest! {
         let plant = Plant::Machine(machine);
         let c = plant.constants::<f64>();
         let w = top_speed(&machine);
-        let request = KubotaRequest { speed_rad_per_s: [-w, w], rate_per_s: 0.5 * c.eta, flux_weight: c.beta * c.beta };
+        let request = KubotaRequest { speed_rad_s: [-w, w], rate_per_s: 0.5 * c.eta, flux_weight: c.beta * c.beta };
         let (design, certificate) = least_norm(plant, &request).unwrap();
         reread(&certificate);
         let mut e = Matrix::from_fn(4, 1, |i, _| start[i] * if i < 2 { 1.0 / c.beta } else { 1.0 });
@@ -57,7 +57,7 @@ proptest! {
     fn altered_certificates_are_refused(machine in machine(), which in 0usize..8, relative in 1e-12..1e-3f64) {
         let plant = Plant::Machine(machine);
         let c = plant.constants::<f64>();
-        let request = KubotaRequest { speed_rad_per_s: [-100.0, 100.0], rate_per_s: 0.9 * c.eta, flux_weight: 1.0 };
+        let request = KubotaRequest { speed_rad_s: [-100.0, 100.0], rate_per_s: 0.9 * c.eta, flux_weight: 1.0 };
         let (design, certificate) = closed_form(plant, &request).unwrap();
         let mut altered = certificate.clone();
         let mut changed = design.clone();
@@ -76,17 +76,17 @@ proptest! {
         let w = top_speed(&machine);
         reread(&derdiyok(plant, w, flux, 1.0).unwrap().1);
         let region = UtkinDesign {
-            speed_max_rad_per_s: w,
-            flux_min_wb: flux,
-            flux_error_max_wb: error * flux,
+            speed_max_rad_s: w,
+            flux_min_vs: flux,
+            flux_error_max_vs: error * flux,
             current_error_max_a: 0.5 * error * c.beta * flux,
             current_max_a: 3.0 * flux / machine.mutual_inductance_h,
-            omega0_rad_per_s: 0.0,
+            omega0_rad_s: 0.0,
             root_bound: 0.0,
         };
         let (design, certificate) = utkin(plant, &region).unwrap();
         reread(&certificate);
-        prop_assert!(design.omega0_rad_per_s >= w);
+        prop_assert!(design.omega0_rad_s >= w);
     }
 
     #[test]
@@ -116,11 +116,11 @@ proptest! {
         let plant = Plant::Machine(machine);
         let c = plant.constants::<f64>();
         let at = kubota_loop::Point {
-            speed_rad_per_s: speed * top_speed(&machine),
-            slip_rad_per_s: 5.0 * slip * c.eta,
-            flux_wb: 0.9,
+            speed_rad_s: speed * top_speed(&machine),
+            slip_rad_s: 5.0 * slip * c.eta,
+            flux_vs: 0.9,
         };
-        prop_assume!((c.n_p * at.speed_rad_per_s + at.slip_rad_per_s).abs() > 0.5);
+        prop_assume!((c.n_p * at.speed_rad_s + at.slip_rad_s).abs() > 0.5);
         let unit = 1.0 / (c.n_p * c.beta * 0.9).powi(2);
         let (k_p, k_i) = (gain * unit * c.gamma, gain * unit * c.gamma * c.gamma);
         let gains = kubota_loop::mended(plant, rho, 0.0, k_p, k_i).unwrap();
@@ -151,11 +151,11 @@ proptest! {
         let c = plant.constants::<f64>();
         let w = c.n_p * top_speed(&machine);
         let request = jadot::JadotRequest {
-            electrical_speed_rad_per_s: [-w, w],
-            slip_rad_per_s: [-2.0 * c.eta, 2.0 * c.eta],
-            flux_wb: 0.9,
-            current_bandwidth_rad_per_s: 2.0 * c.gamma + 300.0,
-            speed_bandwidth_rad_per_s: 2.0 * c.eta,
+            electrical_speed_rad_s: [-w, w],
+            slip_rad_s: [-2.0 * c.eta, 2.0 * c.eta],
+            flux_vs: 0.9,
+            current_bandwidth_rad_s: 2.0 * c.gamma + 300.0,
+            speed_bandwidth_rad_s: 2.0 * c.eta,
             damping: 0.8,
         };
         let (design, certificate) = jadot::design(plant, &request).unwrap();
@@ -169,10 +169,10 @@ proptest! {
         let c = plant.constants::<f64>();
         let w = c.n_p * top_speed(&machine);
         let region = thau_box::BoxRegion {
-            frame_rad_per_s: [0.6 * w, w],
-            slip_rad_per_s: [-0.5 * c.eta, 0.5 * c.eta],
-            flux_d_wb: [0.85, 0.95],
-            flux_q_wb: [-0.03, 0.03],
+            frame_rad_s: [0.6 * w, w],
+            slip_rad_s: [-0.5 * c.eta, 0.5 * c.eta],
+            flux_d_vs: [0.85, 0.95],
+            flux_q_vs: [-0.03, 0.03],
             current_d_a: [0.0; 2],
             current_q_a: [0.0; 2],
         };
@@ -187,7 +187,7 @@ proptest! {
 fn best_rate_is_at_least_the_one_designed_for() {
     let plant = Plant::Machine(Machine::jadot_table_i());
     let c = plant.constants::<f64>();
-    let request = KubotaRequest { speed_rad_per_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: c.beta * c.beta };
+    let request = KubotaRequest { speed_rad_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: c.beta * c.beta };
     let (design, _) = closed_form(plant, &request).unwrap();
     let (best, certificate) = best_rate(plant, &design).unwrap();
     reread(&certificate);
@@ -198,7 +198,7 @@ fn best_rate_is_at_least_the_one_designed_for() {
 #[test]
 fn floats_and_rationals_state_the_same() {
     let plant = Plant::Machine(Machine::jadot_table_i());
-    let request = KubotaRequest { speed_rad_per_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: 1.0 };
+    let request = KubotaRequest { speed_rad_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: 1.0 };
     let design: Design = closed_form(plant, &request).unwrap().0.into();
     let floats = design.obligations(&plant.constants::<f64>()).unwrap();
     let rationals = design.obligations(&plant.constants::<im_design::exact::Rational>()).unwrap();

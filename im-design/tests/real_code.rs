@@ -66,7 +66,7 @@ fn basis(m: &Machine, h: f64, flux_max_vs: f64) -> Basis<f64> {
         flux_min_vs: 1e-9,
         current_max_a: 1e9,
         voltage_max_v: 1e9,
-        speed_max_rad_per_s: top_speed(m),
+        speed_max_rad_s: top_speed(m),
         ..Limits::of(&machine, &rating)
     };
     Basis::try_new(&machine, &rating, h).unwrap().with_limits(limits).unwrap()
@@ -201,7 +201,7 @@ proptest! {
     fn the_adaptive_loop(m in near_jadots(), at in prop::array::uniform2(0.0..1.0f64), start in prop::array::uniform5(-1.0..1.0f64)) {
         let plant = Plant::Machine(m);
         let c = plant.constants::<f64>();
-        let text = "speed_rad_per_s = [8.0, 20.0]\nslip_rad_per_s = [-8.0, 8.0]\nflux_wb = 0.9\nproportional = 0.05\nintegral = 20.0\nrho = 0.2";
+        let text = "speed_rad_s = [8.0, 20.0]\nslip_rad_s = [-8.0, 8.0]\nflux_vs = 0.9\nproportional = 0.05\nintegral = 20.0\nrho = 0.2";
         let run = |gains: &im_design::kubota_loop::LoopGains, p: &Matrix<f64>, flux: f64, h: f64, [speed, slip]: [f64; 2], samples| -> Vec<f64> {
             // Small: what is proven is the linearized loop. What is left of the rest is a millionth.
             let small = 1e-6;
@@ -221,19 +221,19 @@ proptest! {
         let between = |[low, high]: [f64; 2], x: f64| low + x * (high - low);
         let continuous = design(Kind::KubotaLoop, plant, text).unwrap();
         let Design::KubotaLoop(d) = &continuous.design else { unreachable!() };
-        let point = [between(d.speed_rad_per_s, at[0]), between(d.slip_rad_per_s, at[1])];
+        let point = [between(d.speed_rad_s, at[0]), between(d.slip_rad_s, at[1])];
         let inside = |r: [f64; 2], x: f64| r[0] <= x && x <= r[1];
-        let cell = d.cells.iter().find(|cell| inside(cell.speed_rad_per_s, point[0]) && inside(cell.slip_rad_per_s, point[1])).unwrap();
+        let cell = d.cells.iter().find(|cell| inside(cell.speed_rad_s, point[0]) && inside(cell.slip_rad_s, point[1])).unwrap();
         let h = 2e-6;
-        decays(&run(&d.gains, &cell.p, d.flux_wb, h, point, 3000), (-cell.rate_per_s * h).exp(), 0.05)?;
+        decays(&run(&d.gains, &cell.p, d.flux_vs, h, point, 3000), (-cell.rate_per_s * h).exp(), 0.05)?;
         let period = Period::At(5e-5);
         let sampled = design_sampled(Kind::KubotaLoop, plant, text, period).unwrap();
         let Design::SampledLoop(d) = &sampled.design else { unreachable!() };
         let h = d.period_s;
         let frequency = c.n_p * point[0] + point[1];
         let sampled_slip = 2.0 / h * (0.5 * h * frequency).tan() - c.n_p * point[0];
-        let cell = d.cells.iter().find(|cell| inside(cell.speed_rad_per_s, point[0]) && inside(cell.sampled_slip_rad_per_s, sampled_slip)).unwrap();
-        decays(&run(&d.gains, &cell.p, d.flux_wb, h, point, 1000), cell.contraction, 1e-3)?;
+        let cell = d.cells.iter().find(|cell| inside(cell.speed_rad_s, point[0]) && inside(cell.sampled_slip_rad_s, sampled_slip)).unwrap();
+        decays(&run(&d.gains, &cell.p, d.flux_vs, h, point, 1000), cell.contraction, 1e-3)?;
     }
 
     /// `derdiyok`: with the layer of its period the current error enters it, per sample by hβδ and within ‖s(0)‖/(βδ), and stays.
@@ -245,9 +245,9 @@ proptest! {
         let text = region(Kind::Derdiyok, &m).replace("reserve = 1.0", "reserve = 20.0");
         let made = design_sampled(Kind::Derdiyok, plant, &text, Period::At(h)).unwrap();
         let Design::SampledDerdiyok(d) = &made.design else { unreachable!() };
-        let speed = at * d.continuous.speed_max_rad_per_s;
-        let orbit = Orbit::new(&c, h, speed, c.n_p * speed + slip * c.eta, 0.95 * d.continuous.flux_max_wb);
-        let gains = DerdiyokGains { nu0: d.continuous.nu0, boundary_layer_a: d.boundary_layer_a, filter_rad_per_s: 0.0, anchor_per_s: 0.0 };
+        let speed = at * d.continuous.speed_max_rad_s;
+        let orbit = Orbit::new(&c, h, speed, c.n_p * speed + slip * c.eta, 0.95 * d.continuous.flux_max_vs);
+        let gains = DerdiyokGains { nu0: d.continuous.nu0, boundary_layer_a: d.boundary_layer_a, filter_rad_s: 0.0, anchor_per_s: 0.0 };
         let observer = Derdiyok::discretized(basis(&m, h, 10.0), gains, Discretization::ForwardEuler).unwrap();
         let off = C::new(start[0], start[1]) * 5.0 * d.boundary_layer_a;
         let state = observer.state_at(orbit.flux, orbit.current + off, speed);
@@ -274,13 +274,13 @@ proptest! {
         let made = design_sampled(Kind::Utkin, plant, &region(Kind::Utkin, &m), Period::At(h)).unwrap();
         let Design::SampledUtkin(d) = &made.design else { unreachable!() };
         let r = &d.continuous;
-        let flux = 0.5 * (r.flux_min_wb + d.flux_max_wb);
+        let flux = 0.5 * (r.flux_min_vs + d.flux_max_vs);
         // A speed whose voltage is within the region's.
-        let speed = 0.6 * at * r.speed_max_rad_per_s;
+        let speed = 0.6 * at * r.speed_max_rad_s;
         let (_, mut x) = simulation::steady_voltage(&c, speed, slip * c.eta, flux, 0.0);
-        let gains = UtkinGains { omega0_rad_per_s: r.omega0_rad_per_s, boundary_layer_avs: d.boundary_layer_avs, filter_rad_per_s: 0.0 };
-        let observer = Utkin::discretized(basis(&m, h, d.flux_max_wb), gains, Discretization::ForwardEuler).unwrap();
-        let off = C::new(start[0], start[1]) * 0.3 * r.flux_error_max_wb;
+        let gains = UtkinGains { omega0_rad_s: r.omega0_rad_s, boundary_layer_avs: d.boundary_layer_avs, filter_rad_s: 0.0 };
+        let observer = Utkin::discretized(basis(&m, h, d.flux_max_vs), gains, Discretization::ForwardEuler).unwrap();
+        let off = C::new(start[0], start[1]) * 0.3 * r.flux_error_max_vs;
         let error = C::new(start[2], start[3]) * 0.6 * r.current_error_max_a;
         let mut state = observer.state_at(C::new(x[1], x[2]) + off, C::new(x[3], x[4]) + error, speed);
         let (mut before, mut checked): (Option<f64>, usize) = (None, 0);
@@ -297,9 +297,9 @@ proptest! {
                 checked += 1;
             }
             let size = e.rotor_flux_vs.norm();
-            let inside = (truth - e.rotor_flux_vs).norm() <= r.flux_error_max_wb
+            let inside = (truth - e.rotor_flux_vs).norm() <= r.flux_error_max_vs
                 && e.residual_a.norm() <= r.current_error_max_a
-                && (r.flux_min_wb..=d.flux_max_wb).contains(&size)
+                && (r.flux_min_vs..=d.flux_max_vs).contains(&size)
                 && i.norm() <= r.current_max_a
                 && u.norm() <= d.voltage_max_v;
             before = inside.then_some(s.abs());
@@ -348,9 +348,9 @@ proptest! {
         let made = design(Kind::ThauBox, plant, &region(Kind::ThauBox, &m)).unwrap();
         let Design::ThauBox(d) = &made.design else { unreachable!() };
         let between = |[low, high]: [f64; 2], x: f64| low + x * (high - low);
-        let (frame, slip) = (between(d.region.frame_rad_per_s, at[0]), between(d.region.slip_rad_per_s, at[1]));
+        let (frame, slip) = (between(d.region.frame_rad_s, at[0]), between(d.region.slip_rad_s, at[1]));
         let (speed, flux) = ((frame - slip) / c.n_p, 0.95);
-        let gains = ThauBoxGains { frame_rad_per_s: d.region.frame_rad_per_s, gain: rows(&d.gain), gain_per_frame_speed: rows(&d.gain_per_frame_speed) };
+        let gains = ThauBoxGains { frame_rad_s: d.region.frame_rad_s, gain: rows(&d.gain), gain_per_frame_speed: rows(&d.gain_per_frame_speed) };
         let fast = (&d.gain + &d.gain_per_frame_speed.scaled(&frame)).norm() + c.gamma + frame;
         let h = (0.1 / fast).clamp(1e-6, 2e-5);
         let observer = Thau::in_box(basis(&m, h, 2.0), gains, LoadTorque::EqualToTorque).unwrap();
@@ -430,7 +430,7 @@ proptest! {
         let known = MachineData::of(&machine, 1e3);
         let fixed = Fixed::try_new(machine.parameters().inverse_gamma().into()).unwrap();
         let k_r = m.mutual_inductance_h / m.rotor_inductance_h;
-        let electrical = at * j.electrical_speed_rad_per_s[1];
+        let electrical = at * j.electrical_speed_rad_s[1];
         let speed = electrical / c.n_p;
         let mut one = Regulated {
             plant: im_model::Plant::new(&machine),
@@ -439,7 +439,7 @@ proptest! {
             u: C::new(0.0, 0.0),
             k_r,
         };
-        let flux = j.flux_wb / k_r;
+        let flux = j.flux_vs / k_r;
         for _ in 0..(3.0 / c.eta / h) as usize {
             one.step(speed, flux, h);
         }
@@ -448,7 +448,7 @@ proptest! {
         other.x.psi_s += C::new(push[2], push[3]) * 0.05;
         let (mut eta, mut sizes) = (C::new(0.0, 0.0), Vec::new());
         let inside = |r: [f64; 2], x: f64| r[0] <= x && x <= r[1];
-        let cell = d.electrical.iter().find(|cell| inside(cell.electrical_speed_rad_per_s, electrical) && inside(cell.slip_rad_per_s, 0.0)).unwrap();
+        let cell = d.electrical.iter().find(|cell| inside(cell.electrical_speed_rad_s, electrical) && inside(cell.slip_rad_s, 0.0)).unwrap();
         for _ in 0..(2.0 / cell.proof.rate_per_s / h) as usize {
             let (a, b) = (one.step(speed, flux, h), other.step(speed, flux, h));
             let (phi, i) = (b[0] - a[0], b[1] - a[1]);
@@ -487,7 +487,7 @@ proptest! {
         };
         let mut drive = Kenne::try_new(&known, &gains).unwrap();
         let model = im_model::Plant::new(&truth);
-        let speed = at * region.speed_max_rad_per_s;
+        let speed = at * region.speed_max_rad_s;
         let mut x = State { omega_m: speed, omega_load: speed, ..State::default() };
         let (mut u, mut before): (C, Option<[f64; 2]>) = (C::new(0.0, 0.0), None);
         let (mut checked, mut outside) = (0, 0);
@@ -509,7 +509,7 @@ proptest! {
             let a = drive.torque_nm() / m.inertia_kg_m2;
             let s_omega = a + region.c_omega * (x.omega_m - drive.shaped_speed_rad_s());
             let inside = i.norm() <= region.current_max_a && u.norm() <= region.voltage_max_v
-                && (region.flux_wb[0]..=region.flux_wb[1]).contains(&l.norm()) && a.abs() <= region.acceleration_max_rad_per_s2;
+                && (region.flux_vs[0]..=region.flux_vs[1]).contains(&l.norm()) && a.abs() <= region.acceleration_max_rad_s2;
             if let (Some([omega, lambda]), true) = (before, n > magnetized + 1) {
                 let fallen = |s: f64, layer: f64, reach: f64| (s - 0.99 * h * reach).max(layer);
                 prop_assert!(s_lambda.abs() <= fallen(lambda, d.boundary_lambda, region.reach_lambda), "{lambda} {s_lambda} layer {}", d.boundary_lambda);

@@ -110,6 +110,6 @@ pub fn thau<T: Scalar>(l: &Load<T>) -> Case<T, Thau<T>> {
 pub fn thau_box<T: Scalar>(l: &Load<T>) -> Case<T, Thau<T>> {
     let gain = [[0.1, 20.0], [1.0, 0.1], [0.1, 1.0], [100.0, 1.0], [-1.0, 100.0]];
     let slope = gain.map(|r| r.map(|x| 1e-4 * x));
-    let gains = ThauBoxGains { frame_rad_per_s: [60.0, 400.0], gain, gain_per_frame_speed: slope };
+    let gains = ThauBoxGains { frame_rad_s: [60.0, 400.0], gain, gain_per_frame_speed: slope };
     Case::new(Thau::in_box(basis(), gains, LoadTorque::Balanced).expect("fits"), l)
 }

@@ -21,7 +21,7 @@ pub struct Limits<T> {
     /// Rotor flux linkage below which speed is not told from it, Vs.
     pub flux_min_vs: T,
     /// Largest mechanical speed, rad/s.
-    pub speed_max_rad_per_s: T,
+    pub speed_max_rad_s: T,
     /// Largest current residual of a valid estimate, A.
     pub residual_max_a: T,
     /// Time without fault after which an estimate is valid, s.
@@ -40,7 +40,7 @@ impl Limits<f64> {
             current_max_a: 2.5 * locked,
             flux_max_vs: 2.0 * rating.rotor_flux_vs,
             flux_min_vs: 0.1 * rating.rotor_flux_vs,
-            speed_max_rad_per_s: 2.0 * omega_e / c.n_p,
+            speed_max_rad_s: 2.0 * omega_e / c.n_p,
             residual_max_a: 0.1 * locked,
             settling_s: 0.05,
         }
@@ -52,7 +52,7 @@ impl Limits<f64> {
         Bound::Positive.check("flux_max_vs", self.flux_max_vs)?;
         Bound::Positive.check("flux_min_vs", self.flux_min_vs)?;
         Bound::Within(0.0, self.flux_max_vs).check("flux_min_vs (below flux_max_vs)", self.flux_min_vs)?;
-        Bound::Positive.check("speed_max_rad_per_s", self.speed_max_rad_per_s)?;
+        Bound::Positive.check("speed_max_rad_s", self.speed_max_rad_s)?;
         Bound::Positive.check("residual_max_a", self.residual_max_a)?;
         Ok(Bound::NotNegative.check("settling_s", self.settling_s)?)
     }
@@ -199,7 +199,7 @@ impl<T: Scalar> Basis<T> {
         let flux2 = norm2(*lambda);
         let within = (flux2 <= limits.flux_max_vs * limits.flux_max_vs)
             & (norm2(*i_hat) <= limits.current_max_a * limits.current_max_a)
-            & (omega_m.abs() < limits.speed_max_rad_per_s);
+            & (omega_m.abs() < limits.speed_max_rad_s);
         if !within {
             status = status.and(self.restrain(lambda, i_hat, omega_m));
             if status.contains(Status::RESTARTED) {
@@ -228,7 +228,7 @@ impl<T: Scalar> Basis<T> {
         if !(norm2(*lambda) + norm2(*i_hat) + *omega_m).is_finite() {
             return Status::RESTARTED;
         }
-        let top = self.limits.speed_max_rad_per_s;
+        let top = self.limits.speed_max_rad_s;
         *lambda = shortened(*lambda, self.limits.flux_max_vs);
         *i_hat = shortened(*i_hat, self.limits.current_max_a);
         *omega_m = omega_m.min(top).max(-top);
@@ -257,7 +257,7 @@ impl Limits<f64> {
             current_max_a: f(self.current_max_a),
             flux_max_vs: f(self.flux_max_vs),
             flux_min_vs: f(self.flux_min_vs),
-            speed_max_rad_per_s: f(self.speed_max_rad_per_s),
+            speed_max_rad_s: f(self.speed_max_rad_s),
             residual_max_a: f(self.residual_max_a),
             settling_s: f(self.settling_s),
         }

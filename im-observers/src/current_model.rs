@@ -55,7 +55,7 @@ impl<T: Scalar> Observer<T> for CurrentModel<T> {
         let c = b.electrical(s.lambda, sample.i_mean);
         let h = b.sample_time_s;
         // A NaN fails the comparison; without a speed the last one is kept, and the estimate says so.
-        let shown = input.omega_m.filter(|w| w.abs() <= b.limits.speed_max_rad_per_s);
+        let shown = input.omega_m.filter(|w| w.abs() <= b.limits.speed_max_rad_s);
         let before = s.omega_m;
         s.omega_m = shown.unwrap_or(before);
         sample.note(shown.is_none(), Status::LIMITED);

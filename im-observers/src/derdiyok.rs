@@ -34,31 +34,31 @@ pub struct DerdiyokGains {
     /// Width φ of the boundary layer, A; 0 is the sign itself.
     pub boundary_layer_a: f64,
     /// Corner of the filter for the equivalent control, rad/s; 0 takes it unfiltered.
-    pub filter_rad_per_s: f64,
+    pub filter_rad_s: f64,
     /// k: how fast the flux is drawn to where the nominal 1/T_r holds, 1/s; 0 is the bare integral as published.
     pub anchor_per_s: f64,
 }
 
 impl DerdiyokGains {
     /// As published, with the smallest ν₀ (plus 5 %) for a region: λ_max √(η² + n_p²ω_max²), V.
-    pub fn published(machine: &Machine<f64>, flux_max_vs: f64, speed_max_rad_per_s: f64) -> Self {
+    pub fn published(machine: &Machine<f64>, flux_max_vs: f64, speed_max_rad_s: f64) -> Self {
         let c = machine.parameters().windings().derived(machine.pole_pairs());
-        let w = c.n_p * speed_max_rad_per_s;
+        let w = c.n_p * speed_max_rad_s;
         let nu0 = 1.05 * flux_max_vs * Scalar::sqrt(c.eta * c.eta + w * w);
-        Self { nu0, boundary_layer_a: 0.0, filter_rad_per_s: 0.0, anchor_per_s: 0.0 }
+        Self { nu0, boundary_layer_a: 0.0, filter_rad_s: 0.0, anchor_per_s: 0.0 }
     }
 
     /// What to start from for a machine: 1.2 times rated flux, twice rated speed, a filter of 200 rad/s, an anchor of 10 1/s.
     pub fn for_machine(machine: &Machine<f64>, rating: &Rating) -> Self {
         let speed = 2.0 * core::f64::consts::PI * rating.electrical_frequency_hz / f64::from(machine.pole_pairs());
         let published = Self::published(machine, 1.2 * rating.rotor_flux_vs, 2.0 * speed);
-        Self { filter_rad_per_s: 200.0, anchor_per_s: 10.0, ..published }
+        Self { filter_rad_s: 200.0, anchor_per_s: 10.0, ..published }
     }
 
     fn validate(&self) -> Result<(), ObserverError> {
         Bound::Positive.check("nu0", self.nu0)?;
         Bound::NotNegative.check("boundary_layer_a", self.boundary_layer_a)?;
-        Bound::NotNegative.check("filter_rad_per_s", self.filter_rad_per_s)?;
+        Bound::NotNegative.check("filter_rad_s", self.filter_rad_s)?;
         Ok(Bound::NotNegative.check("anchor_per_s", self.anchor_per_s)?)
     }
 }
@@ -141,7 +141,7 @@ impl<T: Scalar> Derdiyok<T> {
             Discretization::ForwardEuler => 0.0,
         };
         let f = T::from_f64;
-        let filter = if gains.filter_rad_per_s > 0.0 { -Scalar::exp(-h * gains.filter_rad_per_s) + 1.0 } else { 1.0 };
+        let filter = if gains.filter_rad_s > 0.0 { -Scalar::exp(-h * gains.filter_rad_s) + 1.0 } else { 1.0 };
         Ok(Self {
             basis,
             nu0: f(gains.nu0),
@@ -222,7 +222,7 @@ impl<T: Scalar> Observer<T> for Derdiyok<T> {
         let inverse = T::one() / norm2(s.lambda_filtered).max(least);
         s.eta = dot(s.nu_filtered, s.lambda_filtered) * inverse;
         let w = -cross(s.lambda_filtered, s.nu_filtered) * inverse;
-        let top = b.limits.speed_max_rad_per_s;
+        let top = b.limits.speed_max_rad_s;
         s.omega_m = (w / b.n_p).min(top).max(-top);
         if !self.anchor.is_zero() {
             // Held to what an error of the size of the flux itself could cause.

@@ -90,10 +90,10 @@ impl KubotaGains {
 
     /// The longest step at which forward Euler is stable with this gain for all speeds up to a mechanical one, s:
     /// the least −2Re(s)/|s|² of the poles. Zero or less when the continuous observer is unstable.
-    pub fn euler_step_limit_s(&self, machine: &Machine<f64>, speed_max_rad_per_s: f64) -> f64 {
+    pub fn euler_step_limit_s(&self, machine: &Machine<f64>, speed_max_rad_s: f64) -> f64 {
         let c = Electrical::new(machine.parameters(), machine.pole_pairs());
         let n_p = f64::from(machine.pole_pairs());
-        self.euler_limit(&c, n_p, speed_max_rad_per_s)
+        self.euler_limit(&c, n_p, speed_max_rad_s)
     }
 
     fn euler_limit(&self, c: &Electrical<f64>, n_p: f64, speed_max: f64) -> f64 {
@@ -223,7 +223,7 @@ impl<T: Scalar> Kubota<T> {
             return Err(ObserverError::StepTooLong { what, sample_time_s: h, limit_s, remedy });
         }
         if discretization == Discretization::ForwardEuler {
-            let limit_s = gains.euler_limit(&c, basis.n_p.value(), basis.limits.speed_max_rad_per_s.value());
+            let limit_s = gains.euler_limit(&c, basis.n_p.value(), basis.limits.speed_max_rad_s.value());
             if h > limit_s {
                 let (what, remedy) = ("forward Euler with this gain", "take Discretization::Implicit, or a smaller gain");
                 return Err(ObserverError::StepTooLong { what, sample_time_s: h, limit_s, remedy });
@@ -275,7 +275,7 @@ impl<T: Scalar> Observer<T> for Kubota<T> {
         };
         let e = if sample.measured { sample.i_s - s.i_hat } else { Complex::zero() };
         let epsilon = cross(e, s.lambda) * (b.n_p * c.beta);
-        let top = b.limits.speed_max_rad_per_s;
+        let top = b.limits.speed_max_rad_s;
         s.omega_m = s.integral + self.proportional_and_sample * epsilon;
         s.integral = (s.integral + self.integral_sample * epsilon).min(top).max(-top);
         let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut s.i_hat, &mut s.omega_m);

@@ -62,7 +62,7 @@ impl ThauGains {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThauBoxGains {
     /// Frame speeds covered, electrical rad/s; held to at the ends. Positive: negative speeds mirror it.
-    pub frame_rad_per_s: [f64; 2],
+    pub frame_rad_s: [f64; 2],
     /// L₀, rows (ω, λ_d, λ_q, i_d, i_q), columns (i_d, i_q).
     pub gain: [[f64; 2]; 5],
     /// L₁: the gain at the frame speed ω_f (rad/s) is L₀ + ω_f L₁.
@@ -150,9 +150,9 @@ impl<T: Scalar> Thau<T> {
     pub fn in_box(basis: Basis<T>, gains: ThauBoxGains, load: LoadTorque) -> Result<Self, ObserverError> {
         finite("gain", &gains.gain)?;
         finite("gain_per_frame_speed", &gains.gain_per_frame_speed)?;
-        let [low, high] = gains.frame_rad_per_s;
-        Bound::NotNegative.check("frame_rad_per_s (lower)", low)?;
-        Bound::Within(low, 1e6).check("frame_rad_per_s (upper)", high)?;
+        let [low, high] = gains.frame_rad_s;
+        Bound::NotNegative.check("frame_rad_s (lower)", low)?;
+        Bound::Within(low, 1e6).check("frame_rad_s (upper)", high)?;
         let gain = Gain::InFluxFrame {
             range: [T::from_f64(low), T::from_f64(high)],
             at_zero: cast(&gains.gain),

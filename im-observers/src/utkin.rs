@@ -24,24 +24,24 @@ use crate::tustin::{Flow, warped};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UtkinGains {
     /// ω₀, mechanical rad/s.
-    pub omega0_rad_per_s: f64,
+    pub omega0_rad_s: f64,
     /// Width φ of the boundary layer in s_n, A Vs; 0 is the sign itself.
     pub boundary_layer_avs: f64,
     /// Corner of the filter that gives the equivalent speed, rad/s; 0 shows ω̂ itself.
-    pub filter_rad_per_s: f64,
+    pub filter_rad_s: f64,
 }
 
 impl UtkinGains {
     /// What to start from for a machine: twice the rated speed, a filter of 100 rad/s.
     pub fn for_machine(machine: &Machine<f64>, rating: &Rating) -> Self {
         let speed = 2.0 * core::f64::consts::PI * rating.electrical_frequency_hz / f64::from(machine.pole_pairs());
-        Self { omega0_rad_per_s: 2.0 * speed, boundary_layer_avs: 0.0, filter_rad_per_s: 100.0 }
+        Self { omega0_rad_s: 2.0 * speed, boundary_layer_avs: 0.0, filter_rad_s: 100.0 }
     }
 
     fn validate(&self) -> Result<(), ObserverError> {
-        Bound::Positive.check("omega0_rad_per_s", self.omega0_rad_per_s)?;
+        Bound::Positive.check("omega0_rad_s", self.omega0_rad_s)?;
         Bound::NotNegative.check("boundary_layer_avs", self.boundary_layer_avs)?;
-        Ok(Bound::NotNegative.check("filter_rad_per_s", self.filter_rad_per_s)?)
+        Ok(Bound::NotNegative.check("filter_rad_s", self.filter_rad_s)?)
     }
 }
 
@@ -88,10 +88,10 @@ impl<T: Scalar> Utkin<T> {
         gains.validate()?;
         let h = basis.sample_time_s.value();
         let layer = match discretization {
-            Discretization::Implicit => gains.boundary_layer_avs / gains.omega0_rad_per_s,
+            Discretization::Implicit => gains.boundary_layer_avs / gains.omega0_rad_s,
             Discretization::ForwardEuler if gains.boundary_layer_avs > 0.0 => {
                 let flux = basis.limits.flux_max_vs.value();
-                let slope = basis.n_p.value() * basis.nominal.beta.value() * flux * flux * gains.omega0_rad_per_s;
+                let slope = basis.n_p.value() * basis.nominal.beta.value() * flux * flux * gains.omega0_rad_s;
                 let limit_s = 2.0 * gains.boundary_layer_avs / slope;
                 if h >= limit_s {
                     let (what, remedy) = (
@@ -100,13 +100,13 @@ impl<T: Scalar> Utkin<T> {
                     );
                     return Err(ObserverError::StepTooLong { what, sample_time_s: h, limit_s, remedy });
                 }
-                gains.omega0_rad_per_s / gains.boundary_layer_avs
+                gains.omega0_rad_s / gains.boundary_layer_avs
             }
             Discretization::ForwardEuler => 0.0,
         };
-        let filter = if gains.filter_rad_per_s > 0.0 { 1.0 - Scalar::exp(-h * gains.filter_rad_per_s) } else { 1.0 };
+        let filter = if gains.filter_rad_s > 0.0 { 1.0 - Scalar::exp(-h * gains.filter_rad_s) } else { 1.0 };
         let f = T::from_f64;
-        Ok(Self { basis, omega0: f(gains.omega0_rad_per_s), layer: f(layer), filter: f(filter), discretization })
+        Ok(Self { basis, omega0: f(gains.omega0_rad_s), layer: f(layer), filter: f(filter), discretization })
     }
 }
 

@@ -53,7 +53,7 @@ mod kubota {
             let m = MACHINES[which];
             let machine = machine(&m);
             let c = machine.parameters().windings().derived(2);
-            let request = KubotaRequest { speed_rad_per_s: [-190.0, 190.0], rate_per_s: 0.5 * c.eta, flux_weight: c.beta * c.beta };
+            let request = KubotaRequest { speed_rad_s: [-190.0, 190.0], rate_per_s: 0.5 * c.eta, flux_weight: c.beta * c.beta };
             let (design, _) = closed_form(plant(&machine), &request).unwrap();
             // A speed law so weak that ω̂ stays where it is put.
             let gains = KubotaGains { gain: rows(&design.gain), gain_per_speed: rows(&design.gain_per_speed), proportional: 0.0, integral: 1e-30, fade_a: 0.0 };
@@ -158,7 +158,7 @@ mod derdiyok {
 
     /// The first estimate's residual is outside the band; does it enter it, and stay?
     fn slides(m: &NamedMachine, truth: &Truth, nu0: f64) -> bool {
-        let gains = DerdiyokGains { nu0, boundary_layer_a: 0.0, filter_rad_per_s: 0.0, anchor_per_s: 0.0 };
+        let gains = DerdiyokGains { nu0, boundary_layer_a: 0.0, filter_rad_s: 0.0, anchor_per_s: 0.0 };
         let observer = Derdiyok::try_new(basis(m, H), gains).unwrap();
         let first = truth.at(0.3);
         let state = observer.state_at(truth.flux[first], truth.recording.i_s[first] + C::new(1.0, -1.0), 0.0);
@@ -215,7 +215,7 @@ mod derdiyok {
         let s = scenario(&m, Profile::constant(40.0), Profile::constant(0.0), 1.5);
         let s = Scenario { imposed_speed: Some(Profile::constant(120.0)), ..s };
         let truth = Truth::of(&hot, &s);
-        let gains = DerdiyokGains { filter_rad_per_s: 50.0, ..DerdiyokGains::published(&cold, 1.5, 200.0) };
+        let gains = DerdiyokGains { filter_rad_s: 50.0, ..DerdiyokGains::published(&cold, 1.5, 200.0) };
         // The observer's η is the cold one, but for ηL_m i: give it the hot one, as the paper's equations do after adaptation.
         let hot_basis = Basis::try_new(&hot, &m.rating, H).unwrap();
         let observer = Derdiyok::try_new(hot_basis, gains).unwrap();
@@ -294,16 +294,16 @@ mod thau {
         let m = JADOT_TABLE_I;
         let machine = machine(&m);
         let region = thau_box::BoxRegion {
-            frame_rad_per_s: [100.0, 400.0],
-            slip_rad_per_s: [-8.0, 8.0],
-            flux_d_wb: [0.8, 1.1],
-            flux_q_wb: [-0.05, 0.05],
+            frame_rad_s: [100.0, 400.0],
+            slip_rad_s: [-8.0, 8.0],
+            flux_d_vs: [0.8, 1.1],
+            flux_q_vs: [-0.05, 0.05],
             current_d_a: [0.0; 2],
             current_q_a: [0.0; 2],
         };
         let (design, _) = thau_box::fastest(plant(&machine), &region, 30.0, 1e4).unwrap();
         let gains = ThauBoxGains {
-            frame_rad_per_s: region.frame_rad_per_s,
+            frame_rad_s: region.frame_rad_s,
             gain: rows(&design.gain),
             gain_per_frame_speed: rows(&design.gain_per_frame_speed),
         };

@@ -91,7 +91,7 @@ fn thaus_torque_loop_bounds_the_sampling_time() {
     // |L_ω| = 5 at 50 rad/s, 13 at 100: the larger end counts.
     let o = [0.0; 2];
     let gains = ThauBoxGains {
-        frame_rad_per_s: [50.0, 100.0],
+        frame_rad_s: [50.0, 100.0],
         gain: [[1.0, 4.0], o, o, o, o],
         gain_per_frame_speed: [[0.04, 0.08], o, o, o, o],
     };
@@ -141,8 +141,8 @@ fn forward_euler_sees_the_same_machine_as_the_trapezoid() {
     let gains = KubotaGains { gain: [o, o, [30.0, -5.0], [5.0, 30.0]], ..KubotaGains::without_feedback(p, i) };
     let thau = ThauGains { gain: [o, o, o, [30.0, -5.0], [5.0, 30.0]] };
     let derdiyok = DerdiyokGains { anchor_per_s: 10.0, ..DerdiyokGains::published(&machine, 1.5, 60.0) };
-    let derdiyok = DerdiyokGains { boundary_layer_a: 3.0 * H * c.beta * derdiyok.nu0, filter_rad_per_s: 100.0, ..derdiyok };
-    let utkin = UtkinGains { omega0_rad_per_s: 60.0, boundary_layer_avs: 3.0, filter_rad_per_s: 100.0 };
+    let derdiyok = DerdiyokGains { boundary_layer_a: 3.0 * H * c.beta * derdiyok.nu0, filter_rad_s: 100.0, ..derdiyok };
+    let utkin = UtkinGains { omega0_rad_s: 60.0, boundary_layer_avs: 3.0, filter_rad_s: 100.0 };
     fn run<O: Observer<f64>>(truth: &Truth, o: &O) -> Vec<Estimate<f64>> {
         truth.observe_from(o, 1, truth.state(o, 0))
     }

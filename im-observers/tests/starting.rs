@@ -32,7 +32,7 @@ fn limits_are_multiples_of_rated_values_and_of_the_locked_rotor_current() {
             (l.residual_max_a, 0.1 * locked_rotor_a(&m)),
             (l.flux_max_vs, 2.0 * m.rating.rotor_flux_vs),
             (l.flux_min_vs, 0.1 * m.rating.rotor_flux_vs),
-            (l.speed_max_rad_per_s, 2.0 * synchronous),
+            (l.speed_max_rad_s, 2.0 * synchronous),
         ] {
             assert!(same(got, wanted), "{}: {got} {wanted}", m.name);
         }
@@ -62,8 +62,8 @@ fn switching_gains_to_start_from_cover_twice_the_rated_speed() {
         let derdiyok = DerdiyokGains::for_machine(&machine(&m), &m.rating);
         let need = 1.2 * m.rating.rotor_flux_vs * C::new(c.eta, c.n_p * 2.0 * synchronous).norm();
         assert!(same(derdiyok.nu0, 1.05 * need), "{}: {} {need}", m.name, derdiyok.nu0);
-        assert_eq!((derdiyok.filter_rad_per_s, derdiyok.anchor_per_s, derdiyok.boundary_layer_a), (200.0, 10.0, 0.0));
-        assert!(same(UtkinGains::for_machine(&machine(&m), &m.rating).omega0_rad_per_s, 2.0 * synchronous), "{}", m.name);
+        assert_eq!((derdiyok.filter_rad_s, derdiyok.anchor_per_s, derdiyok.boundary_layer_a), (200.0, 10.0, 0.0));
+        assert!(same(UtkinGains::for_machine(&machine(&m), &m.rating).omega0_rad_s, 2.0 * synchronous), "{}", m.name);
     }
 }
 

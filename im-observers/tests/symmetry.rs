@@ -14,7 +14,7 @@ const M: NamedMachine = JADOT_TABLE_I;
 /// Gains of no meaning, every entry of which counts.
 fn boxed() -> ThauBoxGains {
     ThauBoxGains {
-        frame_rad_per_s: [10.0, 400.0],
+        frame_rad_s: [10.0, 400.0],
         gain: [[0.3, 2.0], [0.05, 0.02], [-0.03, 0.04], [30.0, -5.0], [5.0, 30.0]],
         gain_per_frame_speed: [[1e-3, 2e-3], [1e-4, -1e-4], [2e-4, 1e-4], [0.02, 0.05], [-0.05, 0.02]],
     }
@@ -76,7 +76,7 @@ fn a_box_gain_is_taken_at_the_speed_of_the_flux() {
         let row = [0.0, 0.2];
         let slope = [[0.0; 2], row, row, [0.0; 2], [0.0; 2]];
         let gains = ThauBoxGains {
-            frame_rad_per_s: [0.0, 400.0],
+            frame_rad_s: [0.0, 400.0],
             gain: slope.map(|r| r.map(|x| -turns_at * x)),
             gain_per_frame_speed: slope,
         };

@@ -77,11 +77,11 @@ fn bad_regions_are_refused_with_their_place_and_nothing_is_written() {
         fs::write(&region, text).unwrap();
         refused(&[&["design", "kubota", "--motor", &example("motor.toml"), "--region", &region, "-o", &gains], more].concat())
     };
-    let text = with("speed_rad_per_s = [-100.0, 100.0]\nrate = 3.0\n", &[]);
+    let text = with("speed_rad_s = [-100.0, 100.0]\nrate = 3.0\n", &[]);
     assert!(text.contains("region.toml:2: unknown field `rate`") && text.contains("example-region kubota"), "{text}");
-    let text = with("speed_rad_per_s = [-100.0, 100.0]\nrate_per_s = 30.0\n", &[]);
+    let text = with("speed_rad_s = [-100.0, 100.0]\nrate_per_s = 30.0\n", &[]);
     assert!(text.contains("infeasible") && text.contains("just below 5.625"), "{text}");
-    let text = with("speed_rad_per_s = [-100.0, 100.0]\nrate_per_s = 3.0\n", &["--period", "5e-3"]);
+    let text = with("speed_rad_s = [-100.0, 100.0]\nrate_per_s = 3.0\n", &["--period", "5e-3"]);
     assert!(text.contains("periods up to"), "{text}");
     assert!(!dir.has("gains.toml"));
     assert!(refused(&["design", "check", &gains]).contains("no such file"));

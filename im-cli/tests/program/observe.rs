@@ -120,9 +120,9 @@ fn bad_gains_are_refused_with_one_message() {
         ("kubota", fast.as_str(), "may be at most"),
         ("kubota", other.as_str(), "proportional of [kubota_loop] must be a number"),
         ("kubota", skewed.as_str(), "form [x, -y; y, x]"),
-        ("kubota", "[utkin]\nomega0_rad_per_s = 300.0\n", "is missing; the file has utkin"),
+        ("kubota", "[utkin]\nomega0_rad_s = 300.0\n", "is missing; the file has utkin"),
         ("utkin", "[utkin]\n", "must be given"),
-        ("utkin", "[utkin]\nomega0_rad_per_s = -3.0\n", "omega0_rad_per_s = -3 must be positive"),
+        ("utkin", "[utkin]\nomega0_rad_s = -3.0\n", "omega0_rad_s = -3 must be positive"),
         ("utkin", "omega0", ""),
         ("current-model", "[utkin]\n", "has no gains"),
     ] {

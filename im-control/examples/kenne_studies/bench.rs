@@ -59,7 +59,7 @@ pub fn designed_gains() -> [f64; 2] {
         flux_uncertainty: 0.1,
         stator_resistance_ratio: [1.0, 1.5],
         rotor_resistance_ratio: [0.8, 1.2],
-        acceleration_max_rad_per_s2: 500.0,
+        acceleration_max_rad_s2: 500.0,
         ..KenneRegion::certain(155.0, [0.9 * flux, 1.1 * flux], CURRENT_A, 400.0)
     };
     let plant = im_design::Plant::Machine(im_design::Machine::from(&KENNE_APPENDIX_II));

@@ -14,9 +14,9 @@ fn region() -> KenneRegion {
         flux_uncertainty: 0.05,
         stator_resistance_ratio: [0.8, 1.2],
         rotor_resistance_ratio: [0.9, 1.1],
-        reference_max_rad_per_s3: 40_000.0,
-        load_error_rad_per_s2: 50.0,
-        load_rate_rad_per_s3: 1000.0,
+        reference_max_rad_s3: 40_000.0,
+        load_error_rad_s2: 50.0,
+        load_rate_rad_s3: 1000.0,
         c_omega: 40.0,
         c_lambda: 30.0,
         reach_omega: 1000.0,
@@ -55,12 +55,12 @@ fn the_condition_of_the_controller_is_that_of_the_design() {
         flux_uncertainty: 0.0,
         stator_resistance_ratio: [1.0, 1.0],
         rotor_resistance_ratio: [1.0, 1.0],
-        load_error_rad_per_s2: 0.0,
-        load_rate_rad_per_s3: 0.0,
+        load_error_rad_s2: 0.0,
+        load_rate_rad_s3: 0.0,
         ..region()
     };
     let (proven, _) = design(Plant::Machine(im_design::Machine::jadot_table_i()), &exact, 0.05).unwrap();
-    let [b_omega, b_lambda] = input_gains(&case.known, exact.flux_wb[0]);
+    let [b_omega, b_lambda] = input_gains(&case.known, exact.flux_vs[0]);
     let k_sq = switching_gain(0.0, exact.reach_omega, [b_omega; 2], 1e3);
     let k_sd = switching_gain(0.0, exact.reach_lambda, [b_lambda; 2], 1e3);
     assert!(

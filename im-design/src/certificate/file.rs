@@ -204,20 +204,20 @@ mod tests {
     #[test]
     fn numbers_without_a_value_and_negative_rates_are_refused() {
         let plant = Plant::Machine(Machine::jadot_table_i());
-        let request = KubotaRequest { speed_rad_per_s: [-100.0, 100.0], rate_per_s: 1.0, flux_weight: 1.0 };
+        let request = KubotaRequest { speed_rad_s: [-100.0, 100.0], rate_per_s: 1.0, flux_weight: 1.0 };
         let (design, _) = closed_form(plant, &request).unwrap();
         for rate_per_s in [f64::NAN, f64::NEG_INFINITY, -1.0] {
             let forged = crate::kubota::KubotaDesign { rate_per_s, ..design.clone() };
             assert!(Certificate::seal(plant, forged).is_err(), "{rate_per_s}");
         }
-        let endless = crate::kubota::KubotaDesign { speed_rad_per_s: [-100.0, f64::INFINITY], ..design };
+        let endless = crate::kubota::KubotaDesign { speed_rad_s: [-100.0, f64::INFINITY], ..design };
         assert!(Certificate::seal(plant, endless).is_err());
     }
 
     #[test]
     fn a_file_with_unknown_or_missing_fields_is_not_a_certificate() {
         let plant = Plant::Machine(Machine::jadot_table_i());
-        let request = KubotaRequest { speed_rad_per_s: [-100.0, 100.0], rate_per_s: 1.0, flux_weight: 1.0 };
+        let request = KubotaRequest { speed_rad_s: [-100.0, 100.0], rate_per_s: 1.0, flux_weight: 1.0 };
         let text = closed_form(plant, &request).unwrap().1.to_text().unwrap();
         assert!(Certificate::check_text(&text).is_ok());
         let refused = |text: &str| matches!(Certificate::check_text(text), Err(CheckError::Malformed(_)));

@@ -16,17 +16,17 @@ use serde::{Deserialize, Serialize};
 /// The magnetizing branch and the rotor, seen from the air gap.
 pub trait AirGap {
     /// Rms stator current and torque at peak air-gap flux linkage and slip frequency (electrical rad/s, positive).
-    fn operate(&self, flux_wb: f64, slip_rad_per_s: f64) -> (f64, f64);
+    fn operate(&self, flux_vs: f64, slip_rad_s: f64) -> (f64, f64);
 
     /// The same at all points of two coordinates of the circuit's own: ranges that contain them.
     fn enclose(&self, cell: [Interval; 2]) -> Enclosure;
 
     /// The coordinates that hold every point of currents up to one (rms, A). The q-d model, made for small slips, is looked at
     /// up to a slip (rad/s) only.
-    fn coordinates(&self, current_rms_a: f64, slip_rad_per_s: f64) -> [Interval; 2];
+    fn coordinates(&self, current_rms_a: f64, slip_rad_s: f64) -> [Interval; 2];
 
     /// The coordinates of one operating point.
-    fn coordinates_of(&self, flux_wb: f64, slip_rad_per_s: f64) -> [f64; 2];
+    fn coordinates_of(&self, flux_vs: f64, slip_rad_s: f64) -> [f64; 2];
 }
 
 /// What all operating points of a cell lie in.
@@ -37,7 +37,7 @@ pub struct Enclosure {
     /// Torque, N m.
     pub torque_n_m: Interval,
     /// Slip, electrical rad/s.
-    pub slip_rad_per_s: Interval,
+    pub slip_rad_s: Interval,
 }
 
 /// Air-gap fluxes that the q-d model is looked at up to, Wb; its exponential saturation takes thousands of amperes long before.
@@ -68,27 +68,27 @@ impl Aqdm {
         }
     }
 
-    fn inverse_magnetizing(&self, flux_wb: f64) -> f64 {
+    fn inverse_magnetizing(&self, flux_vs: f64) -> f64 {
         let [m1, m2, m3, m4, m5, m6] = self.magnetizing;
-        m1 - m2 * flux_wb + (m3 * (flux_wb - m4)).exp() + (m5 * (flux_wb - m6)).exp()
+        m1 - m2 * flux_vs + (m3 * (flux_vs - m4)).exp() + (m5 * (flux_vs - m6)).exp()
     }
 
-    fn rotor_leakage_h(&self, flux_wb: f64) -> f64 {
+    fn rotor_leakage_h(&self, flux_vs: f64) -> f64 {
         let [l1, l2, l3, l4] = self.rotor_leakage;
-        l1 + l2 / (1.0 + l3 * flux_wb.powf(l4))
+        l1 + l2 / (1.0 + l3 * flux_vs.powf(l4))
     }
 
-    fn rotor_admittance(&self, slip_rad_per_s: f64) -> Complex64 {
-        self.rotor.iter().map(|[y, tau]| y / Complex64::new(1.0, tau * slip_rad_per_s)).sum()
+    fn rotor_admittance(&self, slip_rad_s: f64) -> Complex64 {
+        self.rotor.iter().map(|[y, tau]| y / Complex64::new(1.0, tau * slip_rad_s)).sum()
     }
 }
 
 impl AirGap for Aqdm {
-    fn operate(&self, flux_wb: f64, slip_rad_per_s: f64) -> (f64, f64) {
+    fn operate(&self, flux_vs: f64, slip_rad_s: f64) -> (f64, f64) {
         let j = Complex64::i();
-        let rotor = j * slip_rad_per_s * self.rotor_leakage_h(flux_wb) + self.rotor_admittance(slip_rad_per_s).inv();
-        let y = -j * self.inverse_magnetizing(flux_wb) + slip_rad_per_s / rotor;
-        (flux_wb / std::f64::consts::SQRT_2 * y.norm(), 1.5 * f64::from(self.pole_pairs) * flux_wb * flux_wb * y.re)
+        let rotor = j * slip_rad_s * self.rotor_leakage_h(flux_vs) + self.rotor_admittance(slip_rad_s).inv();
+        let y = -j * self.inverse_magnetizing(flux_vs) + slip_rad_s / rotor;
+        (flux_vs / std::f64::consts::SQRT_2 * y.norm(), 1.5 * f64::from(self.pole_pairs) * flux_vs * flux_vs * y.re)
     }
 
     /// Coordinates: flux and slip themselves.
@@ -112,15 +112,15 @@ impl AirGap for Aqdm {
         let susceptance = (slip * (b + x * (a.squared() + b.squared()))).over(d);
         let current = (conductance.squared() + (gamma + susceptance).squared()).root() * flux;
         let torque = p(1.5 * f64::from(self.pole_pairs)) * flux.squared() * conductance;
-        Enclosure { current_rms_a: current.over(p(2.0).root()), torque_n_m: torque, slip_rad_per_s: slip }
+        Enclosure { current_rms_a: current.over(p(2.0).root()), torque_n_m: torque, slip_rad_s: slip }
     }
 
-    fn coordinates(&self, _current_rms_a: f64, slip_rad_per_s: f64) -> [Interval; 2] {
-        [Interval::new(0.0, FLUX_MAX), Interval::new(0.0, slip_rad_per_s)]
+    fn coordinates(&self, _current_rms_a: f64, slip_rad_s: f64) -> [Interval; 2] {
+        [Interval::new(0.0, FLUX_MAX), Interval::new(0.0, slip_rad_s)]
     }
 
-    fn coordinates_of(&self, flux_wb: f64, slip_rad_per_s: f64) -> [f64; 2] {
-        [flux_wb, slip_rad_per_s]
+    fn coordinates_of(&self, flux_vs: f64, slip_rad_s: f64) -> [f64; 2] {
+        [flux_vs, slip_rad_s]
     }
 }
 
@@ -135,10 +135,10 @@ pub enum Circuit {
 }
 
 impl AirGap for Circuit {
-    fn operate(&self, flux_wb: f64, slip_rad_per_s: f64) -> (f64, f64) {
+    fn operate(&self, flux_vs: f64, slip_rad_s: f64) -> (f64, f64) {
         match self {
-            Circuit::T(c) => c.operate(flux_wb, slip_rad_per_s),
-            Circuit::Aqdm(c) => c.operate(flux_wb, slip_rad_per_s),
+            Circuit::T(c) => c.operate(flux_vs, slip_rad_s),
+            Circuit::Aqdm(c) => c.operate(flux_vs, slip_rad_s),
         }
     }
 
@@ -149,17 +149,17 @@ impl AirGap for Circuit {
         }
     }
 
-    fn coordinates(&self, current_rms_a: f64, slip_rad_per_s: f64) -> [Interval; 2] {
+    fn coordinates(&self, current_rms_a: f64, slip_rad_s: f64) -> [Interval; 2] {
         match self {
-            Circuit::T(c) => c.coordinates(current_rms_a, slip_rad_per_s),
-            Circuit::Aqdm(c) => c.coordinates(current_rms_a, slip_rad_per_s),
+            Circuit::T(c) => c.coordinates(current_rms_a, slip_rad_s),
+            Circuit::Aqdm(c) => c.coordinates(current_rms_a, slip_rad_s),
         }
     }
 
-    fn coordinates_of(&self, flux_wb: f64, slip_rad_per_s: f64) -> [f64; 2] {
+    fn coordinates_of(&self, flux_vs: f64, slip_rad_s: f64) -> [f64; 2] {
         match self {
-            Circuit::T(c) => c.coordinates_of(flux_wb, slip_rad_per_s),
-            Circuit::Aqdm(c) => c.coordinates_of(flux_wb, slip_rad_per_s),
+            Circuit::T(c) => c.coordinates_of(flux_vs, slip_rad_s),
+            Circuit::Aqdm(c) => c.coordinates_of(flux_vs, slip_rad_s),
         }
     }
 }

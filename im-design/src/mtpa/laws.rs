@@ -129,10 +129,10 @@ pub fn fit_current(points: &[Optimum]) -> Result<CurrentLaw, DesignError> {
 pub fn fit_slip(points: &[Optimum]) -> Result<SlipLaw, DesignError> {
     let top = points.iter().fold(0.0f64, |m, p| m.max(p.torque_n_m));
     // Coefficients of T/T_max, so that they are of one size.
-    let row = |p: &Optimum| ((0..5).map(|k| (p.torque_n_m / top).powi(k)).collect::<Vec<_>>(), p.slip_rad_per_s);
+    let row = |p: &Optimum| ((0..5).map(|k| (p.torque_n_m / top).powi(k)).collect::<Vec<_>>(), p.slip_rad_s);
     let start = least_squares(&points.iter().map(row).collect::<Vec<_>>());
     let law = |x: &[f64]| SlipLaw { c: std::array::from_fn(|k| x[k] / top.powi(k as i32)) };
-    let x = maximize_fitness(points, start, move |x, p| law(x).at(p.torque_n_m) - p.slip_rad_per_s)?;
+    let x = maximize_fitness(points, start, move |x, p| law(x).at(p.torque_n_m) - p.slip_rad_s)?;
     Ok(law(&x))
 }
 
@@ -198,15 +198,11 @@ pub fn fit_log(circuit: &impl AirGap, torque_n_m: [f64; 2], tolerance: f64) -> R
         let sum = |j: usize| (0..n).map(|k| value(&samples[k]).ln() * term(j, k)).sum::<f64>();
         (0..24).map(|j| sum(j) * if j == 0 { 1.0 } else { 2.0 } / n as f64).collect()
     };
-    let mut law = LogLaw {
-        torque_n_m,
-        current: series(&|o| o.current_rms_a),
-        slip: series(&|o| o.slip_rad_per_s),
-        worst: [f64::INFINITY; 2],
-    };
+    let mut law =
+        LogLaw { torque_n_m, current: series(&|o| o.current_rms_a), slip: series(&|o| o.slip_rad_s), worst: [f64::INFINITY; 2] };
     let full = law.clone();
     let current = |law: &LogLaw, o: &Optimum| law.current_at(o.torque_n_m) / o.current_rms_a;
-    let slip = |law: &LogLaw, o: &Optimum| law.slip_at(o.torque_n_m) / o.slip_rad_per_s;
+    let slip = |law: &LogLaw, o: &Optimum| law.slip_at(o.torque_n_m) / o.slip_rad_s;
     let worst = |law: &LogLaw, ratio: &dyn Fn(&LogLaw, &Optimum) -> f64| {
         judged.iter().map(|o| (ratio(law, o) - 1.0).abs()).fold(0.0, f64::max)
     };
@@ -249,13 +245,13 @@ mod tests {
         }
         for torque in torques(19.0, 215.0) {
             let o = for_torque(&circuit, torque).unwrap();
-            let error = SlipLaw::KWON.at(torque) / o.slip_rad_per_s - 1.0;
+            let error = SlipLaw::KWON.at(torque) / o.slip_rad_s - 1.0;
             assert!(error.abs() < 0.035, "slip {error} at {torque}");
         }
         let light = for_torque(&circuit, 9.0).unwrap();
         assert!(CurrentLaw::KWON.at(9.0) / light.current_rms_a > 1.05);
         let heavy = for_torque(&circuit, 450.0).unwrap();
-        assert!(SlipLaw::KWON.at(450.0) / heavy.slip_rad_per_s > 2.0);
+        assert!(SlipLaw::KWON.at(450.0) / heavy.slip_rad_s > 2.0);
     }
 
     /// A machine model with main-flux saturation: the same laws from its `motor.toml`.
@@ -269,7 +265,7 @@ mod tests {
         let (linear, curved) = (TCircuit::from(&base), TCircuit::from(&saturated));
         let torque = 20.0;
         let (a, b) = (for_torque(&linear, torque).unwrap(), for_torque(&curved, torque).unwrap());
-        assert!(b.current_rms_a > a.current_rms_a && b.slip_rad_per_s > a.slip_rad_per_s && b.flux_wb < a.flux_wb);
+        assert!(b.current_rms_a > a.current_rms_a && b.slip_rad_s > a.slip_rad_s && b.flux_vs < a.flux_vs);
         let law = fit_log(&curved, [0.1, 30.0], 0.01).unwrap();
         assert!((law.current_at(torque) / b.current_rms_a - 1.0).abs() < 0.01);
     }
@@ -278,7 +274,7 @@ mod tests {
     fn fitted_laws_are_fitter_than_the_printed_ones() {
         let points = data(&Aqdm::kwon_table_v(), 70.0, 70).unwrap();
         let of_current = |l: &CurrentLaw| fitness(points.iter().map(|p| l.at(p.torque_n_m) - p.current_rms_a));
-        let of_slip = |l: &SlipLaw| fitness(points.iter().map(|p| l.at(p.torque_n_m) - p.slip_rad_per_s));
+        let of_slip = |l: &SlipLaw| fitness(points.iter().map(|p| l.at(p.torque_n_m) - p.slip_rad_s));
         let (current, slip) = (fit_current(&points).unwrap(), fit_slip(&points).unwrap());
         assert!(of_current(&current) > of_current(&CurrentLaw::KWON), "{current:?}");
         assert!(of_slip(&slip) > of_slip(&SlipLaw::KWON), "{slip:?}");
@@ -291,7 +287,7 @@ mod tests {
         for torque in torques(1.0, 510.0) {
             let o = for_torque(&circuit, torque).unwrap();
             assert!((law.current_at(torque) / o.current_rms_a - 1.0).abs() < 0.01);
-            assert!((law.slip_at(torque) / o.slip_rad_per_s - 1.0).abs() < 0.01);
+            assert!((law.slip_at(torque) / o.slip_rad_s - 1.0).abs() < 0.01);
         }
         assert!(law.current.len() <= 10 && law.slip.len() <= 12, "{} {}", law.current.len(), law.slip.len());
     }

@@ -11,9 +11,9 @@ pub struct Optimum {
     /// Rms stator current, A.
     pub current_rms_a: f64,
     /// Slip frequency, electrical rad/s.
-    pub slip_rad_per_s: f64,
+    pub slip_rad_s: f64,
     /// Peak air-gap flux linkage, Wb.
-    pub flux_wb: f64,
+    pub flux_vs: f64,
 }
 
 /// Slip frequencies searched, electrical rad/s.
@@ -95,12 +95,12 @@ pub fn for_current(circuit: &impl AirGap, current_rms_a: f64) -> Result<Optimum,
             fd = torque(d);
         }
     }
-    let slip_rad_per_s = (0.5 * (a + b)).exp();
-    let (flux_wb, torque_n_m) = flux_at(circuit, current_rms_a, slip_rad_per_s).ok_or_else(|| DesignError::Infeasible {
+    let slip_rad_s = (0.5 * (a + b)).exp();
+    let (flux_vs, torque_n_m) = flux_at(circuit, current_rms_a, slip_rad_s).ok_or_else(|| DesignError::Infeasible {
         constraint: format!("a current of {current_rms_a} A in this circuit"),
         feasible: "a smaller current".into(),
     })?;
-    Ok(Optimum { torque_n_m, current_rms_a, slip_rad_per_s, flux_wb })
+    Ok(Optimum { torque_n_m, current_rms_a, slip_rad_s, flux_vs })
 }
 
 /// The least current for a torque.
@@ -163,7 +163,7 @@ mod tests {
         let (l_m, l_lr, r_r) = (0.0915, 0.0042, 0.159);
         let circuit = TCircuit::linear(r_r, l_lr, l_m, 2);
         let o = for_current(&circuit, 12.0).unwrap();
-        assert!((o.slip_rad_per_s * (l_m + l_lr) / r_r - 1.0).abs() < 1e-5);
+        assert!((o.slip_rad_s * (l_m + l_lr) / r_r - 1.0).abs() < 1e-5);
         let torque = 1.5 * 2.0 * l_m * l_m / (l_m + l_lr) * 144.0;
         assert!((o.torque_n_m / torque - 1.0).abs() < 1e-9);
         let back = for_torque(&circuit, torque).unwrap();

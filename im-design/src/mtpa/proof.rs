@@ -27,7 +27,7 @@ pub struct MtpaDesign {
     /// ε, relative.
     pub tolerance: f64,
     /// Slips up to which the q-d circuit is searched for better points, electrical rad/s; the T circuit is searched at all.
-    pub slip_max_rad_per_s: f64,
+    pub slip_max_rad_s: f64,
     /// The circuit.
     pub circuit: Circuit,
     /// The laws.
@@ -121,8 +121,8 @@ impl MtpaDesign {
                 return true;
             }
             let [current, slip] = self.law.enclose(self.torque_n_m, Interval::new(low, high));
-            let off = (slip - e.slip_rad_per_s).magnitude();
-            ((one + tolerance) * current - e.current_rms_a).low > 0.0 && (tolerance * e.slip_rad_per_s - off).low > 0.0
+            let off = (slip - e.slip_rad_s).magnitude();
+            ((one + tolerance) * current - e.current_rms_a).low > 0.0 && (tolerance * e.slip_rad_s - off).low > 0.0
         };
         let mut open = vec![(from.at, to.at, true, HALVES)];
         let mut boxes = 0;
@@ -149,7 +149,7 @@ impl Claim for MtpaDesign {
         if !(ordered && ends == [low, high] && low > 0.0) {
             return Err("the points must ascend from one end of the range of torque to the other".into());
         }
-        if !(self.tolerance > 0.0 && self.tolerance < 1.0 && self.slip_max_rad_per_s > 0.0) {
+        if !(self.tolerance > 0.0 && self.tolerance < 1.0 && self.slip_max_rad_s > 0.0) {
             return Err("the tolerance must lie between 0 and 1, the largest slip must be positive".into());
         }
         if F::from_f64(f64::from(self.circuit.pole_pairs())) != c.n_p {
@@ -167,7 +167,7 @@ impl Claim for MtpaDesign {
             positive(name, count(self.way(&pair[0], &pair[1])));
         }
         let most = Most::of(&self.law, self.torque_n_m);
-        let cells = no_better(&self.circuit, low, &most, self.tolerance, self.slip_max_rad_per_s);
+        let cells = no_better(&self.circuit, low, &most, self.tolerance, self.slip_max_rad_s);
         positive("cells that show that less is too little".into(), count(cells));
         Ok(obligations)
     }
@@ -182,8 +182,8 @@ mod tests {
     use crate::{Certificate, DesignError, Machine, Plant};
 
     fn request(torque_n_m: [f64; 2]) -> MtpaRequest {
-        let (tolerance, slip_max_rad_per_s) = (0.01, 500.0);
-        MtpaRequest { torque_n_m, tolerance, law: LawKind::Series, slip_max_rad_per_s, points: 9, aqdm: None }
+        let (tolerance, slip_max_rad_s) = (0.01, 500.0);
+        MtpaRequest { torque_n_m, tolerance, law: LawKind::Series, slip_max_rad_s, points: 9, aqdm: None }
     }
 
     fn plant() -> Plant {
@@ -213,7 +213,7 @@ mod tests {
         torques.sort_by(f64::total_cmp);
         let witness = |torque_n_m: f64| {
             let o = super::super::for_torque(&circuit, torque_n_m * (1.0 + 1e-9)).unwrap();
-            Witness { torque_n_m, at: circuit.coordinates_of(o.flux_wb, o.slip_rad_per_s) }
+            Witness { torque_n_m, at: circuit.coordinates_of(o.flux_vs, o.slip_rad_s) }
         };
         bent.points = torques.into_iter().map(witness).collect();
         let off = |t: f64| bent.law.at([1.0, 510.0], t)[0] / design.law.at([1.0, 510.0], t)[0] - 1.0;
@@ -237,7 +237,7 @@ mod tests {
     #[test]
     fn printed_kind_of_laws_says_how_far_off_it_is() {
         let circuit = Circuit::Aqdm(Aqdm::kwon_table_v());
-        let kwon = MtpaRequest { law: LawKind::Kwon, slip_max_rad_per_s: 50.0, ..request([1.0, 510.0]) };
+        let kwon = MtpaRequest { law: LawKind::Kwon, slip_max_rad_s: 50.0, ..request([1.0, 510.0]) };
         let error = design(plant(), circuit, &kwon).unwrap_err();
         assert!(matches!(&error, DesignError::Infeasible { feasible, .. } if feasible.contains("a tolerance of")), "{error}");
         let moderate = MtpaRequest { tolerance: 0.04, ..kwon };

@@ -24,7 +24,7 @@ pub struct MtpaRequest {
     pub law: LawKind,
     /// Largest slip at which a better point is looked for, electrical rad/s; 500 when not given.
     #[serde(default = "five_hundred")]
-    pub slip_max_rad_per_s: f64,
+    pub slip_max_rad_s: f64,
     /// Torques with a witness at first; 25 when not given. More are added where the way between two is not proven.
     #[serde(default = "twenty_five")]
     pub points: u32,
@@ -78,9 +78,9 @@ pub fn design(plant: Plant, circuit: Circuit, request: &MtpaRequest) -> Result<(
     if let Some(complaint) = circuit.complaint() {
         return Err(DesignError::request(complaint));
     }
-    let MtpaRequest { torque_n_m, tolerance, slip_max_rad_per_s, .. } = *request;
+    let MtpaRequest { torque_n_m, tolerance, slip_max_rad_s, .. } = *request;
     let [low, high] = torque_n_m;
-    positive("slip_max_rad_per_s", slip_max_rad_per_s)?;
+    positive("slip_max_rad_s", slip_max_rad_s)?;
     if !(low > 0.0 && low < high && high.is_finite()) {
         return Err(DesignError::request(format!("torque_n_m = {torque_n_m:?} must be positive and ordered")));
     }
@@ -115,14 +115,14 @@ pub fn design(plant: Plant, circuit: Circuit, request: &MtpaRequest) -> Result<(
         // A hair more than the torque, so that the proof has it for certain.
         let best = for_torque(&circuit, torque * (1.0 + 1e-9))?;
         let [current, slip] = law.at(torque_n_m, torque);
-        let off = (current / best.current_rms_a - 1.0).abs().max((slip / best.slip_rad_per_s - 1.0).abs());
+        let off = (current / best.current_rms_a - 1.0).abs().max((slip / best.slip_rad_s - 1.0).abs());
         if off > worst.0 {
             worst = (off, torque);
         }
-        Ok(Witness { torque_n_m: torque, at: circuit.coordinates_of(best.flux_wb, best.slip_rad_per_s) })
+        Ok(Witness { torque_n_m: torque, at: circuit.coordinates_of(best.flux_vs, best.slip_rad_s) })
     };
     let points: Vec<Witness> = torques.into_iter().map(&mut witness).collect::<Result<_, _>>()?;
-    let mut design = MtpaDesign { torque_n_m, tolerance, slip_max_rad_per_s, circuit, law: law.clone(), points: Vec::new() };
+    let mut design = MtpaDesign { torque_n_m, tolerance, slip_max_rad_s, circuit, law: law.clone(), points: Vec::new() };
     let mut ahead: Vec<Witness> = points.into_iter().rev().collect();
     design.points.extend(ahead.pop());
     // Between two torques closer than this the law itself is off.

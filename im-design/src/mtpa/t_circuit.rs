@@ -146,10 +146,10 @@ pub fn of_machine(machine: &im_model::Machine<f64>) -> TCircuit {
 }
 
 impl AirGap for TCircuit {
-    fn operate(&self, flux_wb: f64, slip_rad_per_s: f64) -> (f64, f64) {
-        let [d, q, r, per_slip] = self.rotor(self.leakage_current(flux_wb, slip_rad_per_s), slip_rad_per_s);
+    fn operate(&self, flux_vs: f64, slip_rad_s: f64) -> (f64, f64) {
+        let [d, q, r, per_slip] = self.rotor(self.leakage_current(flux_vs, slip_rad_s), slip_rad_s);
         let [k, s, psi] = self.main_saturation;
-        let gamma = (1.0 + k * (flux_wb / psi).powf(s)) / self.magnetizing_inductance_h;
+        let gamma = (1.0 + k * (flux_vs / psi).powf(s)) / self.magnetizing_inductance_h;
         let current = (gamma * d + r).hypot(gamma * q) / std::f64::consts::SQRT_2;
         (current, 1.5 * f64::from(self.pole_pairs) * r * r * per_slip)
     }
@@ -190,18 +190,18 @@ impl AirGap for TCircuit {
         let gamma = gamma.over(p(self.magnetizing_inductance_h));
         let current = ((gamma * psi_d + r).squared() + (gamma * psi_q).squared()).root().over(p(2.0).root());
         let torque = p(1.5 * f64::from(self.pole_pairs)) * r * psi_q;
-        Enclosure { current_rms_a: current, torque_n_m: torque, slip_rad_per_s: slip }
+        Enclosure { current_rms_a: current, torque_n_m: torque, slip_rad_s: slip }
     }
 
     /// x ≤ r ≤ |i_s| and ψ_q ≤ L_m |i_s|: magnetizing and rotor currents add along the first axis.
-    fn coordinates(&self, current_rms_a: f64, _slip_rad_per_s: f64) -> [Interval; 2] {
+    fn coordinates(&self, current_rms_a: f64, _slip_rad_s: f64) -> [Interval; 2] {
         let peak = 1.5 * current_rms_a;
         [Interval::new(0.0, peak), Interval::new(0.0, self.magnetizing_inductance_h * peak)]
     }
 
-    fn coordinates_of(&self, flux_wb: f64, slip_rad_per_s: f64) -> [f64; 2] {
-        let x = self.leakage_current(flux_wb, slip_rad_per_s);
-        [x, self.rotor(x, slip_rad_per_s)[1]]
+    fn coordinates_of(&self, flux_vs: f64, slip_rad_s: f64) -> [f64; 2] {
+        let x = self.leakage_current(flux_vs, slip_rad_s);
+        [x, self.rotor(x, slip_rad_s)[1]]
     }
 }
 
@@ -246,7 +246,7 @@ mod tests {
                 let at = circuit.coordinates_of(flux, slip);
                 for width in [0.1, 1e-3, 1e-7] {
                     let e = circuit.enclose(at.map(|x| Interval::new(x * (1.0 - width), x * (1.0 + width))));
-                    for (i, x) in [(e.current_rms_a, current), (e.torque_n_m, torque), (e.slip_rad_per_s, slip)] {
+                    for (i, x) in [(e.current_rms_a, current), (e.torque_n_m, torque), (e.slip_rad_s, slip)] {
                         assert!(i.low <= x && x <= i.high, "{x} {i:?}");
                         assert!(i.high - i.low < 60.0 * width * x + 1e-5 * x, "{i:?} at {width}");
                     }

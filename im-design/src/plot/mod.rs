@@ -15,11 +15,11 @@ use im_chart::{COLOURS, HEIGHT, MARGIN, WIDTH, axes, stacked};
 
 /// Where the adaptive loop is stable (blue, darker is faster) and unstable (red), over slip and speed, around a region [speeds, slips];
 /// certified cells are outlined.
-pub fn stability_map(plant: Plant, gains: &LoopGains, region: [[f64; 2]; 2], flux_wb: f64, cells: &[[[f64; 2]; 2]]) -> String {
+pub fn stability_map(plant: Plant, gains: &LoopGains, region: [[f64; 2]; 2], flux_vs: f64, cells: &[[[f64; 2]; 2]]) -> String {
     const N: usize = 32;
     let [speed, slip] = region.map(|[low, high]| [low - 0.4 * (high - low), high + 0.4 * (high - low)]);
     let grid = |[low, high]: [f64; 2]| -> Vec<f64> { (0..N).map(|k| low + (high - low) * (k as f64 + 0.5) / N as f64).collect() };
-    let map = gains.map(plant, &grid(speed), &grid(slip), flux_wb);
+    let map = gains.map(plant, &grid(speed), &grid(slip), flux_vs);
     let most = map.iter().flatten().fold(1e-9f64, |m, d| m.max(d.abs()));
     let title = "Decay rate of the adaptive loop: blue stable, red unstable; certified cells outlined";
     let mut svg = axes(title, "slip, rad/s", "speed, rad/s", slip, speed);
@@ -58,7 +58,7 @@ pub fn stability_map(plant: Plant, gains: &LoopGains, region: [[f64; 2]; 2], flu
 /// Poles of the error dynamics of Kubota's observer over its speed range.
 pub fn pole_map(plant: Plant, design: &KubotaDesign) -> String {
     let c = plant.constants::<f64>();
-    let [low, high] = design.speed_rad_per_s;
+    let [low, high] = design.speed_rad_s;
     let speeds = (0..=24).map(|k| low + (high - low) * f64::from(k) / 24.0);
     let points = speeds.flat_map(|w| linalg::eigenvalues(&design.error_matrix(&c, w))).collect();
     let poles = Series { name: format!("{low} to {high} rad/s"), mark: Mark::Cross, points };
@@ -78,11 +78,11 @@ mod tests {
         let gains = mended(plant, 0.2, 0.0, 0.05, 20.0).unwrap();
         let region = [[5.0, 10.0], [-8.0, -2.0]];
         let (design, _) = certify(plant, &gains, region[0], region[1], 0.9, 4).unwrap();
-        let cells: Vec<_> = design.cells.iter().map(|cell| [cell.speed_rad_per_s, cell.slip_rad_per_s]).collect();
+        let cells: Vec<_> = design.cells.iter().map(|cell| [cell.speed_rad_s, cell.slip_rad_s]).collect();
         // Without feedback the same region is partly unstable.
         let map = stability_map(plant, &no_feedback(0.05, 20.0), region, 0.9, &cells);
         assert!(map.ends_with("</svg>\n") && COLOURS[..2].iter().all(|c| map.contains(c)));
-        let request = KubotaRequest { speed_rad_per_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: 1e4 };
+        let request = KubotaRequest { speed_rad_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: 1e4 };
         let poles = pole_map(plant, &closed_form(plant, &request).unwrap().0);
         assert_eq!(poles.matches(&format!("stroke=\"{}\"", COLOURS[0])).count(), 100, "four poles at 25 speeds");
     }

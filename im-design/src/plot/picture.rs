@@ -18,12 +18,12 @@ pub fn picture(certificate: &Certificate) -> String {
     match &certificate.design {
         Design::Kubota(d) => pole_map(plant, d),
         Design::KubotaLoop(d) => {
-            let cells: Vec<_> = d.cells.iter().map(|cell| [cell.speed_rad_per_s, cell.slip_rad_per_s]).collect();
-            stability_map(plant, &d.gains, [d.speed_rad_per_s, d.slip_rad_per_s], d.flux_wb, &cells)
+            let cells: Vec<_> = d.cells.iter().map(|cell| [cell.speed_rad_s, cell.slip_rad_s]).collect();
+            stability_map(plant, &d.gains, [d.speed_rad_s, d.slip_rad_s], d.flux_vs, &cells)
         }
         Design::SampledLoop(d) => {
-            let cells: Vec<_> = d.cells.iter().map(|cell| [cell.speed_rad_per_s, cell.sampled_slip_rad_per_s]).collect();
-            stability_map(plant, &d.gains, [d.speed_rad_per_s, d.slip_rad_per_s], d.flux_wb, &cells)
+            let cells: Vec<_> = d.cells.iter().map(|cell| [cell.speed_rad_s, cell.sampled_slip_rad_s]).collect();
+            stability_map(plant, &d.gains, [d.speed_rad_s, d.slip_rad_s], d.flux_vs, &cells)
         }
         Design::Thau(d) => {
             let closed = &model::linear_part(&c) - &(&d.gain * &model::output());
@@ -42,21 +42,21 @@ pub fn picture(certificate: &Certificate) -> String {
             poles(&title, vec![("no gain".into(), open), ("with the gain".into(), closed)])
         }
         Design::Derdiyok(d) => {
-            let need = |w: f64| d.flux_max_wb * c.eta.hypot(c.n_p * w);
-            let top = d.speed_max_rad_per_s;
+            let need = |w: f64| d.flux_max_vs * c.eta.hypot(c.n_p * w);
+            let top = d.speed_max_rad_s;
             needed("Smallest switching gain", "nu0, V", 1.3 * top, (top, d.nu0), &[("needed", &need)])
         }
         Design::Utkin(d) => {
             let at =
-                |speed: f64, flux: f64| smallest_omega0(&c, &UtkinDesign { speed_max_rad_per_s: speed, flux_min_wb: flux, ..*d });
-            let top = d.speed_max_rad_per_s;
-            let (less, same) = (|w: f64| at(w, 0.8 * d.flux_min_wb), |w: f64| at(w, d.flux_min_wb));
+                |speed: f64, flux: f64| smallest_omega0(&c, &UtkinDesign { speed_max_rad_s: speed, flux_min_vs: flux, ..*d });
+            let top = d.speed_max_rad_s;
+            let (less, same) = (|w: f64| at(w, 0.8 * d.flux_min_vs), |w: f64| at(w, d.flux_min_vs));
             let curves: [(&str, &dyn Fn(f64) -> f64); 2] = [("needed", &same), ("needed at 0.8 of the least flux", &less)];
-            needed("Smallest switching amplitude", "omega0, mechanical rad/s", 1.3 * top, (top, d.omega0_rad_per_s), &curves)
+            needed("Smallest switching amplitude", "omega0, mechanical rad/s", 1.3 * top, (top, d.omega0_rad_s), &curves)
         }
         Design::Kenne(d) => {
-            let at = |speed: f64| kenne::needed(&c, &kenne::KenneRegion { speed_max_rad_per_s: speed, ..d.region });
-            let top = d.region.speed_max_rad_per_s;
+            let at = |speed: f64| kenne::needed(&c, &kenne::KenneRegion { speed_max_rad_s: speed, ..d.region });
+            let top = d.region.speed_max_rad_s;
             let (q, k_d) = (|w: f64| at(w)[0], |w: f64| at(w)[1]);
             let curves: [(&str, &dyn Fn(f64) -> f64); 2] = [("k_sq of (25)", &q), ("k_sd of (26)", &k_d)];
             needed("Smallest switching voltages", "V", 1.3 * top, (top, d.k_sd.max(d.k_sq)), &curves)
@@ -86,7 +86,7 @@ pub fn picture(certificate: &Certificate) -> String {
         }
         Design::Mtpa(d) => torque_curves(d),
         Design::Sampled(d) => {
-            let closed = steps(d.speed_rad_per_s, 24).map(|speed| d.step_matrix(&c, speed)).collect();
+            let closed = steps(d.speed_rad_s, 24).map(|speed| d.step_matrix(&c, speed)).collect();
             discrete(&format!("Poles per sample of {:.1} us", 1e6 * d.period_s), d.contraction, closed)
         }
     }
@@ -109,10 +109,10 @@ fn layers(unit: &str, period_s: f64, of: &[Layer<'_>]) -> String {
 /// Poles of both loops of Jadot's controller over its region.
 fn regulated(c: &Constants<f64>, d: &JadotDesign) -> String {
     let mut inner = Vec::new();
-    for slip in steps(d.slip_rad_per_s, 4) {
-        inner.extend(steps(d.electrical_speed_rad_per_s, 12).map(|speed| d.electrical(c, speed, slip)));
+    for slip in steps(d.slip_rad_s, 4) {
+        inner.extend(steps(d.electrical_speed_rad_s, 12).map(|speed| d.electrical(c, speed, slip)));
     }
-    let outer = steps(d.slip_rad_per_s, 12).map(|slip| d.outer(c, slip)).collect();
+    let outer = steps(d.slip_rad_s, 12).map(|slip| d.outer(c, slip)).collect();
     poles("Poles over speed and slip", vec![("electrical errors".into(), inner), ("speed, flux, reference".into(), outer)])
 }
 
@@ -124,7 +124,7 @@ fn torque_curves(d: &MtpaDesign) -> String {
         let line = |f: &dyn Fn(f64) -> f64| torques.iter().map(|t| (*t, f(*t))).collect::<Vec<_>>();
         let best = |w: &Witness| {
             let e = d.circuit.enclose(w.at.map(Interval::point));
-            (w.torque_n_m, [e.current_rms_a, e.slip_rad_per_s][k].low)
+            (w.torque_n_m, [e.current_rms_a, e.slip_rad_s][k].low)
         };
         let mut series = vec![
             Series { name: "law".into(), mark: Mark::Line, points: line(&|t| d.law.at(d.torque_n_m, t)[k]) },

@@ -2,7 +2,7 @@
 //!
 //! ```
 //! use im_design::{Machine, Plant, request::{Kind, design}};
-//! let region = "speed_rad_per_s = [-190.0, 190.0]\nrate_per_s = 0.8\n";
+//! let region = "speed_rad_s = [-190.0, 190.0]\nrate_per_s = 0.8\n";
 //! let certificate = design("kubota".parse().unwrap(), Plant::Machine(Machine::kwon_table_iv()), region).unwrap();
 //! certificate.check().unwrap();
 //! assert_eq!(Kind::ALL.len(), 10);
@@ -113,17 +113,17 @@ pub fn design(kind: Kind, plant: Plant, region: &str) -> Result<Certificate, Des
             let r: KubotaFile = read(region)?;
             let beta = plant.constants::<f64>().beta;
             let flux_weight = r.flux_weight.unwrap_or(beta * beta);
-            let request = kubota::KubotaRequest { speed_rad_per_s: r.speed_rad_per_s, rate_per_s: r.rate_per_s, flux_weight };
+            let request = kubota::KubotaRequest { speed_rad_s: r.speed_rad_s, rate_per_s: r.rate_per_s, flux_weight };
             kubota::least_norm(plant, &request).map(|d| d.1)
         }
         Kind::KubotaLoop => {
             let r: LoopRequest = read(region)?;
             let gains = kubota_loop::mended(plant, r.rho, r.l2_per_s, r.proportional, r.integral)?;
-            kubota_loop::certify(plant, &gains, r.speed_rad_per_s, r.slip_rad_per_s, r.flux_wb, r.depth).map(|d| d.1)
+            kubota_loop::certify(plant, &gains, r.speed_rad_s, r.slip_rad_s, r.flux_vs, r.depth).map(|d| d.1)
         }
         Kind::Derdiyok => {
             let r: DerdiyokRequest = read(region)?;
-            sliding::derdiyok(plant, r.speed_max_rad_per_s, r.flux_max_wb, r.reserve).map(|d| d.1)
+            sliding::derdiyok(plant, r.speed_max_rad_s, r.flux_max_vs, r.reserve).map(|d| d.1)
         }
         Kind::Utkin => {
             let r: UtkinRequest = read(region)?;
@@ -133,7 +133,7 @@ pub fn design(kind: Kind, plant: Plant, region: &str) -> Result<Certificate, Des
         Kind::Jadot => jadot::design(plant, &read(region)?).map(|d| d.1),
         Kind::Sampled => {
             let r: SampledRequest = read(region)?;
-            sampled::design(plant, r.speed_rad_per_s, r.period_s, r.rate_per_s).map(|d| d.1)
+            sampled::design(plant, r.speed_rad_s, r.period_s, r.rate_per_s).map(|d| d.1)
         }
         Kind::Mtpa => match plant {
             Plant::Machine(m) => {
@@ -193,8 +193,8 @@ pub fn design_sampled(kind: Kind, plant: Plant, region: &str, period: Period) ->
         Kind::Kubota => {
             let r: KubotaFile = read(region)?;
             match at {
-                Some(s) => sampled::design(plant, r.speed_rad_per_s, s, r.rate_per_s),
-                None => sampled::design_for_largest_period(plant, r.speed_rad_per_s, r.rate_per_s, 1e-3),
+                Some(s) => sampled::design(plant, r.speed_rad_s, s, r.rate_per_s),
+                None => sampled::design_for_largest_period(plant, r.speed_rad_s, r.rate_per_s, 1e-3),
             }
             .map(|d| d.1)
         }
@@ -211,19 +211,18 @@ pub fn design_sampled(kind: Kind, plant: Plant, region: &str, period: Period) ->
             let r: DerdiyokRequest = read(region)?;
             with_layer("boundary_layer_a", r.boundary_layer_a, at)?;
             let layer = r.boundary_layer_a;
-            sampled::derdiyok(plant, r.speed_max_rad_per_s, r.flux_max_wb, r.reserve, layer, at).map(|d| d.1)
+            sampled::derdiyok(plant, r.speed_max_rad_s, r.flux_max_vs, r.reserve, layer, at).map(|d| d.1)
         }
         Kind::Utkin => {
             let r: UtkinRequest = read(region)?;
             with_layer("boundary_layer_avs", r.boundary_layer_avs, at)?;
-            let limits = [needed("flux_max_wb", r.flux_max_wb)?, needed("voltage_max_v", r.voltage_max_v)?];
+            let limits = [needed("flux_max_vs", r.flux_max_vs)?, needed("voltage_max_v", r.voltage_max_v)?];
             sampled::utkin(plant, &r.region(), limits, r.boundary_layer_avs, at).map(|d| d.1)
         }
         Kind::KubotaLoop => {
             let r: LoopRequest = read(region)?;
             let gains = kubota_loop::mended(plant, r.rho, r.l2_per_s, r.proportional, r.integral)?;
-            sampled::adaptive(plant, &gains, r.speed_rad_per_s, r.slip_rad_per_s, r.flux_wb, r.depth, r.rate_per_s, at)
-                .map(|d| d.1)
+            sampled::adaptive(plant, &gains, r.speed_rad_s, r.slip_rad_s, r.flux_vs, r.depth, r.rate_per_s, at).map(|d| d.1)
         }
         Kind::Kenne => {
             let (r, layers) = regions::kenne(region)?;
@@ -291,10 +290,10 @@ mod tests {
 
     #[test]
     fn errors_name_the_line_and_the_choices() {
-        let error = design(Kind::Kubota, plant(), "speed_rad_per_s = [-1.0, 1.0]\nrate = 0.8").unwrap_err();
+        let error = design(Kind::Kubota, plant(), "speed_rad_s = [-1.0, 1.0]\nrate = 0.8").unwrap_err();
         assert!(matches!(&error, DesignError::Region { line: Some(2), what } if what.contains("rate_per_s")), "{error}");
         let missing = design(Kind::Kubota, plant(), "rate_per_s = 0.8").unwrap_err().to_string();
-        assert!(missing.contains("speed_rad_per_s"), "{missing}");
+        assert!(missing.contains("speed_rad_s"), "{missing}");
         let at = |kind: &str, period: &str| {
             let kind: Kind = kind.parse().unwrap();
             let region = kind.example_region().replace("# rate_per_s", "rate_per_s");

@@ -45,13 +45,13 @@ fn thousandth() -> f64 {
 #[serde(deny_unknown_fields)]
 pub struct BoxRequest {
     /// Speed of the frame, electrical rad/s.
-    pub frame_rad_per_s: [f64; 2],
+    pub frame_rad_s: [f64; 2],
     /// Slip, electrical rad/s.
-    pub slip_rad_per_s: [f64; 2],
+    pub slip_rad_s: [f64; 2],
     /// Flux along d, Wb.
-    pub flux_d_wb: [f64; 2],
+    pub flux_d_vs: [f64; 2],
     /// Flux along q, Wb.
-    pub flux_q_wb: [f64; 2],
+    pub flux_q_vs: [f64; 2],
     /// Measured current along d, A; zero when not given: the torque is not modelled.
     #[serde(default)]
     pub current_d_a: [f64; 2],
@@ -69,10 +69,10 @@ impl BoxRequest {
     /// The box alone.
     pub(super) fn region(&self) -> BoxRegion {
         BoxRegion {
-            frame_rad_per_s: self.frame_rad_per_s,
-            slip_rad_per_s: self.slip_rad_per_s,
-            flux_d_wb: self.flux_d_wb,
-            flux_q_wb: self.flux_q_wb,
+            frame_rad_s: self.frame_rad_s,
+            slip_rad_s: self.slip_rad_s,
+            flux_d_vs: self.flux_d_vs,
+            flux_q_vs: self.flux_q_vs,
             current_d_a: self.current_d_a,
             current_q_a: self.current_q_a,
         }
@@ -88,7 +88,7 @@ fn ten_thousand() -> f64 {
 #[serde(deny_unknown_fields)]
 pub struct KubotaFile {
     /// Mechanical speeds, rad/s.
-    pub speed_rad_per_s: [f64; 2],
+    pub speed_rad_s: [f64; 2],
     /// Wanted rate, 1/s, below η.
     pub rate_per_s: f64,
     /// w of P = diag(w, w, 1, 1); β² when not given; 1 is the paper's (3).
@@ -100,11 +100,11 @@ pub struct KubotaFile {
 #[serde(deny_unknown_fields)]
 pub struct LoopRequest {
     /// Mechanical speeds, rad/s.
-    pub speed_rad_per_s: [f64; 2],
+    pub speed_rad_s: [f64; 2],
     /// Slips, electrical rad/s.
-    pub slip_rad_per_s: [f64; 2],
+    pub slip_rad_s: [f64; 2],
     /// Rotor flux linkage amplitude, Wb.
-    pub flux_wb: f64,
+    pub flux_vs: f64,
     /// K_P of the speed law.
     pub proportional: f64,
     /// K_I of the speed law.
@@ -140,9 +140,9 @@ fn six() -> u32 {
 #[serde(deny_unknown_fields)]
 pub struct DerdiyokRequest {
     /// |ω| up to this mechanical speed, rad/s.
-    pub speed_max_rad_per_s: f64,
+    pub speed_max_rad_s: f64,
     /// |λ| up to this, Wb.
-    pub flux_max_wb: f64,
+    pub flux_max_vs: f64,
     /// What ν₀ has to spare, V.
     pub reserve: f64,
     /// φ, A, for a sampling period; the smallest when not given.
@@ -154,17 +154,17 @@ pub struct DerdiyokRequest {
 #[serde(deny_unknown_fields)]
 pub struct UtkinRequest {
     /// |ω| up to this mechanical speed, rad/s.
-    pub speed_max_rad_per_s: f64,
+    pub speed_max_rad_s: f64,
     /// |λ̂| from this on, Wb.
-    pub flux_min_wb: f64,
+    pub flux_min_vs: f64,
     /// |λ − λ̂| up to this, Wb.
-    pub flux_error_max_wb: f64,
+    pub flux_error_max_vs: f64,
     /// |î − i| up to this, A.
     pub current_error_max_a: f64,
     /// |i| up to this, A.
     pub current_max_a: f64,
     /// |λ̂| up to this, Wb; for a sampling period.
-    pub flux_max_wb: Option<f64>,
+    pub flux_max_vs: Option<f64>,
     /// |u_s| up to this, V; for a sampling period.
     pub voltage_max_v: Option<f64>,
     /// φ, A Wb, for a sampling period; the smallest when not given.
@@ -175,12 +175,12 @@ impl UtkinRequest {
     /// The region alone.
     pub(super) fn region(&self) -> UtkinDesign {
         UtkinDesign {
-            speed_max_rad_per_s: self.speed_max_rad_per_s,
-            flux_min_wb: self.flux_min_wb,
-            flux_error_max_wb: self.flux_error_max_wb,
+            speed_max_rad_s: self.speed_max_rad_s,
+            flux_min_vs: self.flux_min_vs,
+            flux_error_max_vs: self.flux_error_max_vs,
             current_error_max_a: self.current_error_max_a,
             current_max_a: self.current_max_a,
-            omega0_rad_per_s: 0.0,
+            omega0_rad_s: 0.0,
             root_bound: 0.0,
         }
     }
@@ -213,7 +213,7 @@ pub(super) fn kenne(region: &str) -> Result<(KenneRegion, Option<[f64; 2]>), Des
 #[serde(deny_unknown_fields)]
 pub struct SampledRequest {
     /// Mechanical speeds, rad/s.
-    pub speed_rad_per_s: [f64; 2],
+    pub speed_rad_s: [f64; 2],
     /// Sampling period, s.
     pub period_s: f64,
     /// Wanted rate, 1/s.

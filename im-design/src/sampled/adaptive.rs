@@ -39,9 +39,9 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct SampledCell {
     /// Mechanical speeds, rad/s.
-    pub speed_rad_per_s: [f64; 2],
+    pub speed_rad_s: [f64; 2],
     /// Sampled slips ω' − n_pω, electrical rad/s.
-    pub sampled_slip_rad_per_s: [f64; 2],
+    pub sampled_slip_rad_s: [f64; 2],
     /// ρ, per sample, in the norm of P.
     pub contraction: f64,
     /// P.
@@ -55,17 +55,17 @@ pub struct SampledCell {
 #[serde(deny_unknown_fields)]
 pub struct SampledLoopDesign {
     /// Rotor flux linkage amplitude, Wb.
-    pub flux_wb: f64,
+    pub flux_vs: f64,
     /// Region: mechanical speeds, rad/s.
-    pub speed_rad_per_s: [f64; 2],
+    pub speed_rad_s: [f64; 2],
     /// Region: slip frequencies, electrical rad/s.
-    pub slip_rad_per_s: [f64; 2],
+    pub slip_rad_s: [f64; 2],
     /// Sampling period h, s.
     pub period_s: f64,
     /// The gains.
     pub gains: LoopGains,
     /// What the sampled slips of the region lie in, electrical rad/s.
-    pub sampled_slip_rad_per_s: [f64; 2],
+    pub sampled_slip_rad_s: [f64; 2],
     /// Cells that tile speeds and sampled slips.
     pub cells: Vec<SampledCell>,
 }
@@ -81,7 +81,7 @@ fn step<F: Field>(c: &Constants<F>, d: &SampledLoopDesign, [speed, slip, other]:
     for k in [0, 2] {
         (j[(k, k + 1)], j[(k + 1, k)]) = (-F::one(), F::one());
     }
-    let [here, there] = [speed, other].map(|x| d.gains.flow(c, x, d.flux_wb));
+    let [here, there] = [speed, other].map(|x| d.gains.flow(c, x, d.flux_vs));
     let rates = &(&here - &j.scaled(&w)) - &(&j * &there).scaled(&tau);
     let mut implicit = &Matrix::identity(5) + &j.scaled(&tau);
     implicit[(4, 3)] = -(h * here[(4, 3)].clone());
@@ -94,14 +94,14 @@ fn vertices(speed: [f64; 2], slip: [f64; 2]) -> impl Iterator<Item = [f64; 3]> {
 
 impl Claim for SampledLoopDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
-        let cells: Vec<_> = self.cells.iter().map(|cell| [cell.speed_rad_per_s, cell.sampled_slip_rad_per_s]).collect();
-        tiled::<F>(&cells, [self.speed_rad_per_s, self.sampled_slip_rad_per_s])?;
+        let cells: Vec<_> = self.cells.iter().map(|cell| [cell.speed_rad_s, cell.sampled_slip_rad_s]).collect();
+        tiled::<F>(&cells, [self.speed_rad_s, self.sampled_slip_rad_s])?;
         let f = F::from_f64;
         let h = f(self.period_s);
         let [less, room, more] = slip_room(c, self);
         let mut obligations = vec![
             Obligation::Positive("period".into(), h.clone()),
-            Obligation::Positive("flux".into(), f(self.flux_wb)),
+            Obligation::Positive("flux".into(), f(self.flux_vs)),
             Obligation::Positive("eight less the squared turn per sample".into(), room),
             Obligation::Positive("sampled slips below the region's".into(), less),
             Obligation::Positive("sampled slips above the region's".into(), more),
@@ -121,7 +121,7 @@ impl Claim for SampledLoopDesign {
                 Obligation::Positive(format!("1 - contraction of cell {k}"), F::one() - rho),
                 Obligation::Definite(format!("P of cell {k}"), p),
             ]);
-            for (v, at) in vertices(cell.speed_rad_per_s, cell.sampled_slip_rad_per_s).enumerate() {
+            for (v, at) in vertices(cell.speed_rad_s, cell.sampled_slip_rad_s).enumerate() {
                 let [rates, implicit] = step(c, self, at);
                 let zero = &g * &Matrix::blocks(&[&[&rates, &-&implicit]]);
                 obligations.push(Obligation::Definite(
@@ -138,7 +138,7 @@ impl Claim for SampledLoopDesign {
 fn slip_room<F: Field>(c: &Constants<F>, d: &SampledLoopDesign) -> [F; 3] {
     let f = F::from_f64;
     let mut most = F::zero();
-    for (w, s) in d.speed_rad_per_s.into_iter().flat_map(|w| d.slip_rad_per_s.map(|s| (w, s))) {
+    for (w, s) in d.speed_rad_s.into_iter().flat_map(|w| d.slip_rad_s.map(|s| (w, s))) {
         let x = c.n_p.clone() * f(w) + f(s);
         let x = if x < F::zero() { -x } else { x };
         most = if x > most { x } else { most };
@@ -147,14 +147,14 @@ fn slip_room<F: Field>(c: &Constants<F>, d: &SampledLoopDesign) -> [F; 3] {
     let square = turn.clone() * turn;
     let room = f(8.0) - square.clone();
     let beyond = if room > F::zero() { most * square / room.clone() } else { F::zero() };
-    let [low, high] = d.slip_rad_per_s.map(f);
-    let [covered_low, covered_high] = d.sampled_slip_rad_per_s.map(f);
+    let [low, high] = d.slip_rad_s.map(f);
+    let [covered_low, covered_high] = d.sampled_slip_rad_s.map(f);
     [low - beyond.clone() - covered_low, room, covered_high - high - beyond]
 }
 
 /// P and G of a cell that contracts by e^(−αh), if there are any.
 fn prove(c: &Constants<f64>, d: &SampledLoopDesign, speed: [f64; 2], slip: [f64; 2], rate: f64) -> Option<SampledCell> {
-    let (h, scale) = (d.period_s, scales(c, &d.gains, d.flux_wb));
+    let (h, scale) = (d.period_s, scales(c, &d.gains, d.flux_vs));
     let inverse = Matrix::from_fn(5, 5, |i, j| if i == j { 1.0 / scale[(i, j)] } else { 0.0 });
     let rho = (-rate * h).exp();
     let steps: Vec<[Matrix<f64>; 2]> =
@@ -181,8 +181,8 @@ fn prove(c: &Constants<f64>, d: &SampledLoopDesign, speed: [f64; 2], slip: [f64;
     let back = |m: Matrix<f64>| &(&inverse * &m) * &inverse;
     let (upper, lower) = (back(answer.value(&g1)), back(answer.value(&g2)).scaled(&(1.0 / unit)));
     Some(SampledCell {
-        speed_rad_per_s: speed,
-        sampled_slip_rad_per_s: slip,
+        speed_rad_s: speed,
+        sampled_slip_rad_s: slip,
         contraction: rho,
         p: back(answer.value(&p)).symmetrized(),
         multiplier: Matrix::blocks(&[&[&upper], &[&lower]]),
@@ -191,7 +191,7 @@ fn prove(c: &Constants<f64>, d: &SampledLoopDesign, speed: [f64; 2], slip: [f64;
 
 /// The cell's proof at the fastest rate, to a tenth.
 fn fastest(c: &Constants<f64>, d: &SampledLoopDesign, cell: SampledCell) -> SampledCell {
-    let (speed, slip, h) = (cell.speed_rad_per_s, cell.sampled_slip_rad_per_s, d.period_s);
+    let (speed, slip, h) = (cell.speed_rad_s, cell.sampled_slip_rad_s, d.period_s);
     let pole = |at| {
         let [rates, implicit] = step(c, d, at);
         linalg::spectral_radius(&(&Matrix::identity(5) + &linalg::solve(&implicit, &rates).scaled(&h)))
@@ -220,24 +220,24 @@ fn fastest(c: &Constants<f64>, d: &SampledLoopDesign, cell: SampledCell) -> Samp
 pub fn adaptive(
     plant: Plant,
     gains: &LoopGains,
-    speed_rad_per_s: [f64; 2],
-    slip_rad_per_s: [f64; 2],
-    flux_wb: f64,
+    speed_rad_s: [f64; 2],
+    slip_rad_s: [f64; 2],
+    flux_vs: f64,
     depth: u32,
     rate_per_s: f64,
     period_s: Option<f64>,
 ) -> Result<(SampledLoopDesign, Certificate), DesignError> {
-    validate(gains, speed_rad_per_s, slip_rad_per_s, flux_wb)?;
+    validate(gains, speed_rad_s, slip_rad_s, flux_vs)?;
     positive("rate_per_s", rate_per_s)?;
     let c = plant.constants::<f64>();
     let tiles = |h: f64| -> Option<SampledLoopDesign> {
         let mut d = SampledLoopDesign {
-            flux_wb,
-            speed_rad_per_s,
-            slip_rad_per_s,
+            flux_vs,
+            speed_rad_s,
+            slip_rad_s,
             period_s: h,
             gains: gains.clone(),
-            sampled_slip_rad_per_s: slip_rad_per_s,
+            sampled_slip_rad_s: slip_rad_s,
             cells: Vec::new(),
         };
         let [below, room, _] = slip_room(&c, &d);
@@ -245,10 +245,10 @@ pub fn adaptive(
             return None;
         }
         let beyond = -below * (1.0 + 1e-9) + 1e-9;
-        d.sampled_slip_rad_per_s = [slip_rad_per_s[0] - beyond, slip_rad_per_s[1] + beyond];
+        d.sampled_slip_rad_s = [slip_rad_s[0] - beyond, slip_rad_s[1] + beyond];
         // A tenth more than wanted, which the exact proof takes as its room.
         let cell = |speed, slip| prove(&c, &d, speed, slip, rate_per_s / 0.9);
-        d.cells = halve(speed_rad_per_s, d.sampled_slip_rad_per_s, depth, cell).ok()?;
+        d.cells = halve(speed_rad_s, d.sampled_slip_rad_s, depth, cell).ok()?;
         Some(d)
     };
     let most = 1.0 / c.gamma;

@@ -52,13 +52,13 @@ impl Claim for SampledDerdiyokDesign {
 /// layer is too narrow.
 pub fn derdiyok(
     plant: Plant,
-    speed_max_rad_per_s: f64,
-    flux_max_wb: f64,
+    speed_max_rad_s: f64,
+    flux_max_vs: f64,
     reserve: f64,
     layer_a: Option<f64>,
     period_s: Option<f64>,
 ) -> Result<(SampledDerdiyokDesign, Certificate), DesignError> {
-    let (continuous, _) = sliding::derdiyok(plant, speed_max_rad_per_s, flux_max_wb, reserve)?;
+    let (continuous, _) = sliding::derdiyok(plant, speed_max_rad_s, flux_max_vs, reserve)?;
     let c = plant.constants::<f64>();
     let jump = c.beta * (2.0 * continuous.nu0 - continuous.reserve);
     // (1 − hγ)φ = hβ(2ν₀ − δ).

@@ -44,7 +44,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct SampledDesign {
     /// Mechanical speeds the proof covers, rad/s.
-    pub speed_rad_per_s: [f64; 2],
+    pub speed_rad_s: [f64; 2],
     /// Sampling period h, s.
     pub period_s: f64,
     /// ρ: the error shrinks at least by this factor per sample, in the norm of P.
@@ -60,7 +60,7 @@ pub struct SampledDesign {
 impl SampledDesign {
     fn continuous(&self) -> KubotaDesign {
         KubotaDesign {
-            speed_rad_per_s: self.speed_rad_per_s,
+            speed_rad_s: self.speed_rad_s,
             rate_per_s: 0.0,
             gain: self.gain.clone(),
             gain_per_speed: self.gain_per_speed.clone(),
@@ -89,7 +89,7 @@ impl Claim for SampledDesign {
             Obligation::Positive("contraction".into(), rho.clone()),
             Obligation::Definite("P".into(), p.clone()),
         ];
-        for speed in self.speed_rad_per_s {
+        for speed in self.speed_rad_s {
             let pm = &p * &self.step_matrix(c, speed);
             let block = Matrix::blocks(&[&[&p.scaled(&(rho.clone() * rho.clone())), &pm.t()], &[&pm, &p]]);
             obligations.push(Obligation::Definite(format!("contraction at {speed} rad/s"), block));
@@ -224,20 +224,14 @@ pub(crate) fn longest_from<T>(least_s: f64, most_s: f64, attempt: impl Fn(f64) -
 }
 
 /// A proven design for one period and rate, if there is one.
-fn attempt(
-    plant: Plant,
-    speed_rad_per_s: [f64; 2],
-    period_s: f64,
-    rate_per_s: f64,
-    fixed: Option<&KubotaDesign>,
-) -> Option<Sealed> {
+fn attempt(plant: Plant, speed_rad_s: [f64; 2], period_s: f64, rate_per_s: f64, fixed: Option<&KubotaDesign>) -> Option<Sealed> {
     let contraction = (-rate_per_s * period_s).exp();
     let fixed = fixed.map(|d| (&d.gain, &d.gain_per_speed));
-    let polytope = full_order(&plant.constants::<f64>(), speed_rad_per_s);
+    let polytope = full_order(&plant.constants::<f64>(), speed_rad_s);
     // The machine does not know the direction of its axes, and observers in space vectors take gains that do not either.
     let (p, gain, gain_per_speed) = polytope.at_period(period_s, contraction, fixed)?;
     let [p, gain, gain_per_speed] = [p, gain, gain_per_speed].map(|m| m.space_vectors());
-    let design = SampledDesign { speed_rad_per_s, period_s, contraction, gain, gain_per_speed, p };
+    let design = SampledDesign { speed_rad_s, period_s, contraction, gain, gain_per_speed, p };
     let certificate = Certificate::seal(plant, design.clone()).ok()?;
     Some((design, certificate))
 }
@@ -246,10 +240,10 @@ fn attempt(
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] with the largest period at which the rate can be had.
-pub fn design(plant: Plant, speed_rad_per_s: [f64; 2], period_s: f64, rate_per_s: f64) -> Result<Sealed, DesignError> {
+pub fn design(plant: Plant, speed_rad_s: [f64; 2], period_s: f64, rate_per_s: f64) -> Result<Sealed, DesignError> {
     positive("period_s", period_s)?;
     positive("rate_per_s", rate_per_s)?;
-    let attempt = |h: f64| attempt(plant, speed_rad_per_s, h, rate_per_s, None);
+    let attempt = |h: f64| attempt(plant, speed_rad_s, h, rate_per_s, None);
     if let Some(found) = attempt(period_s) {
         return Ok(found);
     }
@@ -266,12 +260,12 @@ pub fn design(plant: Plant, speed_rad_per_s: [f64; 2], period_s: f64, rate_per_s
 /// [`DesignError::Infeasible`] when none is found from `most_s` down to a millionth of it.
 pub fn design_for_largest_period(
     plant: Plant,
-    speed_rad_per_s: [f64; 2],
+    speed_rad_s: [f64; 2],
     rate_per_s: f64,
     most_s: f64,
 ) -> Result<Sealed, DesignError> {
     positive("rate_per_s", rate_per_s)?;
-    longest(most_s, |h| attempt(plant, speed_rad_per_s, h, rate_per_s, None)).ok_or_else(|| no_period(rate_per_s, most_s))
+    longest(most_s, |h| attempt(plant, speed_rad_s, h, rate_per_s, None)).ok_or_else(|| no_period(rate_per_s, most_s))
 }
 
 /// Longest period at which a step of forward Euler is an image of the machine: from hγ = 1 on the currents' own decay turns
@@ -311,7 +305,7 @@ pub(crate) fn no_period(rate_per_s: f64, most_s: f64) -> DesignError {
 pub fn largest_period(plant: Plant, design: &KubotaDesign, rate_per_s: f64, most_s: f64) -> Result<Sealed, DesignError> {
     positive("most_s", most_s)?;
     positive("rate_per_s", rate_per_s)?;
-    longest(most_s, |h| attempt(plant, design.speed_rad_per_s, h, rate_per_s, Some(design)))
+    longest(most_s, |h| attempt(plant, design.speed_rad_s, h, rate_per_s, Some(design)))
         .ok_or_else(|| no_period(rate_per_s, most_s))
 }
 
@@ -339,8 +333,8 @@ mod tests {
     #[test]
     fn largest_period_of_the_closed_form_is_where_euler_fails() {
         let c = plant().constants::<f64>();
-        let largest = |speed_rad_per_s: [f64; 2], flux_weight: f64| {
-            let request = KubotaRequest { speed_rad_per_s, rate_per_s: 3.0, flux_weight };
+        let largest = |speed_rad_s: [f64; 2], flux_weight: f64| {
+            let request = KubotaRequest { speed_rad_s, rate_per_s: 3.0, flux_weight };
             let (continuous, _) = closed_form(plant(), &request).unwrap();
             let (sampled, certificate) = largest_period(plant(), &continuous, 1.0, 1e-3).unwrap();
             certificate.check().unwrap();

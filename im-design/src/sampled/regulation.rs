@@ -41,9 +41,9 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct HeldCell {
     /// Electrical rotor speeds, rad/s.
-    pub electrical_speed_rad_per_s: [f64; 2],
+    pub electrical_speed_rad_s: [f64; 2],
     /// Slips, electrical rad/s.
-    pub slip_rad_per_s: [f64; 2],
+    pub slip_rad_s: [f64; 2],
     /// Its proof.
     pub proof: HeldProof,
 }
@@ -129,7 +129,7 @@ impl SampledJadotDesign {
 
     /// The outer loop at both ends of the slip.
     fn ends<F: Field>(&self, c: &Constants<F>) -> Vec<Loop<F>> {
-        self.continuous.slip_rad_per_s.map(|slip| self.outer(c, slip)).into()
+        self.continuous.slip_rad_s.map(|slip| self.outer(c, slip)).into()
     }
 }
 
@@ -161,8 +161,8 @@ impl HeldProof {
 
 impl Claim for SampledJadotDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
-        let cells: Vec<_> = self.electrical.iter().map(|cell| [cell.electrical_speed_rad_per_s, cell.slip_rad_per_s]).collect();
-        tiled::<F>(&cells, [self.continuous.electrical_speed_rad_per_s, self.continuous.slip_rad_per_s])?;
+        let cells: Vec<_> = self.electrical.iter().map(|cell| [cell.electrical_speed_rad_s, cell.slip_rad_s]).collect();
+        tiled::<F>(&cells, [self.continuous.electrical_speed_rad_s, self.continuous.slip_rad_s])?;
         let mut obligations = self.continuous.obligations(c)?;
         let h = F::from_f64(self.period_s);
         obligations.push(Obligation::Positive("period".into(), h.clone()));
@@ -243,16 +243,16 @@ pub fn regulation(
     period_s.map_or(Ok(()), |h| positive("period_s", h))?;
     let (continuous, _) = crate::jadot::design(plant, request)?;
     let c = plant.constants::<f64>();
-    let [inner_scale, outer_scale] = continuous.scales(&c, request.speed_bandwidth_rad_per_s);
+    let [inner_scale, outer_scale] = continuous.scales(&c, request.speed_bandwidth_rad_s);
     let (inner_rate, outer_rate) = (0.5 * continuous.electrical_rate_per_s, 0.5 * continuous.outer_rate_per_s);
-    let (speeds, slips) = (continuous.electrical_speed_rad_per_s, continuous.slip_rad_per_s);
+    let (speeds, slips) = (continuous.electrical_speed_rad_s, continuous.slip_rad_s);
     let attempt = |h: f64| {
         let none = HeldProof { rate_per_s: 0.0, p: Matrix::identity(6), y: Matrix::identity(6) };
         let mut d = SampledJadotDesign { continuous: continuous.clone(), period_s: h, electrical: Vec::new(), outer: none };
         d.outer = prove(&d.ends(&c), &outer_scale, h, outer_rate)?;
         let cell = |speed, slip| {
             let proof = prove(&d.corners(&c, [speed, slip]), &inner_scale, h, inner_rate)?;
-            Some(HeldCell { electrical_speed_rad_per_s: speed, slip_rad_per_s: slip, proof })
+            Some(HeldCell { electrical_speed_rad_s: speed, slip_rad_s: slip, proof })
         };
         d.electrical = halve(speeds, slips, DEPTH, cell).ok()?;
         Some(d)
@@ -278,7 +278,7 @@ pub fn regulation(
     };
     for k in 0..design.electrical.len() {
         let cell = &design.electrical[k];
-        let corners = design.corners(&c, [cell.electrical_speed_rad_per_s, cell.slip_rad_per_s]);
+        let corners = design.corners(&c, [cell.electrical_speed_rad_s, cell.slip_rad_s]);
         design.electrical[k].proof = faster(&corners, &inner_scale, inner_rate)?;
     }
     design.outer = faster(&design.ends(&c), &outer_scale, outer_rate)?;
@@ -293,11 +293,11 @@ mod tests {
 
     fn request() -> JadotRequest {
         JadotRequest {
-            electrical_speed_rad_per_s: [-320.0, 320.0],
-            slip_rad_per_s: [-12.0, 12.0],
-            flux_wb: 0.9,
-            current_bandwidth_rad_per_s: 837.0,
-            speed_bandwidth_rad_per_s: 20.0,
+            electrical_speed_rad_s: [-320.0, 320.0],
+            slip_rad_s: [-12.0, 12.0],
+            flux_vs: 0.9,
+            current_bandwidth_rad_s: 837.0,
+            speed_bandwidth_rad_s: 20.0,
             damping: std::f64::consts::FRAC_1_SQRT_2,
         }
     }
@@ -334,7 +334,7 @@ mod tests {
             linalg::symmetric_eigenvalues(&slack)[0] > -1e-12 * proof.p.norm()
         };
         for cell in &d.electrical {
-            let corners = d.corners(&c, [cell.electrical_speed_rad_per_s, cell.slip_rad_per_s]);
+            let corners = d.corners(&c, [cell.electrical_speed_rad_s, cell.slip_rad_s]);
             assert!(corners.iter().all(|v| contracts(&cell.proof, v)));
         }
         assert!(d.ends(&c).iter().all(|v| contracts(&d.outer, v)));
@@ -345,8 +345,8 @@ mod tests {
     #[test]
     fn a_period_too_long_is_refused_with_one_that_is_not() {
         let plant = Plant::Machine(Machine::jadot_table_i());
-        let fast = JadotRequest { electrical_speed_rad_per_s: [280.0, 320.0], slip_rad_per_s: [-1.0, 1.0], ..request() };
-        let own = 1.0 / fast.current_bandwidth_rad_per_s;
+        let fast = JadotRequest { electrical_speed_rad_s: [280.0, 320.0], slip_rad_s: [-1.0, 1.0], ..request() };
+        let own = 1.0 / fast.current_bandwidth_rad_s;
         let error = regulation(plant, &fast, Some(own)).unwrap_err().to_string();
         let largest = error.split("periods up to ").nth(1).and_then(|t| t.split(' ').next()?.parse::<f64>().ok());
         let largest = 1e-6 * largest.unwrap_or_else(|| panic!("{error}"));

@@ -120,10 +120,10 @@ mod tests {
     fn a_gain_for_the_largest_period_contracts_and_longer_ones_are_refused() {
         let plant = Plant::Machine(Machine::jadot_table_i());
         let region = BoxRegion {
-            frame_rad_per_s: [150.0, 250.0],
-            slip_rad_per_s: [-5.0, 5.0],
-            flux_d_wb: [0.85, 0.95],
-            flux_q_wb: [-0.02, 0.02],
+            frame_rad_s: [150.0, 250.0],
+            slip_rad_s: [-5.0, 5.0],
+            flux_d_vs: [0.85, 0.95],
+            flux_q_vs: [-0.02, 0.02],
             current_d_a: [0.0; 2],
             current_q_a: [0.0; 2],
         };

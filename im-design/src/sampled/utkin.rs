@@ -36,7 +36,7 @@ pub struct SampledUtkinDesign {
     /// ω₀ with its region.
     pub continuous: UtkinDesign,
     /// |λ̂| up to this, Wb.
-    pub flux_max_wb: f64,
+    pub flux_max_vs: f64,
     /// |u_s| up to this, V.
     pub voltage_max_v: f64,
     /// Sampling period h, s.
@@ -58,9 +58,9 @@ struct Step<F> {
 fn step<F: Field>(c: &Constants<F>, d: &SampledUtkinDesign) -> Step<F> {
     let f = F::from_f64;
     let u = &d.continuous;
-    let [least, most, error, h] = [u.flux_min_wb, d.flux_max_wb, u.current_error_max_a, d.period_s].map(f);
-    let [gap, current, root] = [u.flux_error_max_wb, u.current_max_a, u.root_bound].map(f);
-    let (w, half) = (c.n_p.clone() * f(u.speed_max_rad_per_s), f(0.5) * h.clone());
+    let [least, most, error, h] = [u.flux_min_vs, d.flux_max_vs, u.current_error_max_a, d.period_s].map(f);
+    let [gap, current, root] = [u.flux_error_max_vs, u.current_max_a, u.root_bound].map(f);
+    let (w, half) = (c.n_p.clone() * f(u.speed_max_rad_s), f(0.5) * h.clone());
     let (beta, gamma) = (c.beta.clone(), c.gamma.clone());
     let m = root.clone() * (most.clone() + gap.clone());
     let drive = c.eta_l_m.clone() * current.clone();
@@ -88,7 +88,7 @@ impl SampledUtkinDesign {
     /// The smallest layer of this ω₀ at another period, A Wb; the disturbances of a sample grow with it.
     pub(crate) fn layer_at(&self, c: &Constants<f64>, period_s: f64) -> f64 {
         let s = step(c, &SampledUtkinDesign { period_s, ..*self });
-        (s.jump[0] + self.continuous.omega0_rad_per_s * s.jump[1]) / s.kept
+        (s.jump[0] + self.continuous.omega0_rad_s * s.jump[1]) / s.kept
     }
 }
 
@@ -96,12 +96,12 @@ impl Claim for SampledUtkinDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
         let mut obligations = self.continuous.obligations(c)?;
         let f = F::from_f64;
-        let (omega0, s) = (f(self.continuous.omega0_rad_per_s), step(c, self));
+        let (omega0, s) = (f(self.continuous.omega0_rad_s), step(c, self));
         let at = |[rest, factor]: [F; 2]| rest + omega0.clone() * factor;
         obligations.extend([
             Obligation::Positive("period".into(), f(self.period_s)),
             Obligation::Positive("voltage".into(), f(self.voltage_max_v)),
-            Obligation::Positive("largest less smallest flux".into(), f(self.flux_max_wb) - f(self.continuous.flux_min_wb)),
+            Obligation::Positive("largest less smallest flux".into(), f(self.flux_max_vs) - f(self.continuous.flux_min_vs)),
             Obligation::Positive("1 - period times (eta + gamma)".into(), s.kept.clone()),
             Obligation::Positive("approach to the layer, A Wb/s".into(), at(s.reach)),
             Obligation::Positive("boundary layer less the longest jump".into(), s.kept * f(self.boundary_layer_avs) - at(s.jump)),
@@ -119,21 +119,21 @@ impl Claim for SampledUtkinDesign {
 pub fn utkin(
     plant: Plant,
     region: &UtkinDesign,
-    [flux_max_wb, voltage_max_v]: [f64; 2],
+    [flux_max_vs, voltage_max_v]: [f64; 2],
     layer_avs: Option<f64>,
     period_s: Option<f64>,
 ) -> Result<(SampledUtkinDesign, Certificate), DesignError> {
     // Bounds and current error are judged as for the continuous observer.
     let (continuous, _) = crate::sliding::utkin(plant, region)?;
     positive("voltage_max_v", voltage_max_v)?;
-    positive("flux_max_wb less flux_min_wb", flux_max_wb - region.flux_min_wb)?;
+    positive("flux_max_vs less flux_min_vs", flux_max_vs - region.flux_min_vs)?;
     layer_avs.map_or(Ok(()), |layer| positive("boundary_layer_avs", layer))?;
     let c = plant.constants::<f64>();
     let attempt = |h: f64| {
         let (_, root_bound) = utkin_bound(&c, region)?;
         let mut d = SampledUtkinDesign {
             continuous: UtkinDesign { root_bound, ..continuous },
-            flux_max_wb,
+            flux_max_vs,
             voltage_max_v,
             period_s: h,
             boundary_layer_avs: layer_avs.unwrap_or(0.0),
@@ -142,7 +142,7 @@ pub fn utkin(
         if s.reach[1] <= 0.0 || s.kept <= 0.0 {
             return None;
         }
-        d.continuous.omega0_rad_per_s = -s.reach[0] / s.reach[1] * (1.0 + 1e-9);
+        d.continuous.omega0_rad_s = -s.reach[0] / s.reach[1] * (1.0 + 1e-9);
         let needed = d.layer_at(&c, h) * (1.0 + 1e-12);
         match layer_avs {
             None => d.boundary_layer_avs = needed,
@@ -175,26 +175,26 @@ mod tests {
     fn the_layer_goes_with_the_period_and_the_amplitude_approaches_the_continuous_one() {
         let plant = Plant::Machine(Machine::kwon_table_iv());
         let region = UtkinDesign {
-            speed_max_rad_per_s: 190.0,
-            flux_min_wb: 0.6,
-            flux_error_max_wb: 0.05,
+            speed_max_rad_s: 190.0,
+            flux_min_vs: 0.6,
+            flux_error_max_vs: 0.05,
             current_error_max_a: 5.0,
             current_max_a: 80.0,
-            omega0_rad_per_s: 0.0,
+            omega0_rad_s: 0.0,
             root_bound: 0.0,
         };
         let at = |h: f64| utkin(plant, &region, [1.1, 400.0], None, Some(h)).unwrap();
         let (continuous, _) = crate::sliding::utkin(plant, &region).unwrap();
         let ((short, certificate), (long, _)) = (at(1e-7), at(1e-5));
         certificate.check().unwrap();
-        assert!((short.continuous.omega0_rad_per_s / continuous.omega0_rad_per_s - 1.0).abs() < 0.01);
+        assert!((short.continuous.omega0_rad_s / continuous.omega0_rad_s - 1.0).abs() < 0.01);
         let ratio = long.boundary_layer_avs / short.boundary_layer_avs;
         assert!(ratio > 100.0 && ratio < 130.0, "{ratio}");
         for wrong in [
             SampledUtkinDesign { boundary_layer_avs: long.boundary_layer_avs * 0.999, ..long },
             SampledUtkinDesign { voltage_max_v: 440.0, ..long },
             SampledUtkinDesign { period_s: long.period_s * 1.01, ..long },
-            SampledUtkinDesign { flux_max_wb: 0.5, ..long },
+            SampledUtkinDesign { flux_max_vs: 0.5, ..long },
         ] {
             assert!(Certificate::seal(plant, wrong).is_err(), "{wrong:?}");
         }

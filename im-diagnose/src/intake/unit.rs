@@ -62,7 +62,7 @@ pub const UNITS: &[Unit] = &[
     unit("kA", Quantity::Current, 1e3),
     unit("rad/s", Quantity::Speed, 1.0),
     unit("rad_s", Quantity::Speed, 1.0),
-    unit("rad_per_s", Quantity::Speed, 1.0),
+    unit("rad_s", Quantity::Speed, 1.0),
     unit("rpm", Quantity::Speed, PI / 30.0),
     unit("1/min", Quantity::Speed, PI / 30.0),
     unit("min-1", Quantity::Speed, PI / 30.0),

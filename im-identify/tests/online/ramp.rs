@@ -17,7 +17,7 @@ pub const SPEEDS: [f64; 2] = [50.0, 140.0];
 pub struct Ramp {
     pub load_nm: f64,
     /// Mechanical, positive.
-    pub rate_rad_per_s2: f64,
+    pub rate_rad_s2: f64,
 }
 
 /// Least and greatest estimates, Ω.
@@ -85,7 +85,7 @@ impl Ramp {
         bench.settle(&self.point(SPEEDS[0], 0.0));
         let mut seen = Seen { rotor: [f64::MAX, f64::MIN], both: [[f64::MAX, f64::MIN]; 2] };
         let widen = |range: &mut [f64; 2], x: f64| *range = [range[0].min(x), range[1].max(x)];
-        let (rate, [low, high]) = (self.rate_rad_per_s2, SPEEDS);
+        let (rate, [low, high]) = (self.rate_rad_s2, SPEEDS);
         let slope = (high - low) / rate;
         let phases = [(0.5, low, 0.0), (slope, high, rate), (0.5, high, 0.0), (slope, low, -rate), (0.5, low, 0.0)];
         for (k, (seconds, speed, acceleration)) in phases.into_iter().enumerate() {
@@ -108,15 +108,15 @@ impl Ramp {
 #[test]
 fn estimates_stay_on_ramps_that_would_lead_them_astray_without_the_term_of_the_acceleration() {
     let p = TParameters::from_values(MACHINE);
-    for rate_rad_per_s2 in [50.0, 100.0, 200.0] {
-        let ramp = Ramp { load_nm: 12.0, rate_rad_per_s2 };
+    for rate_rad_s2 in [50.0, 100.0, 200.0] {
+        let ramp = Ramp { load_nm: 12.0, rate_rad_s2 };
         let seen = ramp.run();
         let off = |[low, high]: [f64; 2], truth: f64| (high - truth).max(truth - low) / truth;
         let (r_r, r_s) = (p.rotor_resistance_ohm, p.stator_resistance_ohm);
         // The voltage steps with the torque at both ends of a ramp: the machine's own transients, ten times weaker in R_r than in R_s.
         assert!(off(seen.rotor, r_r) < 0.015 && off(seen.both[0], r_r) < 0.015, "{ramp:?}: {seen:?}");
         assert!(off(seen.both[1], r_s) < 0.1, "{ramp:?}: {seen:?}");
-        for acceleration in [rate_rad_per_s2, -rate_rad_per_s2] {
+        for acceleration in [rate_rad_s2, -rate_rad_s2] {
             let (alone, [_, e_s]) = error_without_the_term(&ramp, SPEEDS[0], acceleration);
             assert!(alone.abs() > 0.03 * r_r && e_s.abs() > r_s, "{ramp:?}: {alone} {e_s}");
         }

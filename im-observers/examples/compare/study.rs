@@ -78,17 +78,17 @@ impl Maker {
         });
         let flux = m.rating.rotor_flux_vs;
         let region = thau_box::BoxRegion {
-            frame_rad_per_s: [60.0, 330.0],
-            slip_rad_per_s: [-12.0, 12.0],
-            flux_d_wb: [0.85 * flux, 1.15 * flux],
-            flux_q_wb: [-0.05 * flux, 0.05 * flux],
+            frame_rad_s: [60.0, 330.0],
+            slip_rad_s: [-12.0, 12.0],
+            flux_d_vs: [0.85 * flux, 1.15 * flux],
+            flux_q_vs: [-0.05 * flux, 0.05 * flux],
             current_d_a: [0.0; 2],
             current_q_a: [0.0; 2],
         };
         let (design, _) = thau_box::fastest(plant, &region, 40.0, 1e3).expect("a box away from zero frame speed");
         let rows = |m: &im_design::matrix::Matrix<f64>| core::array::from_fn(|r| [m[(r, 0)], m[(r, 1)]]);
         let box_gains = ThauBoxGains {
-            frame_rad_per_s: region.frame_rad_per_s,
+            frame_rad_s: region.frame_rad_s,
             gain: rows(&design.gain),
             gain_per_frame_speed: rows(&design.gain_per_frame_speed),
         };

@@ -115,7 +115,7 @@ const SPEED: Variable = Variable::even("speed_share", -1.2, 1.2).simplest_at(1.0
 const SLIP: Variable = Variable::even("slip_share", -1.5, 1.5).simplest_at(0.0);
 
 fn published(nu0: f64) -> DerdiyokGains {
-    DerdiyokGains { nu0, boundary_layer_a: 0.0, filter_rad_per_s: 0.0, anchor_per_s: 0.0 }
+    DerdiyokGains { nu0, boundary_layer_a: 0.0, filter_rad_s: 0.0, anchor_per_s: 0.0 }
 }
 
 /// A_ωλ = (η − jn_pω)λ.
@@ -181,8 +181,7 @@ fn speed_and_time_constant(case: &Case) -> Verdict {
     if truth.omega_e.abs() < 0.05 * 2.0 * core::f64::consts::PI * case.rating().electrical_frequency_hz {
         return Verdict::Outside;
     }
-    let gains =
-        DerdiyokGains { filter_rad_per_s: 200.0, ..DerdiyokGains::published(case.machine(), 1.2 * flux, 1.5 * case.speed()) };
+    let gains = DerdiyokGains { filter_rad_s: 200.0, ..DerdiyokGains::published(case.machine(), 1.2 * flux, 1.5 * case.speed()) };
     let observer = match Basis::try_new(case.machine(), case.rating(), 1e-4).and_then(|b| Derdiyok::try_new(b, gains)) {
         Ok(observer) => observer,
         Err(e) => return Verdict::refused(e),

@@ -48,7 +48,7 @@ pub const CLAIMS: &[Claim] = &[
                   alone. The sign of jk_p in (16) is misprinted: ω_g = −k_p(Δω + ξ).",
         cost: Cost::Run,
         variables: &[
-            Variable::ratio("bandwidth_rad_per_s", 3.0, 50.0, 10.0),
+            Variable::ratio("bandwidth_rad_s", 3.0, 50.0, 10.0),
             Variable::even("damping", 0.4, 1.5).simplest_at(1.0),
             Variable::even("flux_error", 0.0, 2.0).simplest_at(0.0),
             Variable::angle("flux_error_angle_rad"),

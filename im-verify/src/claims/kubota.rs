@@ -121,7 +121,7 @@ const QUADRANTS: [Variable; 2] =
 /// The gain of (3) over the speeds of a machine.
 fn gain(case: &Case, rate_per_s: f64, flux_weight: f64) -> Result<KubotaDesign, im_design::DesignError> {
     let top = 1.3 * case.speed();
-    let request = KubotaRequest { speed_rad_per_s: [-top, top], rate_per_s, flux_weight };
+    let request = KubotaRequest { speed_rad_s: [-top, top], rate_per_s, flux_weight };
     Ok(closed_form(Plant::Machine(case.machine().into()), &request)?.0)
 }
 

@@ -59,7 +59,7 @@ pub const CLAIMS: &[Claim] = &[
             };
             let (current, slip) = (CurrentLaw::KWON.at(torque), SlipLaw::KWON.at(torque));
             Verdict::at_most("(30) off the least current", (current / best.current_rms_a - 1.0).abs(), 0.02)
-                .and(Verdict::at_most("(31) off the best slip", (slip / best.slip_rad_per_s - 1.0).abs(), 0.035))
+                .and(Verdict::at_most("(31) off the best slip", (slip / best.slip_rad_s - 1.0).abs(), 0.035))
                 .and(slip_law_is_best(case))
         },
     },

@@ -78,20 +78,20 @@ fn attracts(case: &Case) -> Verdict {
     let e = current_error * c.beta * lambda_hat.norm();
     let grown = 1.01;
     let region = UtkinDesign {
-        speed_max_rad_per_s: omega.abs().max(1e-3),
-        flux_min_wb: lambda_hat.norm() / grown,
-        flux_error_max_wb: grown * flux_error * r.rotor_flux_vs,
+        speed_max_rad_s: omega.abs().max(1e-3),
+        flux_min_vs: lambda_hat.norm() / grown,
+        flux_error_max_vs: grown * flux_error * r.rotor_flux_vs,
         current_error_max_a: grown * e,
         current_max_a: grown * truth.current(0).norm(),
-        omega0_rad_per_s: 0.0,
+        omega0_rad_s: 0.0,
         root_bound: 0.0,
     };
     let observer = utkin(Plant::Machine(case.machine().into()), &region).map_err(|e| e.to_string()).and_then(|(design, _)| {
         let gains = UtkinGains {
             // What the current error adds to i in î is not in the design's |i|.
-            omega0_rad_per_s: grown * design.omega0_rad_per_s + 1e-3,
+            omega0_rad_s: grown * design.omega0_rad_s + 1e-3,
             boundary_layer_avs: 0.0,
-            filter_rad_per_s: 0.0,
+            filter_rad_s: 0.0,
         };
         let basis = Basis::try_new(case.machine(), r, H);
         basis.and_then(|b| Utkin::discretized(b, gains, Discretization::ForwardEuler)).map_err(|e| e.to_string())

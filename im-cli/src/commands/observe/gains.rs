@@ -97,7 +97,7 @@ impl Gains {
             Some(t) => DerdiyokGains {
                 nu0: t.needed("nu0")?,
                 boundary_layer_a: t.number("boundary_layer_a")?.unwrap_or(usual.boundary_layer_a),
-                filter_rad_per_s: t.number("filter_rad_per_s")?.unwrap_or(usual.filter_rad_per_s),
+                filter_rad_s: t.number("filter_rad_s")?.unwrap_or(usual.filter_rad_s),
                 anchor_per_s: t.number("anchor_per_s")?.unwrap_or(usual.anchor_per_s),
             },
         };
@@ -111,9 +111,9 @@ impl Gains {
         let gains = match table {
             None => usual,
             Some(t) => UtkinGains {
-                omega0_rad_per_s: t.needed("omega0_rad_per_s")?,
+                omega0_rad_s: t.needed("omega0_rad_s")?,
                 boundary_layer_avs: t.number("boundary_layer_avs")?.unwrap_or(usual.boundary_layer_avs),
-                filter_rad_per_s: t.number("filter_rad_per_s")?.unwrap_or(usual.filter_rad_per_s),
+                filter_rad_s: t.number("filter_rad_s")?.unwrap_or(usual.filter_rad_s),
             },
         };
         Ok(Utkin::discretized(basis, gains, rule)?)
@@ -130,7 +130,7 @@ impl Gains {
             None => Thau::try_new(basis, ThauGains::published(), law(LoadTorque::EqualToTorque))?,
             Some(t) if t.name == "thau_box" => {
                 let gains = ThauBoxGains {
-                    frame_rad_per_s: t.range("frame_rad_per_s")?,
+                    frame_rad_s: t.range("frame_rad_s")?,
                     gain: t.matrix("gain")?,
                     gain_per_frame_speed: t.matrix("gain_per_frame_speed")?,
                 };

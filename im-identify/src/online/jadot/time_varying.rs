@@ -42,15 +42,15 @@ impl<T: Scalar> TimeVarying<T> {
     /// The paper's f, rad/s.
     pub const PAPER_FREQUENCY: f64 = 36.0 * core::f64::consts::PI;
 
-    /// The gain is f²/‖W‖² with f = `frequency_rad_per_s`; ρ = `integral_leak_per_s`, zero for the paper's integral action.
+    /// The gain is f²/‖W‖² with f = `frequency_rad_s`; ρ = `integral_leak_per_s`, zero for the paper's integral action.
     ///
     /// # Errors
     /// Names the quantity out of bounds.
-    pub fn try_new(settings: &SchemeSettings<T>, frequency_rad_per_s: T, integral_leak_per_s: T) -> Result<Self, ModelError> {
-        Bound::Positive.check("frequency_rad_per_s", frequency_rad_per_s.value())?;
+    pub fn try_new(settings: &SchemeSettings<T>, frequency_rad_s: T, integral_leak_per_s: T) -> Result<Self, ModelError> {
+        Bound::Positive.check("frequency_rad_s", frequency_rad_s.value())?;
         Bound::NotNegative.check("integral_leak_per_s", integral_leak_per_s.value())?;
         let scheme = Scheme::try_new(settings)?;
-        let gain = frequency_rad_per_s * frequency_rad_per_s * scheme.sample_time;
+        let gain = frequency_rad_s * frequency_rad_s * scheme.sample_time;
         Ok(Self { scheme, gain, leak: integral_leak_per_s })
     }
 }
