@@ -7,3 +7,5 @@ mod identify;
 mod main_job;
 mod observe;
 mod simulate;
+#[cfg(feature = "verify")]
+mod verify;

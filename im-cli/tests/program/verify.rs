@@ -1,60 +1,33 @@
-//! `im verify` from outside: choice, resuming, shards, replay, exit status, bad input.
-#![cfg(feature = "verify")]
+//! `im verify`: choice, resuming, shards, replay, exit status, bad input.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::fs;
+use std::process::Output;
 
-struct Folder(PathBuf);
+use crate::common::{Folder, example, im, text};
 
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("im-cli-verify-{}-{name}", std::process::id()));
-        let _ = std::fs::remove_dir_all(&path);
-        Self(path)
-    }
-
-    fn file(&self, name: &str) -> String {
-        std::fs::read_to_string(self.0.join(name)).unwrap()
-    }
+fn verify(arguments: &[&str]) -> Output {
+    im(&[&["verify"], arguments].concat())
 }
 
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-fn im(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_im")).arg("verify").args(arguments).output().unwrap()
-}
-
-fn path(p: &Path) -> &str {
-    p.to_str().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-fn json(output: &Output) -> serde_json::Value {
+fn of(output: &Output) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", text(&output.stderr)))
 }
 
 #[test]
 fn a_claim_that_fails_comes_out_as_stated_by_its_counterexample() {
     let out = Folder::new("fails");
-    let run = im(&["--claim", "3", "--cases", "10000", "--out", path(&out.0)]);
+    let run = verify(&["--claim", "3", "--cases", "10000", "--out", &out.path("")]);
     assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));
     assert!(text(&run.stdout).contains("1 of 1 claims came out as docs/claims.md states them"));
-    let cases: Vec<_> = std::fs::read_dir(out.0.join("cases")).unwrap().map(|f| f.unwrap().path()).collect();
+    let cases: Vec<_> = fs::read_dir(out.path("cases")).unwrap().map(|f| f.unwrap().path().display().to_string()).collect();
     assert_eq!(cases.len(), 3);
     for case in &cases {
-        let replay = im(&["--replay", path(case), "--json"]);
+        let replay = verify(&["--replay", case, "--json"]);
         assert_eq!(replay.status.code(), Some(3), "the case violates the claim");
-        assert_eq!(json(&replay)["verdict"], "violated");
+        assert_eq!(of(&replay)["verdict"], "violated");
     }
     // Too few cases to find one.
-    let few = im(&["--claim", "3", "--cases", "1", "--seed", "2"]);
+    let few = verify(&["--claim", "3", "--cases", "1", "--seed", "2"]);
     assert_eq!(few.status.code(), Some(3));
     assert!(text(&few.stderr).contains("kubota_v_falls_for_any_error (no counterexample in 1 cases; more may have one)"));
 }
@@ -63,26 +36,25 @@ fn a_claim_that_fails_comes_out_as_stated_by_its_counterexample() {
 fn an_interrupted_run_goes_on_and_shards_make_up_the_whole() {
     let [whole, parts] = ["whole", "parts"].map(Folder::new);
     let choice = ["--claim", "3", "--claim", "32", "--cases", "23456", "--json"];
-    let run = |extra: &[&str]| im(&[&choice, extra].concat());
-    let at_once = run(&["--out", path(&whole.0)]);
+    let run = |extra: &[&str]| verify(&[&choice, extra].concat());
+    let at_once = run(&["--out", &whole.path("")]);
     // The same file, torn in its middle, is filled up to the same sums.
-    let results = whole.0.join("results.jsonl");
-    let lines = std::fs::read_to_string(&results).unwrap();
-    std::fs::write(&results, &lines[..lines.len() / 2]).unwrap();
-    let resumed = run(&["--out", path(&whole.0)]);
-    assert_eq!(json(&at_once), json(&resumed));
+    let lines = whole.read("results.jsonl");
+    whole.file("results.jsonl", &lines[..lines.len() / 2]);
+    let resumed = run(&["--out", &whole.path("")]);
+    assert_eq!(of(&at_once), of(&resumed));
     let sorted = |s: &str| {
         let mut l: Vec<String> = s.lines().map(str::to_owned).collect();
         l.sort();
         l
     };
-    assert_eq!(sorted(&whole.file("results.jsonl")), sorted(&lines));
+    assert_eq!(sorted(&whole.read("results.jsonl")), sorted(&lines));
     // Shards into one file.
     for part in ["1/3", "2/3", "3/3"] {
-        run(&["--shard", part, "--out", path(&parts.0)]);
+        run(&["--shard", part, "--out", &parts.path("")]);
     }
-    assert_eq!(sorted(&parts.file("results.jsonl")), sorted(&lines));
-    assert_eq!(json(&run(&["--out", path(&parts.0)])), json(&at_once));
+    assert_eq!(sorted(&parts.read("results.jsonl")), sorted(&lines));
+    assert_eq!(of(&run(&["--out", &parts.path("")])), of(&at_once));
 }
 
 /// The hidden-effect campaign keeps its trials as the claims keep their cases: nothing is done twice, shards make up the whole.
@@ -91,35 +63,35 @@ fn the_hidden_effect_campaign_goes_on_and_is_shared_out() {
     let [parts, whole] = ["trial-parts", "trials"].map(Folder::new);
     // Two trials of the plan on one machine without hidden effects, white noise and coloured: neighbours, so that each shard has one.
     let run = |extra: &[&str]| {
-        im(&[&["--all", "--cases", "1", "--keep", "0", "--trials", "clean,m3", "--trials", "coloured,m3", "--json"], extra]
-            .concat())
+        verify(
+            &[&["--all", "--cases", "1", "--keep", "0", "--trials", "clean,m3", "--trials", "coloured,m3", "--json"], extra]
+                .concat(),
+        )
     };
     for part in ["1/2", "2/2"] {
-        let shard = run(&["--shard", part, "--out", path(&parts.0)]);
+        let shard = run(&["--shard", part, "--out", &parts.path("")]);
         // One case finds no counterexample: the claims that fail are not as stated.
         assert_eq!(shard.status.code(), Some(3), "{}", text(&shard.stderr));
         assert!(!text(&shard.stderr).contains("trials were refused"));
     }
-    let kept = parts.file("trials.jsonl");
+    let kept = parts.read("trials.jsonl");
     assert_eq!(kept.lines().count(), 2, "{kept}");
     // What stands in the file is not run again: a changed time comes back.
     let first: serde_json::Value = serde_json::from_str(kept.lines().next().unwrap()).unwrap();
     let marked = kept.replacen(&format!("\"took_s\":{}", first["took_s"]), "\"took_s\":12345.5", 1);
-    std::fs::create_dir_all(&whole.0).unwrap();
-    std::fs::write(whole.0.join("trials.jsonl"), &marked).unwrap();
-    let trials = json(&run(&["--out", path(&whole.0)]))["trials"].clone();
+    whole.file("trials.jsonl", &marked);
+    let trials = of(&run(&["--out", &whole.path("")]))["trials"].clone();
     assert_eq!(trials["number"], 2);
     assert!(trials["finished"].as_array().unwrap().iter().any(|f| f["took_s"] == 12345.5), "{trials}");
-    assert_eq!(whole.file("trials.jsonl"), marked);
+    assert_eq!(whole.read("trials.jsonl"), marked);
     let table = trials["table"].as_str().unwrap();
     assert!(table.contains("| clean | 1 | 0 |") && table.contains("| coloured | 1 | 0 |"), "{table}");
 }
 
 #[test]
 fn a_motor_of_ones_own_is_tried_without_its_effects() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/motor.toml");
-    let run = im(&["--paper", "kenne", "--cases", "20", "--motor", path(&root), "--json"]);
-    let all = json(&run);
+    let run = verify(&["--paper", "kenne", "--cases", "20", "--motor", &example("motor.toml"), "--json"]);
+    let all = of(&run);
     assert!(all["machines"].as_str().unwrap() != "random");
     let claim = |name: &str| all["claims"].as_array().unwrap().iter().find(|c| c["name"] == name).unwrap().clone();
     assert_eq!(claim("kenne_9_and_10")["violated"], 0);
@@ -128,32 +100,29 @@ fn a_motor_of_ones_own_is_tried_without_its_effects() {
 
 #[test]
 fn claims_are_listed() {
-    let list = json(&im(&["--list", "--json"]));
+    let list = of(&verify(&["--list", "--json"]));
     assert!(list["claims"].as_array().unwrap().len() >= 40);
-    assert!(text(&im(&["--list", "--paper", "jadot"]).stdout).starts_with("Jadot"));
+    assert!(text(&verify(&["--list", "--paper", "jadot"]).stdout).starts_with("Jadot"));
 }
 
 #[test]
 fn bad_input_is_one_message_that_helps() {
     let folder = Folder::new("bad");
-    std::fs::create_dir_all(&folder.0).unwrap();
-    let case = folder.0.join("case.toml");
-    std::fs::write(
-        &case,
+    let case = folder.file(
+        "case.toml",
         "claim = \"kenne_9_and_10\"\nseed = 1\nindex = 2\nsubject = \"my motor\"\n[values]\nflux_share = 1.0\n",
-    )
-    .unwrap();
-    std::fs::write(folder.0.join("results.jsonl"), "{\"claim\": 1}\n{}\n").unwrap();
+    );
+    folder.file("results.jsonl", "{\"claim\": 1}\n{}\n");
     for (arguments, says) in [
         (vec!["--claim", "999"], "im verify --list"),
         (vec!["--machine", "nonsense"], "expected random or one of kwon_table_iv"),
         (vec!["--motor", "/nonexistent.toml"], "/nonexistent.toml"),
         (vec!["--replay", "/nonexistent.toml"], "/nonexistent.toml: cannot be read"),
-        (vec!["--replay", path(&case)], "[values] flux_angle_rad: is missing"),
+        (vec!["--replay", &case], "[values] flux_angle_rad: is missing"),
         (vec!["--all", "--trials", "strong,m99"], "--trials strong,m99: there is no such trial; expected groups (strong, "),
-        (vec!["--claim", "32", "--cases", "10", "--out", path(&folder.0)], "results.jsonl:1: not a result of im verify"),
+        (vec!["--claim", "32", "--cases", "10", "--out", &folder.path("")], "results.jsonl:1: not a result of im verify"),
     ] {
-        let run = im(&arguments);
+        let run = verify(&arguments);
         assert_eq!(run.status.code(), Some(1), "{arguments:?}");
         let error = text(&run.stderr);
         assert!(error.contains(says) && error.lines().count() == 1, "{error}");
@@ -166,6 +135,6 @@ fn bad_input_is_one_message_that_helps() {
         vec!["--trials", "clean"],
         vec!["--json", "--markdown"],
     ] {
-        assert_eq!(im(&usage).status.code(), Some(2), "{usage:?}");
+        assert_eq!(verify(&usage).status.code(), Some(2), "{usage:?}");
     }
 }
