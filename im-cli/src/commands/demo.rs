@@ -26,6 +26,9 @@ pub struct Args {
     /// Write the embedded motor and recordings there too, to try the other commands on
     #[arg(long, value_name = "DIR")]
     save_data: Option<PathBuf>,
+    /// Print diagnosis.json instead of the story
+    #[arg(long)]
+    json: bool,
 }
 
 const MOTOR: &str = include_str!("../../data/demo/motor.toml");
@@ -47,16 +50,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             write_atomically(&dir.join(name), |w| w.write_all(text.as_bytes()))?;
         }
     }
-    let mut out = io::stdout().lock();
     let intro = "A motor with nameplate-grade parameters, two recordings to learn from and one held out. Something in the machine \
                  is not in the model. Nobody has told this program what.";
-    writeln!(out, "{}", wrapped("", intro))?;
-    out.flush()?;
-    drop(out);
+    if !args.json {
+        writeln!(io::stdout().lock(), "{}", wrapped("", intro))?;
+    }
     let case = Case::new(motor, &train, Some(&holdout));
     let found = spinning("fitting and scoring", || diagnose(case, Options::default()))
         .map_err(|e| refused(std::path::Path::new("embedded motor.toml"), &e))?;
-    super::diagnose::finish(&found, &super::diagnose::meta(&found), Some(&args.out), false)?;
+    super::diagnose::finish(&found, &super::diagnose::meta(&found), Some(&args.out), args.json)?;
+    if args.json {
+        return Ok(());
+    }
     let mut out = io::stdout().lock();
     writeln!(out, "\nTook {:.1} s. The same on your own files: im diagnose --help", begun.elapsed().as_secs_f64())?;
     if args.save_data.is_none() {

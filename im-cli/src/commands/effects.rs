@@ -43,11 +43,20 @@ pub fn effect_parser() -> impl TypedValueParser<Value = EffectId> {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let text = match &args.what {
-        None if args.json => format!("{}\n", Value::from_iter(EffectId::ALL.iter().map(|&id| as_json(id, None)))),
+        None if args.json => {
+            let all: Vec<Value> = EffectId::ALL.iter().map(|&id| as_json(id, None)).collect();
+            format!("{}\n", json!({"schema": 1, "effects": all}))
+        }
         None => list(),
         Some(What::Show { effect, motor }) => {
             let motor = motor.as_ref().map(MotorFile::read).transpose()?;
-            if args.json { format!("{}\n", as_json(*effect, motor.as_ref())) } else { card(*effect, motor.as_ref()) }
+            if args.json {
+                let mut one = as_json(*effect, motor.as_ref());
+                one["schema"] = json!(1);
+                format!("{one}\n")
+            } else {
+                card(*effect, motor.as_ref())
+            }
         }
     };
     Ok(io::stdout().lock().write_all(text.as_bytes())?)
