@@ -13,7 +13,7 @@ use im_design::certificate::Design;
 use im_design::machine::Constants;
 use im_design::matrix::Matrix;
 use im_design::request::{Kind, Period, design, design_sampled};
-use im_design::{Machine, Plant, linalg, model};
+use im_design::{DesignError, Machine, Plant, linalg, model};
 use im_identify::online::{Fixed, Lambda};
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::space_vector::{cross, dot, unit};
@@ -376,6 +376,69 @@ proptest! {
             }
         }
         decays(&sizes, (-d.rate_per_s * h).exp(), 0.05)?;
+    }
+
+    /// `thau-box`, sampled: every sample the error of the observer's own step falls by the certified factor, on a machine stepped alike.
+    #[test]
+    fn the_sampled_box_observers_error(m in machine(), start in prop::array::uniform5(-1.0..1.0f64), at in prop::array::uniform2(0.3..0.7f64)) {
+        let plant = Plant::Machine(m);
+        let c = plant.constants::<f64>();
+        let h = 2e-5_f64.min(0.2 / c.gamma);
+        let text = region(Kind::ThauBox, &m) + &format!("\nrate_per_s = {}", 0.2 * c.eta);
+        let made = match design_sampled(Kind::ThauBox, plant, &text, Period::At(h)) {
+            // Not every machine has a gain over the whole box at this period.
+            Err(DesignError::Infeasible { .. }) => return Err(TestCaseError::reject("no sampled gain over the box")),
+            made => made.unwrap(),
+        };
+        let Design::SampledBox(d) = &made.design else { unreachable!() };
+        let between = |[low, high]: [f64; 2], x: f64| low + x * (high - low);
+        let (frame, slip) = (between(d.region.frame_rad_s, at[0]), between(d.region.slip_rad_s, at[1]));
+        let gains = ThauBoxGains { frame_rad_s: d.region.frame_rad_s, gain: rows(&d.gain), gain_per_frame_speed: rows(&d.gain_per_frame_speed) };
+        // A load torque that is the machine's own: its speed falls with friction alone.
+        let observer = Thau::in_box_discretized(basis(&m, h, 2.0), gains, LoadTorque::EqualToTorque, Discretization::ForwardEuler).unwrap();
+        let (_, x) = simulation::steady_voltage(&c, (frame - slip) / c.n_p, slip, 0.95, 0.0);
+        let (mut omega, mut lambda, mut i) = (x[0], C::new(x[1], x[2]), C::new(x[3], x[4]));
+        let wide = [0.1 * c.eta / c.n_p, 0.02, 0.01, 0.01 * c.beta, 0.01 * c.beta];
+        let off: [f64; 5] = std::array::from_fn(|k| wide[k] * start[k]);
+        let mut hat = (omega + off[0], lambda + C::new(off[1], off[2]), i + C::new(off[3], off[4]));
+        let mut state = observer.state_at(hat.1, hat.2, hat.0);
+        let seen = |hat: &(f64, C, C), omega: f64, lambda: C, i: C| {
+            let d_axis = (hat.1 / hat.1.norm()).conj();
+            let (dl, di) = ((hat.1 - lambda) * d_axis, (hat.2 - i) * d_axis);
+            [hat.0 - omega, dl.re, dl.im, di.re, di.im]
+        };
+        let inside = |[low, high]: [f64; 2], x: f64| low <= x && x <= high;
+        let mut checked = 0;
+        for k in 0..400 {
+            // The voltage that keeps the machine on its circle.
+            let w = C::new(0.0, c.n_p * omega + slip);
+            let a = C::new(-c.eta, c.n_p * omega);
+            let u = (i * (w + c.gamma) + lambda * a * c.beta) / c.inverse_sigma_l_s;
+            let before = (seen(&hat, omega, lambda, i), hat, omega, lambda);
+            let (rate_lambda, rate_i) = (lambda * a + i * c.eta_l_m, i * w);
+            // The machine at the end of the sample needs the frame that the observer takes: it keeps its flux on the d axis.
+            let e = {
+                let mut ahead = state;
+                observer.step(&mut ahead, &Input::new(u, i))
+            };
+            let frame = (e.rotor_flux_vs * hat.1.conj()).arg() / h;
+            let step = |z: C, rate: C| (z + (rate - z * C::new(0.0, frame)) * h) * unit(frame * h);
+            (lambda, i) = (step(lambda, rate_lambda), step(i, rate_i));
+            omega *= 1.0 - h * c.friction_rate;
+            let e = observer.step(&mut state, &Input::new(u, i));
+            hat = (e.omega_m, e.rotor_flux_vs, i - e.residual_a);
+            let (was, hat_was, omega_was, lambda_was) = before;
+            let mean = ((lambda_was + hat_was.1) * (hat_was.1 / hat_was.1.norm()).conj() * 0.5, 0.5 * (omega_was + hat_was.0));
+            // The first sample has no current measured at its beginning.
+            if k > 0 && inside(d.region.frame_rad_s, frame) && inside(d.region.slip_rad_s, frame - c.n_p * mean.1)
+                && inside(d.region.flux_d_vs, mean.0.re) && inside(d.region.flux_q_vs, mean.0.im)
+            {
+                let (now, then) = (size(&d.p, &seen(&hat, omega, lambda, i)), size(&d.p, &was));
+                prop_assert!(now <= d.contraction * then * (1.0 + 1e-9) + 1e-12, "{k}: {then:e} {now:e} factor {}", d.contraction);
+                checked += 1;
+            }
+        }
+        prop_assert!(checked > 20, "{checked} samples inside the box");
     }
 }
 

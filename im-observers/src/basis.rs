@@ -213,12 +213,14 @@ impl<T: Scalar> Basis<T> {
             }
         }
         status.add_if(flux2 < limits.flux_min_vs * limits.flux_min_vs, Status::FLUX_LOW);
-        let residual_a = sample.i_s - *i_hat;
+        // A current that was lost is what the observer predicts.
+        let i_s = if sample.measured { sample.i_s } else { *i_hat };
+        let residual_a = i_s - *i_hat;
         status.add_if(norm2(residual_a) > limits.residual_max_a * limits.residual_max_a, Status::RESIDUAL);
         watch.good_samples = if status.is_fault() { 0 } else { watch.good_samples.saturating_add(1) };
         status.add_if(watch.good_samples < self.settle_samples, Status::SETTLING);
-        (watch.i_s, watch.u_s) = (sample.i_s, sample.u_commanded);
-        let torque_nm = constants.torque * cross(*lambda, sample.i_s);
+        (watch.i_s, watch.u_s) = (i_s, sample.u_commanded);
+        let torque_nm = constants.torque * cross(*lambda, i_s);
         (Estimate { rotor_flux_vs: *lambda, omega_m: *omega_m, torque_nm, residual_a, status }, true)
     }
 

@@ -17,11 +17,15 @@
 //! its speed row is μ(λ̂ − λ) × i − (D/J)e_ω − L_ω e_i, or without the first term. The copy's μ λ̂ × î would add μ λ̂ × e_i, a gain on the q current error that
 //! grows with the flux and that no vertex of the box holds; what such a gain is good for is in the L_ω of the design.
 //!
+//! **Forward Euler** takes everything at the beginning of the sample; with a box gain in the frame of the estimated flux, z⁺ = e^{jhω_f}(z + h(ż − jω_fz)), ω_f
+//! the speed at which the flux stays on the d axis: the step that `im_design::sampled::over_box` certifies, of a machine stepped alike. In this frame
+//! a steady state stands still, so that the step leaves it where it is, which forward Euler in the frame at rest does not.
+//!
 //! **Step limits.** The electrical part by the warped trapezoidal rule, any step. The correction is implicit, e at the end of the sample,
 //! x̂ = x̂_p + hL(1 + hL_i)⁻¹(i − î_p): exact where e = 0, whatever the step. The speed is stepped after the currents: h²μn_pβ|λ|² < 1, with a box gain
-//! h²|L_ω|n_pβ|λ| < 1 (checked at the largest flux). Forward Euler takes everything at the beginning of the sample.
+//! h²|L_ω|n_pβ|λ| < 1 (checked at the largest flux).
 
-use im_model::space_vector::{cross, norm2};
+use im_model::space_vector::{cross, j, norm2, turn};
 use im_model::{Bound, Complex, Scalar};
 use num_traits::Zero;
 
@@ -148,6 +152,19 @@ impl<T: Scalar> Thau<T> {
     /// # Errors
     /// A gain that is not finite, a range that is not positive and ordered, otherwise as [`try_new`](Self::try_new).
     pub fn in_box(basis: Basis<T>, gains: ThauBoxGains, load: LoadTorque) -> Result<Self, ObserverError> {
+        Self::in_box_discretized(basis, gains, load, Discretization::Implicit)
+    }
+
+    /// The same with a chosen discretization: [`Discretization::ForwardEuler`] for a gain that was certified for the sampling time (`sampled_box`).
+    ///
+    /// # Errors
+    /// As [`in_box`](Self::in_box).
+    pub fn in_box_discretized(
+        basis: Basis<T>,
+        gains: ThauBoxGains,
+        load: LoadTorque,
+        discretization: Discretization,
+    ) -> Result<Self, ObserverError> {
         finite("gain", &gains.gain)?;
         finite("gain_per_frame_speed", &gains.gain_per_frame_speed)?;
         let [low, high] = gains.frame_rad_s;
@@ -158,7 +175,7 @@ impl<T: Scalar> Thau<T> {
             at_zero: cast(&gains.gain),
             slope: cast(&gains.gain_per_frame_speed),
         };
-        Self::build(basis, gain, load, Discretization::Implicit)
+        Self::build(basis, gain, load, discretization)
     }
 
     fn build(basis: Basis<T>, gain: Gain<T>, load: LoadTorque, discretization: Discretization) -> Result<Self, ObserverError> {
@@ -196,6 +213,19 @@ impl<T: Scalar> Thau<T> {
         Ok(Self { basis, gain, damping: T::from_f64(damping), torque, discretization })
     }
 
+    /// The frame of the estimated flux, which turns with what this current drives; none without flux.
+    #[inline(always)]
+    fn flux_frame(&self, lambda: Complex<T>, omega_m: T, i_s: Complex<T>, eta_l_m: T) -> Option<FluxFrame<T>> {
+        let flux2 = norm2(lambda);
+        let least = self.basis.limits.flux_min_vs;
+        if flux2 < least * least {
+            return None;
+        }
+        let speed = self.basis.n_p * omega_m + eta_l_m * cross(lambda, i_s) / flux2;
+        let inverse_flux = T::one() / flux2.sqrt();
+        Some(FluxFrame { d: lambda.scale(inverse_flux), inverse_flux, speed: speed.abs(), backward: speed < T::zero() })
+    }
+
     /// h L e at the end of the sample as (ω, λ, i), e being the error before the correction.
     #[inline(always)]
     fn correction(
@@ -209,39 +239,95 @@ impl<T: Scalar> Thau<T> {
         let h = self.basis.sample_time_s;
         match &self.gain {
             Gain::None => (T::zero(), Complex::zero(), Complex::zero()),
-            Gain::AtRest(gain) => apply(gain, e, h),
-            Gain::InFluxFrame { range, at_zero, slope } => {
-                let flux2 = norm2(lambda);
-                let least = self.basis.limits.flux_min_vs;
-                if flux2 < least * least {
-                    return (T::zero(), Complex::zero(), Complex::zero());
+            Gain::AtRest(gain) => apply(gain, implicit(gain, e, h)),
+            Gain::InFluxFrame { range, at_zero, slope } => match self.flux_frame(lambda, omega_m, i_s, eta_l_m) {
+                None => (T::zero(), Complex::zero(), Complex::zero()),
+                Some(frame) => {
+                    let gain = scheduled(*range, at_zero, slope, frame.speed);
+                    frame.back(apply(&gain, implicit(&gain, frame.seen(e), h)))
                 }
-                let frame = self.basis.n_p * omega_m + eta_l_m * cross(lambda, i_s) / flux2;
-                let d = lambda.scale(T::one() / flux2.sqrt());
-                let backward = frame < T::zero();
-                let speed = frame.abs().max(range[0]).min(range[1]);
-                let gain = core::array::from_fn(|r| [0, 1].map(|k| at_zero[r][k] + speed * slope[r][k]));
-                // Seen from the flux; mirrored when it turns backward.
-                let mirror = |z: Complex<T>| if backward { z.conj() } else { z };
-                let (omega, flux, current) = apply(&gain, mirror(e * d.conj()), h);
-                (if backward { -omega } else { omega }, mirror(flux) * d, mirror(current) * d)
+            },
+        }
+    }
+
+    /// L e at the beginning of the sample as (ω, λ, i), and the speed of the frame in which forward Euler steps, rad/s: with a box gain
+    /// that at which the flux stays on the d axis, |λ̂|ω_f = Im λ̂'.
+    #[inline(always)]
+    fn explicit(&self, s: &ThauState<T>, eta_l_m: T, e: Complex<T>) -> ((T, Complex<T>, Complex<T>), T) {
+        let none = ((T::zero(), Complex::zero(), Complex::zero()), T::zero());
+        match &self.gain {
+            Gain::None => none,
+            Gain::AtRest(gain) => (apply(gain, e), T::zero()),
+            Gain::InFluxFrame { range, at_zero, slope } => {
+                let Some(frame) = self.flux_frame(s.lambda, s.omega_m, s.i_hat, eta_l_m) else { return none };
+                let e = frame.seen(e);
+                // ω_f = ω + (L₀ + ω_f L₁)_λq e/|λ̂|
+                let pulled = |l: &[[T; 2]; 5]| (l[2][0] * e.re + l[2][1] * e.im) * frame.inverse_flux;
+                let own = (T::one() - pulled(slope)).max(T::from_f64(0.5));
+                let gain = scheduled(*range, at_zero, slope, (frame.speed + pulled(at_zero)) / own);
+                let (omega, flux, current) = apply(&gain, e);
+                let speed = frame.speed + flux.im * frame.inverse_flux;
+                (frame.back((omega, flux, current)), if frame.backward { -speed } else { speed })
             }
         }
     }
+}
+
+/// The frame of the estimated flux; of a flux that turns backward its mirror image.
+struct FluxFrame<T> {
+    /// λ̂/|λ̂|.
+    d: Complex<T>,
+    /// 1/|λ̂|.
+    inverse_flux: T,
+    /// |n_pω̂ + ηL_m i_q/|λ̂||, electrical rad/s.
+    speed: T,
+    backward: bool,
+}
+
+impl<T: Scalar> FluxFrame<T> {
+    #[inline(always)]
+    fn mirrored(&self, z: Complex<T>) -> Complex<T> {
+        if self.backward { z.conj() } else { z }
+    }
+
+    /// From the frame at rest.
+    #[inline(always)]
+    fn seen(&self, z: Complex<T>) -> Complex<T> {
+        self.mirrored(z * self.d.conj())
+    }
+
+    /// To the frame at rest.
+    #[inline(always)]
+    fn back(&self, (omega, flux, current): (T, Complex<T>, Complex<T>)) -> (T, Complex<T>, Complex<T>) {
+        let omega = if self.backward { -omega } else { omega };
+        (omega, self.mirrored(flux) * self.d, self.mirrored(current) * self.d)
+    }
+}
+
+/// L₀ + ω_f L₁, the speed held to its range.
+#[inline(always)]
+fn scheduled<T: Scalar>(range: [T; 2], at_zero: &[[T; 2]; 5], slope: &[[T; 2]; 5], speed: T) -> [[T; 2]; 5] {
+    let speed = speed.max(range[0]).min(range[1]);
+    core::array::from_fn(|r| [0, 1].map(|k| at_zero[r][k] + speed * slope[r][k]))
 }
 
 fn cast<T: Scalar>(gain: &[[f64; 2]; 5]) -> [[T; 2]; 5] {
     gain.map(|row| row.map(T::from_f64))
 }
 
-/// h L (1 + hL_i)⁻¹ e.
+/// h(1 + hL_i)⁻¹ e: what a correction by the error after it makes of the error before it.
 #[inline(always)]
-fn apply<T: Scalar>(l: &[[T; 2]; 5], e: Complex<T>, h: T) -> (T, Complex<T>, Complex<T>) {
+fn implicit<T: Scalar>(l: &[[T; 2]; 5], e: Complex<T>, h: T) -> Complex<T> {
     let one = T::one();
     let [[a, b], [c, d]] = [l[3].map(|x| x * h), l[4].map(|x| x * h)];
-    let det = one / ((one + a) * (one + d) - b * c);
-    let e = [((one + d) * e.re - b * e.im) * det * h, ((one + a) * e.im - c * e.re) * det * h];
-    let row = |r: [T; 2]| r[0] * e[0] + r[1] * e[1];
+    let share = h / ((one + a) * (one + d) - b * c);
+    Complex::new(((one + d) * e.re - b * e.im) * share, ((one + a) * e.im - c * e.re) * share)
+}
+
+/// L e as (ω, λ, i).
+#[inline(always)]
+fn apply<T: Scalar>(l: &[[T; 2]; 5], e: Complex<T>) -> (T, Complex<T>, Complex<T>) {
+    let row = |r: [T; 2]| r[0] * e.re + r[1] * e.im;
     (row(l[0]), Complex::new(row(l[1]), row(l[2])), Complex::new(row(l[3]), row(l[4])))
 }
 
@@ -288,18 +374,13 @@ impl<T: Scalar> Observer<T> for Thau<T> {
                 }
             }
             Discretization::ForwardEuler => {
-                let (omega, flux, current) = match &self.gain {
-                    Gain::AtRest(l) if sample.measured => {
-                        let e = sample.i_before - s.i_hat;
-                        let row = |k: usize| l[k][0] * e.re + l[k][1] * e.im;
-                        (row(0), Complex::new(row(1), row(2)), Complex::new(row(3), row(4)))
-                    }
-                    _ => (T::zero(), Complex::zero(), Complex::zero()),
-                };
+                let ((omega, flux, current), frame) = self.explicit(s, c.eta_l_m, sample.i_before - s.i_hat);
                 let torque = pull(s.lambda, s.i_hat, sample.i_before);
                 s.omega_m += (mu * torque - self.damping * s.omega_m + omega) * h;
-                s.lambda += (d_lambda + flux).scale(h);
-                s.i_hat += (d_psi - d_lambda.scale(c.beta) + current).scale(h);
+                let turned = turn(h * frame);
+                let stepped = |z: Complex<T>, rate: Complex<T>| (z + (rate - j(z).scale(frame)).scale(h)) * turned;
+                s.lambda = stepped(s.lambda, d_lambda + flux);
+                s.i_hat = stepped(s.i_hat, d_psi - d_lambda.scale(c.beta) + current);
             }
         }
         let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut s.i_hat, &mut s.omega_m);

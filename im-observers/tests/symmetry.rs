@@ -28,6 +28,8 @@ fn all(b: Basis<f64>) -> Vec<Running> {
     let euler = Kubota::discretized(b, KubotaGains::without_feedback(p, i), Discretization::ForwardEuler);
     all.push(Running::from_rest("Kubota, Euler", euler.unwrap()));
     all.push(Running::from_rest("Thau in a box", Thau::in_box(b, boxed(), LoadTorque::Balanced).unwrap()));
+    let euler = Thau::in_box_discretized(b, boxed(), LoadTorque::Balanced, Discretization::ForwardEuler);
+    all.push(Running::from_rest("Thau in a box, Euler", euler.unwrap()));
     let layer = UtkinGains { boundary_layer_avs: 5.0, ..UtkinGains::for_machine(&machine, rating) };
     all.push(Running::from_rest("Utkin, layer", Utkin::try_new(b, layer).unwrap()));
     all

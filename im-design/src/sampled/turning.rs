@@ -1,7 +1,9 @@
 //! The observer over a box, stepped by forward Euler in its turning frame.
 //!
-//! For the machine and the observer stepped alike, e⁺ = (I + h(F − LC))e holds exactly with the Jacobian F at the mean state,
-//! and the block inequality of [`super`] at the vertices of the box, affine in all six coordinates, proves contraction.
+//! In the frame z⁺ = z + h(ż − jω_f z), in the frame at rest e^{jhω_f} times that. For the machine and the observer stepped alike, e⁺ = (I + h(F − LC))e
+//! holds exactly with the Jacobian F at the mean state, and the block inequality of [`super`] at the vertices of the box, affine in all
+//! six coordinates, proves contraction. `Thau::in_box_discretized` of im-observers steps so, with the ω_f that keeps its flux on the d axis:
+//! the frame of one sample ends where that of the next begins.
 
 use super::{Polytope, longest, longest_meaningful_s, meaningful, no_period};
 use crate::certificate::{Certificate, Claim, Obligation, Plant};

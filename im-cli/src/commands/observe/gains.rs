@@ -124,17 +124,17 @@ impl Gains {
             Some(coefficient_nm_s_per_rad) => LoadTorque::Proportional { coefficient_nm_s_per_rad },
             None => other,
         };
-        let table = self.table(&["thau_box", "thau", "sampled_thau"])?;
+        let table = self.table(&["thau_box", "sampled_box", "thau", "sampled_thau"])?;
         let rule = discretization(&table);
         Ok(match table {
             None => Thau::try_new(basis, ThauGains::published(), law(LoadTorque::EqualToTorque))?,
-            Some(t) if t.name == "thau_box" => {
+            Some(t) if t.name.ends_with("_box") => {
                 let gains = ThauBoxGains {
                     frame_rad_s: t.range("frame_rad_s")?,
                     gain: t.matrix("gain")?,
                     gain_per_frame_speed: t.matrix("gain_per_frame_speed")?,
                 };
-                Thau::in_box(basis, gains, law(LoadTorque::Balanced))?
+                Thau::in_box_discretized(basis, gains, law(LoadTorque::Balanced), rule)?
             }
             Some(t) => {
                 let gains = ThauGains { gain: t.matrix("gain")? };
