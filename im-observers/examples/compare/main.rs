@@ -2,8 +2,8 @@
 //!
 //!     cargo run --release -p imkit-observers --example compare -- [--docs docs] [--measured DIRECTORY]
 //!
-//! Writes the part of `observers.md` between its markers and the pictures beside it. With `--measured` it adds a start of a real 4-kW
-//! machine (the folder `direct_on_line_4kw`); no sample of it is written.
+//! Writes the parts of `observers.md` between their markers and the pictures beside it. With `--measured` also the table of a start of a real
+//! 4-kW machine (the folder `direct_on_line_4kw`; no sample of it is written); without, that table stays as it is.
 
 mod measured;
 mod study;
@@ -25,26 +25,41 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             _ => return Err(format!("unknown option {name}; --docs and --measured are known").into()),
         }
     }
+    let measured = match recording.map(|d| d.join("Test_4_IM_Direct_Start.csv")) {
+        Some(file) => Some(measured::table(&file)?),
+        None => None,
+    };
+    let page = docs.join("observers.md");
+    let mut text = std::fs::read_to_string(&page).map_err(|e| format!("{}: {e}", page.display()))?;
+    // Before the long run: that both parts are there.
+    for name in ["compare", "measured"] {
+        part(&text, name).map_err(|e| format!("{}: {e}", page.display()))?;
+    }
     let studies: Vec<study::Study> = study::machines().iter().map(study::Study::run).collect();
-    let mut text = tables::all(&studies);
-    text += &tables::maps();
-    match recording.map(|d| d.join("Test_4_IM_Direct_Start.csv")) {
-        Some(file) if file.exists() => text += &measured::table(&file)?,
-        _ => println!("no measured recording: its table is left out (--measured DIRECTORY)"),
+    let compared = tables::all(&studies) + &tables::maps();
+    println!("{compared}");
+    text.replace_range(part(&text, "compare")?, &compared);
+    match measured {
+        Some(table) => {
+            println!("{table}");
+            text.replace_range(part(&text, "measured")?, &table);
+        }
+        None => println!("the table of the measured start is left as it was: --measured DIRECTORY makes it anew"),
     }
     let images = docs.join("images/observers");
     std::fs::create_dir_all(&images)?;
     for (name, svg) in tables::pictures() {
         im_model::write_atomically(&images.join(name), |out| std::io::Write::write_all(out, svg.as_bytes()))?;
     }
-    let page = docs.join("observers.md");
-    let old = std::fs::read_to_string(&page).map_err(|e| format!("{}: {e}", page.display()))?;
-    let (begin, end) = ("<!-- compare: begin -->\n", "<!-- compare: end -->");
-    let (Some(a), Some(b)) = (old.find(begin), old.find(end)) else {
-        return Err(format!("{}: the markers {} and {end} are not there", page.display(), begin.trim()).into());
-    };
-    let new = format!("{}{text}{}", &old[..a + begin.len()], &old[b..]);
-    im_model::write_atomically(&page, |out| std::io::Write::write_all(out, new.as_bytes()))?;
-    println!("{text}");
+    im_model::write_atomically(&page, |out| std::io::Write::write_all(out, text.as_bytes()))?;
     Ok(())
+}
+
+/// Where the part of the page between the markers of this name is.
+fn part(page: &str, name: &str) -> Result<std::ops::Range<usize>, String> {
+    let (begin, end) = (format!("<!-- {name}: begin -->\n"), format!("<!-- {name}: end -->"));
+    match (page.find(&begin), page.find(&end)) {
+        (Some(a), Some(b)) if a + begin.len() <= b => Ok(a + begin.len()..b),
+        _ => Err(format!("the markers {} and {end} are not there, one after the other", begin.trim())),
+    }
 }

@@ -36,13 +36,20 @@ fn machine() -> NamedMachine {
 
 /// The error of each observer's mean speed unloaded and loaded, against the calibrated tachometer.
 pub fn table(file: &Path) -> Result<String, Box<dyn std::error::Error>> {
-    let text = std::fs::read_to_string(file)?;
+    let text = std::fs::read_to_string(file).map_err(|e| format!("{}: {e}", file.display()))?;
     let rows: Vec<Vec<f64>> = text
         .lines()
         .skip(1)
         .map(|line| line.split(',').map(|x| x.trim().parse::<f64>()).collect::<Result<Vec<_>, _>>())
         .collect::<Result<_, _>>()
         .map_err(|e| format!("{}: {e}", file.display()))?;
+    if rows.len() < 2 || rows.iter().any(|r| r.len() < 11) {
+        return Err(format!(
+            "{}: time, three voltages, three currents, ..., the tachometer in column 11 were expected",
+            file.display()
+        )
+        .into());
+    }
     let period = rows[1][0] - rows[0][0];
     let mean = |column: usize, from: f64, to: f64| {
         let x: Vec<f64> = rows.iter().filter(|r| (from..to).contains(&r[0])).map(|r| r[column]).collect();
