@@ -16,7 +16,7 @@ use std::path::Path;
 use aqdm::{MENDED, SOURCES, fitted, run_with};
 use im_control::MtpaLaw;
 use im_design::mtpa::{AirGap, Aqdm, CurrentLaw, SlipLaw, for_torque};
-use im_design::plot::{Mark, Series, chart};
+use im_design::plot::{Series, chart};
 
 const TORQUES_NM: [f64; 6] = [5.0, 20.0, 50.0, 100.0, 150.0, 200.0];
 /// What is drawn: the speed measured, and by the paper's observer without and with a load torque that balances friction too.
@@ -37,10 +37,6 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn write(path: &Path, svg: &str) -> Result<(), Box<dyn Error>> {
     Ok(im_model::write_atomically(path, |out| std::io::Write::write_all(out, svg.as_bytes()))?)
-}
-
-fn series(name: &str, mark: Mark, points: Vec<(f64, f64)>) -> Series {
-    Series { name: name.into(), mark, points }
 }
 
 type Pictures = Vec<(&'static str, String)>;
@@ -85,12 +81,12 @@ fn fig_7() -> Result<Pictures, Box<dyn Error>> {
     );
     let torques: Vec<f64> = (1..=60).map(|k| 4.0 * f64::from(k)).collect();
     let best = torques.iter().map(|t| for_torque(&circuit, *t)).collect::<Result<Vec<_>, _>>()?;
-    let printed = |of: &dyn Fn(f64) -> f64| torques.iter().filter(|t| **t >= 19.0).map(|t| (*t, of(*t))).collect();
+    let printed = |of: &dyn Fn(f64) -> f64| torques.iter().filter(|t| **t >= 19.0).map(|t| (*t, of(*t))).collect::<Vec<_>>();
     let picture = |k: usize, title: &str, label: &str, law: &str, of: &dyn Fn(f64) -> f64| {
-        let optimum = best.iter().map(|o| (o.torque_n_m, [o.current_rms_a, o.slip_rad_s][k])).collect();
-        let at = |n: usize| marks[n].iter().filter(|p| p[0] > 1.0).map(|p| (p[0], p[k + 1])).collect();
-        let mut all = vec![series("optimum of Table V", Mark::Line, optimum), series(law, Mark::Line, printed(of))];
-        all.extend(DRAWN.iter().enumerate().map(|(n, source)| series(&format!("drive ({source})"), Mark::Cross, at(n))));
+        let optimum = best.iter().map(|o| (o.torque_n_m, [o.current_rms_a, o.slip_rad_s][k]));
+        let at = |n: usize| marks[n].iter().filter(|p| p[0] > 1.0).map(|p| (p[0], p[k + 1])).collect::<Vec<_>>();
+        let mut all = vec![Series::line("optimum of Table V", optimum), Series::line(law, printed(of))];
+        all.extend(DRAWN.iter().enumerate().map(|(n, source)| Series::crosses(format!("drive ({source})"), at(n))));
         chart(title, "torque, Nm", label, &all)
     };
     let current = picture(0, "Kwon et al., Fig. 7a", "winding current, A rms", "(30) as printed", &|t| CurrentLaw::KWON.at(t));
@@ -119,8 +115,8 @@ fn fig_12() -> Result<Pictures, Box<dyn Error>> {
         "| circuit of Table V, Nm | {} |",
         factors.map(|f| format!("{:.2}", torque_at(&circuit, current, f * slip))).join(" | ")
     );
-    let line = (50..=150).map(|k| 0.01 * f64::from(k)).map(|f| (f, torque_at(&circuit, current, f * slip))).collect();
-    let mut all = vec![series("circuit of Table V", Mark::Line, line)];
+    let line = (50..=150).map(|k| 0.01 * f64::from(k)).map(|f| (f, torque_at(&circuit, current, f * slip)));
+    let mut all = vec![Series::line("circuit of Table V", line)];
     for source in SOURCES {
         let points = factors
             .iter()
@@ -128,7 +124,7 @@ fn fig_12() -> Result<Pictures, Box<dyn Error>> {
             .collect::<Result<Vec<_>, Box<dyn Error>>>()?;
         println!("| {source}, Nm | {} |", points.iter().map(|p| format!("{:.2}", p.1)).collect::<Vec<_>>().join(" | "));
         if DRAWN.contains(&source) {
-            all.push(series(&format!("drive ({source})"), Mark::Cross, points));
+            all.push(Series::crosses(format!("drive ({source})"), points));
         }
     }
     let picture =

@@ -5,7 +5,7 @@
 #[path = "../tests/support/simulation.rs"]
 mod simulation;
 
-use im_design::plot::{Mark, Series, chart};
+use im_design::plot::{Series, chart};
 use im_design::thau_box::{BoxRegion, fastest};
 use im_design::{Machine, Plant, thau};
 use simulation::{fifth_order, times, turning};
@@ -39,8 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!("proven: kappa = {:.5}; rate over the box {:.2} 1/s", lipschitz.lipschitz, boxed.rate_per_s);
     if let Some(path) = std::env::args().nth(1) {
-        let thinned = |run: &[(f64, f64)]| run.iter().step_by(200).copied().collect();
-        let series = runs.each_ref().map(|(name, run)| Series { name: (*name).into(), mark: Mark::Line, points: thinned(run) });
+        let series = runs.each_ref().map(|(name, run)| Series::line(*name, run.iter().step_by(200).copied()));
         let svg = chart(
             "Speed error after a wrong start, Kwon's machine at 100 rad/s",
             "time, s",

@@ -2,7 +2,7 @@
 //!
 //!     cargo run --release -p imkit-verify --example verify_my_observer -- margins.svg
 
-use im_design::plot::{Mark, Series, chart};
+use im_design::plot::{Series, chart};
 use im_model::Complex;
 use im_observers::{Basis, CurrentModel, Estimate, Input, Observer};
 use im_verify::properties::{Steady, observer};
@@ -65,8 +65,8 @@ fn main() -> std::io::Result<()> {
             let point = claim.draw(1, index, &Machines::Random);
             Some((point.values[0], claim.verdict(&point, &Machines::Random).margin()?))
         };
-        let tried = Series { name: "a random machine".into(), mark: Mark::Cross, points: (0..200).filter_map(margin).collect() };
-        let edge = Series { name: "below: violated".into(), mark: Mark::Line, points: vec![(-1.0, 0.0), (1.0, 0.0)] };
+        let tried = Series::crosses("a random machine", (0..200).filter_map(margin));
+        let edge = Series::line("below: violated", [(-1.0, 0.0), (1.0, 0.0)]);
         let svg = chart("An observer of one's own, tried", "speed over rated speed", "margin", &[tried, edge]);
         std::fs::write(path, svg)?;
     }

@@ -19,7 +19,6 @@ mod next_test;
 mod observe;
 mod report;
 mod simulate;
-mod time_chart;
 mod validate;
 #[cfg(feature = "verify")]
 mod verify;

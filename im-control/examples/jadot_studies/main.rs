@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 use bench::{Row, SPEED_RAD_S, Scheme, Study, TORQUE_NM};
 use experiment::{Experiment, Seen, cold, nameplate};
-use im_design::plot::{Mark, Series, chart};
+use im_design::plot::{Series, chart};
 use im_model::simulation::Profile;
 use im_model::write_atomically;
 
@@ -73,10 +73,7 @@ struct Figures {
 impl Figures {
     fn draw(&self, name: &str, title: &str, y: &str, series: &[(&str, Vec<(f64, f64)>)]) -> Result<(), String> {
         let Some(directory) = &self.directory else { return Ok(()) };
-        let series: Vec<Series> = series
-            .iter()
-            .map(|(name, points)| Series { name: (*name).to_owned(), mark: Mark::Line, points: points.clone() })
-            .collect();
+        let series: Vec<Series> = series.iter().map(|(name, points)| Series::line(*name, points.iter().copied())).collect();
         let path = directory.join(name);
         std::fs::create_dir_all(directory).map_err(|e| format!("{}: {e}", directory.display()))?;
         let svg = chart(title, "t, s", y, &series);

@@ -8,7 +8,7 @@ use std::error::Error;
 use std::f64::consts::PI;
 
 use bench::{Law, Row, Study, designed_gains};
-use im_design::plot::{Mark, Series, chart};
+use im_design::plot::{Series, chart};
 
 /// The paper's constants: flux reference (Wb², in the reference of its windings), speed, load, resistances.
 const F_REF: f64 = 0.0645;
@@ -68,11 +68,7 @@ fn summary(rows: &[Row]) -> String {
 
 fn draw(folder: &std::path::Path, figure: &str, rows: &[Row]) -> Result<(), Box<dyn Error>> {
     let every = rows.len().div_ceil(300);
-    let line = |name: &str, of: &dyn Fn(&Row) -> f64| Series {
-        name: name.into(),
-        mark: Mark::Line,
-        points: rows.iter().step_by(every).map(|r| (r.t, of(r))).collect(),
-    };
+    let line = |name: &str, of: &dyn Fn(&Row) -> f64| Series::line(name, rows.iter().step_by(every).map(|r| (r.t, of(r))));
     let pictures = [
         (
             "flux",

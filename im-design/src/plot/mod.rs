@@ -2,7 +2,7 @@
 
 mod picture;
 
-pub use im_chart::{Mark, Series, chart, chart_within, curves};
+pub use im_chart::{Series, chart, chart_within, curves};
 pub use picture::picture;
 
 use crate::certificate::Plant;
@@ -60,8 +60,8 @@ pub fn pole_map(plant: Plant, design: &KubotaDesign) -> String {
     let c = plant.constants::<f64>();
     let [low, high] = design.speed_rad_s;
     let speeds = (0..=24).map(|k| low + (high - low) * f64::from(k) / 24.0);
-    let points = speeds.flat_map(|w| linalg::eigenvalues(&design.error_matrix(&c, w))).collect();
-    let poles = Series { name: format!("{low} to {high} rad/s"), mark: Mark::Cross, points };
+    let points = speeds.flat_map(|w| linalg::eigenvalues(&design.error_matrix(&c, w)));
+    let poles = Series::crosses(format!("{low} to {high} rad/s"), points);
     chart("Poles of the estimation error", "real part, 1/s", "imaginary part, rad/s", &[poles])
 }
 

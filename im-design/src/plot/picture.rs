@@ -1,6 +1,6 @@
 //! One picture for each kind of design: what it covers and where it stands in it.
 
-use super::{Mark, Series, chart, curves, pole_map, stability_map};
+use super::{Series, chart, curves, pole_map, stability_map};
 use crate::certificate::{Certificate, Design};
 use crate::exact::Interval;
 use crate::jadot::JadotDesign;
@@ -100,8 +100,8 @@ fn layers(unit: &str, period_s: f64, of: &[Layer<'_>]) -> String {
     let mut series = Vec::new();
     for (name, own, smallest) in of {
         series.extend(curves([0.0, 1.5e6 * period_s], &[(format!("needed {name}").trim(), &|us| smallest(1e-6 * us))]));
-        let name = format!("this design {name}").trim().into();
-        series.push(Series { name, mark: Mark::Cross, points: vec![(1e6 * period_s, *own)] });
+        let name = format!("this design {name}");
+        series.push(Series::crosses(name.trim(), [(1e6 * period_s, *own)]));
     }
     chart("Smallest boundary layer", "sampling period, us", &format!("boundary layer, {unit}"), &series)
 }
@@ -127,14 +127,14 @@ fn torque_curves(d: &MtpaDesign) -> String {
             (w.torque_n_m, [e.current_rms_a, e.slip_rad_s][k].low)
         };
         let mut series = vec![
-            Series { name: "law".into(), mark: Mark::Line, points: line(&|t| d.law.at(d.torque_n_m, t)[k]) },
-            Series { name: "optimum".into(), mark: Mark::Cross, points: d.points.iter().map(best).collect() },
+            Series::line("law", line(&|t| d.law.at(d.torque_n_m, t)[k])),
+            Series::crosses("optimum", d.points.iter().map(best)),
         ];
         if kwon {
             // Where the printed law leaves the picture it would squeeze everything else.
             let most = 1.5 * series[0].points.iter().fold(0.0f64, |m, p| m.max(p.1));
-            let points = line(printed).into_iter().filter(|p| p.1 < most).collect();
-            series.push(Series { name: "as printed".into(), mark: Mark::Line, points });
+            let points = line(printed).into_iter().filter(|p| p.1 < most);
+            series.push(Series::line("as printed", points));
         }
         chart(title, "torque, N m", y_label, &series)
     };
@@ -148,8 +148,8 @@ fn steps([low, high]: [f64; 2], n: u32) -> impl Iterator<Item = f64> {
 }
 
 fn poles(title: &str, families: Vec<(String, Vec<Matrix<f64>>)>) -> String {
-    let points = |matrices: &[Matrix<f64>]| matrices.iter().flat_map(linalg::eigenvalues).collect();
-    let series: Vec<_> = families.into_iter().map(|(name, m)| Series { name, mark: Mark::Cross, points: points(&m) }).collect();
+    let eigenvalues = |(name, matrices): (String, Vec<_>)| Series::crosses(name, matrices.iter().flat_map(linalg::eigenvalues));
+    let series: Vec<_> = families.into_iter().map(eigenvalues).collect();
     chart(title, "real part, 1/s", "imaginary part, rad/s", &series)
 }
 
@@ -157,8 +157,8 @@ fn poles(title: &str, families: Vec<(String, Vec<Matrix<f64>>)>) -> String {
 fn discrete(title: &str, contraction: f64, matrices: Vec<Matrix<f64>>) -> String {
     let circle = (0..=180).map(|k| f64::from(k).to_radians() * 2.0).map(|a| (contraction * a.cos(), contraction * a.sin()));
     let series = [
-        Series { name: format!("contraction {contraction:.6}"), mark: Mark::Line, points: circle.collect() },
-        Series { name: "poles".into(), mark: Mark::Cross, points: matrices.iter().flat_map(linalg::eigenvalues).collect() },
+        Series::line(format!("contraction {contraction:.6}"), circle),
+        Series::crosses("poles", matrices.iter().flat_map(linalg::eigenvalues)),
     ];
     chart(title, "real part", "imaginary part", &series)
 }
@@ -166,7 +166,7 @@ fn discrete(title: &str, contraction: f64, matrices: Vec<Matrix<f64>>) -> String
 /// Curves of what is needed over the speed covered, with the design as a cross.
 fn needed(title: &str, y_label: &str, top: f64, design: (f64, f64), curves_of: &[(&str, &dyn Fn(f64) -> f64)]) -> String {
     let mut series = curves([0.0, top], curves_of);
-    series.push(Series { name: "this design".into(), mark: Mark::Cross, points: vec![design] });
+    series.push(Series::crosses("this design", [design]));
     chart(title, "largest mechanical speed, rad/s", y_label, &series)
 }
 

@@ -1,5 +1,7 @@
 //! Numbers and names as people read them.
 
+/// Text for HTML.
+pub use im_chart::escape;
 use im_model::{BaseParameter, EffectId, ParameterId};
 
 /// A number with so many significant digits, without needless zeros: 0.0371, 12.4, 1.4·10⁻⁵.
@@ -192,11 +194,6 @@ pub fn channel_name(name: &str) -> (String, &'static str) {
 /// How large an error is in noise floors, in words of at most four digits.
 pub fn floors(chi2: f64) -> String {
     if chi2 < 10.0 { format!("{chi2:.2}") } else { number(chi2, 3) }
-}
-
-/// Text for HTML.
-pub fn escape(s: &str) -> String {
-    s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// The first letter large.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use im_design::plot::{Mark, Series, chart, chart_within};
+use im_design::plot::{Series, chart, chart_within};
 use im_model::machines::JADOT_TABLE_I;
 use im_model::simulation::Profile;
 use im_model::space_vector::unit;
@@ -117,7 +117,7 @@ pub fn pictures() -> Vec<(&'static str, String)> {
     let shown = [Kind::Kubota, Kind::Derdiyok, Kind::Utkin, Kind::ThauPublished];
     let names = ["Kubota, mended", "Derdiyok, anchored", "Utkin", "Thau, L = 0"];
     let rows = || (0..truth.len()).step_by(100);
-    let line = |name: &str, points| Series { name: name.into(), mark: Mark::Line, points };
+    let line = |name: &str, points: Vec<_>| Series::line(name, points);
     let mut speeds = vec![line("true", rows().map(|k| (truth.time_s(k), truth.omega[k])).collect())];
     // One colour each in all pictures.
     let mut errors = vec![line("true", rows().map(|k| (truth.time_s(k), 0.0)).collect())];

@@ -3,12 +3,12 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use im_chart::{COLOURS, INK, Panel, Series, panels_with_marks, spans};
 use im_identify::online::{RegulationParameters, ReplayRow, Status, replay};
 use im_model::{MotorFile, write_atomically};
 use serde_json::json;
 
 use super::super::inputs::Replayed;
-use super::super::time_chart::{self, BLUE, GREEN, INK, Line, Panel, RED};
 use super::Args;
 use crate::failure::Failure;
 use crate::terminal::rounded;
@@ -112,29 +112,26 @@ fn picture(rows: &[ReplayRow], motor: &MotorFile) -> String {
     let p = motor.machine.parameters();
     let known = RegulationParameters::from(p.inverse_gamma());
     let to_rotor = p.rotor_resistance_ohm / known.rotor_resistance_ohm;
-    let jadot = |k: usize, scale: f64| {
-        Line::new("Jadot", GREEN, move |n| scale * rows[n].regulation.values[k])
-            .live_where(move |n| rows[n].regulation.adapting[k])
+    let [blue, red, green, ..] = COLOURS;
+    let time = || rows.iter().map(|r| r.time_s);
+    let line = |name: &str, colour, value: &dyn Fn(&ReplayRow) -> f64, live: &dyn Fn(&ReplayRow) -> bool| {
+        let points = rows.iter().map(|r| (r.time_s, value(r)));
+        Series::line(name, points).coloured(colour).pale_in(spans(time(), |n| !live(&rows[n])))
     };
-    let both =
-        |k: usize| Line::new("Kenné, both", BLUE, move |n| rows[n].both.values[k]).live_where(move |n| rows[n].both.adapting[k]);
-    let alone = Line::new("Kenné", RED, |n| rows[n].rotor.values[0]).live_where(|n| rows[n].rotor.adapting[0]);
-    let panel = |title, lines, level| Panel { title, lines, level: Some((level, "motor file")), height: 120.0 };
-    let excitation = Line::new("", INK, |n| rows[n].regulation.excitation.smallest);
+    let jadot = |k: usize, scale: f64| line("Jadot", green, &|r| scale * r.regulation.values[k], &|r| r.regulation.adapting[k]);
+    let both = |k: usize| line("Kenné, both", blue, &|r| r.both.values[k], &|r| r.both.adapting[k]);
+    let alone = line("Kenné", red, &|r| r.rotor.values[0], &|r| r.rotor.adapting[0]);
+    let excitation = line("", INK, &|r| r.regulation.excitation.smallest, &|_| true);
+    let panel = |label, series: Vec<Series>, level| Panel::new(label, series).with_level(level, "motor file").tall(120.0);
     let panels = [
         panel("R_r, Ω:", vec![jadot(0, to_rotor), both(0), alone], p.rotor_resistance_ohm),
         panel("R_s, Ω:", vec![jadot(2, 1.0), both(1)], p.stator_resistance_ohm),
         panel("L, H:", vec![jadot(1, 1.0)], known.magnetizing_inductance_h),
         panel("L_f, H:", vec![jadot(3, 1.0)], known.leakage_inductance_h),
-        Panel {
-            title: "least information about the four in the last second",
-            lines: vec![excitation],
-            level: None,
-            height: 60.0,
-        },
+        Panel::new("least information about the four in the last second", [excitation]).tall(60.0),
     ];
-    let lost = |n: usize| rows[n].regulation.status == Status::LostSample;
-    time_chart::svg(rows.len(), &|n| rows[n].time_s, &panels, Some(("lost samples; pale: held", &lost)))
+    let lost = spans(time(), |n| rows[n].regulation.status == Status::LostSample);
+    panels_with_marks("Estimates over time, pale where they are held", "time, s", &panels, "lost samples", &lost)
 }
 
 fn csv(w: &mut dyn Write, rows: &[ReplayRow], to_rotor: f64) -> io::Result<()> {

@@ -6,12 +6,12 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use im_chart::{COLOURS, INK, Panel, Series, panels_with_marks, spans};
 use im_model::{Complex, MotorFile, Recording, write_atomically};
 use im_observers::{Basis, CurrentModel, Estimate, Input, Observer};
 use serde_json::json;
 
 use super::inputs::Replayed;
-use super::time_chart::{self, INK, Line, Panel, RED};
 use crate::failure::Failure;
 use crate::output;
 use crate::terminal::rounded;
@@ -213,10 +213,12 @@ fn write(folder: &Path, args: &Args, r: &Recording, estimates: &[Estimate<f64>])
         }
         Ok(())
     })?;
-    let recorded = Line::new("recorded", INK, |k| r.omega_m[k]);
-    let estimated = Line::new(format!("estimated by {}", args.observer.name()), RED, |k| estimates[k].omega_m);
-    let panel = Panel { title: "speed, rad/s:", lines: vec![recorded, estimated], level: None, height: 240.0 };
-    let invalid = |k: usize| !estimates[k].status.is_valid();
-    let svg = time_chart::svg(r.len(), &|k| r.time_s(k), &[panel], Some(("not valid", &invalid)));
+    let points = |speed: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> { (0..r.len()).map(|k| (r.time_s(k), speed(k))).collect() };
+    let recorded = Series::line("recorded", points(&|k| r.omega_m[k])).coloured(INK);
+    let estimated = Series::line("estimated", points(&|k| estimates[k].omega_m)).coloured(COLOURS[1]);
+    let invalid = spans((0..r.len()).map(|k| r.time_s(k)), |k| !estimates[k].status.is_valid());
+    let title = format!("{}: the speed as {} has it", r.name, args.observer.name());
+    let panel = Panel::new("speed, rad/s:", [recorded, estimated]).tall(240.0);
+    let svg = panels_with_marks(&title, "time, s", &[panel], "not valid", &invalid);
     Ok(write_atomically(&folder.join("speed.svg"), |out| out.write_all(svg.as_bytes()))?)
 }
