@@ -238,7 +238,6 @@ impl<T: Scalar, C: Controller<T> + Reports + Clone> Controller<T> for Drive<T, C
             s.blocked = true;
         } else if s.blocked && s.good > self.limits.lost_samples_max {
             s.blocked = false;
-            s.started = false;
             self.controller = self.first.clone();
             status = status.and(Status::RESTARTED);
         }

@@ -242,6 +242,7 @@ mod tests {
             Command::Voltage(Complex::new(T::zero(), T::zero()))
         }
     }
+    impl<T> Reports for Told<T> {}
 
     /// The relative error of the flux found, the largest current, and how long it took; sampled every 100 µs.
     fn found<T: Scalar>(speed: f64, flux: Complex<f64>, delay_s: f64) -> (f64, f64, f64) {
@@ -300,6 +301,113 @@ mod tests {
         let (wide, ..) = found::<f64>(100.0, unit(1.0) * 0.8, 1e-4);
         let (narrow, ..) = found::<f32>(100.0, unit(1.0) * 0.8, 1e-4);
         assert!((wide - narrow).abs() < 1e-3, "{wide} {narrow}");
+    }
+
+    const SPEED: f64 = 120.0;
+
+    fn start(delay_s: f64) -> FlyingStart<f64, Told<f64>> {
+        let m = machines::JADOT_TABLE_I;
+        let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+        FlyingStart::try_new(Told(None), &MachineData::of(&machine, 25.0).delayed(delay_s), 1e-4).unwrap()
+    }
+
+    fn measured(i_s: Complex<f64>, u_s: Complex<f64>, dc_voltage_v: f64) -> Measured<f64> {
+        Measured { i_s, omega_m: SPEED, u_s, dc_voltage_v, sample_time_s: 1e-4 }
+    }
+
+    const NOTHING: Reference<f64> = Reference { omega_m: 0.0, rotor_flux_vs: 0.0, torque_nm: 0.0 };
+
+    /// L_σ di/dt = u − R_σ i − jω_e L_σ i − e over the first sample tells e, whatever current and voltage there were.
+    #[test]
+    fn the_first_sample_tells_the_emf() {
+        let (e, w_e, t) = (Complex::new(30.0, 200.0), 2.0 * SPEED, 1e-4);
+        for (i, u) in [(0.0, 0.0), (20.0, 0.0), (0.0, 150.0), (-15.0, 250.0)] {
+            let mut s = start(0.0);
+            // Much resistance, so that its part is seen.
+            s.regulator.resistance_ohm = 30.0;
+            let (l, r) = (s.regulator.leakage_inductance_h, s.regulator.resistance_ohm);
+            let (i_0, u) = (unit(0.6) * i, unit(-0.4) * u);
+            s.step(&measured(i_0, u, 0.0), &NOTHING);
+            // The voltage went on as it was, turning with the rotor: in its frame it stands where it was in the middle of the sample before.
+            let held = u * unit(w_e * t * 0.5);
+            let mut seen = i_0;
+            for _ in 0..1000 {
+                seen += (held - e - seen * Complex::new(r, w_e * l)) * (t / 1000.0 / l);
+            }
+            let mut guess = s;
+            guess.regulator.bandwidth_rad_s = 0.0;
+            guess.step(&measured(seen * unit(w_e * t), held * unit(w_e * t), 0.0), &NOTHING);
+            // The trapezoidal mean of an exponential: (R T/L)²/12 of what the current changes by.
+            let part = (held - e - i_0 * Complex::new(r, w_e * l)).norm() * (r * t / l).powi(2) / 12.0;
+            assert!((guess.state.emf - e).norm() < 2.0 * part + 0.2, "{i} {u}: {} {part}", guess.state.emf);
+        }
+    }
+
+    /// An inverter that tracks currents gives e on average, and L_σ times the change of the current beside it.
+    #[test]
+    fn behind_an_inverter_that_tracks_currents_the_mean_voltage_is_the_emf() {
+        let (psi, w_e, t) = (unit(0.8) * 0.7, 2.0 * SPEED, 1e-4);
+        let mut s = start(0.0).tracking_currents();
+        let (l, k_r, a) = (s.regulator.leakage_inductance_h, s.k_r, s.inverse_rotor_time_constant);
+        let e = Complex::new(-a, w_e) * psi * k_r;
+        let mut before = Complex::new(0.0, 0.0);
+        for k in 0..1000 {
+            // The current wanders by 3 A while it is watched; the voltage alternates about its mean.
+            let i = Complex::new(3.0, -2.0) * (f64::from(k) / 60.0);
+            let ripple = if k % 2 == 0 { 40.0 } else { -40.0 };
+            let u = if k == 0 { before } else { e + (i - before) * (l / t) + ripple };
+            before = i;
+            let lost = k == 7;
+            let u_s = if lost { Complex::new(f64::NAN, 0.0) } else { u * unit(w_e * t * (f64::from(k) - 0.5)) };
+            let Command::Current(told) = s.step(&measured(i * unit(w_e * t * f64::from(k)), u_s, 560.0), &NOTHING) else {
+                panic!()
+            };
+            assert_eq!(told, Complex::new(0.0, 0.0));
+            if let Some(caught) = s.controller().0 {
+                let found = caught.rotor_flux_vs * unit(-w_e * t * f64::from(k));
+                // Of an alternating ripple one sample is left at most, and one was lost.
+                let left = 3.0 * 40.0 / f64::from(k) / e.norm();
+                assert!((found - psi).norm() < left * psi.norm(), "{found} {psi} {left}");
+                assert_eq!((caught.omega_m, caught.sample_time_s), (SPEED, t));
+                return;
+            }
+        }
+        panic!("it never ends");
+    }
+
+    /// Until the link can hold the emf the controller does not begin; then it begins with what is left of the flux.
+    #[test]
+    fn more_emf_than_the_link_can_hold_is_waited_for() {
+        let (w_e, t) = (2.0 * SPEED, 1e-4);
+        let mut s = start(0.0);
+        let (g, rate) = (s.regulator, Complex::new(-s.inverse_rotor_time_constant, w_e));
+        let mut i = Complex::new(0.0, 0.0);
+        let mut u_s = i;
+        for k in 0..2000 {
+            // Half as much again as 300 V can hold, for a tenth of a second; then half of what they can.
+            let psi = unit(0.5) * (if k < 1000 { 1.5 } else { 0.5 }) * 300.0 / 3f64.sqrt() / w_e;
+            let e = rate * psi;
+            let frame = unit(w_e * t * f64::from(k));
+            let Command::Voltage(u) = s.step(&measured(i * frame, u_s, 300.0), &NOTHING) else { panic!() };
+            if let Some(caught) = s.controller().0 {
+                let (found, wanted) = (caught.rotor_flux_vs * s.k_r, psi * frame);
+                assert!(k >= 1000 && (found - wanted).norm() < 0.02 * wanted.norm(), "{k}: {found} {wanted}");
+                assert!(s.has_caught() && s.status() == Status::OK);
+                return;
+            }
+            assert_eq!(s.status(), Status::CATCHING.and(Status::MAGNETIZING));
+            let held = u * (frame * unit(w_e * t * 0.5)).conj();
+            if (100..1000).contains(&k) {
+                // All of the link, and the emf's direction but for what the current is kept from.
+                assert!((held.norm() - 300.0 / 3f64.sqrt()).abs() < 0.1 && (held / e).arg().abs() < 0.5, "{k}: {held} {e}");
+            }
+            for _ in 0..20 {
+                i += (held - e - i * Complex::new(g.resistance_ohm, w_e * g.leakage_inductance_h))
+                    * (t / 20.0 / g.leakage_inductance_h);
+            }
+            u_s = u;
+        }
+        panic!("it never ends");
     }
 
     #[test]

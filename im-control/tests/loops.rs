@@ -286,6 +286,33 @@ fn typical_layers_of_kenne_decay_at_the_rate_that_sampling_allows() {
     }
 }
 
+/// 1.1 ms of sampling and delay: everything goes with the rate 0.2 over it; sampled fast it is at most what is said.
+#[test]
+fn typical_gains_of_kenne_go_with_the_sampling() {
+    for (m, rating) in data() {
+        let flux = rating.rotor_flux_vs;
+        let rate = 0.2 / 1.1e-3;
+        let list = |sample_time_s: f64, m: &MachineData<f64>| {
+            let g = KenneGains::typical(m, flux, 540.0, sample_time_s);
+            [
+                g.c_omega,
+                g.c_lambda,
+                g.equivalent_bandwidth_per_s,
+                g.load_bandwidth_per_s,
+                g.reference.bandwidth_rad_s,
+                g.magnetizing_bandwidth_rad_s,
+                g.load_limit_nm,
+            ]
+        };
+        let load = 1.5 * torque_max(&m, flux);
+        let slow = [rate / 20.0, rate / 20.0, rate / 10.0, rate / 10.0, rate / 10.0, 0.15 / 1.1e-3, load];
+        let fast = [40.0, 30.0, 150.0, 100.0, 100.0, 2000.0, load];
+        for (got, wanted) in [(list(1e-3, &m), slow), (list(1e-5, &m.delayed(0.0)), fast)] {
+            assert!(got.iter().zip(wanted).all(|(a, b)| near(*a, b, 1e-12)), "{got:?} {wanted:?}");
+        }
+    }
+}
+
 /// k ≥ (F + η)/b_min + |1 − b_max/b_min| |v̂| makes s s' ≤ −η|s| whatever b, b̂ within the bounds and |f̂ − f| ≤ F are: (23) to (25).
 #[test]
 fn the_switching_gain_reaches_the_surface_for_every_uncertainty_it_covers() {

@@ -24,6 +24,7 @@ fn data(m: &NamedMachine, overload: f64) -> (Machine<f64>, MachineData<f64>) {
     (machine, MachineData::of(&machine, current))
 }
 
+type C = Complex<f64>;
 const M: NamedMachine = machines::JADOT_TABLE_I;
 
 #[test]
@@ -48,6 +49,12 @@ fn speed_and_flux_are_followed_from_zero_flux_through_a_load_step() {
         assert!(psi[3000..].iter().all(|p| (p / 0.9 - 1.0).abs() < 0.02), "flux apart from torque");
         assert!(run.recording.i_s.iter().all(|i| i.norm() < 1.05 * known.current_max_a));
         assert!((drive.torque_nm() - 20.0).abs() < 0.3);
+        assert_eq!(drive.status(), Status::OK);
+        // With the right parameters the integral is aL_σ i alone, what active damping takes; a wrong R_σ would leave ΔR i there.
+        let i = *run.recording.i_s.last().unwrap() * drive.state.direction.conj();
+        let law = drive.law.current;
+        let left = drive.state.current_integral - i * (law.bandwidth_rad_s * law.leakage_inductance_h);
+        assert!(left.norm() < 0.02 * law.resistance_ohm * i.norm() + 0.5, "{left}");
     }
 }
 
@@ -107,4 +114,82 @@ fn effects_unknown_to_the_controller_leave_the_speed_right() {
     let s = scenario(speed, 0.9, Profile::points([[0.8, 0.0], [0.8, 15.0]]).unwrap(), 2.0, Some(560.0));
     let run = Simulation::new(&machine, &s).controlled_by(&mut drive).run().unwrap();
     assert!((run.state.omega_m - 120.0).abs() < 0.1, "{}", run.state.omega_m);
+}
+
+/// One sample at a speed and a current.
+fn sample(omega_m: f64, i_s: C) -> Measured<f64> {
+    Measured { i_s, omega_m, u_s: C::new(0.0, 0.0), dc_voltage_v: 560.0, sample_time_s: 1e-4 }
+}
+
+/// Where there is no flux the frame turns with the rotor, and keeps its length.
+#[test]
+fn without_flux_the_frame_turns_with_the_rotor() {
+    let (_, known) = data(&M, 1.5);
+    let mut drive = FieldOriented::try_new(&known, &FieldOrientedGains::typical(&known, 0.9, 1e-4)).unwrap();
+    let none = Reference { omega_m: 0.0, rotor_flux_vs: 0.0, torque_nm: 0.0 };
+    for k in 1..=2000 {
+        drive.step(&sample(100.0, C::new(0.0, 0.0)), &none);
+        let expected = im_model::space_vector::unit(200.0 * 1e-4 * f64::from(k));
+        assert!((drive.state.direction - expected).norm() < 1e-6, "{k}: {}", drive.state.direction);
+        assert!(drive.status() == Status::MAGNETIZING && drive.torque_nm() == 0.0);
+    }
+}
+
+/// Torque begins with 0.8 of the flux wanted, and ends below a quarter of it.
+#[test]
+fn torque_once_there_stays_until_a_quarter_of_the_flux() {
+    let (_, known) = data(&M, 1.5);
+    let caught = |share: f64| Caught {
+        rotor_flux_vs: C::new(0.9 * share, 0.0),
+        i_s: C::new(0.9 * share / known.windings.mutual_inductance_h, 0.0),
+        u_s: C::new(0.0, 0.0),
+        omega_m: 0.0,
+        sample_time_s: 1e-4,
+    };
+    let magnetizing = |before: f64, then: f64| {
+        let mut drive = FieldOriented::try_new(&known, &FieldOrientedGains::typical(&known, 0.9, 1e-4)).unwrap();
+        for share in [before, then] {
+            drive.begin_at(&caught(share));
+            // The voltage sets no limit yet.
+            drive.state.flux_limit = 0.9 * drive.law.k_r;
+            drive.step(&sample(0.0, caught(share).i_s), &Reference { omega_m: 0.0, rotor_flux_vs: 0.9, torque_nm: 0.0 });
+        }
+        drive.status().has(Status::MAGNETIZING)
+    };
+    let found = [[0.0, 0.75], [0.0, 0.85], [1.0, 0.75], [1.0, 0.27], [1.0, 0.22]].map(|[before, then]| magnetizing(before, then));
+    assert_eq!(found, [true, false, false, false, true]);
+}
+
+/// An identifier may tell the rotor resistance; nonsense is not heard.
+#[test]
+fn a_rotor_resistance_is_taken_if_it_is_one() {
+    let (_, known) = data(&M, 1.5);
+    let mut drive = FieldOriented::try_new(&known, &FieldOrientedGains::typical(&known, 0.9, 1e-4)).unwrap();
+    drive.set_rotor_resistance_ohm(2.5);
+    for nonsense in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        drive.set_rotor_resistance_ohm(nonsense);
+        assert_eq!(drive.law.rotor_resistance_ohm, 2.5);
+    }
+}
+
+/// A drive that follows torque gives it, up to what the current allows beside the flux.
+#[test]
+fn a_torque_reference_is_followed_up_to_the_current() {
+    let (machine, known) = data(&M, 1.5);
+    let gains = FieldOrientedGains { follows_torque: true, ..FieldOrientedGains::typical(&known, 0.9, 1e-4) };
+    for (asked, limited) in [(12.0, false), (-12.0, false), (200.0, true), (-200.0, true)] {
+        let mut drive = FieldOriented::try_new(&known, &gains).unwrap();
+        let mut s = scenario(0.0.into(), 0.9, 0.0.into(), 0.6, Some(560.0));
+        s.imposed_speed = Some(30.0.into());
+        let Source::Controller { references, .. } = &mut s.source else { unreachable!() };
+        references.torque_nm = asked.into();
+        let run = Simulation::new(&machine, &s).controlled_by(&mut drive).with_internals().run().unwrap();
+        let torque = *run.internals.unwrap().torque_nm.last().unwrap();
+        let (w, i_max) = (known.windings, known.current_max_a);
+        let i_d = 0.9 / w.mutual_inductance_h;
+        let most = 1.5 * 2.0 * w.mutual_inductance_h / w.rotor_inductance_h * 0.9 * (i_max * i_max - i_d * i_d).sqrt();
+        let expected = if limited { most.copysign(asked) } else { asked };
+        assert!((torque - expected).abs() < 0.02 * most, "{asked}: {torque} {expected}");
+        assert_eq!(drive.status(), if limited { Status::CURRENT_LIMITED } else { Status::OK });
+    }
 }

@@ -51,6 +51,7 @@ fn speed_flux_and_current_settle_on_their_references_with_known_parameters() {
     // What time in samples leaves of K_Pη, which is zero in continuous time.
     assert!(c.state.eta.norm() < 0.02, "{}", c.state.eta);
     assert!((c.references().0 - x.psi_r * c.k_r * c.direction().conj()).norm() < 0.003);
+    assert_eq!(c.status(), Status::OK);
     // The flux lies along the first axis of the frame, not against it.
     assert!((c.references().0.re - 0.95 * c.k_r).abs() < 0.003, "{}", c.references().0);
 }
@@ -172,4 +173,76 @@ fn impossible_gains_are_named() {
     let bad = JadotGains { current_proportional_ohm: -1.0, ..JadotGains::of_the_paper() };
     assert!(Jadot::try_new(&data, &bad, fixed).unwrap_err().to_string().starts_with("current_proportional_ohm"));
     assert!(Fixed::try_new(p.scaled([1.0, f64::NAN, 1.0, 1.0])).unwrap_err().to_string().starts_with("magnetizing_inductance_h"));
+}
+
+/// (25): η' = K_IΔi, and what is asked for falls by K_P(Δi + η).
+#[test]
+fn the_integral_gathers_the_current_error() {
+    let mut c = fixed();
+    let wanted = Reference { omega_m: 0.0, rotor_flux_vs: 0.95, torque_nm: 0.0 };
+    let delta = Complex::new(0.3, -0.2);
+    let gains = JadotGains::<f64>::of_the_paper();
+    for k in 1..=20 {
+        let u_s = c.state.asked.map_or(Complex::new(0.0, 0.0), |[_, u]| u);
+        let m = Measured {
+            i_s: (c.state.i_ref + delta) * c.state.direction,
+            omega_m: 20.0,
+            u_s,
+            dc_voltage_v: 0.0,
+            sample_time_s: H,
+        };
+        let mut twin = c;
+        c.step(&m, &wanted);
+        let expected = delta * (gains.current_integral_per_s * H * f64::from(k));
+        assert!((c.state.eta - expected).norm() < 1e-9, "{k}: {} {expected}", c.state.eta);
+        // The same sample without an error of its own asks for K_P(Δi + K_IΔi h) more.
+        let straight = Measured { i_s: twin.state.i_ref * twin.state.direction, ..m };
+        twin.step(&straight, &wanted);
+        let [with, without] = [c, twin].map(|x| x.state.asked.unwrap()[0]);
+        // The correction v_r of φ_ref enters at half a sample: R_req h |jω + 1/T_r| of it.
+        let less = delta * (gains.current_proportional_ohm * (1.0 + gains.current_integral_per_s * H));
+        assert!((with - without + less).norm() < 0.02 * less.norm(), "{k}: {} {less}", with - without);
+    }
+}
+
+/// The frame lies on the flux at the next sample, when both have turned with the rotor; the references are what is there.
+#[test]
+fn it_begins_with_flux_and_current_of_a_machine_that_was_caught() {
+    let mut c = fixed();
+    let flux = im_model::space_vector::unit(0.7) * 0.6;
+    let i_s = Complex::new(1.5, -0.4);
+    c.begin_at(&Caught { rotor_flux_vs: flux, i_s, u_s: Complex::new(0.0, 0.0), omega_m: 120.0, sample_time_s: H });
+    let (phi, i_ref) = c.references();
+    assert!((c.direction() - im_model::space_vector::unit(0.7 + 240.0 * H)).norm() < 1e-6);
+    assert!((phi - Complex::new(0.6 * c.k_r, 0.0)).norm() < 1e-12);
+    assert!((i_ref - i_s * im_model::space_vector::unit(-0.7)).norm() < 1e-6, "{i_ref}");
+    assert_eq!(c.frequencies(), (240.0, 0.0));
+    // Without flux there is no direction to take.
+    let mut c = fixed();
+    c.begin_at(&Caught { rotor_flux_vs: flux * 0.0, i_s, u_s: i_s, omega_m: 120.0, sample_time_s: H });
+    assert_eq!((c.direction(), c.references().0), (Complex::new(1.0, 0.0), Complex::new(0.0, 0.0)));
+}
+
+/// What is lost is said, and nothing else is.
+#[test]
+fn each_loss_has_its_own_word() {
+    let (m, r) = (
+        Measured { i_s: Complex::new(0.0, 0.0), omega_m: 0.0, u_s: Complex::new(0.0, 0.0), dc_voltage_v: DC, sample_time_s: H },
+        Reference { omega_m: 0.0, rotor_flux_vs: 0.95, torque_nm: 0.0 },
+    );
+    let nan = f64::NAN;
+    let status = |m: &Measured<f64>, r: &Reference<f64>| {
+        let mut c = fixed();
+        c.step(m, r);
+        c.status().bits() & Status::CURRENT_LOST.and(Status::SPEED_LOST).and(Status::REFERENCE_LOST).bits()
+    };
+    for (m, r, word) in [
+        (m, r, Status::OK),
+        (Measured { i_s: Complex::new(0.0, nan), ..m }, r, Status::CURRENT_LOST),
+        (Measured { omega_m: nan, ..m }, r, Status::SPEED_LOST),
+        (m, Reference { omega_m: nan, ..r }, Status::REFERENCE_LOST),
+        (m, Reference { rotor_flux_vs: nan, ..r }, Status::REFERENCE_LOST),
+    ] {
+        assert_eq!(status(&m, &r), word.bits(), "{m:?} {r:?}");
+    }
 }

@@ -141,3 +141,6 @@ fn saturation<T: Scalar>(s: T, layer: T) -> T {
         T::zero()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -36,6 +36,7 @@ fn speed_and_flux_are_followed_from_zero_flux_through_a_load_step() {
     assert!((drive.load_torque_nm() - 20.0).abs() < 0.3);
     // The field turns ahead of the rotor by the slip of the load, ω_s = R_r τ/(1.5 n_p λ²).
     let slip = m.parameters().rotor_resistance_ohm * 20.0 / (1.5 * 2.0 * 0.9 * 0.9);
+    assert_eq!(drive.status(), Status::OK);
     assert!((drive.state.omega_s - 240.0 - slip).abs() < 0.1 * slip, "{} {slip}", drive.state.omega_s - 240.0);
 }
 
@@ -72,4 +73,96 @@ fn unknown_effects_and_noise_leave_the_speed_right() {
     s.sensors.speed_noise_rad_s = 0.1;
     let run = Simulation::new(&machine, &s).controlled_by(&mut drive).run().unwrap();
     assert!((run.state.omega_m - 120.0).abs() < 0.5, "{}", run.state.omega_m);
+}
+
+fn known() -> MachineData<f64> {
+    let m = machines::JADOT_TABLE_I;
+    MachineData::of(&Machine::base(m.parameters(), m.pole_pairs).unwrap(), 20.0)
+}
+
+fn drive() -> Kenne<f64> {
+    Kenne::try_new(&known(), &KenneGains::typical(&known(), 0.9, 560.0, 1e-4)).unwrap()
+}
+
+fn sample(omega_m: f64, i_s: Complex<f64>) -> Measured<f64> {
+    Measured { i_s, omega_m, u_s: Complex::new(0.0, 0.0), dc_voltage_v: 560.0, sample_time_s: 1e-4 }
+}
+
+/// Where there is no flux the frame turns with the rotor, and keeps its length.
+#[test]
+fn without_flux_the_frame_turns_with_the_rotor() {
+    let mut drive = drive();
+    for k in 1..=2000 {
+        drive.step(&sample(100.0, Complex::new(0.0, 0.0)), &Reference { omega_m: 0.0, rotor_flux_vs: 0.0, torque_nm: 0.0 });
+        let expected = im_model::space_vector::unit(200.0 * 1e-4 * f64::from(k));
+        assert!((drive.state.direction - expected).norm() < 1e-6, "{k}: {}", drive.state.direction);
+        assert_eq!(drive.status(), Status::MAGNETIZING);
+    }
+}
+
+/// The law begins with 0.6 of the flux wanted, and ends below a quarter of it.
+#[test]
+fn the_law_once_begun_stays_until_a_quarter_of_the_flux() {
+    let caught = |share: f64| Caught {
+        rotor_flux_vs: Complex::new(0.9 * share, 0.0),
+        i_s: Complex::new(0.9 * share / known().windings.mutual_inductance_h, 0.0),
+        u_s: Complex::new(0.0, 0.0),
+        omega_m: 0.0,
+        sample_time_s: 1e-4,
+    };
+    let magnetizing = |before: f64, then: f64| {
+        let mut drive = drive();
+        for share in [before, then] {
+            drive.begin_at(&caught(share));
+            // The voltage sets no limit yet.
+            drive.state.flux_limit = 0.9;
+            drive.step(&sample(0.0, caught(share).i_s), &Reference { omega_m: 0.0, rotor_flux_vs: 0.9, torque_nm: 0.0 });
+        }
+        drive.status().has(Status::MAGNETIZING)
+    };
+    let found = [[0.0, 0.55], [0.0, 0.65], [1.0, 0.55], [1.0, 0.27], [1.0, 0.22]].map(|[before, then]| magnetizing(before, then));
+    assert_eq!(found, [true, false, false, false, true]);
+}
+
+/// A load torque is taken where it is given, and estimated otherwise; nonsense is not heard.
+#[test]
+fn what_is_told_is_taken_if_it_is_a_number() {
+    let mut drive = drive();
+    drive.set_load_torque(5.0, 1.0);
+    drive.set_rotor_resistance_ohm(2.5);
+    assert_eq!(drive.load_torque_nm(), 0.0);
+    drive.gains.load_torque = LoadTorqueSource::Given;
+    drive.set_load_torque(5.0, -3.0);
+    for nonsense in [f64::NAN, f64::INFINITY] {
+        drive.set_load_torque(nonsense, 0.0);
+        drive.set_load_torque(0.0, nonsense);
+        drive.set_rotor_resistance_ohm(nonsense);
+    }
+    for nonsense in [0.0, -1.0] {
+        drive.set_rotor_resistance_ohm(nonsense);
+    }
+    assert_eq!((drive.load_torque_nm(), drive.state.load.rate_nm_per_s, drive.rotor_resistance_ohm()), (5.0, -3.0, 2.5));
+    drive.step(&sample(0.0, Complex::new(0.0, 0.0)), &Reference { omega_m: 0.0, rotor_flux_vs: 0.9, torque_nm: 0.0 });
+    assert_eq!(drive.load_torque_nm(), 5.0);
+}
+
+/// On a machine that turns the flux is built up by a current that knows the emf (jω_e − 1/T_r)ψ_R: the integral is aL_σ i, what active
+/// damping takes, and no more.
+#[test]
+fn the_current_that_builds_up_the_flux_knows_the_emf() {
+    let m = machines::JADOT_TABLE_I;
+    let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+    let mut drive = drive();
+    let mut s = scenario(0.0.into(), 0.9, 0.0.into(), 0.06, Some(560.0));
+    s.imposed_speed = Some(80.0.into());
+    let run = Simulation::new(&machine, &s).controlled_by(&mut drive).run().unwrap();
+    let size = drive.rotor_flux_vs().norm();
+    assert!(drive.status() == Status::MAGNETIZING && size > 0.25, "{} {size}", drive.status());
+    let i = *run.recording.i_s.last().unwrap() * drive.state.direction.conj();
+    let (a, l) = (drive.magnetizing.bandwidth_rad_s, drive.magnetizing.leakage_inductance_h);
+    // Twice the current of the wanted flux, along the flux.
+    assert!((i - 2.0 * 0.9 / known().windings.mutual_inductance_h).norm() < 0.03 * i.norm(), "{i}");
+    let left = drive.state.current_integral - i * (a * l);
+    // ψ_R/T_r alone is 2 V, ω_eψ_R 60 V.
+    assert!(left.norm() < 0.7, "{left}");
 }

@@ -112,3 +112,51 @@ fn chebyshev<T: Scalar>(coefficients: &[T; SERIES], x: T) -> T {
     }
     x * b1 - b2 + coefficients[0]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// (30), (31) term by term.
+    #[test]
+    fn the_printed_laws_are_as_printed() {
+        let law = MtpaLaw::<f64>::kwon_printed();
+        for t in [19.0f64, 50.0, 120.0, 215.0] {
+            let current = 0.109 * t - 17.0 * t.powf(0.0177) + 18.5 * t.powf(0.0799);
+            let slip = 1.4 - 2.4e-3 * t + 176e-6 * t.powi(2) - 933e-9 * t.powi(3) + 1.74e-9 * t.powi(4);
+            for sign in [1.0, -1.0] {
+                let (i, s) = law.at(sign * t);
+                assert!((i - current).abs() < 1e-9 && (s - sign * slip).abs() < 1e-9, "{t}: {i} {s}");
+            }
+        }
+        // Above the range nothing more is asked for.
+        assert_eq!(law.at(1e3), law.at(215.0));
+    }
+
+    /// Below its range the law is that of an unsaturated machine: current with the root of the torque, slip the same.
+    #[test]
+    fn below_its_range_the_current_goes_with_the_root_of_the_torque() {
+        let law = MtpaLaw::<f64>::kwon_printed();
+        let (i, slip) = law.at(19.0);
+        for share in [0.0, 0.01, 0.25, 0.81, 1.0] {
+            let (less, same) = law.at(-19.0 * share);
+            assert!((less - i * share.sqrt()).abs() < 1e-9 && same == if share == 0.0 { slip } else { -slip }, "{share}");
+        }
+    }
+
+    proptest! {
+        /// Σ c_k cos(k arccos x), x from −1 to 1 over the logarithm of the range.
+        #[test]
+        fn a_series_is_the_sum_of_chebyshev_polynomials(
+            c in proptest::collection::vec(-0.5..0.5f64, 1..=SERIES), s in proptest::collection::vec(-0.5..0.5f64, 1..=SERIES),
+            x in -1.0..1.0f64, low in 0.1..5.0f64, ratio in 1.5..100.0f64
+        ) {
+            let law = MtpaLaw::series([low, low * ratio], &c, &s).unwrap();
+            let torque = low * ratio.powf(0.5 * (x + 1.0));
+            let sum = |c: &[f64]| c.iter().zip(0..).map(|(c, k)| c * (f64::from(k) * x.acos()).cos()).sum::<f64>().exp();
+            let (current, slip) = law.at(torque);
+            prop_assert!((current / sum(&c) - 1.0).abs() < 1e-9 && (slip / sum(&s) - 1.0).abs() < 1e-9);
+        }
+    }
+}

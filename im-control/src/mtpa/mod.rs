@@ -139,3 +139,6 @@ impl<T: Scalar> Reports for Mtpa<T> {
         self.status
     }
 }
+
+#[cfg(test)]
+mod tests;
