@@ -91,6 +91,7 @@ fn of_least_current() {
     let make =
         |torque_nm: [f64; 2], current: &[f64]| MtpaLaw::<f64>::series(torque_nm, current, &[0.1]).map_err(|e| e.to_string());
     assert!(make([1.0, 20.0], &[0.5; 16]).is_ok());
+    assert!(make([20.0, 20.5], &[0.5]).is_ok(), "a narrow range is one");
     assert!(make([0.0, 20.0], &[0.5]).unwrap_err().starts_with("torque_nm[0]"));
     assert!(make([20.0, 20.0], &[0.5]).unwrap_err().starts_with("torque_nm[1]"));
     assert!(make([1.0, 20.0], &[]).unwrap_err().starts_with("number of current coefficients"));

@@ -69,6 +69,20 @@ mod current {
         assert!(i[(1.0 / A / T) as usize].im < 6.8, "{}", i[(1.0 / A / T) as usize]);
     }
 
+    /// dx/dt = a²L_σ (i* − i) + a (ū − u).
+    #[test]
+    fn the_integral_takes_back_what_the_link_does_not_give() {
+        let regulator = CurrentRegulator { bandwidth_rad_s: A, leakage_inductance_h: L, resistance_ohm: R, voltage_delay_s: 0.0 };
+        let frame = Turning { direction: C::new(1.0, 0.0), omega_s: 100.0, dc_voltage_v: 100.0, sample_time_s: T };
+        let (wanted, i, emf, before) = (C::new(9.0, -30.0), C::new(2.0, 1.0), C::new(4.0, 20.0), C::new(-1.0, 7.0));
+        let mut x = before;
+        let out = regulator.step(&mut x, &frame, wanted, i, emf);
+        let asked = (wanted - i) * (A * L) - i * (A * L - R) + i * C::new(0.0, 100.0 * L) + emf + before;
+        assert!(out.limited && near(out.wanted_v, asked.norm(), 1e-12) && out.u.norm() < 100.0 / 3f64.sqrt());
+        let expected = before + ((wanted - i) * (A * A * L) + (out.u - asked) * A) * T;
+        assert!((x - expected).norm() < 1e-12, "{x} {expected}");
+    }
+
     /// A voltage held over a sample that begins a delay later stands in the middle of it where it was asked for; d goes before q.
     #[test]
     fn a_voltage_is_turned_ahead_and_kept_within_the_link() {
