@@ -50,6 +50,9 @@ fn speed_and_flux_are_followed_from_zero_flux_through_a_load_step() {
         assert!(run.recording.i_s.iter().all(|i| i.norm() < 1.05 * known.current_max_a));
         assert!((drive.torque_nm() - 20.0).abs() < 0.3);
         assert_eq!(drive.status(), Status::OK);
+        // The field turns ahead of the rotor by the slip of the load, ω_s = R_r τ/(1.5 n_p λ²).
+        let slip = M.parameters().rotor_resistance_ohm * 20.0 / (1.5 * 2.0 * 0.9 * 0.9);
+        assert!((drive.state.omega_s - 240.0 - slip).abs() < 0.05 * slip, "{} {slip}", drive.state.omega_s - 240.0);
         // With the right parameters the integral is aL_σ i alone, what active damping takes; a wrong R_σ would leave ΔR i there.
         let i = *run.recording.i_s.last().unwrap() * drive.state.direction.conj();
         let law = drive.law.current;
@@ -192,4 +195,23 @@ fn a_torque_reference_is_followed_up_to_the_current() {
         assert!((torque - expected).abs() < 0.02 * most, "{asked}: {torque} {expected}");
         assert_eq!(drive.status(), if limited { Status::CURRENT_LIMITED } else { Status::OK });
     }
+}
+
+/// Beyond i_q = ψ_s/L_σ more current means less torque: with current to spare, torque stops a tenth before the pull-out.
+#[test]
+fn torque_stops_before_the_pull_out() {
+    let (machine, known) = data(&M, 1.5);
+    let known = MachineData { current_max_a: 300.0, ..known };
+    let gains = FieldOrientedGains { follows_torque: true, ..FieldOrientedGains::typical(&known, 0.9, 1e-4) };
+    let mut drive = FieldOriented::try_new(&known, &gains).unwrap();
+    let mut s = scenario(0.0.into(), 0.9, 0.0.into(), 0.8, Some(900.0));
+    s.imposed_speed = Some(30.0.into());
+    let Source::Controller { references, .. } = &mut s.source else { unreachable!() };
+    references.torque_nm = 2000.0.into();
+    let run = Simulation::new(&machine, &s).controlled_by(&mut drive).with_internals().run().unwrap();
+    let w = known.windings;
+    let (psi, l) = (0.9 * w.mutual_inductance_h / w.rotor_inductance_h, drive.law.current.leakage_inductance_h);
+    let expected = 1.5 * 2.0 * psi * 0.9 * (psi / l + 0.9 / w.mutual_inductance_h);
+    let torque = *run.internals.unwrap().torque_nm.last().unwrap();
+    assert!((torque / expected - 1.0).abs() < 0.03, "{torque} {expected}");
 }

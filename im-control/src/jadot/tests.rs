@@ -246,3 +246,52 @@ fn each_loss_has_its_own_word() {
         assert_eq!(status(&m, &r), word.bits(), "{m:?} {r:?}");
     }
 }
+
+/// (20), (17) and (19), sample by sample, with the machine on its reference: Δi = 0, so that v_s and v_r vanish.
+#[test]
+fn the_references_move_as_20_and_17_and_the_voltage_is_that_of_19() {
+    let (_, _, p) = paper();
+    let (r, l_f) = (p.rotor_resistance_ohm, p.leakage_inductance_h);
+    let (total, a) = (p.stator_resistance_ohm + r, p.inverse_rotor_time_constant());
+    let mut c = fixed();
+    for k in 0..3000 {
+        let before = c.state;
+        let u_s = before.asked.map_or(Complex::new(0.0, 0.0), |[_, u]| u);
+        let m = Measured { i_s: before.i_ref * before.direction, omega_m: 40.0, u_s, dc_voltage_v: 0.0, sample_time_s: H };
+        c.step(&m, &Reference { omega_m: 45.0, rotor_flux_vs: 0.95, torque_nm: 0.0 });
+        let x = c.state;
+        let rate = (x.i_ref - before.i_ref) / H;
+        assert!((rate * l_f - (x.i_cons - x.i_ref) * total).norm() < 1e-6, "(20), {k}");
+        let (i, phi) = ((x.i_ref + before.i_ref) / 2.0, (x.phi_ref + before.phi_ref) / 2.0);
+        let slope = i * r - Complex::new(a, x.omega_g) * x.phi_ref;
+        assert!(((x.phi_ref - before.phi_ref) / H - slope).norm() < 1e-6, "(17), {k}");
+        assert_eq!(x.omega_s, 80.0 + x.omega_g);
+        let u = i * Complex::new(total, l_f * x.omega_s) - phi * Complex::new(a, -80.0) + rate * l_f;
+        let [asked, at_stator] = x.asked.unwrap();
+        assert!((asked - u).norm() < 1e-6, "(19), {k}: {asked} {u}");
+        let ahead = before.direction * im_model::space_vector::unit(x.omega_s * H / 2.0);
+        assert!((at_stator - u * ahead).norm() < 1e-6 * (1.0 + u.norm()), "{k}");
+    }
+}
+
+/// (18): a voltage that was not given is missing in i_ref by (Δu/R)(1 − e^{−Rh/L_f}), in the frame of the middle of its sample.
+#[test]
+fn what_the_inverter_did_not_give_is_missing_in_the_reference() {
+    let (_, _, p) = paper();
+    let (r, l_f) = (p.stator_resistance_ohm + p.rotor_resistance_ohm, p.leakage_inductance_h);
+    for delay_s in [0.0, 1e-4] {
+        let mut c = fixed();
+        c.voltage_delay_s = delay_s;
+        let m = |u_s| Measured { i_s: Complex::new(0.0, 0.0), omega_m: 120.0, u_s, dc_voltage_v: 0.0, sample_time_s: H };
+        c.step(&m(Complex::new(0.0, 0.0)), &Reference { omega_m: 120.0, rotor_flux_vs: 0.95, torque_nm: 0.0 });
+        let [_, asked] = c.state.asked.unwrap();
+        let missing = Complex::new(-60.0, 35.0);
+        let middle = c.state.direction * im_model::space_vector::unit(c.state.omega_s * (delay_s - H / 2.0));
+        let expected = missing * middle.conj() / r * (1.0 - (-r * H / l_f).exp());
+        let got = c.i_ref_after(&m(asked + missing)) - c.state.i_ref;
+        // The middle of an interval is its mean to (Rh/L)²/12.
+        assert!((got - expected).norm() < 1e-3 * expected.norm(), "{got} {expected}");
+        // Not told what was given, it takes what it knows of the limit: all was given.
+        assert_eq!(c.i_ref_after(&m(Complex::new(f64::NAN, 0.0))), c.state.i_ref);
+    }
+}

@@ -166,3 +166,37 @@ fn the_current_that_builds_up_the_flux_knows_the_emf() {
     // ψ_R/T_r alone is 2 V, ω_eψ_R 60 V.
     assert!(left.norm() < 0.7, "{left}");
 }
+
+/// Under twice what the current can do, it is at its limit with the flux where it should be: i_q² = i_max² − i_d².
+#[test]
+fn overload_is_carried_with_all_of_the_current() {
+    let m = machines::JADOT_TABLE_I;
+    let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+    let known = MachineData { current_max_a: 12.0, ..known() };
+    let mut drive = Kenne::try_new(&known, &KenneGains::typical(&known, 0.9, 560.0, 1e-4)).unwrap();
+    let load = Profile::points([[0.0, 0.0], [0.8, 0.0], [0.8, 60.0]]).unwrap();
+    let speed = Profile::points([[0.0, 0.0], [0.3, 0.0], [0.3, 100.0]]).unwrap();
+    let s = scenario(speed, 0.9, load, 0.9, Some(560.0));
+    let run = Simulation::new(&machine, &s).controlled_by(&mut drive).with_internals().run().unwrap();
+    assert!(drive.status().has(Status::CURRENT_LIMITED), "{}", drive.status());
+    let (i, psi) = (run.recording.i_s.last().unwrap().norm(), run.state.psi_r.norm());
+    assert!((i / 12.0 - 1.0).abs() < 0.03 && (psi / 0.9 - 1.0).abs() < 0.03, "{i} A {psi} Vs");
+}
+
+/// Remark 4: a flux reference that changes is followed without a lag; without Ḟ_ref in s_λ it would be Ḟ_ref/c_λ = 0.05 Vs² behind.
+#[test]
+fn a_flux_reference_that_changes_is_followed_without_a_lag() {
+    let m = machines::JADOT_TABLE_I;
+    let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+    let mut drive = drive();
+    let mut s = scenario(30.0.into(), 0.9, 5.0.into(), 0.8, Some(560.0));
+    let flux = Profile::points([[0.0, 0.9], [0.6, 0.9], [0.9, 0.6]]).unwrap();
+    let Source::Controller { references, .. } = &mut s.source else { unreachable!() };
+    references.rotor_flux_vs = flux;
+    let run = Simulation::new(&machine, &s).controlled_by(&mut drive).with_internals().run().unwrap();
+    let psi: Vec<f64> = run.internals.unwrap().states.iter().map(|x| x.psi_r.norm()).collect();
+    for (k, psi) in psi.iter().enumerate().skip(6500).take(1400) {
+        let wanted = 0.9 - (k as f64 * 1e-4 - 0.6);
+        assert!((psi - wanted).abs() < 0.01, "{k}: {psi} {wanted}");
+    }
+}
