@@ -295,3 +295,12 @@ fn what_the_inverter_did_not_give_is_missing_in_the_reference() {
         assert_eq!(c.i_ref_after(&m(Complex::new(f64::NAN, 0.0))), c.state.i_ref);
     }
 }
+
+/// Rounding neither lengthens nor shortens the frame.
+#[test]
+fn a_frame_that_is_too_long_finds_its_length() {
+    let mut c = fixed();
+    c.state.direction *= 1.05;
+    run(&mut c, 5.0 * H, |_| [0.0, 0.0], |_, _, _, _| ());
+    assert!((c.direction().norm() - 1.0).abs() < 1e-9, "{}", c.direction().norm());
+}

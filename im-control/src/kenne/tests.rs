@@ -92,10 +92,12 @@ fn sample(omega_m: f64, i_s: Complex<f64>) -> Measured<f64> {
 #[test]
 fn without_flux_the_frame_turns_with_the_rotor() {
     let mut drive = drive();
+    // What rounding would add is taken away again.
+    drive.state.direction *= 1.05;
     for k in 1..=2000 {
         drive.step(&sample(100.0, Complex::new(0.0, 0.0)), &Reference { omega_m: 0.0, rotor_flux_vs: 0.0, torque_nm: 0.0 });
         let expected = im_model::space_vector::unit(200.0 * 1e-4 * f64::from(k));
-        assert!((drive.state.direction - expected).norm() < 1e-6, "{k}: {}", drive.state.direction);
+        assert!((drive.state.direction - expected).norm() < if k < 5 { 0.05 } else { 1e-6 }, "{k}: {}", drive.state.direction);
         assert_eq!(drive.status(), Status::MAGNETIZING);
     }
 }

@@ -79,9 +79,23 @@ fn it_begins_at_the_angle_that_the_slip_belongs_to() {
         // The delta's windings carry a current turned by 30° to the line's.
         let i = step(&mut drive, C::new(0.0, 0.0), 60.0) - drive.integral * unit(angle - turned);
         assert!((i / i.norm() - unit(angle)).norm() < 1e-6, "{connection:?}: {i}");
+        assert!((drive.direction.norm() - 1.0).abs() < 1e-12);
         // Once: from then on the frame goes its own way. Without flux there is no angle.
         assert!(drive.caught.is_none());
         drive.begin_at(&caught(C::new(0.0, 0.0)));
         assert!(drive.caught.is_none());
+    }
+}
+
+/// Rounding neither lengthens nor shortens the frame: what is off is halved at least in a sample.
+#[test]
+fn a_frame_that_is_too_long_finds_its_length() {
+    for length in [1.05, 0.95] {
+        let mut drive = drive(&MtpaGains::typical(&data()));
+        drive.direction *= length;
+        for _ in 0..5 {
+            step(&mut drive, C::new(0.0, 0.0), 60.0);
+        }
+        assert!((drive.direction.norm() - 1.0).abs() < 1e-9, "{}", drive.direction.norm());
     }
 }
