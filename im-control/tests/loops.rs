@@ -155,6 +155,40 @@ fn a_load_step_shows_at_the_double_pole_of_the_speed_loop() {
     assert!(most < 103.0 && near(omega, 100.0, 1e-3), "{most} {omega}");
 }
 
+/// Around a controller that gives the torque it is asked for: from the speed that there is, along the shaped reference, within the torque
+/// that it was told of; what else is asked for goes through.
+#[test]
+fn a_speed_loop_asks_its_inner_controller_for_the_torque() {
+    use im_model::simulation::{Command, Measured, Reference};
+    struct Gives;
+    impl Controller<f64> for Gives {
+        fn step(&mut self, _: &Measured<f64>, r: &Reference<f64>) -> Command<f64> {
+            Command::Current(C::new(r.torque_nm, r.rotor_flux_vs))
+        }
+    }
+    let (j, t) = (0.05, 1e-4);
+    let regulator = SpeedRegulator { bandwidth_rad_s: 30.0, inertia_kg_m2: j };
+    let shaper = ReferenceShaper { bandwidth_rad_s: 100.0, acceleration_max_rad_s2: 200.0 };
+    let mut speed = SpeedLoop::try_new(&regulator, &shaper, 15.0, Gives).unwrap();
+    let mut omega = 60.0;
+    let (mut most, mut last) = (0.0f64, 0.0);
+    for k in 0..20_000 {
+        let load = if k < 12_000 { 0.0 } else { 4.0 };
+        let m = Measured { i_s: ZERO, omega_m: omega, u_s: ZERO, dc_voltage_v: 540.0, sample_time_s: t };
+        let Command::Current(given) = speed.step(&m, &Reference { omega_m: 160.0, rotor_flux_vs: 0.7, torque_nm: -99.0 }) else {
+            panic!("currents")
+        };
+        assert_eq!(given.im, 0.7);
+        last = given.re;
+        if k < 12_000 {
+            most = most.max(last);
+        }
+        omega += (last - load) / j * t;
+    }
+    // 200 rad/s² on 0.05 kg m² are 10 Nm; in the end the load is carried.
+    assert!((9.9..10.2).contains(&most) && near(omega, 160.0, 1e-4) && near(last, 4.0, 1e-3), "{most} {omega} {last}");
+}
+
 /// τ̂ = T(1 − (1 + at)e^{−at}), its rate with it, friction known.
 #[test]
 fn a_load_step_is_estimated_at_the_double_pole_of_the_observer() {

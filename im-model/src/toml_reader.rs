@@ -300,3 +300,38 @@ pub fn exact(x: f64) -> String {
 pub fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Letters put in, left out and replaced count one each, wherever they are.
+    #[test]
+    fn a_slip_of_the_pen_is_counted_by_its_letters() {
+        for (a, b, distance) in [
+            ("", "flux", 4),
+            ("flux", "", 4),
+            ("flux", "flux", 0),
+            ("flux", "fluxx", 1),
+            ("xflux", "flux", 1),
+            ("flux", "fux", 1),
+            ("flux", "flax", 1),
+            ("flux", "lfux", 2),
+            ("kitten", "sitting", 3),
+            ("abc", "xyz", 3),
+        ] {
+            assert_eq!(edits(a, b), distance, "{a} {b}");
+        }
+    }
+
+    /// A third of the longer word may be wrong.
+    #[test]
+    fn what_is_like_nothing_is_like_nothing() {
+        let keys = ["inertia_kg_m2", "pole_pairs", "flux"];
+        let near = |word: &str| nearest(word, keys.iter().copied());
+        assert_eq!(
+            [near("pole_pair"), near("polepares"), near("flax"), near("fl"), near("")],
+            [Some("pole_pairs"), Some("pole_pairs"), Some("flux"), None, None]
+        );
+    }
+}

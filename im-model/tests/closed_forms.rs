@@ -4,7 +4,7 @@ use im_model::effects::ScaleOf;
 use im_model::machines::ALL;
 use im_model::simulation::{Scenario, Sensors, Simulation, VoltsPerHertz};
 use im_model::space_vector::unit;
-use im_model::{Held, Machine, Nameplate, Plant, Rating, machines, steady_state};
+use im_model::{Bench, Complex, Drive, Effects, Held, Machine, Nameplate, Plant, Rating, State, machines, steady_state};
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 fn near(a: f64, b: f64, tolerance: f64) -> bool {
@@ -144,5 +144,133 @@ fn the_fastest_rate_is_that_of_the_leakages_at_standstill() {
         let pole = 0.5 * (sum + (sum * sum - 4.0 * product).sqrt());
         let rate = Plant::new(&Machine::base(p, m.pole_pairs).unwrap()).fastest_rate();
         assert!((0.8..1.33).contains(&(rate / pole)), "{}: {rate} {pole}", m.name);
+    }
+}
+
+/// A friction that changes sign within a small speed, bars, iron and a shaft have rates of their own; the fastest is the machine's.
+#[test]
+fn the_fastest_rate_knows_the_effects() {
+    let m = machines::MOTULATOR_2_2_KW;
+    let p = m.parameters();
+    let rate = |set: &dyn Fn(&mut Effects<f64>)| {
+        let mut e = Effects::none();
+        set(&mut e);
+        Plant::new(&Machine::try_new(p, m.pole_pairs, e).unwrap()).fastest_rate()
+    };
+    let leakage = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
+    let (r_s, r_r) = (p.stator_resistance_ohm, p.rotor_resistance_ohm);
+    assert!(near(rate(&|_| ()), (r_s + r_r) / leakage, 1e-12));
+    let friction = rate(&|e| {
+        (e.coulomb_friction.torque_nm, e.coulomb_friction.stribeck_rise, e.coulomb_friction.smoothing_speed_rad_s) =
+            (2.0, 0.5, 0.1);
+    });
+    assert!(near(friction, 2.0 * 1.5 / 0.1 / p.inertia_kg_m2, 1e-12), "{friction}");
+    // The voltage of dead time over the current in which it changes sign is a resistance.
+    let bridge = rate(&|e| {
+        (e.inverter_nonlinearity.voltage_v, e.inverter_nonlinearity.zero_crossing_current_a) = (6.0, 0.2);
+    });
+    assert!(near(bridge, (r_s + r_r + 30.0) / leakage, 1e-12), "{bridge}");
+    let bars = rate(&|e| (e.rotor_skin_effect.resistance_rise, e.rotor_skin_effect.time_constant_s) = (0.4, 1e-4));
+    assert!(near(bars, 1e4, 1e-12), "{bars}");
+    let bars = rate(&|e| (e.rotor_skin_effect.resistance_rise, e.rotor_skin_effect.time_constant_s) = (0.4, 1.0));
+    assert!(near(bars, (r_s + 1.4 * r_r) / leakage, 1e-12), "{bars}");
+    let shaft = rate(&|e| (e.shaft_compliance.load_inertia_fraction, e.shaft_compliance.antiresonance_rad_s) = (0.36, 4000.0));
+    assert!(near(shaft, 4000.0 / 0.8, 1e-12), "{shaft}");
+}
+
+/// At an imposed speed that goes from a to b the shaft turns by (a + b)T/2, in however many steps a sample is taken, and ends at b.
+#[test]
+fn an_imposed_ramp_turns_the_shaft_by_its_mean() {
+    let machine = Machine::base(machines::MOTULATOR_2_2_KW.parameters(), 2).unwrap();
+    for steps in [1, 4, 7] {
+        let mut bench = Bench::new(&machine, State::default(), 2e-4).with_substeps(steps);
+        for k in 0..5 {
+            let [a, b] = [100.0 + 8.0 * f64::from(k), 108.0 + 8.0 * f64::from(k)];
+            let before = bench.state().theta_m;
+            bench.advance(&Drive { imposed_speed: Some([a, b]), ..Drive::new(Complex::new(0.0, 0.0), 0.0) });
+            assert!(
+                near(bench.state().theta_m - before, 0.5 * (a + b) * 2e-4, 1e-9),
+                "{steps}: {}",
+                bench.state().theta_m - before
+            );
+            assert_eq!(bench.state().omega_m, b);
+        }
+    }
+}
+
+/// Steps divide a sample: more of them give the same machine, to the fourth power of their length.
+#[test]
+fn a_sample_is_as_long_in_any_number_of_steps() {
+    let machine = Machine::base(machines::MOTULATOR_2_2_KW.parameters(), 2).unwrap();
+    let after = |steps: u32| {
+        let mut bench = Bench::new(&machine, State::default(), 2e-4).with_substeps(steps);
+        for k in 0..200 {
+            bench.advance(&Drive::new(unit(0.06 * f64::from(k)) * 300.0, 1.0));
+        }
+        *bench.state()
+    };
+    let (coarse, fine) = (after(3), after(12));
+    assert!((coarse.psi_s - fine.psi_s).norm() < 1e-6 && near(coarse.omega_m, fine.omega_m, 1e-6), "{coarse:?} {fine:?}");
+}
+
+/// A command that comes (n + f)T late acts with 1 − f of it n samples later, and with f one later still: dψ_s/dt = u but for R_s i.
+#[test]
+fn a_late_command_acts_in_its_shares() {
+    let m = machines::MOTULATOR_2_2_KW;
+    for delay in [0.3, 1.0, 1.75, 2.5] {
+        let mut e = Effects::none();
+        e.voltage_delay.delay_s = delay * 1e-4;
+        let machine = Machine::try_new(m.parameters(), m.pole_pairs, e).unwrap();
+        let mut bench = Bench::new(&machine, State::default(), 1e-4);
+        let commands: Vec<Complex<f64>> = (1..8).map(|k| unit(1.3 * f64::from(k)) * 100.0 * f64::from(k)).collect();
+        let command = |k: i32| usize::try_from(k).ok().and_then(|k| commands.get(k).copied()).unwrap_or_default();
+        let (n, f) = (delay.floor() as i32, delay.fract());
+        for k in 0..7 {
+            let before = bench.state().psi_s;
+            let i = bench.output().i_s;
+            bench.advance(&Drive::new(command(k), 0.0));
+            let mean = (i + bench.output().i_s) / 2.0;
+            let seen = (bench.state().psi_s - before) / 1e-4 + mean * m.parameters().stator_resistance_ohm;
+            let expected = command(k - n) * (1.0 - f) + command(k - n - 1) * f;
+            // The trapezoidal mean of the current leaves little.
+            assert!((seen - expected).norm() < 0.2, "{delay} {k}: {seen} {expected}");
+        }
+    }
+}
+
+/// k₀ … k₇ of Kenné et al. (after (19)) in the constants of Kwon et al.: two papers, one machine.
+#[test]
+fn the_constants_of_both_papers_belong_to_one_machine() {
+    for m in ALL {
+        let w = m.parameters().windings();
+        let (c, k) = (w.derived(m.pole_pairs), w.kenne(m.pole_pairs));
+        let (m_big, l_r, r_s) = (w.mutual_inductance_h, w.rotor_inductance_h, w.stator_resistance_ohm);
+        let per_torque = w.inertia_kg_m2 * c.mu;
+        let expected = [
+            c.sigma_l_s / per_torque,
+            c.beta,
+            r_s * m_big / c.sigma_l_s,
+            m_big * w.stator_inductance_h / (l_r * c.sigma_l_s),
+            m_big * m_big / l_r,
+            c.beta * m_big / l_r,
+            c.n_p * m_big / per_torque,
+            c.sigma_l_s / m_big,
+        ];
+        assert!(near(k.mu, c.mu, 1e-12) && near(c.mu, 1.5 * c.n_p * m_big / (w.inertia_kg_m2 * l_r), 1e-12));
+        assert!(k.k.iter().zip(expected).all(|(a, b)| near(*a, b, 1e-12)), "{}: {:?} {expected:?}", m.name, k.k);
+        // γ of Kwon = (R_s + R_r M²/L_r²)/σL_s, η M = R_r M/L_r.
+        let r_r = w.rotor_resistance_ohm;
+        assert!(
+            near(c.gamma, (r_s + r_r * (m_big / l_r).powi(2)) / c.sigma_l_s, 1e-12) && near(c.eta_l_m, r_r * m_big / l_r, 1e-12)
+        );
+        assert!(near(c.sigma_l_s, w.stator_inductance_h - m_big * m_big / l_r, 1e-9) && near(c.eta, r_r / l_r, 1e-12));
+    }
+}
+
+/// Every named machine says where its numbers come from, and no two say the same.
+#[test]
+fn named_machines_are_told_apart() {
+    for (k, a) in ALL.iter().enumerate() {
+        assert!(!a.source.is_empty() && ALL[..k].iter().all(|b| a.name != b.name && a.source != b.source), "{}", a.name);
     }
 }

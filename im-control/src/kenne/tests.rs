@@ -202,3 +202,16 @@ fn a_flux_reference_that_changes_is_followed_without_a_lag() {
         assert!((psi - wanted).abs() < 0.01, "{k}: {psi} {wanted}");
     }
 }
+
+/// What builds up the flux is nine tenths of the largest current at most.
+#[test]
+fn the_current_that_builds_up_the_flux_keeps_the_limit() {
+    let m = machines::JADOT_TABLE_I;
+    let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+    let known = MachineData { current_max_a: 8.0, ..known() };
+    let mut drive = Kenne::try_new(&known, &KenneGains::typical(&known, 0.9, 560.0, 1e-4)).unwrap();
+    let s = scenario(0.0.into(), 0.9, 0.0.into(), 0.05, Some(560.0));
+    let run = Simulation::new(&machine, &s).controlled_by(&mut drive).run().unwrap();
+    let i = run.recording.i_s.last().unwrap().norm();
+    assert!((i / 7.2 - 1.0).abs() < 0.02, "{i}");
+}

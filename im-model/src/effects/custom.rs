@@ -36,6 +36,8 @@ pub trait CustomEffect: Hooks<f32> + Hooks<f64> + Hooks<Dual<4>> + Hooks<Dual<6>
     fn name(&self) -> &'static str;
     /// The parameters, at most [`MAX_CUSTOM_PARAMETERS`].
     fn parameters(&self) -> &'static [ParameterInfo];
+    /// Whether it is fixed to the shaft or the rotor.
+    fn is_fixed_to_shaft(&self) -> bool;
     /// The card.
     fn card(&self) -> Card;
 }
@@ -198,6 +200,9 @@ macro_rules! register_effect {
                 }
                 fn parameters(&self) -> &'static [ParameterInfo] {
                     <$effect<f64> as Effect<f64>>::PARAMETERS
+                }
+                fn is_fixed_to_shaft(&self) -> bool {
+                    <$effect<f64> as Effect<f64>>::FIXED_TO_SHAFT
                 }
                 fn card(&self) -> Card {
                     <$effect<f64> as Effect<f64>>::CARD

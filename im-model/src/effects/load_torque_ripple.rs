@@ -10,7 +10,7 @@ effect! {
     LoadTorqueRipple, "load_torque_ripple",
     card: super::Card {
         title: "Load-torque ripple",
-        what: "The load adds a torque fixed to the shaft angle, once (unbalance) and twice (misalignment) per revolution: c₁ cos θ + s₁ sin θ + c₂ cos 2θ + s₂ sin 2θ.",
+        what: "The load adds a torque fixed to the shaft angle, n times per revolution (once: unbalance; twice: misalignment) and at twice that: c₁ cos nθ + s₁ sin nθ + c₂ cos 2nθ + s₂ sin 2nθ.",
         shows: "A speed and current ripple at n times the rotational frequency, whatever the slip and the flux; largest in speed at low speed.",
         rivals: &[
             ("rotor_asymmetry", "follows twice the slip frequency and needs load"),
@@ -30,9 +30,11 @@ effect! {
         /// Sine amplitude of the second harmonic.
         second_sine_nm: Strength, default 0.0, "Nm", Torque, typical 0.01 to 0.3, Bound::Within(-1e6, 1e6);
         /// Order of the fundamental: ripples per revolution.
-        order: Fixed, default 1.0, "", One, typical 1.0 to 2.0, Bound::Within(0.1, 6.0);
+        order: Order, default 1.0, "", One, typical 1.0 to 3.0, Bound::Within(0.1, 6.0);
     },
     hooks: {
+        const FIXED_TO_SHAFT: bool = true;
+
         #[inline(always)]
         fn braking_torque(&self, torque: T, at: &super::Operating<T>) -> T {
             if self.is_off() {

@@ -62,6 +62,8 @@ pub enum Role {
     Strength,
     /// Estimated together with the strength; without meaning when the effect is off.
     Shape,
+    /// A small whole number: tried over its usual range, not refitted.
+    Order,
     /// Part of the definition; not estimated.
     Fixed,
 }
@@ -164,6 +166,8 @@ pub trait Effect<T: Scalar>: Copy {
     const CARD: Card;
     /// The identifier in files.
     const NAME: &'static str;
+    /// Whether it is fixed to the shaft or the rotor: what it does then depends on the angle at which a recording happens to begin.
+    const FIXED_TO_SHAFT: bool = false;
 
     /// Reads the parameter at `index` of [`PARAMETERS`](Self::PARAMETERS).
     fn get(&self, index: usize) -> T;
@@ -301,6 +305,14 @@ macro_rules! registry {
                 match self {
                     $(Self::$variant => <$variant<f64> as Effect<f64>>::PARAMETERS,)*
                     Self::Custom(c) => c.parameters(),
+                }
+            }
+
+            /// Whether it is fixed to the shaft or the rotor ([`Effect::FIXED_TO_SHAFT`]).
+            pub fn is_fixed_to_shaft(self) -> bool {
+                match self {
+                    $(Self::$variant => <$variant<f64> as Effect<f64>>::FIXED_TO_SHAFT,)*
+                    Self::Custom(c) => c.0.is_fixed_to_shaft(),
                 }
             }
 
@@ -490,6 +502,11 @@ impl<T: Scalar> Effects<T> {
     /// The effects that are on.
     pub fn active(&self) -> impl Iterator<Item = EffectId> + '_ {
         self.ids().filter(|&id| self.is_on(id))
+    }
+
+    /// Whether any that is on is fixed to the shaft or the rotor.
+    pub fn any_fixed_to_shaft(&self) -> bool {
+        self.active().any(EffectId::is_fixed_to_shaft)
     }
 
     /// The same effects in another scalar type.

@@ -30,6 +30,8 @@ effect! {
         unbalance_quadrature: Strength, default 0.0, "", One, typical 0.01 to 0.25, Bound::Within(-0.69, 0.69);
     },
     hooks: {
+        const FIXED_TO_SHAFT: bool = true;
+
         #[inline(always)]
         fn rotor_drop(&self, drop: Complex<T>, at: &super::Operating<T>) -> Complex<T> {
             if self.unbalance_direct.is_zero() && self.unbalance_quadrature.is_zero() {

@@ -59,3 +59,21 @@ fn single_precision_follows_double() {
         }
     }
 }
+
+/// What begins at another angle of the shaft runs otherwise with those effects that say they are fixed to it, and with no other.
+#[test]
+fn effects_fixed_to_the_shaft_say_so() {
+    for &id in EffectId::ALL {
+        let m = lab::machine(|e| {
+            lab::set_typical(e, id, 0.9);
+        });
+        let run = |theta_m: f64| {
+            let mut bench = Bench::new(&m, State { theta_m, ..State::default() }, lab::T);
+            let supply = Supply::rated_flux(50.0);
+            (0..1000).for_each(|k| bench.advance(&Drive::new(supply.mean(k), 5.0)));
+            let y = bench.output();
+            (y.i_s, y.omega_m)
+        };
+        assert_eq!(run(0.0) != run(0.7), id.is_fixed_to_shaft(), "{id}");
+    }
+}

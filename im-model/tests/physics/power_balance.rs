@@ -22,7 +22,7 @@ fn any_machine() -> impl Strategy<Value = Machine<f64>> {
             for (&id, on) in EffectId::ALL.iter().zip(on) {
                 for (k, info) in id.parameters().iter().enumerate() {
                     let (present, place, negative) = sizes.next().unwrap();
-                    if !on || info.role == Role::Fixed || (info.role == Role::Strength && !present) {
+                    if !on || matches!(info.role, Role::Order | Role::Fixed) || (info.role == Role::Strength && !present) {
                         continue;
                     }
                     let (lo, hi) = info.typical;
