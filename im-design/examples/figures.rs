@@ -201,7 +201,7 @@ fn sampled_figures() -> Result<(), DesignError> {
                         d.outer.rate_per_s
                     )
                 }
-                Ok(Design::SampledLoop(d)) => {
+                Ok(Design::SampledKubotaLoop(d)) => {
                     let rate = |rho: f64| -rho.ln() / d.period_s;
                     let slowest = d.cells.iter().map(|cell| rate(cell.contraction)).fold(f64::INFINITY, f64::min);
                     format!("{slowest:.2} in {} cells", d.cells.len())
@@ -215,7 +215,7 @@ fn sampled_figures() -> Result<(), DesignError> {
         let largest = design_sampled(kind, plant, kind.example_region(), Period::Largest).map(|c| c.design);
         let period = match largest {
             Ok(Design::SampledJadot(d)) => format!("{:.1} us", 1e6 * d.period_s),
-            Ok(Design::SampledLoop(d)) => format!("{:.1} us", 1e6 * d.period_s),
+            Ok(Design::SampledKubotaLoop(d)) => format!("{:.1} us", 1e6 * d.period_s),
             Ok(_) => continue,
             Err(e) => e.to_string(),
         };

@@ -54,3 +54,35 @@ impl DesignError {
         DesignError::Request { what: what.into() }
     }
 }
+
+/// A number asked for must be positive.
+pub(crate) fn positive(name: &str, value: f64) -> Result<(), DesignError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(DesignError::request(format!("{name} = {value} must be positive and finite")))
+}
+
+/// A number asked for may be zero.
+pub(crate) fn not_negative(name: &str, value: f64) -> Result<(), DesignError> {
+    if value >= 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(DesignError::request(format!("{name} = {value} must be finite and not negative")))
+}
+
+/// A number asked for must lie between 0 and 1.
+pub(crate) fn proportion(name: &str, value: f64) -> Result<(), DesignError> {
+    if value > 0.0 && value < 1.0 {
+        return Ok(());
+    }
+    Err(DesignError::request(format!("{name} = {value} must lie between 0 and 1")))
+}
+
+/// A range asked for may be a point, but not upside down.
+pub(crate) fn ordered(name: &str, [low, high]: [f64; 2]) -> Result<(), DesignError> {
+    if low <= high && low.is_finite() && high.is_finite() {
+        return Ok(());
+    }
+    Err(DesignError::request(format!("{name} = [{low}, {high}] must be finite and ascending")))
+}

@@ -58,13 +58,14 @@ impl GainSet {
 
     /// A TOML table named after the design.
     pub fn to_toml(&self) -> String {
+        let list = |x: &[f64]| listed(x, literal);
         let mut text = format!("[{}]\n", self.kind);
         for gain in &self.gains {
             let value = match &gain.value {
                 Value::Scalar(x) => literal(*x),
                 Value::Range(x) => list(x),
                 Value::List(x) => list(x),
-                Value::Matrix(m) => nested(m),
+                Value::Matrix(m) => nested(m, literal),
             };
             // Writing to a String cannot fail.
             let _ = writeln!(text, "# {}\n{} = {value}", gain.meaning, gain.name);
@@ -72,8 +73,11 @@ impl GainSet {
         text
     }
 
-    /// Rust constants of the scalar type `f32` or `f64`, documented, in a module named after the design.
+    /// Rust constants of the scalar type `f32` or `f64`, documented, in a module named after the design; no more digits than the type has.
     pub fn to_rust(&self, scalar: &str) -> String {
+        let literal = |x: f64| if scalar == "f32" { format!("{:?}", x as f32) } else { literal(x) };
+        let list = |x: &[f64]| listed(x, literal);
+        let nested = |m: &Matrix<f64>| nested(m, literal);
         let mut text = format!("/// Gains made by `im design`.\npub mod {} {{\n", self.kind);
         for gain in &self.gains {
             let (kind, value) = match &gain.value {
@@ -95,12 +99,12 @@ fn literal(x: f64) -> String {
     format!("{x:?}")
 }
 
-fn list(x: &[f64]) -> String {
+fn listed(x: &[f64], literal: impl Fn(f64) -> String) -> String {
     format!("[{}]", x.iter().map(|x| literal(*x)).collect::<Vec<_>>().join(", "))
 }
 
-fn nested(m: &Matrix<f64>) -> String {
-    let row = |i: usize| list(&(0..m.cols()).map(|j| m[(i, j)]).collect::<Vec<_>>());
+fn nested(m: &Matrix<f64>, literal: impl Fn(f64) -> String + Copy) -> String {
+    let row = |i: usize| listed(&(0..m.cols()).map(|j| m[(i, j)]).collect::<Vec<_>>(), literal);
     format!("[{}]", (0..m.rows()).map(row).collect::<Vec<_>>().join(", "))
 }
 
@@ -111,8 +115,8 @@ impl From<&Design> for GainSet {
             Design::Thau(d) => of("thau").thau(d.lipschitz, &d.gain),
             Design::SampledThau(d) => of("sampled_thau").contracting(d.period_s, d.contraction).thau(d.lipschitz, &d.gain),
             Design::ThauBox(d) => of("thau_box").rate(d.rate_per_s).boxed(&d.region, &d.gain, &d.gain_per_frame_speed),
-            Design::SampledBox(d) => {
-                of("sampled_box").contracting(d.period_s, d.contraction).boxed(&d.region, &d.gain, &d.gain_per_frame_speed)
+            Design::SampledThauBox(d) => {
+                of("sampled_thau_box").contracting(d.period_s, d.contraction).boxed(&d.region, &d.gain, &d.gain_per_frame_speed)
             }
             Design::Kubota(d) => of("kubota").speeds(d.speed_rad_s).rate(d.rate_per_s).scheduled(&d.gain, &d.gain_per_speed),
             Design::Sampled(d) => {
@@ -120,7 +124,7 @@ impl From<&Design> for GainSet {
                 set.scheduled(&d.gain, &d.gain_per_speed)
             }
             Design::KubotaLoop(d) => of("kubota_loop").adaptive(d.speed_rad_s, d.slip_rad_s, d.flux_vs, &d.gains),
-            Design::SampledLoop(d) => {
+            Design::SampledKubotaLoop(d) => {
                 of("sampled_kubota_loop").period(d.period_s).adaptive(d.speed_rad_s, d.slip_rad_s, d.flux_vs, &d.gains)
             }
             Design::Derdiyok(d) => of("derdiyok").derdiyok(d),
@@ -174,7 +178,9 @@ impl GainSet {
     }
 
     fn contracting(self, period_s: f64, contraction: f64) -> Self {
-        self.period(period_s).scalar("contraction", "per sample of forward Euler, in the norm of P", contraction)
+        let rate = -contraction.ln() / period_s;
+        let meaning = format!("per sample of forward Euler, in the norm of P: {rate:.4} 1/s");
+        self.period(period_s).scalar("contraction", &meaning, contraction)
     }
 
     fn speeds(self, speed_rad_s: [f64; 2]) -> Self {

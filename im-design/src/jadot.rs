@@ -20,14 +20,13 @@
 //! the paper's value (R_req/L_f)√(T_r⁻² + ω_r²) has not; R_req/√(T_r⁻² + ω_r²), used here at the highest speed, has.
 
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, ordered, positive};
 use crate::exact::Field;
 use crate::feasible::{largest_share, range, shrunk};
 use crate::kubota::common_decay;
 use crate::machine::Constants;
 use crate::matrix::Matrix;
 use crate::model::complex;
-use crate::sliding::positive;
 use serde::{Deserialize, Serialize};
 
 /// What is asked for.
@@ -201,13 +200,47 @@ pub fn design(plant: Plant, request: &JadotRequest) -> Result<(JadotDesign, Cert
     positive("damping", r.damping)?;
     positive("current_bandwidth_rad_s", r.current_bandwidth_rad_s)?;
     positive("speed_bandwidth_rad_s", r.speed_bandwidth_rad_s)?;
-    for [low, high] in [r.electrical_speed_rad_s, r.slip_rad_s] {
-        if !(low <= high && low.is_finite() && high.is_finite()) {
-            return Err(DesignError::request(format!("the range [{low}, {high}] must be finite and ordered")));
-        }
-    }
+    ordered("electrical_speed_rad_s", r.electrical_speed_rad_s)?;
+    ordered("slip_rad_s", r.slip_rad_s)?;
     let c = plant.constants::<f64>();
-    let p = parameters(&c);
+    let mut design = shaped(&c, r)?;
+    let [electrical_scale, outer_scale] = design.scales(&c, r.speed_bandwidth_rad_s).map(|s| Matrix::diagonal(&s));
+    let electrical = |speeds: [f64; 2], slips: [f64; 2]| {
+        let vertices = speeds.into_iter().flat_map(|w| slips.map(|g| design.electrical(&c, w, g)));
+        common_decay(&vertices.collect::<Vec<_>>(), &electrical_scale)
+    };
+    let (speeds, slips) = (r.electrical_speed_rad_s, r.slip_rad_s);
+    let inner_found = electrical(speeds, slips).map_err(|e| {
+        let works = |share| electrical(shrunk(speeds, share), shrunk(slips, share)).is_ok();
+        let part = |share| {
+            format!("speeds of {} rad/s with slips of {} rad/s", range(shrunk(speeds, share)), range(shrunk(slips, share)))
+        };
+        let other = || "another current bandwidth: not even the centre of the region is stable".into();
+        instead(e, "the electrical errors", largest_share(works).map_or_else(other, part))
+    })?;
+    let outer = |slips: [f64; 2]| common_decay(&slips.map(|slip| design.outer(&c, slip)), &outer_scale);
+    let outer_found = outer(slips).map_err(|e| {
+        let part = |share| format!("slips of {} rad/s", range(shrunk(slips, share)));
+        let slower = |share: f64| JadotRequest { speed_bandwidth_rad_s: share * r.speed_bandwidth_rad_s, ..*r };
+        let stable = |share: f64| {
+            let scale = |d: &JadotDesign| Matrix::diagonal(&d.scales(&c, share * r.speed_bandwidth_rad_s)[1]);
+            shaped(&c, &slower(share)).is_ok_and(|d| common_decay(&slips.map(|slip| d.outer(&c, slip)), &scale(&d)).is_ok())
+        };
+        let feasible = largest_share(|share| outer(shrunk(slips, share)).is_ok()).map(part).or_else(|| {
+            largest_share(stable).map(|share| format!("a speed bandwidth up to {:.4} rad/s", share * r.speed_bandwidth_rad_s))
+        });
+        instead(e, "the speed loop", feasible.unwrap_or("a much lower speed bandwidth".into()))
+    })?;
+    (design.electrical_rate_per_s, design.electrical_p) = (0.95 * inner_found.0, inner_found.1);
+    (design.outer_rate_per_s, design.outer_p) = (0.95 * outer_found.0, outer_found.1);
+    design.adaptation_rate_per_s = 0.1 * design.outer_rate_per_s.min(design.electrical_rate_per_s);
+    let certificate = Certificate::seal(plant, design.clone())?;
+    Ok((design, certificate))
+}
+
+/// The gains for the wanted bandwidths, not yet proven.
+fn shaped(c: &Constants<f64>, r: &JadotRequest) -> Result<JadotDesign, DesignError> {
+    let p = parameters(c);
     let k_p = 2.0 * r.damping * r.current_bandwidth_rad_s * p.l_f - p.r_total;
     if k_p <= 0.0 {
         return Err(DesignError::Infeasible {
@@ -217,7 +250,7 @@ pub fn design(plant: Plant, request: &JadotRequest) -> Result<(JadotDesign, Cert
     }
     let kappa_flux2 = p.torque * r.flux_vs * r.flux_vs / p.r_req;
     let top = r.electrical_speed_rad_s.iter().fold(0.0f64, |m, w| m.max(w.abs()));
-    let mut design = JadotDesign {
+    Ok(JadotDesign {
         electrical_speed_rad_s: r.electrical_speed_rad_s,
         slip_rad_s: r.slip_rad_s,
         flux_vs: r.flux_vs,
@@ -232,39 +265,12 @@ pub fn design(plant: Plant, request: &JadotRequest) -> Result<(JadotDesign, Cert
         electrical_p: Matrix::identity(6),
         outer_rate_per_s: 0.0,
         outer_p: Matrix::identity(6),
-    };
-    let [electrical_scale, outer_scale] = design.scales(&c, r.speed_bandwidth_rad_s).map(|s| Matrix::diagonal(&s));
-    let electrical = |speeds: [f64; 2], slips: [f64; 2]| {
-        let vertices = speeds.into_iter().flat_map(|w| slips.map(|g| design.electrical(&c, w, g)));
-        common_decay(&vertices.collect::<Vec<_>>(), &electrical_scale)
-    };
-    let outer = |slips: [f64; 2]| common_decay(&slips.map(|slip| design.outer(&c, slip)), &outer_scale);
-    let (speeds, slips) = (r.electrical_speed_rad_s, r.slip_rad_s);
-    let inner_found = electrical(speeds, slips).map_err(|e| {
-        let works = |share| electrical(shrunk(speeds, share), shrunk(slips, share)).is_ok();
-        smaller(e, "the electrical errors", works, |share| {
-            format!("speeds of {} rad/s with slips of {} rad/s", range(shrunk(speeds, share)), range(shrunk(slips, share)))
-        })
-    })?;
-    let outer_found = outer(slips).map_err(|e| {
-        smaller(
-            e,
-            "the speed loop",
-            |share| outer(shrunk(slips, share)).is_ok(),
-            |share| format!("slips of {} rad/s", range(shrunk(slips, share))),
-        )
-    })?;
-    (design.electrical_rate_per_s, design.electrical_p) = (0.95 * inner_found.0, inner_found.1);
-    (design.outer_rate_per_s, design.outer_p) = (0.95 * outer_found.0, outer_found.1);
-    design.adaptation_rate_per_s = 0.1 * design.outer_rate_per_s.min(design.electrical_rate_per_s);
-    let certificate = Certificate::seal(plant, design.clone())?;
-    Ok((design, certificate))
+    })
 }
 
-/// The error of a loop without a common P, with the part of the region that has one.
-fn smaller(e: DesignError, of: &str, works: impl Fn(f64) -> bool, part: impl Fn(f64) -> String) -> DesignError {
+/// The error of a loop without a common P, with what has one.
+fn instead(e: DesignError, of: &str, feasible: String) -> DesignError {
     let DesignError::Infeasible { constraint, .. } = e else { return e };
-    let feasible = largest_share(works).map_or("other bandwidths: not even the centre of the region is stable".into(), part);
     DesignError::Infeasible { constraint: format!("{of}: {constraint}"), feasible }
 }
 

@@ -21,10 +21,9 @@
 //! the region. The law's R_s is taken as right in (34), as in the paper.
 
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::machine::Constants;
-use crate::sliding::positive;
 use serde::{Deserialize, Serialize};
 
 /// Where the gains must hold, and how fast.
@@ -310,25 +309,24 @@ impl KenneRegion {
         ];
         let bad = ranges.into_iter().find(|(_, range)| !ordered(*range));
         let values = [
-            self.speed_max_rad_s,
-            self.current_max_a,
-            self.voltage_max_v,
-            self.acceleration_max_rad_s2,
-            self.reference_max_rad_s3,
-            self.load_error_rad_s2,
-            self.load_rate_rad_s3,
-            self.rotor_resistance_rate_per_s,
-            self.c_omega,
-            self.c_lambda,
+            ("speed_max_rad_s", self.speed_max_rad_s),
+            ("current_max_a", self.current_max_a),
+            ("voltage_max_v", self.voltage_max_v),
+            ("acceleration_max_rad_s2", self.acceleration_max_rad_s2),
+            ("reference_max_rad_s3", self.reference_max_rad_s3),
+            ("load_error_rad_s2", self.load_error_rad_s2),
+            ("load_rate_rad_s3", self.load_rate_rad_s3),
+            ("rotor_resistance_rate_per_s", self.rotor_resistance_rate_per_s),
+            ("c_omega", self.c_omega),
+            ("c_lambda", self.c_lambda),
         ];
         if let Some((name, range)) = bad {
             Some(format!("{name} = {range:?} must be positive and ordered"))
         } else if !(0.0..1.0).contains(&self.flux_uncertainty) {
             Some(format!("flux_uncertainty = {} must lie in [0, 1)", self.flux_uncertainty))
-        } else if values.iter().any(|v| !(*v >= 0.0 && v.is_finite())) {
-            Some("every bound of the region must be finite and not negative".into())
         } else {
-            None
+            let bad = values.iter().find(|(_, v)| !(*v >= 0.0 && v.is_finite()));
+            bad.map(|(name, v)| format!("{name} = {v} must be finite and not negative"))
         }
     }
 }

@@ -17,7 +17,7 @@
 //! The same null space shows that no gain reaches a rate above η with P = I.
 
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, not_negative, ordered, positive};
 use crate::exact::Field;
 use crate::lmi::{Affine, Problem};
 use crate::machine::Constants;
@@ -54,14 +54,10 @@ pub struct KubotaRequest {
 
 impl KubotaRequest {
     fn validate(&self, c: &Constants<f64>) -> Result<(), DesignError> {
-        let [low, high] = self.speed_rad_s;
-        if !(low.is_finite() && high.is_finite() && low <= high) {
-            return Err(DesignError::request(format!("the speed range [{low}, {high}] must be finite and ordered")));
-        }
-        if !(self.flux_weight > 0.0 && self.flux_weight.is_finite()) {
-            return Err(DesignError::request(format!("flux_weight = {} must be positive", self.flux_weight)));
-        }
-        if self.rate_per_s.is_nan() || self.rate_per_s < 0.0 || self.rate_per_s >= c.eta {
+        ordered("speed_rad_s", self.speed_rad_s)?;
+        positive("flux_weight", self.flux_weight)?;
+        not_negative("rate_per_s", self.rate_per_s)?;
+        if self.rate_per_s >= c.eta {
             return Err(DesignError::Infeasible {
                 constraint: format!("the fluxes, the null space of C, decay at η = {:.6} 1/s in this norm", c.eta),
                 feasible: format!("a rate from 0 to just below {:.6} 1/s", c.eta),
@@ -137,7 +133,7 @@ pub fn least_norm(plant: Plant, request: &KubotaRequest) -> Result<(KubotaDesign
     // Currents in units where a flux error and the current it drives are of one size: condition, not meaning.
     let root = request.weights();
     let root = Matrix::from_fn(4, 4, |i, j| root[(i, j)].sqrt());
-    let inverse = Matrix::from_fn(4, 4, |i, j| if i == j { 1.0 / root[(i, j)] } else { 0.0 });
+    let inverse = root.inverse_diagonal();
     let mut lmi = Problem::new("Kubota gain");
     let (size, mut at) = (lmi.scalar(), Vec::new());
     for &speed in ends {
@@ -164,7 +160,7 @@ pub fn least_norm(plant: Plant, request: &KubotaRequest) -> Result<(KubotaDesign
         }
     };
     // The machine does not know the direction of its axes, and observers in space vectors take gains that do not either.
-    let (gain, gain_per_speed) = (gain.space_vectors(), gain_per_speed.space_vectors());
+    let [gain, gain_per_speed] = [gain, gain_per_speed].map(|m| m.space_vectors().without_dust());
     seal(plant, request, gain, gain_per_speed)
 }
 
@@ -203,7 +199,7 @@ pub fn best_rate(plant: Plant, design: &KubotaDesign) -> Result<(KubotaDesign, C
 /// [`DesignError::Infeasible`] when not even rate zero has a common P.
 pub fn common_decay(vertices: &[Matrix<f64>], scale: &Matrix<f64>) -> Result<(f64, Matrix<f64>), DesignError> {
     let n = scale.rows();
-    let inverse = Matrix::from_fn(n, n, |i, j| if i == j { 1.0 / scale[(i, j)] } else { 0.0 });
+    let inverse = scale.inverse_diagonal();
     let scaled: Vec<_> = vertices.iter().map(|a| &(&inverse * a) * scale).collect();
     let at_rate = |rate: f64| -> Option<Matrix<f64>> {
         let mut lmi = Problem::new("common Lyapunov function");
@@ -226,9 +222,13 @@ pub fn common_decay(vertices: &[Matrix<f64>], scale: &Matrix<f64>) -> Result<(f6
         (crate::linalg::symmetric_eigenvalues(&p)[0] > 0.0 && scaled.iter().all(proven)).then_some(p)
     };
     let bound = -scaled.iter().map(crate::linalg::spectral_abscissa).fold(f64::NEG_INFINITY, f64::max);
-    let infeasible = || DesignError::Infeasible {
-        constraint: format!("the slowest vertex decays at {bound:.6} 1/s, and no P serves all vertices"),
-        feasible: "a smaller region".into(),
+    let infeasible = || {
+        let constraint = if bound > 0.0 {
+            format!("one norm for the whole region (each vertex alone is stable, the slowest at {bound:.4} 1/s)")
+        } else {
+            format!("an unstable vertex of the region (eigenvalue {:.4} 1/s)", -bound)
+        };
+        DesignError::Infeasible { constraint, feasible: "a smaller region".into() }
     };
     if bound.is_nan() || bound <= 0.0 {
         return Err(infeasible());

@@ -18,7 +18,7 @@
 //!   assumption (5), λ_aλ̂_b = λ̂_aλ_b.
 
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, not_negative, ordered, positive};
 use crate::exact::Field;
 use crate::feasible::{largest_share, range, shrunk};
 use crate::kubota::{KubotaDesign, common_decay};
@@ -26,7 +26,6 @@ use crate::linalg;
 use crate::machine::Constants;
 use crate::matrix::Matrix;
 use crate::model;
-use crate::sliding::positive;
 use serde::{Deserialize, Serialize};
 
 /// The gains of the adaptive observer.
@@ -73,6 +72,7 @@ pub fn mended(plant: Plant, rho: f64, l2: f64, proportional: f64, integral: f64)
     gains.gain.put(0, 0, &model::complex(&((c.eta / rho - c.stator_rate - l2) / c.beta), &0.0));
     gains.gain.put(2, 0, &model::complex(&l2, &0.0));
     gains.gain_per_speed.put(0, 0, &model::complex(&0.0, &(c.n_p / (rho * c.beta))));
+    gains.gain = gains.gain.without_dust();
     Ok(gains)
 }
 
@@ -247,13 +247,10 @@ pub fn certify(
 
 pub(crate) fn validate(gains: &LoopGains, speed: [f64; 2], slip: [f64; 2], flux_vs: f64) -> Result<(), DesignError> {
     positive("flux_vs", flux_vs)?;
+    not_negative("proportional", gains.proportional)?;
     positive("integral", gains.integral)?;
-    for (name, [low, high]) in [("speed_rad_s", speed), ("slip_rad_s", slip)] {
-        if !(low < high && low.is_finite() && high.is_finite()) {
-            return Err(DesignError::request(format!("{name} = [{low}, {high}] must be finite and ascending")));
-        }
-    }
-    Ok(())
+    ordered("speed_rad_s", speed)?;
+    ordered("slip_rad_s", slip)
 }
 
 /// A cell without a common Lyapunov function.
@@ -321,16 +318,21 @@ pub(crate) fn halve<T>(
     while let Some((speed, slip, left)) = open.pop() {
         match prove(speed, slip) {
             Some(cell) => cells.push(cell),
-            None if left > 0 => {
-                let (ws, ss) = (0.5 * (speed[0] + speed[1]), 0.5 * (slip[0] + slip[1]));
-                for w in [[speed[0], ws], [ws, speed[1]]] {
-                    open.extend([[slip[0], ss], [ss, slip[1]]].map(|s| (w, s, left - 1)));
+            None if left > 0 && (speed[0] < speed[1] || slip[0] < slip[1]) => {
+                for w in halves(speed) {
+                    open.extend(halves(slip).into_iter().map(|s| (w, s, left - 1)));
                 }
             }
             None => return Err([speed, slip]),
         }
     }
     Ok(cells)
+}
+
+/// A range in two; a point stays one.
+fn halves([low, high]: [f64; 2]) -> Vec<[f64; 2]> {
+    let middle = 0.5 * (low + high);
+    if low < high { vec![[low, middle], [middle, high]] } else { vec![[low, high]] }
 }
 
 /// Without feedback the loop is unstable for any K_P, K_I > 0 where ω_e lies between zero and this multiple of n_pω.

@@ -113,6 +113,11 @@ impl Matrix<f64> {
         self.data.iter().map(|x| x * x).sum::<f64>().sqrt()
     }
 
+    /// Inverse of a diagonal matrix.
+    pub fn inverse_diagonal(&self) -> Self {
+        Self::from_fn(self.rows, self.cols, |i, j| if i == j { 1.0 / self[(i, j)] } else { 0.0 })
+    }
+
     /// (A + Aᵀ)/2, symmetric to the last bit.
     pub fn symmetrized(&self) -> Self {
         Self::from_fn(self.rows, self.cols, |i, j| 0.5 * (self[(i.max(j), i.min(j))] + self[(i.min(j), i.max(j))]))
@@ -131,6 +136,12 @@ impl Matrix<f64> {
                 _ => re,
             }
         })
+    }
+
+    /// Without what solvers leave where a zero belongs: entries below 10⁻¹² of the largest, −0 too.
+    pub fn without_dust(&self) -> Self {
+        let least = 1e-12 * self.data.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        Self::from_fn(self.rows, self.cols, |i, j| if self[(i, j)].abs() > least { self[(i, j)] } else { 0.0 })
     }
 
     /// Whether every entry is finite.

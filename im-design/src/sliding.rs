@@ -24,7 +24,7 @@
 //! ```
 
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, not_negative, positive};
 use crate::exact::Field;
 use crate::machine::Constants;
 use serde::{Deserialize, Serialize};
@@ -134,6 +134,9 @@ impl Claim for UtkinDesign {
 pub fn utkin(plant: Plant, region: &UtkinDesign) -> Result<(UtkinDesign, Certificate), DesignError> {
     positive("speed_max_rad_s", region.speed_max_rad_s)?;
     positive("flux_min_vs", region.flux_min_vs)?;
+    not_negative("flux_error_max_vs", region.flux_error_max_vs)?;
+    not_negative("current_error_max_a", region.current_error_max_a)?;
+    not_negative("current_max_a", region.current_max_a)?;
     let c = plant.constants::<f64>();
     let (omega0_rad_s, root_bound) = utkin_bound(&c, region).ok_or_else(|| DesignError::Infeasible {
         constraint: format!("|î − i| ≤ {} A against βλ_min", region.current_error_max_a),
@@ -154,13 +157,6 @@ pub(crate) fn utkin_bound(c: &Constants<f64>, region: &UtkinDesign) -> Option<(f
     let drive = c.beta * (w * region.flux_min_vs + region.flux_error_max_vs * root_bound)
         + c.eta_l_m * region.current_max_a * region.current_error_max_a / region.flux_min_vs;
     Some((drive / (c.n_p * lever) * (1.0 + 1e-12), root_bound))
-}
-
-pub(crate) fn positive(name: &str, value: f64) -> Result<(), DesignError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(DesignError::request(format!("{name} = {value} must be positive and finite")))
 }
 
 #[cfg(test)]

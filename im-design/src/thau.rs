@@ -16,7 +16,7 @@
 //! The SDP reaches this limit. For the machine of Kwon et al. the speed binds: (D/J)/μ = 0.0485.
 
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, proportion};
 use crate::exact::Field;
 use crate::linalg;
 use crate::lmi::{Affine, Problem};
@@ -100,12 +100,8 @@ pub fn limit(c: &Constants<f64>) -> f64 {
 /// [`DesignError::Infeasible`] without friction (the limit is then zero); solver failures.
 pub fn maximize(plant: Plant, slack: f64) -> Result<(ThauDesign, Certificate), DesignError> {
     let c = plant.constants::<f64>();
-    if c.friction_rate <= 0.0 {
-        return Err(DesignError::Infeasible {
-            constraint: "the speed error along C e = 0 decays at D/J".into(),
-            feasible: "only κ = 0 without friction; use a design over a box (thau_box)".into(),
-        });
-    }
+    proportion("slack", slack)?;
+    needs_friction(&c)?;
     // κ² = q. States are scaled so that the entries of P are of one order: e = S ẽ.
     let best = solve(&c, None)?.0;
     let kappa = (1.0 - slack) * best.max(0.0).sqrt();
@@ -115,12 +111,23 @@ pub fn maximize(plant: Plant, slack: f64) -> Result<(ThauDesign, Certificate), D
     Ok((design, certificate))
 }
 
+/// Without friction the limit of κ is zero.
+pub(crate) fn needs_friction(c: &Constants<f64>) -> Result<(), DesignError> {
+    if c.friction_rate > 0.0 {
+        return Ok(());
+    }
+    Err(DesignError::Infeasible {
+        constraint: "the speed error along C e = 0 decays at D/J, which is zero".into(),
+        feasible: "a machine with viscous friction; without, a gain over a box (thau-box)".into(),
+    })
+}
+
 /// With `q` none: the largest q = κ². With `q` given: the most strictly feasible P and gain.
 fn solve(c: &Constants<f64>, q: Option<f64>) -> Result<(f64, Matrix<f64>, Matrix<f64>), DesignError> {
     // Scale the problem so that q is of order one.
     let unit = limit(c) * limit(c);
     let scale = Matrix::diagonal(&[1.0, 1.0, 1.0, c.beta.sqrt(), c.beta.sqrt()]);
-    let inverse = Matrix::from_fn(5, 5, |i, j| if i == j { 1.0 / scale[(i, j)] } else { 0.0 });
+    let inverse = scale.inverse_diagonal();
     let a = &(&inverse * &model::linear_part(c)) * &scale;
     let b = (&inverse * &model::bilinear_input(c)).scaled(&unit.sqrt());
     let out = &model::output() * &scale;
@@ -143,7 +150,7 @@ fn solve(c: &Constants<f64>, q: Option<f64>) -> Result<(f64, Matrix<f64>, Matrix
     let p = answer.value(&p);
     let gain = &scale * &linalg::solve(&p, &answer.value(&y));
     let p = (&(&inverse * &p) * &inverse).scaled(&unit).symmetrized();
-    Ok((answer.scalar(&t) * unit, p, gain))
+    Ok((answer.scalar(&t) * unit, p, gain.without_dust()))
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@
 //! it every box, however large, is feasible without the torque term ([`any_box`]): the speed error is autonomous.
 
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, not_negative, ordered, positive};
 use crate::exact::Field;
 use crate::feasible::range;
 use crate::linalg;
@@ -90,10 +90,8 @@ impl BoxRegion {
     }
 
     pub(crate) fn validate(&self) -> Result<(), DesignError> {
-        match self.ranges().iter().find(|[low, high]| !(low <= high && low.is_finite() && high.is_finite())) {
-            Some([low, high]) => Err(DesignError::request(format!("the range [{low}, {high}] must be finite and ordered"))),
-            None => Ok(()),
-        }
+        let names = ["frame_rad_s", "slip_rad_s", "flux_d_vs", "flux_q_vs", "current_d_a", "current_q_a"];
+        names.into_iter().zip(self.ranges()).try_for_each(|(name, range)| ordered(name, range))
     }
 }
 
@@ -162,16 +160,14 @@ pub(crate) fn scales(c: &Constants<f64>, region: &BoxRegion) -> [f64; 5] {
     [speed, flux, flux, c.beta * flux, c.beta * flux]
 }
 
+/// P, L₀, L₁.
+type Found = (Matrix<f64>, Matrix<f64>, Matrix<f64>);
+
 /// Solve for P and the gain at a fixed rate; the gain in scaled states stays below `gain_limit` (1/s).
-pub(crate) fn at_rate(
-    c: &Constants<f64>,
-    region: &BoxRegion,
-    rate: f64,
-    gain_limit: f64,
-) -> Option<(Matrix<f64>, Matrix<f64>, Matrix<f64>)> {
+pub(crate) fn at_rate(c: &Constants<f64>, region: &BoxRegion, rate: f64, gain_limit: f64) -> Option<Found> {
     let s = scales(c, region);
     let scale = Matrix::diagonal(&s);
-    let inverse = Matrix::diagonal(&s.map(|x| 1.0 / x));
+    let inverse = scale.inverse_diagonal();
     let out_scale = s[3];
     let mut lmi = Problem::new("observer over a box");
     let (p, t) = (lmi.symmetric(5), lmi.scalar());
@@ -213,32 +209,38 @@ pub fn design(
     gain_limit_per_s: f64,
 ) -> Result<(BoxDesign, Certificate), DesignError> {
     region.validate()?;
-    let c = plant.constants::<f64>();
-    let Some(found) = at_rate(&c, region, rate_per_s, gain_limit_per_s) else {
-        let feasible = match highest_rate(&c, region, rate_per_s, gain_limit_per_s) {
-            Some((rate, _)) => format!("up to {rate:.4} 1/s over this box with this gain limit"),
-            None => format!("no rate over this box, but some over {}", smaller(&c, region, gain_limit_per_s)),
-        };
-        let constraint = format!("a rate of {rate_per_s} 1/s at every vertex of the box");
-        return Err(DesignError::Infeasible { constraint, feasible });
-    };
-    seal(plant, region, rate_per_s, found)
+    not_negative("rate_per_s", rate_per_s)?;
+    positive("gain_limit_per_s", gain_limit_per_s)?;
+    proven(plant, region, rate_per_s, gain_limit_per_s).ok_or_else(|| DesignError::Infeasible {
+        constraint: format!("a rate of {rate_per_s} 1/s at every vertex of the box"),
+        feasible: match highest_rate(plant, region, rate_per_s, gain_limit_per_s) {
+            Some((d, _)) => format!("up to {:.4} 1/s over this box with this gain limit", d.rate_per_s),
+            None => format!("no rate over this box, but some over {}", smaller(plant, region, gain_limit_per_s)),
+        },
+    })
+}
+
+type Sealed = (BoxDesign, Certificate);
+
+/// A gain at a rate, if there is one that the exact check confirms.
+fn proven(plant: Plant, region: &BoxRegion, rate_per_s: f64, gain_limit: f64) -> Option<Sealed> {
+    seal(plant, region, rate_per_s, at_rate(&plant.constants(), region, rate_per_s, gain_limit)?).ok()
 }
 
 fn seal(
     plant: Plant,
     region: &BoxRegion,
     rate_per_s: f64,
-    (p, gain, gain_per_frame_speed): (Matrix<f64>, Matrix<f64>, Matrix<f64>),
-) -> Result<(BoxDesign, Certificate), DesignError> {
+    (p, gain, gain_per_frame_speed): Found,
+) -> Result<Sealed, DesignError> {
     let design = BoxDesign { region: *region, rate_per_s, gain, gain_per_frame_speed, p };
     let certificate = Certificate::seal(plant, design.clone())?;
     Ok((design, certificate))
 }
 
 /// A box about the same centre over which some rate is feasible, for people.
-fn smaller(c: &Constants<f64>, region: &BoxRegion, gain_limit: f64) -> String {
-    match crate::feasible::largest_share(|share| at_rate(c, &region.scaled(share), 0.0, gain_limit).is_some()) {
+fn smaller(plant: Plant, region: &BoxRegion, gain_limit: f64) -> String {
+    match crate::feasible::largest_share(|share| proven(plant, &region.scaled(share), 0.0, gain_limit).is_some()) {
         Some(share) => {
             let r = region.scaled(share);
             let [frame, slip, d, q] = [r.frame_rad_s, r.slip_rad_s, r.flux_d_vs, r.flux_q_vs].map(range);
@@ -248,20 +250,18 @@ fn smaller(c: &Constants<f64>, region: &BoxRegion, gain_limit: f64) -> String {
     }
 }
 
-type Found = (Matrix<f64>, Matrix<f64>, Matrix<f64>);
-
-/// Highest feasible rate below `upper`, to 2 %.
-fn highest_rate(c: &Constants<f64>, region: &BoxRegion, upper: f64, gain_limit: f64) -> Option<(f64, Found)> {
+/// A gain at the highest provable rate below `upper`, to 2 %.
+fn highest_rate(plant: Plant, region: &BoxRegion, upper: f64, gain_limit: f64) -> Option<Sealed> {
     let (mut low, mut high) = (0.0, upper);
-    let mut best = at_rate(c, region, 0.0, gain_limit)?;
+    let mut best = proven(plant, region, 0.0, gain_limit)?;
     while high - low > 0.02 * high && high > 1e-3 {
         let middle = 0.5 * (low + high);
-        match at_rate(c, region, middle, gain_limit) {
+        match proven(plant, region, middle, gain_limit) {
             Some(found) => (low, best) = (middle, found),
             None => high = middle,
         }
     }
-    Some((low, best))
+    Some(best)
 }
 
 /// The fastest gain for a box, to 2 %, up to `upper_rate` 1/s.
@@ -275,12 +275,11 @@ pub fn fastest(
     gain_limit_per_s: f64,
 ) -> Result<(BoxDesign, Certificate), DesignError> {
     region.validate()?;
-    let c = plant.constants::<f64>();
-    let (rate, found) = highest_rate(&c, region, upper_rate_per_s, gain_limit_per_s).ok_or_else(|| DesignError::Infeasible {
+    positive("gain_limit_per_s", gain_limit_per_s)?;
+    highest_rate(plant, region, upper_rate_per_s, gain_limit_per_s).ok_or_else(|| DesignError::Infeasible {
         constraint: "some decay at every vertex of the box".into(),
-        feasible: smaller(&c, region, gain_limit_per_s),
-    })?;
-    seal(plant, region, rate, found)
+        feasible: smaller(plant, region, gain_limit_per_s),
+    })
 }
 
 /// The largest box about the centre of `region` (widths scaled by up to `most`) that still has the rate, to 1 %.
@@ -295,24 +294,23 @@ pub fn largest_box(
     gain_limit_per_s: f64,
 ) -> Result<(BoxDesign, Certificate), DesignError> {
     region.validate()?;
-    let c = plant.constants::<f64>();
-    let attempt = |factor: f64| at_rate(&c, &region.scaled(factor), rate_per_s, gain_limit_per_s);
-    let mut best = attempt(0.0).map(|f| (0.0, f)).ok_or_else(|| DesignError::Infeasible {
+    let attempt = |factor: f64| proven(plant, &region.scaled(factor), rate_per_s, gain_limit_per_s);
+    let mut best = attempt(0.0).ok_or_else(|| DesignError::Infeasible {
         constraint: format!("a rate of {rate_per_s} 1/s even at the centre of the box"),
         feasible: "a lower rate, a higher gain limit, or another centre".into(),
     })?;
     let (mut low, mut high) = (0.0, most);
     if let Some(found) = attempt(most) {
-        (low, best) = (most, (most, found));
+        (low, best) = (most, found);
     }
     while high - low > 0.01 * high {
         let middle = 0.5 * (low + high);
         match attempt(middle) {
-            Some(found) => (low, best) = (middle, (middle, found)),
+            Some(found) => (low, best) = (middle, found),
             None => high = middle,
         }
     }
-    seal(plant, &region.scaled(best.0), rate_per_s, best.1)
+    Ok(best)
 }
 
 /// In a frame at rest, any box of speed |ω̄| ≤ `speed` and flux |λ̄| ≤ `flux` at a rate below min(D/J, η), in closed form.

@@ -120,13 +120,13 @@ fn forged(certificate: &Certificate, beyond: f64) -> Design {
         Design::Kenne(d) => d.k_sd /= beyond,
         Design::Jadot(d) => d.electrical_rate_per_s = beyond * (2.0 * c.gamma + 1e4),
         Design::Sampled(d) => d.contraction = 0.5 / beyond,
-        Design::SampledBox(d) => d.contraction = 0.1 / beyond,
+        Design::SampledThauBox(d) => d.contraction = 0.1 / beyond,
         Design::SampledThau(d) => d.lipschitz *= 2.0 * beyond,
         Design::SampledDerdiyok(d) => d.boundary_layer_a /= beyond,
         Design::SampledUtkin(d) => d.boundary_layer_avs /= beyond,
         Design::SampledKenne(d) => d.boundary_lambda /= beyond,
         Design::SampledJadot(d) => d.outer.rate_per_s = beyond * (2.0 * c.gamma + 1e4),
-        Design::SampledLoop(d) => d.cells[0].contraction = 0.5 / beyond,
+        Design::SampledKubotaLoop(d) => d.cells[0].contraction = 0.5 / beyond,
         // Asking for 2 % more or less current than there must be.
         Design::Mtpa(d) => {
             let im_design::mtpa::Law::Series { current, .. } = &mut d.law else { unreachable!() };
@@ -332,7 +332,7 @@ proptest! {
     ) {
         let certificate = sampled_box(&machine)?;
         let c = certificate.plant.constants::<f64>();
-        let Design::SampledBox(d) = &certificate.design else { unreachable!() };
+        let Design::SampledThauBox(d) = &certificate.design else { unreachable!() };
         let size = |e: &Matrix<f64>| (&(&e.t() * &d.p) * e)[(0, 0)].sqrt();
         let mut e = Matrix::from_fn(5, 1, |i, _| start[i] * [1.0, 0.1, 0.1, 10.0, 10.0][i]);
         for [f, s, x, y] in at {

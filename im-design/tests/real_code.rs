@@ -228,7 +228,7 @@ proptest! {
         decays(&run(&d.gains, &cell.p, d.flux_vs, h, point, 3000), (-cell.rate_per_s * h).exp(), 0.05)?;
         let period = Period::At(5e-5);
         let sampled = design_sampled(Kind::KubotaLoop, plant, text, period).unwrap();
-        let Design::SampledLoop(d) = &sampled.design else { unreachable!() };
+        let Design::SampledKubotaLoop(d) = &sampled.design else { unreachable!() };
         let h = d.period_s;
         let frequency = c.n_p * point[0] + point[1];
         let sampled_slip = 2.0 / h * (0.5 * h * frequency).tan() - c.n_p * point[0];
@@ -390,7 +390,7 @@ proptest! {
             Err(DesignError::Infeasible { .. }) => return Err(TestCaseError::reject("no sampled gain over the box")),
             made => made.unwrap(),
         };
-        let Design::SampledBox(d) = &made.design else { unreachable!() };
+        let Design::SampledThauBox(d) = &made.design else { unreachable!() };
         let between = |[low, high]: [f64; 2], x: f64| low + x * (high - low);
         let (frame, slip) = (between(d.region.frame_rad_s, at[0]), between(d.region.slip_rad_s, at[1]));
         let gains = ThauBoxGains { frame_rad_s: d.region.frame_rad_s, gain: rows(&d.gain), gain_per_frame_speed: rows(&d.gain_per_frame_speed) };

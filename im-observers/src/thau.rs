@@ -155,7 +155,7 @@ impl<T: Scalar> Thau<T> {
         Self::in_box_discretized(basis, gains, load, Discretization::Implicit)
     }
 
-    /// The same with a chosen discretization: [`Discretization::ForwardEuler`] for a gain that was certified for the sampling time (`sampled_box`).
+    /// The same with a chosen discretization: [`Discretization::ForwardEuler`] for a gain that was certified for the sampling time (`im design thau-box --period`).
     ///
     /// # Errors
     /// As [`in_box`](Self::in_box).

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::{Folder, demo, im, json, refused, text};
+use crate::common::{Folder, demo, done, im, json, refused, text};
 
 #[test]
 fn every_observer_follows_the_recording_and_writes_what_it_saw() {
@@ -94,6 +94,29 @@ fn a_file_that_nobody_has_described_gets_a_draft() {
     assert!(dir.has("run.recording.toml"), "{}{}", text(&o.stdout), text(&o.stderr));
     let said = text(if o.status.success() { &o.stdout } else { &o.stderr });
     assert!(said.contains("run.recording.toml"), "{said}");
+}
+
+/// The file with its proof goes from one command into the other; altered, or proven for another period, it does not.
+#[test]
+fn what_im_design_writes_is_observed_with() {
+    let dir = Folder::new("designed");
+    let (motor, data, region, gains) = (demo("motor.toml"), demo("train1.csv"), dir.path("region.toml"), dir.path("gains.toml"));
+    let made = |kind: &str, more: &[&str]| {
+        fs::write(&region, done(&["design", "example-region", kind]).replace("# rate_per_s", "rate_per_s")).unwrap();
+        done(&[&["design", kind, "--motor", &motor, "--region", &region, "-o", &gains], more].concat());
+    };
+    let observe =
+        |observer: &'static str| ["observe", "--observer", observer, "--motor", &motor, "--data", &data, "--gains", &gains];
+    for (kind, observer) in [("kubota-loop", "kubota"), ("thau-box", "thau"), ("derdiyok", "derdiyok"), ("utkin", "utkin")] {
+        made(kind, &[]);
+        assert!(done(&observe(observer)).contains("valid"), "{kind}");
+    }
+    made("thau-box", &["--period", "1e-4"]);
+    assert!(done(&observe("thau")).contains("valid"));
+    fs::write(&gains, dir.read("gains.toml").replacen("period_s = 0.0001", "period_s = 0.0002", 1)).unwrap();
+    assert!(refused(&observe("thau")).contains("refused: altered"));
+    made("thau-box", &["--period", "2e-5"]);
+    assert!(refused(&observe("thau")).contains("im design --period 0.0001"));
 }
 
 #[test]

@@ -78,13 +78,13 @@ designs! {
     /// Observer gain for a sampling period under forward Euler.
     Sampled(crate::sampled::SampledDesign),
     /// Observer over a box for a sampling period under forward Euler.
-    SampledBox(crate::sampled::SampledBoxDesign),
+    SampledThauBox(crate::sampled::SampledBoxDesign),
     /// Thau observer for a sampling period under forward Euler.
     SampledThau(crate::sampled::SampledThauDesign),
     /// Sliding gain ν₀ with the boundary layer for a sampling period.
     SampledDerdiyok(crate::sampled::SampledDerdiyokDesign),
     /// Kubota's adaptive loop at a sampling period.
-    SampledLoop(crate::sampled::SampledLoopDesign),
+    SampledKubotaLoop(crate::sampled::SampledLoopDesign),
     /// Speed amplitude ω₀ with the boundary layer for a sampling period.
     SampledUtkin(crate::sampled::SampledUtkinDesign),
     /// Switching gains of Kenné et al. with the boundary layers for a sampling period.

@@ -8,5 +8,6 @@
 mod check;
 mod file;
 
+pub(crate) use check::decide;
 pub use check::{CheckError, Margin, Obligation};
 pub use file::{Certificate, Claim, Design, Plant};

@@ -1,7 +1,7 @@
 //! Least current for a torque.
 
 use super::circuit::AirGap;
-use crate::error::DesignError;
+use crate::error::{DesignError, positive};
 
 /// A point of the maximum-torque-per-ampere curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +20,9 @@ pub struct Optimum {
 const SLIP: [f64; 2] = [0.02, 500.0];
 /// Peak air-gap flux linkages searched, Wb.
 const FLUX: [f64; 2] = [1e-7, 50.0];
+
+/// Currents searched, A rms.
+const CURRENT_MAX: f64 = 1e7;
 
 /// λ_m at a current and slip, (26): the operating point of largest torque when saturation allows several.
 fn flux_at(circuit: &impl AirGap, current: f64, slip: f64) -> Option<(f64, f64)> {
@@ -72,7 +75,7 @@ fn zero(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> f64 {
 /// # Errors
 /// [`DesignError::Infeasible`] when the circuit carries no such current at any flux.
 pub fn for_current(circuit: &impl AirGap, current_rms_a: f64) -> Result<Optimum, DesignError> {
-    crate::sliding::positive("current_rms_a", current_rms_a)?;
+    positive("current_rms_a", current_rms_a)?;
     let torque = |log_slip: f64| flux_at(circuit, current_rms_a, log_slip.exp()).map_or(f64::NEG_INFINITY, |(_, t)| t);
     let (low, high) = (SLIP[0].ln(), SLIP[1].ln());
     let steps = 40;
@@ -103,35 +106,47 @@ pub fn for_current(circuit: &impl AirGap, current_rms_a: f64) -> Result<Optimum,
     Ok(Optimum { torque_n_m, current_rms_a, slip_rad_s, flux_vs })
 }
 
+/// A torque that no current gives: `low` is carried by the circuit, `high` is not, or is the largest looked at.
+fn out_of_reach(torque_n_m: f64, mut low: f64, mut high: f64, torque_at: impl Fn(f64) -> Option<f64>) -> DesignError {
+    for _ in 0..20 {
+        let middle = (low * high).sqrt();
+        if torque_at(middle).is_some() { low = middle } else { high = middle }
+    }
+    let most = torque_at(low).unwrap_or(0.0);
+    let [_, flux] = FLUX;
+    DesignError::Infeasible {
+        constraint: format!(
+            "{torque_n_m} N m from this circuit, with air-gap fluxes to {flux} Wb and currents to {CURRENT_MAX:e} A"
+        ),
+        feasible: format!("torques up to {most:.4} N m"),
+    }
+}
+
 /// The least current for a torque.
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] with the largest torque the circuit gives when this one is out of reach.
 pub fn for_torque(circuit: &impl AirGap, torque_n_m: f64) -> Result<Optimum, DesignError> {
-    crate::sliding::positive("torque_n_m", torque_n_m)?;
+    positive("torque_n_m", torque_n_m)?;
     // Torque goes about with the square of the current.
     let guess = (torque_n_m / for_current(circuit, 1.0)?.torque_n_m).sqrt();
+    let torque_at = |current: f64| for_current(circuit, current).ok().map(|o| o.torque_n_m);
     let (mut low, mut high) = (guess / 1.3, guess * 1.3);
-    while for_current(circuit, low)?.torque_n_m > torque_n_m {
+    while torque_at(low).is_none_or(|torque| torque > torque_n_m) {
         (low, high) = (low / 2.0, low);
     }
-    let mut reached = 0.0f64;
     loop {
-        match for_current(circuit, high) {
-            Ok(o) if o.torque_n_m >= torque_n_m => break,
-            Ok(o) if high < 1e7 => reached = reached.max(o.torque_n_m),
-            _ => {
-                return Err(DesignError::Infeasible {
-                    constraint: format!("{torque_n_m} N m from this circuit"),
-                    feasible: format!("about {reached:.4} N m"),
-                });
-            }
+        match torque_at(high) {
+            Some(torque) if torque >= torque_n_m => break,
+            Some(_) if high < CURRENT_MAX => (low, high) = (high, high * 2.0),
+            _ => return Err(out_of_reach(torque_n_m, low, high, torque_at)),
         }
-        (low, high) = (high, high * 2.0);
     }
     // Torque over current is smooth and close to a power: regula falsi (Illinois) on logarithms converges in a few steps.
     let gap = |log_current: f64| -> Result<f64, DesignError> {
-        Ok((for_current(circuit, log_current.exp())?.torque_n_m / torque_n_m).ln())
+        let current = log_current.exp();
+        let torque = torque_at(current).ok_or_else(|| out_of_reach(torque_n_m, low, current, torque_at))?;
+        Ok((torque / torque_n_m).ln())
     };
     let (mut a, mut b) = (low.ln(), high.ln());
     let (mut fa, mut fb) = (gap(a)?, gap(b)?);

@@ -6,8 +6,7 @@ use super::laws;
 use super::optimum::for_torque;
 use super::proof::{MtpaDesign, Witness};
 use crate::certificate::{Certificate, Plant};
-use crate::error::DesignError;
-use crate::sliding::positive;
+use crate::error::{DesignError, positive};
 use serde::Deserialize;
 
 /// What is asked for.
@@ -67,6 +66,9 @@ fn twenty_five() -> u32 {
     25
 }
 
+/// Smallest tolerance that laws are proven to, relative.
+const LEAST_TOLERANCE: f64 = 1e-3;
+
 /// Laws for a circuit, proven for every torque of the range from witnesses at `points` torques or more.
 ///
 /// The series are fitted to half the tolerance, which leaves the proof room. (27) and (29) are fitted under (28) over the
@@ -84,8 +86,11 @@ pub fn design(plant: Plant, circuit: Circuit, request: &MtpaRequest) -> Result<(
     if !(low > 0.0 && low < high && high.is_finite()) {
         return Err(DesignError::request(format!("torque_n_m = {torque_n_m:?} must be positive and ordered")));
     }
-    if !(tolerance > 0.0 && tolerance < 0.5) {
-        return Err(DesignError::request(format!("tolerance = {tolerance} must lie between 0 and 0.5, e.g. 0.01")));
+    if !(LEAST_TOLERANCE..0.5).contains(&tolerance) {
+        let what = format!(
+            "tolerance = {tolerance} must lie between {LEAST_TOLERANCE}, below which the proof has too many cells, and 0.5"
+        );
+        return Err(DesignError::request(what));
     }
     if !(2..=1000).contains(&request.points) {
         return Err(DesignError::request(format!("points = {} must lie between 2 and 1000", request.points)));
@@ -140,6 +145,15 @@ pub fn design(plant: Plant, circuit: Circuit, request: &MtpaRequest) -> Result<(
             feasible: format!("a tolerance of {:.4}, a narrower range of torque, or law = \"series\"", 1.06 * worst.0),
         });
     }
-    let certificate = Certificate::seal(plant, design.clone())?;
-    Ok((design, certificate))
+    match Certificate::seal(plant, design.clone()) {
+        Ok(certificate) => Ok((design, certificate)),
+        Err(_) => Err(DesignError::Infeasible {
+            constraint: format!("a proof within {tolerance} from {low} to {high} N m, which takes too many cells"),
+            feasible: match super::design(plant, circuit, &MtpaRequest { tolerance: 2.0 * tolerance, ..*request }) {
+                Ok(_) => format!("a tolerance of {}", 2.0 * tolerance),
+                Err(DesignError::Infeasible { feasible, .. }) => feasible,
+                Err(_) => "a narrower range of torque".into(),
+            },
+        }),
+    }
 }

@@ -17,7 +17,10 @@ use im_chart::{COLOURS, HEIGHT, MARGIN, WIDTH, axes, stacked};
 /// certified cells are outlined.
 pub fn stability_map(plant: Plant, gains: &LoopGains, region: [[f64; 2]; 2], flux_vs: f64, cells: &[[[f64; 2]; 2]]) -> String {
     const N: usize = 32;
-    let [speed, slip] = region.map(|[low, high]| [low - 0.4 * (high - low), high + 0.4 * (high - low)]);
+    let [speed, slip] = region.map(|[low, high]| {
+        let around = if low < high { 0.4 * (high - low) } else { 0.1 * low.abs().max(10.0) };
+        [low - around, high + around]
+    });
     let grid = |[low, high]: [f64; 2]| -> Vec<f64> { (0..N).map(|k| low + (high - low) * (k as f64 + 0.5) / N as f64).collect() };
     let map = gains.map(plant, &grid(speed), &grid(slip), flux_vs);
     let most = map.iter().flatten().fold(1e-9f64, |m, d| m.max(d.abs()));
@@ -26,7 +29,8 @@ pub fn stability_map(plant: Plant, gains: &LoopGains, region: [[f64; 2]; 2], flu
     let place = |x: [f64; 2], y: [f64; 2]| {
         let u = |x: f64| MARGIN + (x - slip[0]) / (slip[1] - slip[0]) * (WIDTH - 2.0 * MARGIN);
         let v = |y: f64| HEIGHT - MARGIN - (y - speed[0]) / (speed[1] - speed[0]) * (HEIGHT - 2.0 * MARGIN);
-        let (width, height) = (u(x[1]) - u(x[0]), v(y[0]) - v(y[1]));
+        // A line or a point is seen, too.
+        let (width, height) = ((u(x[1]) - u(x[0])).max(1.0), (v(y[0]) - v(y[1])).max(1.0));
         format!(r#"x="{:.1}" y="{:.1}" width="{width:.1}" height="{height:.1}""#, u(x[0]), v(y[1]))
     };
     let part = |[low, high]: [f64; 2], k: usize| [k, k + 1].map(|k| low + (high - low) * k as f64 / N as f64);

@@ -21,7 +21,7 @@ pub fn picture(certificate: &Certificate) -> String {
             let cells: Vec<_> = d.cells.iter().map(|cell| [cell.speed_rad_s, cell.slip_rad_s]).collect();
             stability_map(plant, &d.gains, [d.speed_rad_s, d.slip_rad_s], d.flux_vs, &cells)
         }
-        Design::SampledLoop(d) => {
+        Design::SampledKubotaLoop(d) => {
             let cells: Vec<_> = d.cells.iter().map(|cell| [cell.speed_rad_s, cell.sampled_slip_rad_s]).collect();
             stability_map(plant, &d.gains, [d.speed_rad_s, d.slip_rad_s], d.flux_vs, &cells)
         }
@@ -38,7 +38,7 @@ pub fn picture(certificate: &Certificate) -> String {
             let vertices = d.region.vertices();
             let open = vertices.iter().map(|v| thau_box::jacobian(&c, v)).collect();
             let closed = vertices.iter().map(at).collect();
-            let title = format!("Poles at the {} vertices of the box; proven rate {:.3} 1/s", vertices.len(), d.rate_per_s);
+            let title = format!("Poles at the vertices of the box; proven rate {:.3} 1/s", d.rate_per_s);
             poles(&title, vec![("no gain".into(), open), ("with the gain".into(), closed)])
         }
         Design::Derdiyok(d) => {
@@ -63,14 +63,14 @@ pub fn picture(certificate: &Certificate) -> String {
         }
         Design::Jadot(d) => regulated(&c, d),
         Design::SampledJadot(d) => regulated(&c, &d.continuous),
-        Design::SampledBox(d) => {
+        Design::SampledThauBox(d) => {
             let closed = d.region.vertices().iter().map(|v| d.step_matrix(&c, v)).collect();
-            discrete(&format!("Poles per sample of {:.1} us", 1e6 * d.period_s), d.contraction, closed)
+            sampled_poles(d.period_s, d.contraction, closed)
         }
         Design::SampledThau(d) => {
             let closed = &model::linear_part(&c) - &(&d.gain * &model::output());
             let step = &Matrix::identity(5) + &closed.scaled(&d.period_s);
-            discrete(&format!("Poles per sample of {:.1} us", 1e6 * d.period_s), d.contraction, vec![step])
+            sampled_poles(d.period_s, d.contraction, vec![step])
         }
         Design::SampledDerdiyok(d) => {
             let (nu0, reserve) = (d.continuous.nu0, d.continuous.reserve);
@@ -87,7 +87,7 @@ pub fn picture(certificate: &Certificate) -> String {
         Design::Mtpa(d) => torque_curves(d),
         Design::Sampled(d) => {
             let closed = steps(d.speed_rad_s, 24).map(|speed| d.step_matrix(&c, speed)).collect();
-            discrete(&format!("Poles per sample of {:.1} us", 1e6 * d.period_s), d.contraction, closed)
+            sampled_poles(d.period_s, d.contraction, closed)
         }
     }
 }
@@ -153,14 +153,17 @@ fn poles(title: &str, families: Vec<(String, Vec<Matrix<f64>>)>) -> String {
     chart(title, "real part, 1/s", "imaginary part, rad/s", &series)
 }
 
-/// Poles in the z plane with the circle of the proven contraction.
-fn discrete(title: &str, contraction: f64, matrices: Vec<Matrix<f64>>) -> String {
-    let circle = (0..=180).map(|k| f64::from(k).to_radians() * 2.0).map(|a| (contraction * a.cos(), contraction * a.sin()));
+/// Poles z of a sampled loop as those of a continuous one, ln(z)/h, with the line that the proven contraction draws.
+fn sampled_poles(period_s: f64, contraction: f64, matrices: Vec<Matrix<f64>>) -> String {
+    let rates = |(x, y): (f64, f64)| (x.hypot(y).ln() / period_s, y.atan2(x) / period_s);
+    let poles: Vec<_> = matrices.iter().flat_map(linalg::eigenvalues).map(rates).filter(|(x, _)| x.is_finite()).collect();
+    let top = poles.iter().fold(1.0f64, |m, (_, y)| m.max(y.abs()));
+    let proven = contraction.ln() / period_s;
     let series = [
-        Series::line(format!("contraction {contraction:.6}"), circle),
-        Series::crosses("poles", matrices.iter().flat_map(linalg::eigenvalues)),
+        Series::line(format!("proven: {:.3} 1/s", -proven), [(proven, -top), (proven, top)]),
+        Series::crosses("ln(z)/h of the poles", poles),
     ];
-    chart(title, "real part", "imaginary part", &series)
+    chart(&format!("Poles, sampled every {:.1} us", 1e6 * period_s), "real part, 1/s", "imaginary part, rad/s", &series)
 }
 
 /// Curves of what is needed over the speed covered, with the design as a cross.

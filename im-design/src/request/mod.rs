@@ -12,7 +12,7 @@ use crate::certificate::{Certificate, Plant};
 use crate::error::DesignError;
 use crate::mtpa::{Aqdm, Circuit, TCircuit};
 use crate::{jadot, kenne, kubota, kubota_loop, mtpa, sampled, sliding, thau, thau_box};
-use regions::{needed, read};
+use regions::{needed, read, unused};
 use std::str::FromStr;
 
 mod regions;
@@ -192,6 +192,7 @@ pub fn design_sampled(kind: Kind, plant: Plant, region: &str, period: Period) ->
     match kind {
         Kind::Kubota => {
             let r: KubotaFile = read(region)?;
+            unused("flux_weight", r.flux_weight)?;
             match at {
                 Some(s) => sampled::design(plant, r.speed_rad_s, s, r.rate_per_s),
                 None => sampled::design_for_largest_period(plant, r.speed_rad_s, r.rate_per_s, 1e-3),
@@ -203,10 +204,7 @@ pub fn design_sampled(kind: Kind, plant: Plant, region: &str, period: Period) ->
             let rate = needed("rate_per_s", r.rate_per_s)?;
             sampled::over_box(plant, &r.region(), at, rate).map(|d| d.1)
         }
-        Kind::Thau => {
-            read::<ThauRequest>(region)?;
-            sampled::thau(plant, at).map(|d| d.1)
-        }
+        Kind::Thau => sampled::thau(plant, read::<ThauRequest>(region)?.slack, at).map(|d| d.1),
         Kind::Derdiyok => {
             let r: DerdiyokRequest = read(region)?;
             with_layer("boundary_layer_a", r.boundary_layer_a, at)?;
@@ -311,5 +309,67 @@ mod tests {
         assert!(at("utkin", "largest").unwrap_err().to_string().contains("boundary_layer_avs is missing"));
         assert!(at("mtpa", "1e-4").unwrap_err().to_string().contains("steady state"));
         assert!("luenberger".parse::<Kind>().unwrap_err().to_string().contains("thau-box"));
+    }
+
+    /// A region of one point is a region.
+    #[test]
+    fn points_are_designed_for_too() {
+        for (kind, region) in [
+            (Kind::Kubota, "speed_rad_s = [100.0, 100.0]\nrate_per_s = 3.0"),
+            (Kind::Sampled, "speed_rad_s = [100.0, 100.0]\nperiod_s = 30e-6\nrate_per_s = 1.0"),
+            (
+                Kind::KubotaLoop,
+                "speed_rad_s = [10.0, 10.0]\nslip_rad_s = [2.0, 2.0]\nflux_vs = 0.9\nproportional = 0.05\nintegral = 20.0\nrho = 0.2",
+            ),
+            (
+                Kind::ThauBox,
+                "frame_rad_s = [200.0, 200.0]\nslip_rad_s = [3.0, 3.0]\nflux_d_vs = [0.95, 0.95]\nflux_q_vs = [0.0, 0.0]",
+            ),
+            (
+                Kind::Jadot,
+                "electrical_speed_rad_s = [100.0, 100.0]\nslip_rad_s = [3.0, 3.0]\nflux_vs = 0.9\n\
+                 current_bandwidth_rad_s = 800.0\nspeed_bandwidth_rad_s = 15.0\ndamping = 0.7",
+            ),
+        ] {
+            let made = design(kind, plant(), region).unwrap_or_else(|e| panic!("{}: {e}", kind.name()));
+            let picture = crate::plot::picture(&made);
+            assert!(!picture.contains("NaN") && !picture.contains("inf"), "{}", kind.name());
+        }
+        let cell =
+            "speed_rad_s = [10.0, 10.0]\nslip_rad_s = [2.0, 2.0]\nflux_vs = 0.9\nproportional = 0.05\nintegral = 20.0\nrho = 0.2";
+        design_sampled(Kind::KubotaLoop, plant(), cell, Period::At(5e-5)).unwrap();
+    }
+
+    /// What cannot be had names what binds and what could be had; what makes no sense names its key.
+    #[test]
+    fn refusals_say_what_binds_and_what_would_be_feasible() {
+        let jadot = "electrical_speed_rad_s = [-330.0, 330.0]\nslip_rad_s = [-10.0, 10.0]\nflux_vs = 0.9\n\
+                     current_bandwidth_rad_s = 800.0\nspeed_bandwidth_rad_s = 1500.0\ndamping = 0.7";
+        let with = |kind: Kind, from: &str, to: &str| {
+            let region = kind.example_region();
+            let changed = region.replace(from, to);
+            assert!(changed != region, "{from}");
+            design(kind, plant(), &changed).unwrap_err().to_string()
+        };
+        for (told, parts) in [
+            (design(Kind::Jadot, plant(), jadot).unwrap_err().to_string(), ["unstable vertex", "a speed bandwidth up to"]),
+            (with(Kind::Mtpa, "50.0", "5e6"), ["N m from this circuit", "torques up to"]),
+            (with(Kind::Mtpa, "0.01 ", "1e-7 "), ["tolerance", "0.001"]),
+            (with(Kind::Kubota, "165.0]", "165.0, 200.0]"), ["line 2", "two numbers"]),
+            (with(Kind::Kubota, "= 3.0", "= -3.0"), ["rate_per_s = -3", "not negative"]),
+            (with(Kind::Sampled, "[-165.0, 165.0]", "[165.0, -165.0]"), ["speed_rad_s", "ascending"]),
+            (with(Kind::KubotaLoop, "proportional = 0.05", "proportional = -0.05"), ["proportional = -0.05", "not negative"]),
+            (with(Kind::Thau, "0.001", "1.5"), ["slack = 1.5", "between 0 and 1"]),
+            (with(Kind::ThauBox, "1e4", "0.0"), ["gain_limit_per_s = 0", "positive"]),
+            (with(Kind::Utkin, "= 0.05", "= -0.05"), ["flux_error_max_vs = -0.05", "not negative"]),
+            (with(Kind::Kenne, "current_max_a = 15.0", "current_max_a = -15.0"), ["current_max_a = -15", "not negative"]),
+        ] {
+            assert!(parts.iter().all(|part| told.contains(part)), "{told}");
+        }
+        let told =
+            design_sampled(Kind::Kubota, plant(), Kind::Kubota.example_region(), Period::At(6e-5)).unwrap_err().to_string();
+        let largest = told.split("up to ").nth(1).and_then(|t| t.split(' ').next()).and_then(|t| t.parse::<f64>().ok()).unwrap();
+        let made = |us: f64| design_sampled(Kind::Kubota, plant(), Kind::Kubota.example_region(), Period::At(1e-6 * us));
+        assert!(made(largest - 0.01).is_ok() && made(1.02 * largest).is_err(), "{told}");
     }
 }

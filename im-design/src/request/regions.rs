@@ -12,9 +12,20 @@ use serde::de::DeserializeOwned;
 /// # Errors
 /// [`DesignError::Region`] with the line and what was expected there.
 pub(super) fn read<T: DeserializeOwned>(region: &str) -> Result<T, DesignError> {
+    pairs(region)?;
     toml::from_str(region).map_err(|e| {
         let line = e.span().filter(|s| s.end > s.start).map(|s| 1 + region[..s.start].matches('\n').count());
         DesignError::Region { line, what: e.message().trim().replace('\n', ", ") }
+    })
+}
+
+/// Every list at the top of a region file is a range, of which the reader would take the first two numbers without a word.
+fn pairs(region: &str) -> Result<(), DesignError> {
+    let Ok(table) = toml::de::DeTable::parse(region) else { return Ok(()) };
+    let long = |(_, value): &(_, &toml::Spanned<toml::de::DeValue<'_>>)| value.get_ref().as_array().is_some_and(|a| a.len() > 2);
+    table.get_ref().iter().find(long).map_or(Ok(()), |(key, value)| {
+        let line = Some(1 + region[..value.span().start].matches('\n').count());
+        Err(DesignError::Region { line, what: format!("`{}` is a range: two numbers, [lower, upper]", key.get_ref()) })
     })
 }
 
@@ -25,6 +36,15 @@ pub(super) fn read<T: DeserializeOwned>(region: &str) -> Result<T, DesignError> 
 pub(super) fn needed<T>(key: &str, value: Option<T>) -> Result<T, DesignError> {
     let what = format!("{key} is missing: a proof for a sampling period needs it");
     value.ok_or(DesignError::Region { line: None, what })
+}
+
+/// A key that a sampled proof has no use for.
+///
+/// # Errors
+/// [`DesignError::Region`] that names it when it is given.
+pub(super) fn unused<T>(key: &str, value: Option<T>) -> Result<(), DesignError> {
+    let what = format!("{key} has no part in a proof for a sampling period, which finds its own norm: leave it out");
+    value.map_or(Ok(()), |_| Err(DesignError::Region { line: None, what }))
 }
 
 /// Region of `thau`.
@@ -60,7 +80,7 @@ pub struct BoxRequest {
     pub current_q_a: [f64; 2],
     /// Wanted rate, 1/s; the fastest when not given.
     pub rate_per_s: Option<f64>,
-    /// Limit of the gain in scaled states, 1/s; 10⁴ when not given.
+    /// Limit of the gain in scaled states, 1/s; 10⁴ when not given. For a sampling period the period limits the gain.
     #[serde(default = "ten_thousand")]
     pub gain_limit_per_s: f64,
 }

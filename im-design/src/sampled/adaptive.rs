@@ -23,15 +23,14 @@
 //! in the direction of ω_e; the cells cover that.
 
 use super::{longest_from, no_period};
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::certificate::{Certificate, Claim, Obligation, Plant, decide};
+use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::kubota_loop::{LoopGains, halve, scales, tiled, validate};
 use crate::linalg;
 use crate::lmi::{Affine, Problem};
 use crate::machine::Constants;
 use crate::matrix::Matrix;
-use crate::sliding::positive;
 use serde::{Deserialize, Serialize};
 
 /// A cell of operating points with its proof.
@@ -110,27 +109,39 @@ impl Claim for SampledLoopDesign {
             return Ok(obligations);
         }
         for (k, cell) in self.cells.iter().enumerate() {
-            if (cell.p.rows(), cell.p.cols(), cell.multiplier.rows(), cell.multiplier.cols()) != (5, 5, 10, 5) {
-                return Err("P must be 5 × 5 and the multiplier 10 × 5".into());
-            }
-            let (p, g, rho) = (Matrix::<F>::exact(&cell.p), Matrix::<F>::exact(&cell.multiplier), f(cell.contraction));
-            let excess = (rho.clone() * rho.clone() - F::one()) / h.clone();
-            let form = Matrix::blocks(&[&[&p.scaled(&excess), &-&p], &[&-&p, &-&p.scaled(&h)]]);
-            obligations.extend([
-                Obligation::Positive(format!("contraction of cell {k}"), rho.clone()),
-                Obligation::Positive(format!("1 - contraction of cell {k}"), F::one() - rho),
-                Obligation::Definite(format!("P of cell {k}"), p),
-            ]);
-            for (v, at) in vertices(cell.speed_rad_s, cell.sampled_slip_rad_s).enumerate() {
-                let [rates, implicit] = step(c, self, at);
-                let zero = &g * &Matrix::blocks(&[&[&rates, &-&implicit]]);
-                obligations.push(Obligation::Definite(
-                    format!("sampled decay at vertex {v} of cell {k}"),
-                    &form + &zero.plus_transpose(),
-                ));
-            }
+            obligations.extend(cell.obligations(c, self, k)?);
         }
         Ok(obligations)
+    }
+}
+
+impl SampledCell {
+    /// What must hold for the claim of cell `k` to be true.
+    fn obligations<F: Field>(&self, c: &Constants<F>, d: &SampledLoopDesign, k: usize) -> Result<Vec<Obligation<F>>, String> {
+        if (self.p.rows(), self.p.cols(), self.multiplier.rows(), self.multiplier.cols()) != (5, 5, 10, 5) {
+            return Err("P must be 5 × 5 and the multiplier 10 × 5".into());
+        }
+        let (p, g) = (Matrix::<F>::exact(&self.p), Matrix::<F>::exact(&self.multiplier));
+        let [h, rho] = [d.period_s, self.contraction].map(F::from_f64);
+        let excess = (rho.clone() * rho.clone() - F::one()) / h.clone();
+        let form = Matrix::blocks(&[&[&p.scaled(&excess), &-&p], &[&-&p, &-&p.scaled(&h)]]);
+        let mut obligations = vec![
+            Obligation::Positive(format!("contraction of cell {k}"), rho.clone()),
+            Obligation::Positive(format!("1 - contraction of cell {k}"), F::one() - rho),
+            Obligation::Definite(format!("P of cell {k}"), p),
+        ];
+        for (v, at) in vertices(self.speed_rad_s, self.sampled_slip_rad_s).enumerate() {
+            let [rates, implicit] = step(c, d, at);
+            let zero = &g * &Matrix::blocks(&[&[&rates, &-&implicit]]);
+            let name = format!("sampled decay at vertex {v} of cell {k}");
+            obligations.push(Obligation::Definite(name, &form + &zero.plus_transpose()));
+        }
+        Ok(obligations)
+    }
+
+    /// Whether the exact check confirms the cell.
+    fn holds(&self, plant: Plant, d: &SampledLoopDesign) -> bool {
+        self.obligations(&plant.constants(), d, 0).is_ok_and(|obligations| decide(&obligations).is_ok())
     }
 }
 
@@ -153,12 +164,13 @@ fn slip_room<F: Field>(c: &Constants<F>, d: &SampledLoopDesign) -> [F; 3] {
 }
 
 /// P and G of a cell that contracts by e^(−αh), if there are any.
-fn prove(c: &Constants<f64>, d: &SampledLoopDesign, speed: [f64; 2], slip: [f64; 2], rate: f64) -> Option<SampledCell> {
-    let (h, scale) = (d.period_s, scales(c, &d.gains, d.flux_vs));
-    let inverse = Matrix::from_fn(5, 5, |i, j| if i == j { 1.0 / scale[(i, j)] } else { 0.0 });
+fn prove(plant: Plant, d: &SampledLoopDesign, speed: [f64; 2], slip: [f64; 2], rate: f64) -> Option<SampledCell> {
+    let c = plant.constants::<f64>();
+    let (h, scale) = (d.period_s, scales(&c, &d.gains, d.flux_vs));
+    let inverse = scale.inverse_diagonal();
     let rho = (-rate * h).exp();
     let steps: Vec<[Matrix<f64>; 2]> =
-        vertices(speed, slip).map(|at| step(c, d, at).map(|m| &(&inverse * &m) * &scale)).collect();
+        vertices(speed, slip).map(|at| step(&c, d, at).map(|m| &(&inverse * &m) * &scale)).collect();
     // v in units of the fastest rate.
     let unit = steps.iter().map(|[rates, _]| rates.norm()).fold(1.0, f64::max);
     let mut lmi = Problem::new("sampled adaptive loop");
@@ -174,39 +186,38 @@ fn prove(c: &Constants<f64>, d: &SampledLoopDesign, speed: [f64; 2], slip: [f64;
     }
     lmi.maximize(t.clone());
     let answer = lmi.solve().ok()?;
-    // What the solver calls feasible by less than this does not survive rounding.
-    if answer.scalar(&t) <= 1e-5 {
+    if answer.scalar(&t) <= 0.0 {
         return None;
     }
     let back = |m: Matrix<f64>| &(&inverse * &m) * &inverse;
     let (upper, lower) = (back(answer.value(&g1)), back(answer.value(&g2)).scaled(&(1.0 / unit)));
-    Some(SampledCell {
+    let cell = SampledCell {
         speed_rad_s: speed,
         sampled_slip_rad_s: slip,
         contraction: rho,
         p: back(answer.value(&p)).symmetrized(),
         multiplier: Matrix::blocks(&[&[&upper], &[&lower]]),
-    })
+    };
+    cell.holds(plant, d).then_some(cell)
 }
 
 /// The cell's proof at the fastest rate, to a tenth.
-fn fastest(c: &Constants<f64>, d: &SampledLoopDesign, cell: SampledCell) -> SampledCell {
+fn fastest(plant: Plant, d: &SampledLoopDesign, cell: SampledCell) -> SampledCell {
+    let c = plant.constants::<f64>();
     let (speed, slip, h) = (cell.speed_rad_s, cell.sampled_slip_rad_s, d.period_s);
     let pole = |at| {
-        let [rates, implicit] = step(c, d, at);
+        let [rates, implicit] = step(&c, d, at);
         linalg::spectral_radius(&(&Matrix::identity(5) + &linalg::solve(&implicit, &rates).scaled(&h)))
     };
     let slowest = vertices(speed, slip).map(pole).fold(0.0, f64::max);
     let (mut low, mut high, mut best) = (-cell.contraction.ln() / h, -slowest.ln() / h, cell);
     while high - low > 0.1 * high {
         let middle = 0.5 * (low + high);
-        match prove(c, d, speed, slip, middle) {
+        match prove(plant, d, speed, slip, middle) {
             Some(found) => (low, best) = (middle, found),
             None => high = middle,
         }
     }
-    // A little slower than found, so that the exact proof has room.
-    best.contraction = (-0.9 * low * h).exp();
     best
 }
 
@@ -246,8 +257,7 @@ pub fn adaptive(
         }
         let beyond = -below * (1.0 + 1e-9) + 1e-9;
         d.sampled_slip_rad_s = [slip_rad_s[0] - beyond, slip_rad_s[1] + beyond];
-        // A tenth more than wanted, which the exact proof takes as its room.
-        let cell = |speed, slip| prove(&c, &d, speed, slip, rate_per_s / 0.9);
+        let cell = |speed, slip| prove(plant, &d, speed, slip, rate_per_s);
         d.cells = halve(speed_rad_s, d.sampled_slip_rad_s, depth, cell).ok()?;
         Some(d)
     };
@@ -265,7 +275,7 @@ pub fn adaptive(
         }
         None => longest_from(1e-3 * most, most, tiles).ok_or_else(|| no_period(rate_per_s, most))?,
     };
-    let cells = found.cells.iter().map(|cell| fastest(&c, &found, cell.clone())).collect();
+    let cells = found.cells.iter().map(|cell| fastest(plant, &found, cell.clone())).collect();
     let design = SampledLoopDesign { cells, ..found };
     let certificate = Certificate::seal(plant, design.clone())?;
     Ok((design, certificate))

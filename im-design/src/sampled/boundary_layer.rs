@@ -11,10 +11,10 @@
 
 use super::meaningful;
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::machine::Constants;
-use crate::sliding::{self, DerdiyokDesign, positive};
+use crate::sliding::{self, DerdiyokDesign};
 use serde::{Deserialize, Serialize};
 
 /// ν₀ with the boundary layer that a period asks for.

@@ -12,14 +12,14 @@
 
 use super::{longest, longest_meaningful_s, meaningful, no_period};
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, proportion};
 use crate::exact::Field;
 use crate::linalg;
 use crate::lmi::{Affine, Problem};
 use crate::machine::Constants;
 use crate::matrix::Matrix;
 use crate::model;
-use crate::thau::limit;
+use crate::thau::{limit, needs_friction};
 use serde::{Deserialize, Serialize};
 
 /// A gain with the Lipschitz constant it tolerates when sampled.
@@ -71,11 +71,11 @@ impl Claim for SampledThauDesign {
 }
 
 /// The gain of largest κ at a period, with a contraction that costs a hundredth of the friction's own.
-fn at_period(plant: Plant, period_s: f64) -> Option<(SampledThauDesign, Certificate)> {
+fn at_period(plant: Plant, period_s: f64, slack: f64) -> Option<(SampledThauDesign, Certificate)> {
     let c = plant.constants::<f64>();
     let contraction = (-0.01 * c.friction_rate.min(c.eta) * period_s).exp();
     let (q, ..) = solve(&c, period_s, contraction, None)?;
-    let lipschitz = 0.999 * q.max(0.0).sqrt();
+    let lipschitz = (1.0 - slack) * q.max(0.0).sqrt();
     // Half of what the continuous observer tolerates, or the period is too long.
     if lipschitz < 0.5 * limit(&c) {
         return None;
@@ -90,7 +90,7 @@ fn at_period(plant: Plant, period_s: f64) -> Option<(SampledThauDesign, Certific
 fn solve(c: &Constants<f64>, h: f64, rho: f64, q: Option<f64>) -> Option<(f64, Matrix<f64>, Matrix<f64>)> {
     let unit = limit(c) * limit(c);
     let scale = Matrix::diagonal(&[1.0, 1.0, 1.0, c.beta.sqrt(), c.beta.sqrt()]);
-    let inverse = Matrix::from_fn(5, 5, |i, j| if i == j { 1.0 / scale[(i, j)] } else { 0.0 });
+    let inverse = scale.inverse_diagonal();
     let a = &(&inverse * &model::linear_part(c)) * &scale;
     let b = (&inverse * &model::bilinear_input(c)).scaled(&unit.sqrt());
     let out = &model::output() * &scale;
@@ -117,22 +117,18 @@ fn solve(c: &Constants<f64>, h: f64, rho: f64, q: Option<f64>) -> Option<(f64, M
     let p = answer.value(&p);
     let gain = &scale * &linalg::solve(&p, &answer.value(&y));
     let p = (&(&inverse * &p) * &inverse).scaled(&unit).symmetrized();
-    Some((answer.scalar(&t) * unit, p, gain))
+    Some((answer.scalar(&t) * unit, p, gain.without_dust()))
 }
 
-/// The gain of largest κ at a period; without one, at the largest period below 1/γ that keeps half of the limit of κ.
+/// The gain of largest κ, less `slack` (relative), at a period; without one, at the largest period below 1/γ that keeps half of the limit of κ.
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] without friction, or with the largest period.
-pub fn thau(plant: Plant, period_s: Option<f64>) -> Result<(SampledThauDesign, Certificate), DesignError> {
+pub fn thau(plant: Plant, slack: f64, period_s: Option<f64>) -> Result<(SampledThauDesign, Certificate), DesignError> {
     let c = plant.constants::<f64>();
-    if c.friction_rate <= 0.0 {
-        return Err(DesignError::Infeasible {
-            constraint: "the speed error along C e = 0 decays at D/J".into(),
-            feasible: "only κ = 0 without friction; use a design over a box (thau-box)".into(),
-        });
-    }
-    let attempt = |h: f64| at_period(plant, h);
+    proportion("slack", slack)?;
+    needs_friction(&c)?;
+    let attempt = |h: f64| at_period(plant, h, slack);
     let most = 0.999 * longest_meaningful_s(&c);
     let Some(period_s) = period_s else {
         return longest(most, attempt).ok_or_else(|| no_period(0.01 * c.friction_rate, most));
@@ -140,7 +136,7 @@ pub fn thau(plant: Plant, period_s: Option<f64>) -> Result<(SampledThauDesign, C
     meaningful(&c, period_s)?;
     attempt(period_s).ok_or_else(|| DesignError::Infeasible {
         constraint: format!("forward Euler at {period_s} s with half of the limit of κ, {:.3e}", 0.5 * limit(&c)),
-        feasible: match longest(0.5 * period_s, attempt) {
+        feasible: match longest(period_s, attempt) {
             Some((d, _)) => format!("a period up to {:.2} µs", 1e6 * d.period_s),
             None => "no period: use a design over a box (thau-box)".into(),
         },
@@ -156,7 +152,7 @@ mod tests {
     fn short_periods_cost_little_and_no_period_passes_the_limit() {
         let plant = Plant::Machine(Machine::kwon_table_iv());
         let c = plant.constants::<f64>();
-        let (design, certificate) = thau(plant, Some(50e-6)).unwrap();
+        let (design, certificate) = thau(plant, 1e-3, Some(50e-6)).unwrap();
         certificate.check().unwrap();
         let share = design.lipschitz / limit(&c);
         assert!(share > 0.9 && share < 1.0, "{share}");

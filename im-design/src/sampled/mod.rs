@@ -28,7 +28,7 @@ pub use turning::{SampledBoxDesign, over_box};
 pub use utkin::{SampledUtkinDesign, utkin};
 
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, ordered, positive};
 use crate::exact::Field;
 use crate::kubota::KubotaDesign;
 use crate::linalg;
@@ -36,7 +36,6 @@ use crate::lmi::{Affine, Problem};
 use crate::machine::Constants;
 use crate::matrix::Matrix;
 use crate::model;
-use crate::sliding::positive;
 use serde::{Deserialize, Serialize};
 
 /// A gain affine in the mechanical speed, proven for forward Euler at a period.
@@ -119,7 +118,7 @@ impl Polytope {
     pub fn at_period(&self, period: f64, contraction: f64, fixed: Option<(&Matrix<f64>, &Matrix<f64>)>) -> Option<Found> {
         let n = self.scale.len();
         let scale = Matrix::diagonal(&self.scale);
-        let inverse = Matrix::diagonal(&self.scale.iter().map(|x| 1.0 / x).collect::<Vec<_>>());
+        let inverse = scale.inverse_diagonal();
         let output = &self.output * &scale;
         // The measured outputs are of one size.
         let output = output.scaled(&(1.0 / output.norm()));
@@ -230,7 +229,7 @@ fn attempt(plant: Plant, speed_rad_s: [f64; 2], period_s: f64, rate_per_s: f64, 
     let polytope = full_order(&plant.constants::<f64>(), speed_rad_s);
     // The machine does not know the direction of its axes, and observers in space vectors take gains that do not either.
     let (p, gain, gain_per_speed) = polytope.at_period(period_s, contraction, fixed)?;
-    let [p, gain, gain_per_speed] = [p, gain, gain_per_speed].map(|m| m.space_vectors());
+    let [p, gain, gain_per_speed] = [p, gain, gain_per_speed].map(|m| m.space_vectors().without_dust());
     let design = SampledDesign { speed_rad_s, period_s, contraction, gain, gain_per_speed, p };
     let certificate = Certificate::seal(plant, design.clone()).ok()?;
     Some((design, certificate))
@@ -243,11 +242,12 @@ fn attempt(plant: Plant, speed_rad_s: [f64; 2], period_s: f64, rate_per_s: f64, 
 pub fn design(plant: Plant, speed_rad_s: [f64; 2], period_s: f64, rate_per_s: f64) -> Result<Sealed, DesignError> {
     positive("period_s", period_s)?;
     positive("rate_per_s", rate_per_s)?;
+    ordered("speed_rad_s", speed_rad_s)?;
     let attempt = |h: f64| attempt(plant, speed_rad_s, h, rate_per_s, None);
     if let Some(found) = attempt(period_s) {
         return Ok(found);
     }
-    let feasible = match longest(0.5 * period_s, attempt) {
+    let feasible = match longest(period_s, attempt) {
         Some((d, _)) => format!("this rate at periods up to {:.2} µs, or the trapezoidal rule at any period", 1e6 * d.period_s),
         None => "a lower rate, or a narrower range of speeds".into(),
     };
@@ -265,6 +265,7 @@ pub fn design_for_largest_period(
     most_s: f64,
 ) -> Result<Sealed, DesignError> {
     positive("rate_per_s", rate_per_s)?;
+    ordered("speed_rad_s", speed_rad_s)?;
     longest(most_s, |h| attempt(plant, speed_rad_s, h, rate_per_s, None)).ok_or_else(|| no_period(rate_per_s, most_s))
 }
 

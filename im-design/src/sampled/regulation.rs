@@ -24,7 +24,7 @@
 
 use super::longest_from;
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::jadot::{JadotDesign, JadotRequest};
 use crate::kubota_loop::{halve, tiled};
@@ -33,7 +33,6 @@ use crate::lmi::{Affine, Problem};
 use crate::machine::Constants;
 use crate::matrix::Matrix;
 use crate::model::complex;
-use crate::sliding::positive;
 use serde::{Deserialize, Serialize};
 
 /// A cell of speeds and slips with the proof of the electrical errors in it.
@@ -176,7 +175,8 @@ impl Claim for SampledJadotDesign {
 
 /// P and Y for one loop at a rate, if there are any.
 fn prove(vertices: &[Loop<f64>], scale: &[f64; 6], h: f64, rate: f64) -> Option<HeldProof> {
-    let (scale, inverse) = (Matrix::diagonal(scale), Matrix::diagonal(&scale.map(|x| 1.0 / x)));
+    let scale = Matrix::diagonal(scale);
+    let inverse = scale.inverse_diagonal();
     let scaled: Vec<Loop<f64>> = vertices.iter().map(|v| [0, 1].map(|k| &(&inverse * &v[k]) * &scale)).collect();
     let unit = scaled.iter().map(|[a, a1]| (a + a1).norm()).fold(1e-9, f64::max);
     let mut lmi = Problem::new("loop with held control");

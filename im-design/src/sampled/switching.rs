@@ -21,11 +21,10 @@
 
 use super::longest;
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::kenne::{self, KenneDesign, KenneRegion, Rates};
 use crate::machine::Constants;
-use crate::sliding::positive;
 use serde::{Deserialize, Serialize};
 
 /// The gains with the boundary layers that a period asks for.
@@ -114,14 +113,15 @@ pub fn switching(
         Some((design, Certificate::seal(plant, design).ok()?))
     };
     const LONGEST_S: f64 = 1e-2;
+    let what = wanted.map_or("any layers".into(), |[omega, lambda]| format!("layers of {omega} rad/s² and {lambda} Wb²/s"));
     match (period_s, wanted) {
         (Some(h), _) => attempt(h).ok_or_else(|| DesignError::Infeasible {
-            constraint: format!("layers of {wanted:?} (rad/s², Wb²/s) at {h} s"),
+            constraint: format!("{what} at {h} s"),
             feasible: longest(h, attempt)
                 .map_or("wider layers".into(), |(d, _)| format!("these layers at periods up to {:.2} µs", 1e6 * d.period_s)),
         }),
         (None, Some(_)) => longest(LONGEST_S, attempt).ok_or_else(|| DesignError::Infeasible {
-            constraint: format!("layers of {wanted:?} (rad/s², Wb²/s) at any period"),
+            constraint: format!("{what} at any period"),
             feasible: "wider layers".into(),
         }),
         (None, None) => Err(DesignError::request("the largest period needs boundary layers")),

@@ -7,12 +7,11 @@
 
 use super::{Polytope, longest, longest_meaningful_s, meaningful, no_period};
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::machine::Constants;
 use crate::matrix::Matrix;
 use crate::model;
-use crate::sliding::positive;
 use crate::thau_box::{BoxRegion, at_rate, jacobian, scales};
 use serde::{Deserialize, Serialize};
 
@@ -106,7 +105,7 @@ pub fn over_box(
     meaningful(&c, period_s)?;
     attempt(period_s).ok_or_else(|| DesignError::Infeasible {
         constraint: format!("forward Euler at {period_s} s over the whole box"),
-        feasible: match longest(0.5 * period_s, attempt) {
+        feasible: match longest(period_s, attempt) {
             Some((d, _)) => format!("this rate at periods up to {:.2} µs", 1e6 * d.period_s),
             None => "a lower rate or a smaller box".into(),
         },

@@ -23,10 +23,10 @@
 
 use super::longest;
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
-use crate::error::DesignError;
+use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::machine::Constants;
-use crate::sliding::{UtkinDesign, positive, utkin_bound};
+use crate::sliding::{UtkinDesign, utkin_bound};
 use serde::{Deserialize, Serialize};
 
 /// ω₀ with the boundary layer that a period asks for.

@@ -48,6 +48,7 @@ impl Gains {
         let named = |what: String| Failure::Input(format!("{}: {what}", path.display()));
         let text = std::fs::read_to_string(path).map_err(|e| named(format!("cannot be read: {e}")))?;
         let table = text.parse::<toml::Table>().map_err(|e| named(e.message().to_owned()))?;
+        let table = if table.contains_key("design") { proven(&text).map_err(named)? } else { table };
         Ok(Self { file: Some((path.to_owned(), table)) })
     }
 
@@ -73,7 +74,7 @@ impl Gains {
     pub fn kubota(&self, motor: &MotorFile, basis: Basis<f64>) -> Result<Kubota<f64>, Refused> {
         let usual = KubotaGains::for_machine(&motor.machine, &motor.rating)?;
         let table = self.table(&["kubota_loop", "kubota", "sampled", "sampled_kubota_loop"])?;
-        let rule = discretization(&table);
+        let rule = discretization(&table, &basis)?;
         let gains = match table {
             None => usual,
             Some(t) => KubotaGains {
@@ -91,7 +92,7 @@ impl Gains {
     pub fn derdiyok(&self, motor: &MotorFile, basis: Basis<f64>) -> Result<Derdiyok<f64>, Refused> {
         let usual = DerdiyokGains::for_machine(&motor.machine, &motor.rating);
         let table = self.table(&["derdiyok", "sampled_derdiyok"])?;
-        let rule = discretization(&table);
+        let rule = discretization(&table, &basis)?;
         let gains = match table {
             None => usual,
             Some(t) => DerdiyokGains {
@@ -107,7 +108,7 @@ impl Gains {
     pub fn utkin(&self, motor: &MotorFile, basis: Basis<f64>) -> Result<Utkin<f64>, Refused> {
         let usual = UtkinGains::for_machine(&motor.machine, &motor.rating);
         let table = self.table(&["utkin", "sampled_utkin"])?;
-        let rule = discretization(&table);
+        let rule = discretization(&table, &basis)?;
         let gains = match table {
             None => usual,
             Some(t) => UtkinGains {
@@ -124,8 +125,8 @@ impl Gains {
             Some(coefficient_nm_s_per_rad) => LoadTorque::Proportional { coefficient_nm_s_per_rad },
             None => other,
         };
-        let table = self.table(&["thau_box", "sampled_box", "thau", "sampled_thau"])?;
-        let rule = discretization(&table);
+        let table = self.table(&["thau_box", "sampled_thau_box", "thau", "sampled_thau"])?;
+        let rule = discretization(&table, &basis)?;
         Ok(match table {
             None => Thau::try_new(basis, ThauGains::published(), law(LoadTorque::EqualToTorque))?,
             Some(t) if t.name.ends_with("_box") => {
@@ -144,11 +145,28 @@ impl Gains {
     }
 }
 
-/// Gains proven for forward Euler are stepped by it.
-fn discretization(table: &Option<Table<'_>>) -> Discretization {
-    match table {
-        Some(t) if t.name.starts_with("sampled") => Discretization::ForwardEuler,
-        _ => Discretization::Implicit,
+/// The gains of a file that `im design` wrote, whose proof is checked first.
+#[cfg(feature = "design")]
+fn proven(text: &str) -> Result<toml::Table, String> {
+    let (certificate, _) = im_design::Certificate::check_text(text).map_err(|e| format!("refused: {e}"))?;
+    im_design::gains::GainSet::from(&certificate.design).to_toml().parse::<toml::Table>().map_err(|e| e.message().to_owned())
+}
+
+#[cfg(not(feature = "design"))]
+fn proven(_: &str) -> Result<toml::Table, String> {
+    Err("holds gains with their proof, which this build cannot check: it was made without the feature `design`".into())
+}
+
+/// Gains proven for forward Euler are stepped by it, at the period that they are proven for.
+fn discretization(table: &Option<Table<'_>>, basis: &Basis<f64>) -> Result<Discretization, Failure> {
+    let Some(t) = table.as_ref().filter(|t| t.name.starts_with("sampled")) else { return Ok(Discretization::Implicit) };
+    let (of_data, proven) = (basis.sample_time_s(), t.number("period_s")?);
+    match proven.filter(|h| (h / of_data - 1.0).abs() > 1e-3) {
+        Some(h) => Err(Failure::Input(format!(
+            "{}: proven for a sampling period of {h} s, the recording's is {of_data} s; design for that: im design --period {of_data}",
+            t.path.display()
+        ))),
+        None => Ok(Discretization::ForwardEuler),
     }
 }
 

@@ -25,8 +25,9 @@ Examples:
   im observe --observer thau --motor motor.toml --data run.csv --gains gains.toml
 
 Without --gains an observer takes the gains one starts from for the motor. A gains file is what
-`im design` writes: a table [kubota_loop], [kubota], [derdiyok], [utkin], [thau], [thau_box], or
-one proven for forward Euler, [sampled], [sampled_thau], [sampled_derdiyok], which is stepped by it.
+`im design` writes, its proof checked before it is used, or a table of your own: [kubota_loop],
+[kubota], [derdiyok], [utkin], [thau], [thau_box]. What was designed for a sampling period
+(--period) is stepped by forward Euler, as its proof says.
 The observer sees voltage and current alone; the recorded speed is what it is compared with
 (the current model reads it). Files in other columns are described by a recording.toml, as for
 im compare; rows that its checks leave out are lost samples to the observer.")]
