@@ -33,7 +33,7 @@ pub fn check(case: &Case) -> Option<Finding> {
     let all = pulled(&all);
     let one_for = |from: &Machine<f64>, experiments: &[Experiment], options: &FitOptions| -> Option<Fit> {
         let mut free = base_parameters(from);
-        free.extend(start_parameters(experiments, &case.motor.rating));
+        free.extend(start_parameters(experiments, &case.motor.rating, from.effects().any_fixed_to_shaft()));
         fit(from, experiments, &free, options).ok()
     };
     let together = one_for(&case.motor.machine, &all, &FitOptions { tolerance: ROUGH, ..FitOptions::default() })?;

@@ -2,6 +2,8 @@
 //!
 //! The tests run on whitened residuals, so that a slow drift of coloured noise is no finding; the curves shown are of the raw ones.
 
+use std::ops::Range;
+
 use im_identify::offline::{ChannelKind, Experiment, residuals};
 use im_model::space_vector::unit;
 use im_model::{Bench, Complex, Machine, State};
@@ -99,9 +101,18 @@ pub fn dependences(machine: &Machine<f64>, starts: &[State<f64>], experiments: &
     series.find()
 }
 
+/// Fourier sums of raw and whitened residuals over an angle, by order.
+struct Ripples {
+    rows: f64,
+    white: Vec<Complex<f64>>,
+    raw: Vec<Complex<f64>>,
+}
+
 /// Signals of all runs, row by row.
 #[derive(Default)]
 struct Series {
+    /// Rows of each run.
+    runs: Vec<Range<usize>>,
     variables: Vec<[f64; 5]>,
     /// e^{jθ_m}, e^{jθ_i}.
     angles: Vec<[Complex<f64>; 2]>,
@@ -114,6 +125,8 @@ impl Series {
     fn add(&mut self, machine: &Machine<f64>, e: &Experiment, start: &State<f64>, raw: &[Vec<f64>], white: &[Vec<f64>]) {
         let speed = e.channels.iter().position(|c| c.kind == ChannelKind::Speed);
         let mut bench = Bench::new(machine, *start, e.sample_time_s);
+        let before = self.raw.len();
+        self.runs.push(before..before + e.len());
         for k in 0..e.len() {
             let x = *bench.state();
             let currents = bench.plant().currents(&x);
@@ -181,32 +194,46 @@ impl Series {
             }
             for (which, orders) in [(0usize, 1..=ORDERS), (1, 1..=12)] {
                 let variable = |m| if which == 0 { Variable::RotorAngle(m) } else { Variable::CurrentAngle(m) };
-                let mut power = vec![Complex::new(0.0, 0.0); *orders.end() as usize];
-                let mut shape = power.clone();
-                for (a, (w, r)) in self.angles.iter().zip(self.white.iter().zip(&self.raw)) {
-                    let step = a[which].conj();
-                    let mut turn = step;
-                    for (s, z) in power.iter_mut().zip(&mut shape) {
-                        *s += turn * w[p];
-                        *z += turn * r[p];
-                        turn *= step;
-                    }
-                }
-                let best = (0..power.len()).max_by(|&i, &j| power[i].norm_sqr().total_cmp(&power[j].norm_sqr())).unwrap_or(0);
-                let chi2 = 2.0 * power[best].norm_sqr() / (n as f64 * variance);
-                let amplitude = shape[best] * (2.0 / n as f64);
+                // The rotor stands at another angle at the start of each run, the current does not.
+                let runs = if which == 0 { self.runs.clone() } else { vec![0..n] };
+                let found_in: Vec<Ripples> = runs.iter().map(|run| self.ripples(run, which, p, *orders.end() as usize)).collect();
+                let power = |m: usize| found_in.iter().map(|r| r.white[m].norm_sqr() / r.rows).sum::<f64>();
+                let best = (0..*orders.end() as usize).max_by(|&i, &j| power(i).total_cmp(&power(j))).unwrap_or(0);
+                let chi2 = 2.0 * power(best) / variance;
+                // As large as in all runs, as it lies in the run that shows it best.
+                let part_of = |r: &Ripples| r.raw[best].norm_sqr() / r.rows;
+                let clearest = found_in.iter().max_by(|a, b| part_of(a).total_cmp(&part_of(b)));
+                let size = 2.0 * (found_in.iter().map(part_of).sum::<f64>() / n as f64).sqrt();
+                let amplitude =
+                    clearest.map_or(Complex::default(), |r| r.raw[best] / r.raw[best].norm().max(f64::MIN_POSITIVE)) * size;
                 let curve = (0..24)
                     .map(|k| {
                         let angle = std::f64::consts::TAU * f64::from(k) / 24.0;
                         [angle, (amplitude * unit(angle)).re, 0.0]
                     })
                     .collect();
-                found.push(self.dependence(variable(best as i32 + 1), part, log_p(chi2, 2) - tried.log10(), curve));
+                found.push(self.dependence(variable(best as i32 + 1), part, log_p(chi2, 2 * runs.len()) - tried.log10(), curve));
             }
         }
         found.retain(|d| d.log_p > 3.0);
         found.sort_by(|a, b| b.log_p.total_cmp(&a.log_p));
         found
+    }
+
+    /// Fourier sums of a part's residual over an angle, for orders from 1.
+    fn ripples(&self, run: &Range<usize>, angle: usize, part: usize, orders: usize) -> Ripples {
+        let mut sums =
+            Ripples { rows: run.len() as f64, white: vec![Complex::default(); orders], raw: vec![Complex::default(); orders] };
+        for k in run.clone() {
+            let step = self.angles[k][angle].conj();
+            let mut turn = step;
+            for (w, r) in sums.white.iter_mut().zip(&mut sums.raw) {
+                *w += turn * self.white[k][part];
+                *r += turn * self.raw[k][part];
+                turn *= step;
+            }
+        }
+        sums
     }
 
     fn dependence(&self, variable: Variable, part: Part, log_p: f64, curve: Vec<[f64; 3]>) -> Dependence {

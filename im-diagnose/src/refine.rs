@@ -1,8 +1,8 @@
 //! The loop: fit, score, refit the leading candidates, add, drop, swap, validate, decide.
 
 use im_identify::offline::{
-    ChannelKind, Experiment, Fit, FitError, FitOptions, Free, Start, base_parameters_in, effect_parameters, fit, residuals,
-    start_on, start_parameters,
+    ChannelKind, Experiment, Fit, FitError, FitOptions, Free, angle_on, base_parameters_in, effect_parameters, fit_from,
+    residuals, start_on, start_parameters,
 };
 use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
@@ -137,28 +137,18 @@ impl Refinement {
         let base = machine.with_effects(effects)?;
         case.estimate_noise();
         let mut me = Self { pulled: pulled(&case.train), case, options, rating, base, candidates };
-        me.start_from(&me.starts(&me.base, &me.pulled));
-        let first = me.model(&me.base, &[], &FitOptions { tolerance: 1e-5, ..FitOptions::default() })?;
+        let starts = me.starts(&me.base, &me.pulled);
+        let first = me.model(&me.base, &starts, &[], &FitOptions { tolerance: 1e-5, ..FitOptions::default() })?;
         // The voltage's own roughness shows in the currents: only in the residual is the roughness all noise.
         me.case.set_noise_from(&me.pulled, &first.fit.residuals);
-        me.start_from(&first.fit.starts);
-        let model = me.model(&first.fit.machine, &[], &FitOptions::near())?;
+        me.pulled = pulled(&me.case.train);
+        let model = me.model(&first.fit.machine, &first.fit.starts, &[], &FitOptions::near())?;
         Ok((me, model))
     }
 
     /// The states from which `machine` follows experiments best: those known, or fitted to the first second.
     pub fn starts(&self, machine: &Machine<f64>, experiments: &[Experiment]) -> Vec<State<f64>> {
         experiments.par_iter().map(|e| start_on(machine, e, &self.rating)).collect()
-    }
-
-    /// Takes `starts` as the estimates of those that are not known.
-    fn start_from(&mut self, starts: &[State<f64>]) {
-        for (e, x) in self.case.train.iter_mut().zip(starts) {
-            if let Start::Estimated(guess) = &mut e.start {
-                *guess = *x;
-            }
-        }
-        self.pulled = pulled(&self.case.train);
     }
 
     /// Takes the root mean square of a model's residuals as the noise of each channel: right when nothing in them has a cause.
@@ -187,15 +177,16 @@ impl Refinement {
         self.rating.unit_of(scale, self.base.parameters(), self.base.pole_pairs())
     }
 
-    /// Fits effects to other views of the training recordings.
+    /// Fits effects to other views of the training recordings, from `machine` and `starts`.
     pub fn fit_to(
         &self,
         experiments: &[Experiment],
         machine: &Machine<f64>,
+        starts: &[State<f64>],
         effects: &[EffectId],
         options: &FitOptions,
     ) -> Result<Fit, FitError> {
-        fit(machine, experiments, &self.free(machine, effects, experiments), options)
+        fit_from(machine, starts.to_vec(), experiments, &self.free(machine, effects, experiments), options)
     }
 
     fn free(&self, machine: &Machine<f64>, effects: &[EffectId], experiments: &[Experiment]) -> Vec<Free> {
@@ -204,13 +195,20 @@ impl Refinement {
         for &e in own.iter().chain(effects) {
             free.extend(effect_parameters(e, machine, &self.rating));
         }
-        free.extend(start_parameters(experiments, &self.rating));
+        let fixed_to_shaft = own.iter().chain(effects).any(|e| e.is_fixed_to_shaft());
+        free.extend(start_parameters(experiments, &self.rating, fixed_to_shaft));
         free
     }
 
-    /// Fits `effects` from `machine`.
-    pub fn model(&self, machine: &Machine<f64>, effects: &[EffectId], options: &FitOptions) -> Result<Model, FitError> {
-        let fit = self.fit_to(&self.pulled, machine, effects, options)?;
+    /// Fits `effects` from `machine` and the training recordings' `starts`.
+    pub fn model(
+        &self,
+        machine: &Machine<f64>,
+        starts: &[State<f64>],
+        effects: &[EffectId],
+        options: &FitOptions,
+    ) -> Result<Model, FitError> {
+        let fit = self.fit_to(&self.pulled, machine, starts, effects, options)?;
         let evidence = evidence(&self.pulled, &fit.residuals);
         let holdout = self.case.holdout.as_ref().map(|h| {
             let h = &pulled(std::slice::from_ref(h))[0];
@@ -243,18 +241,18 @@ impl Refinement {
 
     /// Refits with one more effect, from what its score predicts.
     pub fn trial(&self, model: &Model, score: &Score) -> Option<Trial> {
-        let machine = self.seeded(&model.fit.machine, score)?;
+        let (machine, starts) = self.seeded(&model.fit.machine, &model.fit.starts, score)?;
         let mut effects = model.effects.clone();
         effects.push(score.effect);
         // Far above the noise floor it is enough to see which way an effect goes: a step that gains less of the excess is the last.
         let excess = 1.0 - 1.0 / model.train().max(1.0);
         let quick = FitOptions { iterations: 10, tolerance: (5e-3 * excess).max(1e-3), horizons: Vec::new() };
-        let model = self.model(&machine, &effects, &quick).ok()?;
+        let model = self.model(&machine, &starts, &effects, &quick).ok()?;
         Some(Trial { effect: score.effect, model })
     }
 
-    /// The machine with the effect at the size predicted, within reason.
-    fn seeded(&self, machine: &Machine<f64>, score: &Score) -> Option<Machine<f64>> {
+    /// The machine with the effect at the size predicted, within reason, and how the training recordings start with it.
+    fn seeded(&self, machine: &Machine<f64>, starts: &[State<f64>], score: &Score) -> Option<(Machine<f64>, Vec<State<f64>>)> {
         let e = score.effect;
         let unit = |k: usize| self.rating.unit_of(e.parameters()[k].scale, machine.parameters(), machine.pole_pairs());
         let mut set: Vec<(ParameterId, f64)> = score.shape.iter().map(|&(k, v)| (ParameterId::Effect(e, k), v)).collect();
@@ -269,7 +267,11 @@ impl Refinement {
             largest = largest.max(x.abs());
             set.push((ParameterId::Effect(e, k), x));
         }
-        (largest > 0.0).then(|| machine.with(&set).ok()).flatten()
+        let with = if largest > 0.0 { machine.with(&set).ok()? } else { return None };
+        let turned = |(e, x): (&Experiment, &State<f64>)| State { theta_m: angle_on(&with, e, x), ..*x };
+        let first_fixed = e.is_fixed_to_shaft() && !machine.effects().any_fixed_to_shaft();
+        let starts = if first_fixed { self.pulled.iter().zip(starts).map(turned).collect() } else { starts.to_vec() };
+        Some((with, starts))
     }
 
     /// Whether every strength that the score predicts has a sign that the effect can have.
@@ -336,7 +338,7 @@ impl Refinement {
             rounds.push(Round { scores, significant, trials });
             match chosen {
                 Some((m, sure)) if models.len() <= self.options.most_effects => {
-                    let polished = self.model(&m.fit.machine, &m.effects, &FitOptions::near())?;
+                    let polished = self.model(&m.fit.machine, &m.fit.starts, &m.effects, &FitOptions::near())?;
                     models.push(polished);
                     if sure {
                         validated = models.len() - 1;
@@ -372,10 +374,10 @@ impl Refinement {
                         effects.switch_off(own);
                         effects.rescale(&self.rating, last.fit.machine.parameters(), last.fit.machine.pole_pairs());
                         let Ok(without) = last.fit.machine.with_effects(effects) else { return false };
-                        let Some(seeded) = self.seeded(&without, score) else { return false };
+                        let Some((seeded, starts)) = self.seeded(&without, &last.fit.starts, score) else { return false };
                         let set: Vec<EffectId> = last.effects.iter().map(|&e| if e == own { t.effect } else { e }).collect();
                         let options = FitOptions { iterations: 20, tolerance: 1e-4, horizons: Vec::new() };
-                        self.model(&seeded, &set, &options).is_ok_and(|m| {
+                        self.model(&seeded, &starts, &set, &options).is_ok_and(|m| {
                             let worse = m.train() - last.train();
                             worse < (0.03 * explained).max(12.0 / last.fit.count as f64)
                         })

@@ -22,7 +22,7 @@ pub struct Score {
     pub effect: EffectId,
     /// χ² score, best over the shapes tried.
     pub score: f64,
-    /// Degrees of freedom: the number of strengths.
+    /// Degrees of freedom: the number of strengths; of an effect fixed to the shaft, for every recording.
     pub freedom: usize,
     /// −log₁₀ of the p-value, corrected for the shapes tried.
     pub log_p: f64,
@@ -198,6 +198,27 @@ impl<'a> ScoreContext<'a> {
         None
     }
 
+    /// Whether an effect begins at another angle, which is not known, in each recording.
+    fn turns_anew(&self, effect: EffectId) -> bool {
+        effect.is_fixed_to_shaft() && !self.machine.effects().any_fixed_to_shaft()
+    }
+
+    /// Columns for each recording of their own, zero in the others.
+    fn run_by_run(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let mut begin = 0;
+        let mut parts = Vec::new();
+        for run in &self.predictions {
+            let end = begin + run.iter().map(Vec::len).sum::<usize>();
+            parts.extend(columns.iter().map(|column| {
+                let mut part = vec![0.0; column.len()];
+                part[begin..end].copy_from_slice(&column[begin..end]);
+                part
+            }));
+            begin = end;
+        }
+        parts
+    }
+
     /// Scores one effect over its shapes; a score at another machine, `before`, saves looking for sizes.
     pub fn score(&self, effect: EffectId, before: Option<&Score>) -> Option<Score> {
         let shapes = shapes(effect, &self.machine, self.rating);
@@ -211,6 +232,7 @@ impl<'a> ScoreContext<'a> {
         for (shape, sensitivity) in shapes.into_iter().zip(&mut sensitivity) {
             let secants = strengths.iter().zip(sensitivity).map(|(&k, s)| self.secant(effect, k, &shape, s));
             let Some(raw) = secants.collect::<Option<Vec<_>>>() else { continue };
+            let raw = if self.turns_anew(effect) { self.run_by_run(&raw) } else { raw };
             let norms: Vec<f64> = raw.iter().map(|g| g.iter().map(|x| x * x).sum::<f64>()).collect();
             let columns: Vec<Vec<f64>> = raw.into_iter().map(|g| self.projected(g)).collect();
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
@@ -230,18 +252,26 @@ impl<'a> ScoreContext<'a> {
             let score = (b.dot(&x) / self.variance).max(0.0);
             let lead = (0..n).max_by(|&p, &q| (gram[(p, p)] * x[p] * x[p]).total_cmp(&(gram[(q, q)] * x[q] * x[q]))).unwrap_or(0);
             if best.as_ref().is_none_or(|s| score > s.score) {
+                // The leading strength in all recordings, and the sizes in the one that shows it best.
+                let (run, strength) = (used[lead] / strengths.len(), used[lead] % strengths.len());
+                let everywhere: Vec<usize> = (strength..columns.len()).step_by(strengths.len()).collect();
+                let seen: f64 = everywhere.iter().map(|&k| dot(&columns[k], &columns[k])).sum();
+                let size = |k: usize| used.iter().position(|u| *u == run * strengths.len() + k).map_or(0.0, |p| x[p]);
                 let threshold = threshold(n, 0.01 / (EffectId::ALL.len() * tried) as f64);
-                let stride = (columns[used[lead]].len() / 4000).max(1);
+                let rows = self.residual.len();
                 best = Some(Score {
                     effect,
                     score,
                     freedom: n,
                     log_p: (log_p(score, n) - (tried as f64).log10()).max(0.0),
-                    keep: gram[(lead, lead)] / norms[used[lead]],
-                    predicted: (0..columns.len()).map(|k| used.iter().position(|u| *u == k).map_or(0.0, |p| x[p])).collect(),
-                    detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / gram[(lead, lead)].sqrt(),
+                    keep: seen / everywhere.iter().map(|&k| norms[k]).sum::<f64>(),
+                    predicted: (0..strengths.len()).map(size).collect(),
+                    detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / seen.sqrt(),
                     shape,
-                    signature: columns[used[lead]].iter().step_by(stride).copied().collect(),
+                    signature: (0..rows)
+                        .step_by((rows / 4000).max(1))
+                        .map(|n| everywhere.iter().map(|&k| columns[k][n]).sum())
+                        .collect(),
                     sensitivity: Vec::new(),
                 });
             }
@@ -255,13 +285,17 @@ pub fn strengths(effect: EffectId) -> Vec<usize> {
     effect.parameters().iter().enumerate().filter(|(_, p)| p.role == Role::Strength).map(|(k, _)| k).collect()
 }
 
-/// The shapes to try: the default, and the ends of the usual range of the leading shape parameter.
+/// The shapes to try: the whole numbers of an order; else the default, and the ends of the usual range of the leading shape parameter.
 fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating) -> Vec<Vec<(usize, f64)>> {
     let unit = |k: usize| {
         let info = &effect.parameters()[k];
         rating.unit_of(info.scale, machine.parameters(), machine.pole_pairs())
     };
     let present = |k: usize| machine.get(ParameterId::Effect(effect, k));
+    if let Some((k, order)) = effect.parameters().iter().enumerate().find(|(_, p)| p.role == Role::Order) {
+        let (least, most) = (order.typical.0.round() as u32, order.typical.1.round() as u32);
+        return (least..=most).map(|n| vec![(k, f64::from(n))]).collect();
+    }
     let lead = effect.parameters().iter().position(|p| p.role == Role::Shape && p.typical.0 > 0.0);
     let Some(k) = lead else { return vec![vec![]] };
     let (lo, hi) = effect.parameters()[k].typical;

@@ -3,7 +3,7 @@
 use im_identify::offline::*;
 use im_model::machines::{MOTULATOR_2_2_KW, NamedMachine};
 use im_model::simulation::{Load, Profile, Scenario, Sensors, Simulation, Source, VoltsPerHertz};
-use im_model::{BaseParameter, Complex, Effects, Held, Machine, ParameterId, Recording, State, steady_state};
+use im_model::{BaseParameter, Complex, EffectId, Effects, Held, Machine, ParameterId, Recording, State, steady_state};
 
 const M: NamedMachine = MOTULATOR_2_2_KW;
 const NOISE: [f64; 2] = [0.05, 0.1];
@@ -158,7 +158,7 @@ fn slopes_are_the_derivatives_of_the_predictions() {
         base_parameters(&machine),
         effect_parameters(im_model::EffectId::IronLoss, &machine, &M.rating),
         effect_parameters(im_model::EffectId::MainFluxSaturation, &machine, &M.rating),
-        start_parameters(std::slice::from_ref(&e), &M.rating),
+        start_parameters(std::slice::from_ref(&e), &M.rating, false),
     ]
     .concat();
     assert!(all.len() > 12, "{}", all.len());
@@ -342,9 +342,43 @@ fn a_start_in_motion_is_noticed_and_found() {
     assert!((found.omega_m - x.omega_m).abs() < 0.1, "{} {}", found.omega_m, x.omega_m);
     // Known starts are taken as they are; with the speed imposed only fluxes are unknown.
     assert_eq!(start_on(&truth(), &Experiment { start: Start::State(x), ..e.clone() }, &M.rating), x);
-    assert_eq!(start_parameters(std::slice::from_ref(&e), &M.rating).len(), 5);
+    assert_eq!(start_parameters(std::slice::from_ref(&e), &M.rating, false).len(), 5);
     let imposed = Experiment { imposed_speed: Some(late.omega_m.clone()), ..e };
-    assert_eq!(start_parameters(&[experiment(&r), imposed], &M.rating).len(), 4);
+    assert_eq!(start_parameters(&[experiment(&r), imposed], &M.rating, false).len(), 4);
+}
+
+/// Nobody measures the shaft's angle: a broken bar begins each recording elsewhere. The angles between recordings are found with its size.
+#[test]
+fn what_is_fixed_to_the_shaft_is_fitted_though_each_recording_begins_at_another_angle() {
+    let [direct, quadrature] = [0, 1].map(|k| ParameterId::Effect(EffectId::RotorAsymmetry, k));
+    let broken = truth().with(&[(direct, 0.08), (quadrature, 0.03)]).unwrap();
+    let angles = [0.0, 2.0];
+    let both = angles.map(|theta_m| {
+        let mut e = experiment(&recording(true));
+        let noise = residuals(&truth(), &e, &State::default());
+        let clean = predict(&broken, &e, &State { theta_m, ..State::default() });
+        for (c, (y, r)) in e.channels.iter_mut().zip(clean.iter().zip(noise)) {
+            c.values = y.iter().zip(r).map(|(y, r)| y + c.sigma * r).collect();
+        }
+        e
+    });
+    let turned = |m: &Machine<f64>, e: &Experiment| State { theta_m: angle_on(m, e, &State::default()), ..State::default() };
+    let from = truth().with(&[(direct, 0.05)]).unwrap();
+    let starts = both.iter().map(|e| turned(&from, e)).collect();
+    let mut free = effect_parameters(EffectId::RotorAsymmetry, &from, &M.rating);
+    free.extend(start_parameters(&both, &M.rating, true));
+    assert_eq!(free.iter().map(Free::name).collect::<Vec<_>>()[2..], ["initial theta_m_rad of run 2"]);
+    let found = fit_from(&from, starts, &both, &free, &FitOptions::near()).unwrap();
+    // Its direction is counted from where the first recording begins; noise leaves 0.3 % of the unbalance.
+    let size = found.machine.get(direct).hypot(found.machine.get(quadrature));
+    assert!((size - 0.08f64.hypot(0.03)).abs() < 1e-3, "{size}");
+    // The field of an unbalanced rotor looks the same after half a turn of the field.
+    let period = std::f64::consts::PI / f64::from(M.pole_pairs);
+    let between = (found.starts[1].theta_m - found.starts[0].theta_m - angles[1]).rem_euclid(period);
+    assert!(between.min(period - between) < 0.01, "{between} of {period}");
+    // A recording that no fit has seen: its angle is found on it.
+    let alone = start_on(&broken, &both[1], &M.rating).theta_m - angles[1];
+    assert!(alone.rem_euclid(period).min(period - alone.rem_euclid(period)) < 0.01, "{alone}");
 }
 
 /// Standing on a voltage without current, sensors show their offsets: that is rest. A current that the voltage drives is not.
@@ -437,7 +471,7 @@ fn search_variables_move_quantities_by_factors_or_amounts_and_stop_at_limits() {
     assert_eq!((log.value(2.0, 5.0), log.value(2.0, -5.0)), (4.0, 0.5));
     let linear = Free { transform: Transform::Linear(0.25), ..log.clone() };
     assert_eq!((linear.value(2.0, 2.0), linear.value(2.0, -2.0), linear.slope(2.0)), (2.5, 1.5, 0.25));
-    let names: Vec<String> = start_parameters(&[odd().0], &M.rating).iter().map(Free::name).collect();
+    let names: Vec<String> = start_parameters(&[odd().0], &M.rating, false).iter().map(Free::name).collect();
     assert_eq!(names[0], "initial psi_s_alpha_Vs of run 1");
     assert_eq!(names[4], "initial omega_m_rad_s of run 1");
     // Effects: strengths by amounts from zero on, shapes that are positive by factors near what is usual.

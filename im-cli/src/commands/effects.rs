@@ -89,6 +89,7 @@ fn card(id: EffectId, motor: Option<&MotorFile>) -> String {
         let role = match p.role {
             Role::Strength => "strength, 0 is off",
             Role::Shape => "shape",
+            Role::Order => "order",
             Role::Fixed => "fixed",
         };
         let unit = if p.unit.is_empty() { "pure number" } else { p.unit };

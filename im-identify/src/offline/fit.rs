@@ -141,10 +141,11 @@ fn moved(
                     1 => x.psi_s.im = p,
                     2 => x.psi_r.re = p,
                     3 => x.psi_r.im = p,
-                    _ => {
+                    4 => {
                         x.omega_m = p;
                         x.omega_load = p;
                     }
+                    _ => x.theta_m = p,
                 }
             }
         }
@@ -222,10 +223,21 @@ fn slopes(
 
 /// Fits the free parameters to all experiments, starting from `machine` and the experiments' own starts.
 pub fn fit(machine: &Machine<f64>, experiments: &[Experiment], free: &[Free], options: &FitOptions) -> Result<Fit, FitError> {
+    fit_from(machine, experiments.iter().map(|e| e.start.state()).collect(), experiments, free, options)
+}
+
+/// The same from other `starts`, one per experiment.
+pub fn fit_from(
+    machine: &Machine<f64>,
+    starts: Vec<State<f64>>,
+    experiments: &[Experiment],
+    free: &[Free],
+    options: &FitOptions,
+) -> Result<Fit, FitError> {
     for e in experiments {
         e.validate()?;
     }
-    let mut here = Point::new(machine, experiments.iter().map(|e| e.start.state()).collect());
+    let mut here = Point::new(machine, starts);
     for &fraction in &options.horizons {
         // A rough answer is enough to start the next horizon from.
         descend(&mut here, experiments, free, fraction, options.iterations.min(12), 1e-3)?;

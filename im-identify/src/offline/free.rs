@@ -9,7 +9,7 @@ use im_model::{BaseParameter, Bound, EffectId, Machine, ParameterId, Rating, Sta
 pub enum Target {
     /// Parameters of the machine that move together (by the same factor, or the same amount).
     Machine(Vec<ParameterId>),
-    /// Component `component` of the initial state of experiment `experiment`: ψ_s (0, 1), ψ_r (2, 3), ω_m (4).
+    /// Component `component` of the initial state of experiment `experiment`: ψ_s (0, 1), ψ_r (2, 3), ω_m (4), θ_m (5).
     Initial {
         /// Which experiment.
         experiment: usize,
@@ -52,7 +52,8 @@ impl Free {
         match &self.target {
             Target::Machine(ids) => ids.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and "),
             Target::Initial { experiment, component } => {
-                let part = ["psi_s_alpha_Vs", "psi_s_beta_Vs", "psi_r_alpha_Vs", "psi_r_beta_Vs", "omega_m_rad_s"][*component];
+                let part = ["psi_s_alpha_Vs", "psi_s_beta_Vs", "psi_r_alpha_Vs", "psi_r_beta_Vs", "omega_m_rad_s", "theta_m_rad"]
+                    [*component];
                 format!("initial {part} of run {}", experiment + 1)
             }
         }
@@ -112,7 +113,7 @@ pub fn base_parameters_in(machine: &Machine<f64>, experiments: &[Experiment]) ->
 
 /// The strength and shape parameters of an effect, scaled to the machine.
 pub fn effect_parameters(effect: EffectId, machine: &Machine<f64>, rating: &Rating) -> Vec<Free> {
-    let infos = effect.parameters().iter().enumerate().filter(|(_, info)| info.role != Role::Fixed);
+    let infos = effect.parameters().iter().enumerate().filter(|(_, info)| matches!(info.role, Role::Strength | Role::Shape));
     infos
         .map(|(k, info)| {
             let unit = rating.unit_of(info.scale, machine.parameters(), machine.pole_pairs());
@@ -139,5 +140,5 @@ pub fn effect_parameters(effect: EffectId, machine: &Machine<f64>, rating: &Rati
 
 /// Reads component `k` of an initial state.
 pub(super) fn component(x: &State<f64>, k: usize) -> f64 {
-    [x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.omega_m][k]
+    [x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.omega_m, x.theta_m][k]
 }

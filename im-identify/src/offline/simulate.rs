@@ -192,10 +192,11 @@ fn seeded<const N: usize>(
                 1 => &mut start_n.psi_s.im,
                 2 => &mut start_n.psi_r.re,
                 3 => &mut start_n.psi_r.im,
-                _ => {
+                4 => {
                     start_n.omega_load.eps[k] = slope;
                     &mut start_n.omega_m
                 }
+                _ => &mut start_n.theta_m,
             };
             part.eps[k] = slope;
         }

@@ -1,25 +1,37 @@
-//! Recordings that begin in motion: the fluxes and the speed at their first row are unknowns like any other.
+//! How recordings begin. In motion, the fluxes and the speed at their first row are unknowns like any other; so is the angle of the shaft, at
+//! rest, too, where an effect is fixed to it.
 
 use im_model::{Machine, Rating, State};
+use rayon::prelude::*;
 
 use super::experiment::{ChannelKind, Experiment, Start};
-use super::fit::{Point, descend};
+use super::fit::{Point, cost, descend};
 use super::free::{Free, Target, Transform};
 
 /// The initial states that are to be found with everything else: ψ_s, ψ_r and, where the speed is not imposed, ω_m of every experiment
-/// whose start is [`Start::Estimated`].
-pub fn start_parameters(experiments: &[Experiment], rating: &Rating) -> Vec<Free> {
-    experiments.iter().enumerate().flat_map(|(k, e)| start_of(k, e, rating)).collect()
+/// whose start is [`Start::Estimated`]; and, with effects `fixed_to_shaft`, the shaft's angle at the start of every experiment after the
+/// first, from whose start angles are counted.
+pub fn start_parameters(experiments: &[Experiment], rating: &Rating, fixed_to_shaft: bool) -> Vec<Free> {
+    experiments.iter().enumerate().flat_map(|(k, e)| start_of(k, e, rating, fixed_to_shaft && k > 0)).collect()
 }
 
-fn start_of(index: usize, e: &Experiment, rating: &Rating) -> Vec<Free> {
-    let components = match (e.start, &e.imposed_speed) {
-        (Start::Estimated(_), None) => 5,
-        (Start::Estimated(_), Some(_)) => 4,
-        _ => 0,
+const SPEED: usize = 4;
+const ANGLE: usize = 5;
+
+fn start_of(index: usize, e: &Experiment, rating: &Rating, angle: bool) -> Vec<Free> {
+    let motion = match (e.start, &e.imposed_speed) {
+        (Start::Estimated(_), None) => 0..ANGLE,
+        (Start::Estimated(_), Some(_)) => 0..SPEED,
+        _ => 0..0,
     };
-    let scale = |component| if component == 4 { 0.1 * rating.electrical_frequency_hz } else { rating.rotor_flux_vs };
-    (0..components)
+    let scale = |component| match component {
+        SPEED => 0.1 * rating.electrical_frequency_hz,
+        // An eighth of a turn of the field is far for a machine of eight poles.
+        ANGLE => 0.1,
+        _ => rating.rotor_flux_vs,
+    };
+    motion
+        .chain((angle && !e.is_table()).then_some(ANGLE))
         .map(|component| Free {
             target: Target::Initial { experiment: index, component },
             transform: Transform::Linear(scale(component)),
@@ -32,19 +44,40 @@ fn start_of(index: usize, e: &Experiment, rating: &Rating) -> Vec<Free> {
 const MEMORY_S: f64 = 1.0;
 
 /// The state at the first row with which `machine` follows an experiment best: as given where it is known, fitted to the first second
-/// where it is [`Start::Estimated`]. Where no better state than the given one is found, that one.
+/// where it is [`Start::Estimated`]; the shaft's angle, where effects are fixed to it, to the whole. Where no better state than the given
+/// one is found, that one.
 pub fn start_on(machine: &Machine<f64>, e: &Experiment, rating: &Rating) -> State<f64> {
-    let free = start_of(0, e, rating);
     let given = e.start.state();
-    if free.is_empty() {
-        return given;
+    let fitted = |start: State<f64>, angle: bool, fraction: f64| {
+        let free = start_of(0, e, rating, angle);
+        let mut here = Point::new(machine, vec![start]);
+        match descend(&mut here, std::slice::from_ref(e), &free, fraction, 20, 1e-6) {
+            Ok(_) if !free.is_empty() => here.starts[0],
+            _ => start,
+        }
+    };
+    let moving = if matches!(e.start, Start::Estimated(_)) {
+        fitted(given, false, (MEMORY_S / (e.sample_time_s * e.len() as f64)).min(1.0))
+    } else {
+        given
+    };
+    if machine.effects().any_fixed_to_shaft() && !e.is_table() {
+        return fitted(State { theta_m: angle_on(machine, e, &moving), ..moving }, true, 1.0);
     }
-    let mut here = Point::new(machine, vec![given]);
-    let fraction = (MEMORY_S / (e.sample_time_s * e.len() as f64)).min(1.0);
-    match descend(&mut here, std::slice::from_ref(e), &free, fraction, 20, 1e-6) {
-        Ok(_) => here.starts[0],
-        Err(_) => given,
-    }
+    moving
+}
+
+/// Angles tried over a revolution: four to a period where the field of eight poles turns with a broken bar.
+const ANGLES: usize = 32;
+
+/// Of some angles of the shaft at the first row, rad, the one with which `machine` follows an experiment best: where a descent finds the
+/// best of all.
+pub fn angle_on(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> f64 {
+    let angle = |k: usize| std::f64::consts::TAU * k as f64 / ANGLES as f64;
+    let missed = |k: usize| cost(machine, std::slice::from_ref(e), &[State { theta_m: angle(k), ..*start }]);
+    let tried: Vec<f64> = (0..ANGLES).into_par_iter().map(missed).collect();
+    let best = (0..ANGLES).filter(|&k| tried[k].is_finite()).min_by(|&a, &b| tried[a].total_cmp(&tried[b]));
+    best.map_or(start.theta_m, angle)
 }
 
 /// A first idea of how an experiment starts: at rest where its first rows show neither speed nor a current that a voltage drives, else

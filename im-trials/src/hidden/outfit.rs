@@ -23,6 +23,8 @@ pub struct Outfit {
     pub delay_samples: f64,
     /// The sensors.
     pub sensors: Sensors,
+    /// Angle of the shaft when a recording begins, rad.
+    pub start_angle_rad: f64,
     /// The effects and their parameters, for the record.
     pub truth: Vec<HiddenEffect>,
 }
@@ -71,7 +73,14 @@ impl Outfit {
             inverter: None,
             speed_filter: None,
         };
-        Self { plant, voltage_gain: 1.0, delay_samples: 0.0, sensors: Sensors::default(), truth: Vec::new() }
+        Self {
+            plant,
+            voltage_gain: 1.0,
+            delay_samples: 0.0,
+            sensors: Sensors::default(),
+            start_angle_rad: 0.0,
+            truth: Vec::new(),
+        }
     }
 
     /// The machine with effects. Forms and sizes vary with the seed, sizes by ±15 %.

@@ -62,6 +62,7 @@ pub fn record(
     mut noise: Option<NoiseSource>,
 ) -> Table {
     let mut motion = Motion::at_rest(machine, &outfit.plant);
+    motion.x[at::ANGLE] = outfit.start_angle_rad;
     let mut table = Table::default();
     let whole = outfit.delay_samples.floor();
     let late_s = (outfit.delay_samples - whole) * sample_s;

@@ -10,6 +10,7 @@ use super::run::record;
 use super::sensors::{Noise, NoiseSource};
 use super::table::{Table, significant};
 use rayon::prelude::*;
+use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -122,6 +123,12 @@ impl Case {
         ]
     }
 
+    /// As the machine stands when a recording begins: nobody turns its shaft back to where it was.
+    fn outfit_for(&self, part: Part) -> Outfit {
+        let start_angle_rad = self.chance(&format!("angle {part:?}")).between(0.0, TAU);
+        Outfit { start_angle_rad, ..self.outfit() }
+    }
+
     /// Simulates one recording.
     pub fn recording(&self, part: Part) -> Table {
         let machine = self.true_machine();
@@ -130,7 +137,7 @@ impl Case {
         let noise = NoiseSource::new(&self.noise, current, speed, load, self.chance(&format!("noise {part:?}")));
         let mut drive = manoeuvre.drive();
         let sample_s = manoeuvre.sample_s;
-        let mut table = record(&machine, &self.outfit(), drive.as_mut(), &manoeuvre.load_nm, sample_s, Some(noise));
+        let mut table = record(&machine, &self.outfit_for(part), drive.as_mut(), &manoeuvre.load_nm, sample_s, Some(noise));
         table.cut_before(manoeuvre.settling_rows);
         table
     }
@@ -141,7 +148,7 @@ impl Case {
         let machine = self.true_machine();
         let manoeuvre = self.manoeuvre(part);
         let [current_sigma, speed_sigma, _] = Self { noise: Noise::default(), ..self.clone() }.sigmas();
-        let (outfit, sample_s) = (self.outfit(), manoeuvre.sample_s);
+        let (outfit, sample_s) = (self.outfit_for(part), manoeuvre.sample_s);
         let with = record(&machine, &outfit, manoeuvre.drive().as_mut(), &manoeuvre.load_nm, sample_s, None);
         let mut again = Playback { alpha_v: &with.u_alpha_v, beta_v: &with.u_beta_v };
         let without = record(&machine, &Outfit::base(&machine), &mut again, &manoeuvre.load_nm, sample_s, None);
