@@ -107,16 +107,16 @@ fn what_im_design_writes_is_observed_with() {
     };
     let observe =
         |observer: &'static str| ["observe", "--observer", observer, "--motor", &motor, "--data", &data, "--gains", &gains];
-    for (kind, observer) in [("kubota-loop", "kubota"), ("thau-box", "thau"), ("derdiyok", "derdiyok"), ("utkin", "utkin")] {
+    for (kind, observer) in [("kubota", "kubota"), ("thau-box", "thau"), ("derdiyok", "derdiyok"), ("utkin", "utkin")] {
         made(kind, &[]);
         assert!(done(&observe(observer)).contains("valid"), "{kind}");
     }
-    made("thau-box", &["--period", "1e-4"]);
+    made("thau-box", &["--period", "2e-4"]);
     assert!(done(&observe("thau")).contains("valid"));
-    fs::write(&gains, dir.read("gains.toml").replacen("period_s = 0.0001", "period_s = 0.0002", 1)).unwrap();
+    fs::write(&gains, dir.read("gains.toml").replacen("period_s = 0.0002", "period_s = 0.0003", 1)).unwrap();
     assert!(refused(&observe("thau")).contains("refused: altered"));
     made("thau-box", &["--period", "2e-5"]);
-    assert!(refused(&observe("thau")).contains("im design --period 0.0001"));
+    assert!(refused(&observe("thau")).contains("--period 0.0002"));
 }
 
 #[test]

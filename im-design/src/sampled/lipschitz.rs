@@ -75,15 +75,18 @@ fn at_period(plant: Plant, period_s: f64, slack: f64) -> Option<(SampledThauDesi
     let c = plant.constants::<f64>();
     let contraction = (-0.01 * c.friction_rate.min(c.eta) * period_s).exp();
     let (q, ..) = solve(&c, period_s, contraction, None)?;
-    let lipschitz = (1.0 - slack) * q.max(0.0).sqrt();
-    // Half of what the continuous observer tolerates, or the period is too long.
-    if lipschitz < 0.5 * limit(&c) {
-        return None;
-    }
-    let (_, p, gain) = solve(&c, period_s, contraction, Some(lipschitz * lipschitz))?;
-    let design = SampledThauDesign { period_s, lipschitz, contraction, gain, p };
-    let certificate = Certificate::seal(plant, design.clone()).ok()?;
-    Some((design, certificate))
+    // Where rounding eats the proof of the largest, a little less is proven.
+    [slack, 10.0 * slack, 0.1, 0.3].into_iter().find_map(|less| {
+        let lipschitz = (1.0 - less) * q.max(0.0).sqrt();
+        // Half of what the continuous observer tolerates, or the period is too long.
+        if lipschitz < 0.5 * limit(&c) {
+            return None;
+        }
+        let (_, p, gain) = solve(&c, period_s, contraction, Some(lipschitz * lipschitz))?;
+        let design = SampledThauDesign { period_s, lipschitz, contraction, gain, p };
+        let certificate = Certificate::seal(plant, design.clone()).ok()?;
+        Some((design, certificate))
+    })
 }
 
 /// As for the continuous observer: the largest κ², or the most strictly feasible P and gain for one.
@@ -147,6 +150,25 @@ pub fn thau(plant: Plant, slack: f64, period_s: Option<f64>) -> Result<(SampledT
 mod tests {
     use super::*;
     use crate::Machine;
+
+    /// A machine that a thousand random ones brought up: 20 us was refused though twice the period is feasible.
+    #[test]
+    fn what_is_feasible_is_not_refused_for_rounding() {
+        let plant = Plant::Machine(Machine {
+            stator_resistance_ohm: 0.02406690028057762,
+            rotor_resistance_ohm: 0.025036713882788636,
+            stator_inductance_h: 0.021078431435378794,
+            rotor_inductance_h: 0.021176953518904355,
+            mutual_inductance_h: 0.020093210600123187,
+            pole_pairs: 3,
+            inertia_kg_m2: 2.0944213115001475,
+            viscous_friction_n_m_s: 2.0215641819842105,
+        });
+        for period_s in [5e-6, 10e-6, 20e-6, 40e-6, 100e-6] {
+            let (d, _) = thau(plant, 1e-3, Some(period_s)).unwrap_or_else(|e| panic!("{period_s} s: {e}"));
+            assert!(d.lipschitz > 0.9 * limit(&plant.constants()), "{period_s} s: {}", d.lipschitz);
+        }
+    }
 
     #[test]
     fn short_periods_cost_little_and_no_period_passes_the_limit() {

@@ -163,7 +163,7 @@ fn discretization(table: &Option<Table<'_>>, basis: &Basis<f64>) -> Result<Discr
     let (of_data, proven) = (basis.sample_time_s(), t.number("period_s")?);
     match proven.filter(|h| (h / of_data - 1.0).abs() > 1e-3) {
         Some(h) => Err(Failure::Input(format!(
-            "{}: proven for a sampling period of {h} s, the recording's is {of_data} s; design for that: im design --period {of_data}",
+            "{}: proven for a sampling period of {h} s, the recording's is {of_data} s; design for that with --period {of_data}",
             t.path.display()
         ))),
         None => Ok(Discretization::ForwardEuler),
