@@ -272,6 +272,19 @@ mod tests {
         read(text).unwrap_err().to_string()
     }
 
+    /// 0.0003 is written so, not as the product 3 · 0.0001 with its noise; a time that is meant is written as it is.
+    #[test]
+    fn times_are_written_without_the_noise_of_their_product() {
+        let written = |t: f64| {
+            let mut out = Vec::new();
+            write_time(&mut out, t).unwrap();
+            String::from_utf8(out).unwrap()
+        };
+        assert_eq!([written(3.0 * 1e-4), written(0.1 + 0.2), written(-7.0 * 0.1), written(0.0)], ["0.0003", "0.3", "-0.7", "0"]);
+        let odd = 1.0 / 3.0;
+        assert_eq!(written(odd).parse(), Ok(odd));
+    }
+
     #[test]
     fn canonical_columns_in_any_order_with_comments_and_other_separators() {
         let r = read(GOOD).unwrap();

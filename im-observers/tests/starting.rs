@@ -53,6 +53,46 @@ fn kubotas_speed_law_has_a_double_pole_at_half_its_bandwidth() {
     }
 }
 
+/// Without feedback the observer has the machine's own poles, p² + (γ + η − jω_e)p + (η − jω_e)R_s/σL_s = 0; forward Euler is stable up to
+/// the least −2Re(p)/|p|².
+#[test]
+fn without_feedback_forward_euler_is_limited_by_the_machines_own_poles() {
+    for m in ALL {
+        let (p, c) = (m.parameters(), machine(&m).parameters().windings().derived(m.pole_pairs));
+        let gains = KubotaGains::without_feedback(1.0, 1.0);
+        for most in [0.0, 60.0, 300.0] {
+            let mut limit = f64::INFINITY;
+            for k in -20..=20 {
+                let turning = C::new(c.eta, -c.n_p * most * f64::from(k) / 20.0);
+                let (sum, product) = (turning + c.gamma, turning * (p.stator_resistance_ohm / c.sigma_l_s));
+                let root = (sum * sum - product * 4.0).sqrt();
+                for pole in [(-sum + root) / 2.0, (-sum - root) / 2.0] {
+                    limit = limit.min(-2.0 * pole.re / pole.norm_sqr());
+                }
+            }
+            let got = gains.euler_step_limit_s(&machine(&m), most);
+            assert!((got / limit - 1.0).abs() < 1e-9, "{} to {most} rad/s: {got} {limit}", m.name);
+        }
+    }
+}
+
+/// Started right on a machine that runs, the first estimates are right, either way round: the filters of the equivalent control begin at
+/// (η − jn_pω)λ.
+#[test]
+fn an_observer_that_starts_right_is_right_at_once() {
+    let m = JADOT_TABLE_I;
+    for speed in [100.0, -60.0] {
+        let truth = Truth::of(&machine(&m), &held(&m, speed, 3.0, 0.05));
+        let b = basis(&m, H);
+        let derdiyok = Derdiyok::try_new(b, DerdiyokGains::for_machine(&machine(&m), &m.rating)).unwrap();
+        let estimates = truth.observe_from(&derdiyok, 1, truth.state(&derdiyok, 0));
+        for (k, e) in estimates.iter().take(20).enumerate() {
+            // The switching passes the filter by 2 % a sample.
+            assert!((e.omega_m - speed).abs() < 0.1 * speed.abs(), "{k}: {} {speed}", e.omega_m);
+        }
+    }
+}
+
 /// ν₀ and ω₀ dominate what they must, at 1.2 times rated flux and twice rated speed, and not by more than was said.
 #[test]
 fn switching_gains_to_start_from_cover_twice_the_rated_speed() {
