@@ -6,3 +6,4 @@ mod jadot;
 mod kenne;
 mod ramp;
 mod replay;
+mod settings;
