@@ -141,11 +141,7 @@ fn a_first_sample_of_time_varying_adaptation_is_47() {
     let second = law.step(&mut x, &t);
     let change = [0, 1].map(|k| second.values[k] / before[k] - 1.0);
     let expected = -(chi[0] * change[0] + chi[1] * change[1]) / H;
-    assert!(
-        (law.flux_injection(&x) - expected).norm() < 1e-9 + 1e-6 * expected.norm(),
-        "{} {expected} {a}",
-        law.flux_injection(&x)
-    );
+    assert!((law.flux_injection(&x) - expected).norm() < 1e-9 + 1e-6 * expected.norm(), "{} {expected}", law.flux_injection(&x));
 }
 
 /// (53): nothing is learnt where |T_rω_s| ≤ 4 or |T_rω_g| ≤ ¼, nor without a regressor, nor from what is lost.
