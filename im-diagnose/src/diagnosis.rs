@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 
 use crate::case::Case;
 use crate::leftover::{Dependence, dependences};
-use crate::refine::{Course, Model, NEGLIGIBLE, Options, Refinement, UNSTABLE, cosine, judged, mean_square, pulled};
-use crate::score::{LEAST_KEEP, Score, strengths, threshold};
+use crate::refine::{Course, Model, NEGLIGIBLE, Options, Refinement, UNSTABLE, judged, mean_square, pulled};
+use crate::score::{LEAST_KEEP, Score, cosine, strengths, threshold};
 
 /// What the data say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -195,7 +195,8 @@ impl Series {
             for (which, orders) in [(0usize, 1..=ORDERS), (1, 1..=12)] {
                 let variable = |m| if which == 0 { Variable::RotorAngle(m) } else { Variable::CurrentAngle(m) };
                 // The rotor stands at another angle at the start of each run, the current does not.
-                let runs = if which == 0 { self.runs.clone() } else { vec![0..n] };
+                let whole = 0..n;
+                let runs = if which == 0 { self.runs.as_slice() } else { std::slice::from_ref(&whole) };
                 let found_in: Vec<Ripples> = runs.iter().map(|run| self.ripples(run, which, p, *orders.end() as usize)).collect();
                 let power = |m: usize| found_in.iter().map(|r| r.white[m].norm_sqr() / r.rows).sum::<f64>();
                 let best = (0..*orders.end() as usize).max_by(|&i, &j| power(i).total_cmp(&power(j))).unwrap_or(0);

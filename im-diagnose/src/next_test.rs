@@ -8,9 +8,9 @@ use im_model::simulation::{Scenario, Simulation};
 use im_model::{EffectId, MotorFile, Recording};
 use rayon::prelude::*;
 
-use crate::refine::{cosine, pulled};
+use crate::refine::pulled;
 use crate::report::ProfileTrace;
-use crate::score::{Score, ScoreContext};
+use crate::score::{Score, ScoreContext, closest};
 
 /// What the machine and its supply may be asked to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,7 +108,7 @@ fn proposal(
     let mut angle_deg = 90.0f64;
     for (k, a) in scores.iter().enumerate() {
         for b in &scores[k + 1..] {
-            angle_deg = angle_deg.min(cosine(&a.signature, &b.signature).min(1.0).acos().to_degrees());
+            angle_deg = angle_deg.min(closest(a, b).min(1.0).acos().to_degrees());
         }
     }
     // Worth: how far below its usual size the worst open effect would still be found, and, of rivals, apart from the other.

@@ -8,7 +8,7 @@ use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
 
 use crate::case::Case;
-use crate::score::{Score, ScoreContext, strengths, threshold, whiteners};
+use crate::score::{Score, ScoreContext, cosine, strengths, threshold, whiteners};
 
 /// What the loop may do.
 #[derive(Clone, Debug)]
@@ -387,12 +387,6 @@ impl Refinement {
             })
             .collect()
     }
-}
-
-/// Cosine of the angle between two signatures, without sign.
-pub fn cosine(a: &[f64], b: &[f64]) -> f64 {
-    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(p, q)| p * q).sum::<f64>();
-    (dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()).abs()
 }
 
 /// Rate at which the speed is drawn to the measured one, 1/s: slower than the electrical transients, faster than pulling out.

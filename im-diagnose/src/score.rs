@@ -34,8 +34,10 @@ pub struct Score {
     pub detectable: f64,
     /// The shape it was found at: parameter index and value.
     pub shape: Vec<(usize, f64)>,
-    /// The projected signature of the leading strength, thinned, for comparing effects.
+    /// What the effect explains of the residual at the sizes predicted, projected and thinned, for comparing effects.
     pub signature: Vec<f64>,
+    /// The projected signature of each strength by itself, thinned alike.
+    pub directions: Vec<Vec<f64>>,
     /// By how many σ a unit of each strength changes the outputs, per shape tried: where the next score looks for sizes that matter.
     pub sensitivity: Vec<Vec<f64>>,
 }
@@ -254,30 +256,48 @@ impl<'a> ScoreContext<'a> {
             if best.as_ref().is_none_or(|s| score > s.score) {
                 // The leading strength in all recordings, and the sizes in the one that shows it best.
                 let (run, strength) = (used[lead] / strengths.len(), used[lead] % strengths.len());
-                let everywhere: Vec<usize> = (strength..columns.len()).step_by(strengths.len()).collect();
-                let seen: f64 = everywhere.iter().map(|&k| dot(&columns[k], &columns[k])).sum();
+                let all_of = |k: usize| (k..columns.len()).step_by(strengths.len());
+                let everywhere = || all_of(strength);
+                let seen: f64 = everywhere().map(|k| dot(&columns[k], &columns[k])).sum();
                 let size = |k: usize| used.iter().position(|u| *u == run * strengths.len() + k).map_or(0.0, |p| x[p]);
                 let threshold = threshold(n, 0.01 / (EffectId::ALL.len() * tried) as f64);
                 let rows = self.residual.len();
+                let thin = |at: &dyn Fn(usize) -> f64| (0..rows).step_by((rows / 4000).max(1)).map(at).collect::<Vec<f64>>();
                 best = Some(Score {
                     effect,
                     score,
                     freedom: n,
                     log_p: (log_p(score, n) - (tried as f64).log10()).max(0.0),
-                    keep: seen / everywhere.iter().map(|&k| norms[k]).sum::<f64>(),
+                    keep: seen / everywhere().map(|k| norms[k]).sum::<f64>(),
                     predicted: (0..strengths.len()).map(size).collect(),
                     detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / seen.sqrt(),
                     shape,
-                    signature: (0..rows)
-                        .step_by((rows / 4000).max(1))
-                        .map(|n| everywhere.iter().map(|&k| columns[k][n]).sum())
-                        .collect(),
+                    signature: thin(&|n| (0..used.len()).map(|p| x[p] * columns[used[p]][n]).sum()),
+                    directions: (0..strengths.len()).map(|k| thin(&|n| all_of(k).map(|c| columns[c][n]).sum())).collect(),
                     sensitivity: Vec::new(),
                 });
             }
         }
         best.map(|score| Score { sensitivity, ..score })
     }
+}
+
+/// Cosine of the angle between two signatures, without sign.
+pub fn cosine(a: &[f64], b: &[f64]) -> f64 {
+    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(p, q)| p * q).sum::<f64>();
+    let both = (dot(a, a) * dot(b, b)).sqrt();
+    if a.len() == b.len() && both > 0.0 { (dot(a, b) / both).abs() } else { 0.0 }
+}
+
+/// Cosine of the least angle between what two effects can do, at whatever sizes.
+pub fn closest(a: &Score, b: &Score) -> f64 {
+    let rows = a.directions.first().map_or(0, Vec::len);
+    let span = |s: &Score| orthonormal(s.directions.clone(), rows);
+    let alike = |s: &Score| s.directions.iter().all(|d| d.len() == rows);
+    if !(alike(a) && alike(b)) {
+        return 0.0;
+    }
+    span(a).tr_mul(&span(b)).singular_values().iter().fold(0.0, |m, s| s.max(m))
 }
 
 /// Indices of the strengths of an effect.

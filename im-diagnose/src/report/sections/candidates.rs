@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 
 use im_model::EffectId;
 
+use crate::score::cosine;
+
 use super::super::page::{Section, figure, scale, shade, table, term};
 use super::super::story::Story;
 use super::super::svg::short;
@@ -86,13 +88,6 @@ fn alike(s: &Story) -> String {
     if scores.len() < 2 {
         return String::new();
     }
-    let cosine = |a: &[f64], b: &[f64]| {
-        if a.len() != b.len() {
-            return 0.0;
-        }
-        let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(p, q)| p * q).sum::<f64>();
-        (dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()).abs()
-    };
     let all: Vec<(EffectId, EffectId, f64)> = (0..scores.len())
         .flat_map(|a| (0..a).map(move |b| (a, b)))
         .map(|(a, b)| (scores[b].effect, scores[a].effect, cosine(&scores[a].signature, &scores[b].signature)))
