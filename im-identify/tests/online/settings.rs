@@ -100,8 +100,8 @@ fn a_sample_of_time_scale_adaptation_is_34() {
         let mut x = law.start();
         let estimate = law.step(&mut x, &t);
         assert_eq!((estimate.status, estimate.adapting), (Status::Adapting, [true, true, false, true]));
-        for k in 0..4 {
-            let error = (dot(b[k], held) / size).clamp(-1.0, 1.0);
+        for (k, b) in b.into_iter().enumerate() {
+            let error = (dot(b, held) / size).clamp(-1.0, 1.0);
             let change = settings.weights[k] * error * 0.5 * p.inverse_rotor_time_constant() * H;
             let got = estimate.values[k] / p.values()[k] - 1.0;
             assert!((got - change).abs() < 1e-12, "{k}: {got} {change}");
@@ -128,8 +128,8 @@ fn a_first_sample_of_time_varying_adaptation_is_47() {
     let mut x = law.start();
     assert_eq!(law.integral_leak_per_s(&x), 0.0, "nothing has been learnt yet");
     let estimate = law.step(&mut x, &t);
-    for k in 0..4 {
-        let change = 100.0 * 100.0 * H * p.leakage_inductance_h * dot(w[k], t.delta_i) / size;
+    for (k, w) in w.into_iter().enumerate() {
+        let change = 100.0 * 100.0 * H * p.leakage_inductance_h * dot(w, t.delta_i) / size;
         let got = estimate.values[k] / p.values()[k] - 1.0;
         assert!((got - change).abs() < 1e-12, "{k}: {got} {change}");
     }
