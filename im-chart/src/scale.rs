@@ -4,7 +4,7 @@
 pub(crate) fn bounds(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let [low, high] = values.filter(|x| x.is_finite()).fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(x), h.max(x)]);
     match high - low {
-        span if span > 1e-12 * high.abs().max(low.abs()) && span.is_finite() => [low - 0.03 * span, high + 0.03 * span],
+        span if span > 1e-6 * high.abs().max(low.abs()) && span.is_finite() => [low - 0.03 * span, high + 0.03 * span],
         _ if low.is_finite() => {
             let room = if low == 0.0 { 1.0 } else { low.abs() };
             [low - room, low + room]
@@ -20,7 +20,8 @@ pub fn ticks([low, high]: [f64; 2], wanted: f64) -> Vec<(f64, String)> {
     let step = [1.0, 2.0, 5.0, 10.0].map(|s| s * power).into_iter().find(|s| *s >= rough).unwrap_or(10.0 * power);
     let decimals = (-step.log10().floor()).max(0.0) as usize;
     let words = |x: f64| {
-        let long = x != 0.0 && (decimals > 4 || x.abs() >= 1e5);
+        // Small numbers as powers; what differs in a late place, with that place.
+        let long = x != 0.0 && (x.abs() >= 1e5 || decimals > 4 && low.abs().max(high.abs()) < 1e-2);
         if long { format!("{x:.1e}") } else { format!("{x:.decimals$}") }.replace('-', "−")
     };
     // Adding zero leaves no negative zero.
@@ -73,6 +74,7 @@ mod tests {
         assert_eq!(words(0.0, 0.5), ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5"]);
         assert_eq!(words(0.0, 1.0), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(words(0.0011, 0.0029), ["0.0015", "0.0020", "0.0025"]);
+        assert_eq!(words(5.640_01, 5.640_03), ["5.640010", "5.640015", "5.640020", "5.640025", "5.640030"]);
         assert_eq!(
             words(0.0, 2.0e-6),
             ["0.00000", "5.0e−7", "1.0e−6", "1.5e−6", "2.0e−6"].map(|s| s.replace("0.00000", "0.0000000"))

@@ -225,60 +225,60 @@ impl<'a> ScoreContext<'a> {
     pub fn score(&self, effect: EffectId, before: Option<&Score>) -> Option<Score> {
         let shapes = shapes(effect, &self.machine, self.rating);
         let tried = shapes.len();
-        let strengths: Vec<usize> = strengths(effect);
-        let mut sensitivity = vec![vec![0.0; strengths.len()]; tried];
+        let mut sensitivity = vec![vec![0.0; strengths(effect).len()]; tried];
         if let Some(known) = before.map(|s| &s.sensitivity).filter(|s| s.len() == tried) {
             sensitivity.clone_from(known);
         }
-        let mut best: Option<Score> = None;
-        for (shape, sensitivity) in shapes.into_iter().zip(&mut sensitivity) {
-            let secants = strengths.iter().zip(sensitivity).map(|(&k, s)| self.secant(effect, k, &shape, s));
-            let Some(raw) = secants.collect::<Option<Vec<_>>>() else { continue };
-            let raw = if self.turns_anew(effect) { self.run_by_run(&raw) } else { raw };
-            let norms: Vec<f64> = raw.iter().map(|g| g.iter().map(|x| x * x).sum::<f64>()).collect();
-            let columns: Vec<Vec<f64>> = raw.into_iter().map(|g| self.projected(g)).collect();
-            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-            // A strength that a refit imitates all but wholly has no size of its own here: the others speak for the effect.
-            let kept = |least: f64| -> Vec<usize> {
-                (0..columns.len()).filter(|&k| dot(&columns[k], &columns[k]) > least * norms[k]).collect()
-            };
-            let used = Some(kept(LEAST_KEEP)).filter(|u| !u.is_empty()).unwrap_or_else(|| kept(1e-12));
-            let n = used.len();
-            if n == 0 {
-                continue;
-            }
-            let gram = DMatrix::from_fn(n, n, |a, b| dot(&columns[used[a]], &columns[used[b]]));
-            let b = DVector::from_fn(n, |a, _| dot(&columns[used[a]], &self.residual));
-            let Some(chol) = gram.clone().cholesky() else { continue };
-            let x = chol.solve(&b);
-            let score = (b.dot(&x) / self.variance).max(0.0);
-            let lead = (0..n).max_by(|&p, &q| (gram[(p, p)] * x[p] * x[p]).total_cmp(&(gram[(q, q)] * x[q] * x[q]))).unwrap_or(0);
-            if best.as_ref().is_none_or(|s| score > s.score) {
-                // The leading strength in all recordings, and the sizes in the one that shows it best.
-                let (run, strength) = (used[lead] / strengths.len(), used[lead] % strengths.len());
-                let all_of = |k: usize| (k..columns.len()).step_by(strengths.len());
-                let everywhere = || all_of(strength);
-                let seen: f64 = everywhere().map(|k| dot(&columns[k], &columns[k])).sum();
-                let size = |k: usize| used.iter().position(|u| *u == run * strengths.len() + k).map_or(0.0, |p| x[p]);
-                let threshold = threshold(n, 0.01 / (EffectId::ALL.len() * tried) as f64);
-                let rows = self.residual.len();
-                let thin = |at: &dyn Fn(usize) -> f64| (0..rows).step_by((rows / 4000).max(1)).map(at).collect::<Vec<f64>>();
-                best = Some(Score {
-                    effect,
-                    score,
-                    freedom: n,
-                    log_p: (log_p(score, n) - (tried as f64).log10()).max(0.0),
-                    keep: seen / everywhere().map(|k| norms[k]).sum::<f64>(),
-                    predicted: (0..strengths.len()).map(size).collect(),
-                    detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / seen.sqrt(),
-                    shape,
-                    signature: thin(&|n| (0..used.len()).map(|p| x[p] * columns[used[p]][n]).sum()),
-                    directions: (0..strengths.len()).map(|k| thin(&|n| all_of(k).map(|c| columns[c][n]).sum())).collect(),
-                    sensitivity: Vec::new(),
-                });
-            }
-        }
+        let at = |(shape, sensitivity): (_, &mut Vec<f64>)| self.score_at(effect, shape, tried, sensitivity);
+        let best = shapes.into_iter().zip(&mut sensitivity).filter_map(at).reduce(|a, b| if b.score > a.score { b } else { a });
         best.map(|score| Score { sensitivity, ..score })
+    }
+
+    /// The score at one of so many shapes tried.
+    fn score_at(&self, effect: EffectId, shape: Vec<(usize, f64)>, tried: usize, sensitivity: &mut [f64]) -> Option<Score> {
+        let strengths = strengths(effect);
+        let secants = strengths.iter().zip(sensitivity).map(|(&k, s)| self.secant(effect, k, &shape, s));
+        let raw = secants.collect::<Option<Vec<_>>>()?;
+        let raw = if self.turns_anew(effect) { self.run_by_run(&raw) } else { raw };
+        let norms: Vec<f64> = raw.iter().map(|g| g.iter().map(|x| x * x).sum::<f64>()).collect();
+        let columns: Vec<Vec<f64>> = raw.into_iter().map(|g| self.projected(g)).collect();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        // A strength that a refit imitates all but wholly has no size of its own here: the others speak for the effect.
+        let kept = |least: f64| -> Vec<usize> {
+            (0..columns.len()).filter(|&k| dot(&columns[k], &columns[k]) > least * norms[k]).collect()
+        };
+        let used = Some(kept(LEAST_KEEP)).filter(|u| !u.is_empty()).unwrap_or_else(|| kept(1e-12));
+        let n = used.len();
+        if n == 0 {
+            return None;
+        }
+        let gram = DMatrix::from_fn(n, n, |a, b| dot(&columns[used[a]], &columns[used[b]]));
+        let b = DVector::from_fn(n, |a, _| dot(&columns[used[a]], &self.residual));
+        let x = gram.clone().cholesky()?.solve(&b);
+        let score = (b.dot(&x) / self.variance).max(0.0);
+        let part = |p: usize| gram[(p, p)] * x[p] * x[p];
+        let lead = (0..n).max_by(|&p, &q| part(p).total_cmp(&part(q))).unwrap_or(0);
+        // The leading strength in all recordings, and the sizes in the one that shows it best.
+        let (run, strength) = (used[lead] / strengths.len(), used[lead] % strengths.len());
+        let all_of = |k: usize| (k..columns.len()).step_by(strengths.len());
+        let seen: f64 = all_of(strength).map(|k| dot(&columns[k], &columns[k])).sum();
+        let size = |k: usize| used.iter().position(|u| *u == run * strengths.len() + k).map_or(0.0, |p| x[p]);
+        let threshold = threshold(n, 0.01 / (EffectId::ALL.len() * tried) as f64);
+        let rows = self.residual.len();
+        let thin = |at: &dyn Fn(usize) -> f64| (0..rows).step_by((rows / 4000).max(1)).map(at).collect::<Vec<f64>>();
+        Some(Score {
+            effect,
+            score,
+            freedom: n,
+            log_p: (log_p(score, n) - (tried as f64).log10()).max(0.0),
+            keep: seen / all_of(strength).map(|k| norms[k]).sum::<f64>(),
+            predicted: (0..strengths.len()).map(size).collect(),
+            detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / seen.sqrt(),
+            shape,
+            signature: thin(&|n| (0..used.len()).map(|p| x[p] * columns[used[p]][n]).sum()),
+            directions: (0..strengths.len()).map(|k| thin(&|n| all_of(k).map(|c| columns[c][n]).sum())).collect(),
+            sensitivity: Vec::new(),
+        })
     }
 }
 
@@ -292,12 +292,17 @@ pub fn cosine(a: &[f64], b: &[f64]) -> f64 {
 /// Cosine of the least angle between what two effects can do, at whatever sizes.
 pub fn closest(a: &Score, b: &Score) -> f64 {
     let rows = a.directions.first().map_or(0, Vec::len);
-    let span = |s: &Score| orthonormal(s.directions.clone(), rows);
-    let alike = |s: &Score| s.directions.iter().all(|d| d.len() == rows);
-    if !(alike(a) && alike(b)) {
+    if a.directions.iter().chain(&b.directions).any(|d| d.len() != rows) {
         return 0.0;
     }
-    span(a).tr_mul(&span(b)).singular_values().iter().fold(0.0, |m, s| s.max(m))
+    closest_of(&a.directions, &b.directions, rows)
+}
+
+/// Largest cosine of the principal angles between two spans.
+fn closest_of(a: &[Vec<f64>], b: &[Vec<f64>], rows: usize) -> f64 {
+    let span = |columns: &[Vec<f64>]| orthonormal(columns.to_vec(), rows);
+    let between = span(a).tr_mul(&span(b));
+    if between.is_empty() { 0.0 } else { between.singular_values().max() }
 }
 
 /// Indices of the strengths of an effect.
@@ -366,4 +371,22 @@ fn orthonormal(columns: Vec<Vec<f64>>, rows: usize) -> DMatrix<f64> {
         }
     }
     if kept.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&kept) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn effects_are_as_close_as_the_nearest_things_that_they_can_do() {
+        let (x, y, z) = (vec![1.0, 0.0, 0.0], vec![0.0, 2.0, 0.0], vec![0.0, 0.0, 3.0]);
+        let between = vec![0.0, 1.0, 1.0];
+        let near = |a: &[&Vec<f64>], b: &[&Vec<f64>]| {
+            let owned = |v: &[&Vec<f64>]| v.iter().map(|v| (*v).clone()).collect::<Vec<_>>();
+            closest_of(&owned(a), &owned(b), 3)
+        };
+        assert!(near(&[&x], &[&y]) < 1e-12 && (near(&[&x, &y], &[&y, &z]) - 1.0).abs() < 1e-12);
+        assert!((near(&[&x, &y], &[&between]) - 0.5f64.sqrt()).abs() < 1e-12);
+        assert_eq!((near(&[], &[&x]), cosine(&x, &[0.0; 3]), cosine(&y, &[0.0, -1.0, 0.0])), (0.0, 0.0, 1.0));
+    }
 }
