@@ -191,9 +191,13 @@ pub fn channel_name(name: &str) -> (String, &'static str) {
     (words, unit)
 }
 
-/// How large an error is in noise floors, in words of at most four digits.
+/// How large an error is in noise floors, to three digits.
 pub fn floors(chi2: f64) -> String {
-    if chi2 < 10.0 { format!("{chi2:.2}") } else { number(chi2, 3) }
+    if chi2 < 10.0 {
+        return format!("{chi2:.2}");
+    }
+    let place = 10f64.powf(chi2.log10().floor() - 2.0).max(1e-1);
+    number((chi2 / place).round() * place, 3)
 }
 
 /// The first letter large.
@@ -223,6 +227,7 @@ mod tests {
         assert_eq!(interval(1.46622, 5.56e-5, "Ω"), "1.466220 ± 0.000056\u{a0}Ω");
         assert_eq!(percent_change(1.0, 1.35), "+35\u{a0}%");
         assert_eq!(percent_change(0.0, 1.0), "new");
+        assert_eq!([1.0, 10.04, 102.4, 10_013.0].map(floors), ["1.00", "10", "102", "10000"]);
     }
 
     #[test]
