@@ -118,17 +118,13 @@ impl<T: Scalar> Bench<T> {
             // The target is what a sensor shows: the speed is drawn by what that sensor would show of it, not by the truth behind it.
             *target += before - self.speed_seen();
         }
-        if self.substeps == 1 {
-            self.plant.step_observed(&mut self.state, &drive, self.substep, &mut observe);
-        } else {
-            let whole = drive.imposed_speed;
-            for k in 0..self.substeps {
-                if let Some([a, b]) = whole {
-                    let at = |k: u32| a + (b - a).scale(f64::from(k) / f64::from(self.substeps));
-                    drive.imposed_speed = Some([at(k), at(k + 1)]);
-                }
-                self.plant.step_observed(&mut self.state, &drive, self.substep, &mut observe);
+        let whole = drive.imposed_speed;
+        for k in 0..self.substeps {
+            if let Some([a, b]) = whole {
+                let at = |k: u32| a + (b - a).scale(f64::from(k) / f64::from(self.substeps));
+                drive.imposed_speed = Some([at(k), at(k + 1)]);
             }
+            self.plant.step_observed(&mut self.state, &drive, self.substep, &mut observe);
         }
         let now = self.state.omega_m;
         self.speed_shown = self.plant.effects().speed_sensor_lag.shown(self.speed_shown, before, now, self.sample_time);

@@ -256,7 +256,7 @@ fn dual_hooks<const N: usize>(effect: &'static dyn CustomEffect) -> Option<&'sta
             })*
         };
     }
-    width!(4, 6, 8, 12);
+    width!(4, 6, 8);
     None
 }
 

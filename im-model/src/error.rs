@@ -42,6 +42,8 @@ pub enum Bound {
     NotNegative,
     /// Within the closed interval.
     Within(f64, f64),
+    /// A whole number, from the first to the second.
+    Whole(u32, u32),
 }
 
 impl core::fmt::Display for Bound {
@@ -50,6 +52,7 @@ impl core::fmt::Display for Bound {
             Self::Positive => f.write_str("positive and finite"),
             Self::NotNegative => f.write_str("zero or positive, and finite"),
             Self::Within(a, b) => write!(f, "from {} to {}", Short(a), Short(b)),
+            Self::Whole(a, b) => write!(f, "a whole number from {a} to {b}"),
         }
     }
 }
@@ -73,6 +76,7 @@ impl Bound {
                 Self::Positive => value > 0.0,
                 Self::NotNegative => value >= 0.0,
                 Self::Within(a, b) => (a..=b).contains(&value),
+                Self::Whole(a, b) => f64::from(value as u32) == value && (a..=b).contains(&(value as u32)),
             };
         if ok { Ok(()) } else { Err(ModelError::OutOfBounds { quantity, value, bound: self }) }
     }

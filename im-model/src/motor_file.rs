@@ -275,6 +275,7 @@ mod tests {
                     let x = match info.bound {
                         Bound::Within(a, b) if info.role == Role::Strength => typical.clamp(a, b),
                         Bound::Within(a, b) => a + s * (b - a),
+                        Bound::Whole(..) => typical.round(),
                         _ => typical * rating.unit_of(info.scale, &p, pole_pairs),
                     };
                     e.set(id, k, x);

@@ -313,22 +313,18 @@ impl<T: Scalar> Plant<T> {
         let (half, sixth, third) = (0.5 * h, h / 6.0, h / 3.0);
         // The parts that are not in use stay where they are: states with derivatives are too large to be copied in passing.
         let (from, mut at) = (*x, *x);
-        // Unrolled by hand: as a closure the compiler keeps it a call and copies whole states through memory.
-        macro_rules! stage {
-            ($fraction:literal, $weight:expr $(, then $next_at:expr)?) => {{
-                if let (false, Some([a, b])) = (PLAIN, drive.imposed_speed) {
-                    at.omega_m = a + (b - a).scale($fraction);
-                }
-                let e = self.evaluate_as::<PLAIN>(&at, drive);
-                observe($weight, &e);
-                x.accumulate(&e.rates, $weight, parts);
-                $(at.set_advanced(&from, &e.rates, $next_at, parts);)?
-            }};
+        // A loop, not four copies: with derivatives a copy fills a processor's instruction cache by itself.
+        for (fraction, weight, next) in [(0.0, sixth, half), (0.5, third, half), (0.5, third, h), (1.0, sixth, h)] {
+            if let (false, Some([a, b])) = (PLAIN, drive.imposed_speed) {
+                at.omega_m = a + (b - a).scale(fraction);
+            }
+            let e = self.evaluate_as::<PLAIN>(&at, drive);
+            observe(weight, &e);
+            x.accumulate(&e.rates, weight, parts);
+            if fraction < 1.0 {
+                at.set_advanced(&from, &e.rates, next, parts);
+            }
         }
-        stage!(0.0, sixth, then half);
-        stage!(0.5, third, then half);
-        stage!(0.5, third, then h);
-        stage!(1.0, sixth);
         if let (false, Some([_, b])) = (PLAIN, drive.imposed_speed) {
             x.omega_m = b;
         }

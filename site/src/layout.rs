@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::links::relative;
 use crate::markdown::Heading;
-use crate::source::escape;
+use im_chart::escape;
 
 /// The one style sheet.
 pub const STYLE: &str = include_str!("style.css");

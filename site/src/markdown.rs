@@ -5,7 +5,7 @@ use pulldown_cmark::{CodeBlockKind, CowStr, Event, LinkType, Options, Parser, Ta
 use crate::Problem;
 use crate::math::mathml;
 use crate::slug::Slugs;
-use crate::source::escape;
+use im_chart::escape;
 
 /// A heading of a page.
 #[derive(Clone, Debug, PartialEq, Eq)]

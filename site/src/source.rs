@@ -3,6 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use im_chart::escape;
+
 /// Beyond this a text is copied as it is.
 const LARGEST: u64 = 200_000;
 
@@ -12,11 +14,6 @@ pub enum Shown {
     Page(String),
     /// Not at all: it is copied.
     Copied,
-}
-
-/// `&`, `<`, `>` and quotes.
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// Whether a file is shown as a page of text.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use super::experiment::{Experiment, ExperimentError};
-use super::free::{Free, Target, component};
+use super::free::{Free, Target, change_component, component};
 use super::simulate::{linearize_to, residuals_to};
 
 /// Why a fit could not be made.
@@ -136,17 +136,7 @@ fn moved(
             Target::Initial { experiment, component: k } => {
                 let x = &mut starts[*experiment];
                 let p = f.value(component(x, *k), v);
-                match k {
-                    0 => x.psi_s.re = p,
-                    1 => x.psi_s.im = p,
-                    2 => x.psi_r.re = p,
-                    3 => x.psi_r.im = p,
-                    4 => {
-                        x.omega_m = p;
-                        x.omega_load = p;
-                    }
-                    _ => x.theta_m = p,
-                }
+                change_component(x, *k, |q| *q = p);
             }
         }
     }

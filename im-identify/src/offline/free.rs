@@ -128,6 +128,7 @@ pub fn effect_parameters(effect: EffectId, machine: &Machine<f64>, rating: &Rati
                 Bound::Positive => (f64::MIN_POSITIVE, f64::MAX),
                 Bound::NotNegative => (0.0, f64::MAX),
                 Bound::Within(a, b) => (a, b),
+                Bound::Whole(a, b) => (f64::from(a), f64::from(b)),
             };
             Free {
                 target: Target::Machine(vec![ParameterId::Effect(effect, k)]),
@@ -138,7 +139,31 @@ pub fn effect_parameters(effect: EffectId, machine: &Machine<f64>, rating: &Rati
         .collect()
 }
 
+/// The component of an initial state that is the speed.
+pub(super) const SPEED: usize = 4;
+/// That which is the angle.
+pub(super) const ANGLE: usize = 5;
+
+fn component_mut<T>(x: &mut State<T>, k: usize) -> &mut T {
+    match k {
+        0 => &mut x.psi_s.re,
+        1 => &mut x.psi_s.im,
+        2 => &mut x.psi_r.re,
+        3 => &mut x.psi_r.im,
+        SPEED => &mut x.omega_m,
+        _ => &mut x.theta_m,
+    }
+}
+
 /// Reads component `k` of an initial state.
 pub(super) fn component(x: &State<f64>, k: usize) -> f64 {
-    [x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.omega_m, x.theta_m][k]
+    *component_mut(&mut x.clone(), k)
+}
+
+/// Changes component `k` of an initial state; a compliant shaft begins at one speed.
+pub(super) fn change_component<T>(x: &mut State<T>, k: usize, change: impl Fn(&mut T)) {
+    change(component_mut(x, k));
+    if k == SPEED {
+        change(&mut x.omega_load);
+    }
 }

@@ -4,7 +4,7 @@ use im_model::{Bench, Complex, Drive, Dual, Machine, ParameterId, Scalar, State}
 use rayon::prelude::*;
 
 use super::experiment::{ChannelKind, Experiment, Start};
-use super::free::{Free, Target};
+use super::free::{Free, Target, change_component};
 use super::steady;
 
 /// Runs an experiment over its first `rows` rows; `sink` receives each row's channel values.
@@ -134,22 +134,21 @@ pub(super) fn linearize_to(
     if experiment.is_table() {
         return steady::linearize(machine, experiment, start, free, rows);
     }
-    // Chunks of the widths that exist; a last chunk of a few parameters takes the narrowest that holds it.
-    let mut chunks = Vec::new();
     let mut rest = free;
-    while !rest.is_empty() {
-        let n = if rest.len() > 8 && rest.len() < 12 { rest.len() } else { rest.len().min(12) };
-        let (head, tail) = rest.split_at(n);
-        chunks.push(head);
-        rest = tail;
-    }
+    let chunks: Vec<&[Free]> = widths(free.len())
+        .into_iter()
+        .map(|n| {
+            let (head, tail) = rest.split_at(n.min(rest.len()));
+            rest = tail;
+            head
+        })
+        .collect();
     let parts: Vec<Linearized> = chunks
         .par_iter()
         .map(|chunk| match chunk.len() {
             0..=4 => seeded::<4>(machine, experiment, start, index, chunk, rows),
             5..=6 => seeded::<6>(machine, experiment, start, index, chunk, rows),
-            7..=8 => seeded::<8>(machine, experiment, start, index, chunk, rows),
-            _ => seeded::<12>(machine, experiment, start, index, chunk, rows),
+            _ => seeded::<WIDEST>(machine, experiment, start, index, chunk, rows),
         })
         .collect();
     let mut parts = parts.into_iter();
@@ -160,6 +159,16 @@ pub(super) fn linearize_to(
         all.slopes.extend(p.slopes);
     }
     all
+}
+
+/// Widest dual: the code of a wider one outgrows the instruction cache, and a derivative costs twice as much.
+const WIDEST: usize = 8;
+
+/// The fewest duals of widths 4, 6, 8 that hold `n` derivatives between them, as even as they come.
+fn widths(n: usize) -> Vec<usize> {
+    let count = n.div_ceil(WIDEST);
+    let pairs_to_spare = (count * WIDEST - n) / 2;
+    (0..count).map(|k| WIDEST - 2 * (pairs_to_spare / count + usize::from(k < pairs_to_spare % count))).collect()
 }
 
 fn seeded<const N: usize>(
@@ -187,18 +196,7 @@ fn seeded<const N: usize>(
             && e == index
         {
             let slope = f.slope(0.0);
-            let part = match component {
-                0 => &mut start_n.psi_s.re,
-                1 => &mut start_n.psi_s.im,
-                2 => &mut start_n.psi_r.re,
-                3 => &mut start_n.psi_r.im,
-                4 => {
-                    start_n.omega_load.eps[k] = slope;
-                    &mut start_n.omega_m
-                }
-                _ => &mut start_n.theta_m,
-            };
-            part.eps[k] = slope;
+            change_component(&mut start_n, component, |q| q.eps[k] = slope);
         }
     }
     let channels = experiment.channels.len();
@@ -239,6 +237,16 @@ fn cast<const N: usize>(x: &State<f64>) -> State<Dual<N>> {
 mod tests {
     use super::*;
     use im_model::{Effects, Held, Recording, machines, steady_state};
+
+    #[test]
+    fn duals_hold_all_derivatives_with_at_most_one_place_left() {
+        for n in 0..40 {
+            let w = widths(n);
+            let held: usize = w.iter().map(|&w| w.max(4)).sum();
+            assert!(w.len() == n.div_ceil(8) && (n..n + 2).contains(&held) || n < 4, "{n}: {w:?}");
+            assert!(w.iter().all(|w| *w <= WIDEST), "{n}: {w:?}");
+        }
+    }
 
     #[test]
     fn a_start_in_motion_lets_iron_and_bars_begin_where_they_settle() {

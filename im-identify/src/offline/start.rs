@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::experiment::{ChannelKind, Experiment, Start};
 use super::fit::{Point, cost, descend};
-use super::free::{Free, Target, Transform};
+use super::free::{ANGLE, Free, SPEED, Target, Transform};
 
 /// The initial states that are to be found with everything else: ψ_s, ψ_r and, where the speed is not imposed, ω_m of every experiment
 /// whose start is [`Start::Estimated`]; and, with effects `fixed_to_shaft`, the shaft's angle at the start of every experiment after the
@@ -14,9 +14,6 @@ use super::free::{Free, Target, Transform};
 pub fn start_parameters(experiments: &[Experiment], rating: &Rating, fixed_to_shaft: bool) -> Vec<Free> {
     experiments.iter().enumerate().flat_map(|(k, e)| start_of(k, e, rating, fixed_to_shaft && k > 0)).collect()
 }
-
-const SPEED: usize = 4;
-const ANGLE: usize = 5;
 
 fn start_of(index: usize, e: &Experiment, rating: &Rating, angle: bool) -> Vec<Free> {
     let motion = match (e.start, &e.imposed_speed) {

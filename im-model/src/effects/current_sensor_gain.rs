@@ -37,7 +37,7 @@ effect! {
         /// Unbalance, β part.
         unbalance_beta: Strength, default 0.0, "", One, typical 0.003 to 0.06, Bound::Within(-0.9, 0.9);
         /// Phase without a sensor, computed from the other two: 1, 2 or 3; 0 where all three have one.
-        computed_phase: Order, default 0.0, "", One, typical 0.0 to 3.0, Bound::Within(0.0, 3.0);
+        computed_phase: Order, default 0.0, "", One, typical 0.0 to 3.0, Bound::Whole(0, 3);
     },
     hooks: {
         #[inline(always)]

@@ -31,7 +31,7 @@ pub trait Hooks<T: Scalar>: Send + Sync {
 }
 
 /// A user's effect in every scalar type that the workspace simulates in. Made by [`register_effect!`](crate::register_effect).
-pub trait CustomEffect: Hooks<f32> + Hooks<f64> + Hooks<Dual<4>> + Hooks<Dual<6>> + Hooks<Dual<8>> + Hooks<Dual<12>> {
+pub trait CustomEffect: Hooks<f32> + Hooks<f64> + Hooks<Dual<4>> + Hooks<Dual<6>> + Hooks<Dual<8>> {
     /// The identifier in files.
     fn name(&self) -> &'static str;
     /// The parameters, at most [`MAX_CUSTOM_PARAMETERS`].

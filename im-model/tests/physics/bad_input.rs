@@ -47,6 +47,7 @@ fn effects_out_of_bounds_are_refused_by_name() {
             match info.bound {
                 Bound::Positive => bad.extend([0.0, -1.0]),
                 Bound::NotNegative => bad.push(-1e-9),
+                Bound::Whole(a, b) => bad.extend([-1.0, f64::from(a) + 0.5, f64::from(b) + 1.0]),
                 Bound::Within(a, b) => bad.extend([a - 1e-6 * (1.0 + a.abs()), b + 1e-6 * (1.0 + b.abs())]),
             }
             for value in bad {

@@ -32,7 +32,8 @@ proptest! {
                     let place = places.next().unwrap();
                     if info.role != Role::Strength {
                         let (lo, hi) = info.typical;
-                        e.set(id, k, (lo + (hi - lo) * place) * lab::MACHINE.rating.unit_of(info.scale, &lab::MACHINE.parameters(), 2));
+                        let size = (lo + (hi - lo) * place) * lab::MACHINE.rating.unit_of(info.scale, &lab::MACHINE.parameters(), 2);
+                        e.set(id, k, if info.role == Role::Order { size.round() } else { size });
                     }
                 }
             }
