@@ -1,5 +1,5 @@
-//! Runs one case of the step benchmark a given number of times: `step_cost CASE THOUSANDS`, e.g. `step_cost kubota_f32 10`. Without wall
-//! time in it, for counting instructions (`scripts/observer-cost`).
+//! Runs one case of the step benchmark a given number of times: `observer_cost CASE THOUSANDS`, e.g. `observer_cost kubota_f32 10`. Without wall
+//! time in it, for counting instructions (`scripts/step-cost`).
 
 #[path = "../lab/cases.rs"]
 mod cases;

@@ -1,4 +1,4 @@
-//! Runs one case of the step benchmark a given number of times: `step_cost CASE THOUSANDS`. Without wall time in it, for counting
+//! Runs one case of the step benchmark a given number of times: `machine_cost CASE THOUSANDS`. Without wall time in it, for counting
 //! instructions (docs/performance.md).
 
 #[path = "../benches/cases/mod.rs"]

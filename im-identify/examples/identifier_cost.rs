@@ -1,5 +1,5 @@
-//! Runs one identifier a given number of times: `online_cost CASE THOUSANDS`. Without wall time in it, for counting instructions
-//! (`scripts/identifier-cost`).
+//! Runs one identifier a given number of times: `identifier_cost CASE THOUSANDS`. Without wall time in it, for counting instructions
+//! (`scripts/step-cost`).
 
 #[path = "../benches/cases/mod.rs"]
 mod cases;
