@@ -1,0 +1,48 @@
+//! `diagnosis.json`.
+
+use std::collections::BTreeMap;
+
+use im_model::EffectId;
+use serde_json::{Value, json};
+
+use super::{Diagnosis, Errors};
+
+impl Diagnosis {
+    /// `diagnosis.json`, in the shape that others read.
+    pub fn to_json(&self) -> Value {
+        let finite = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
+        let errors =
+            |e: &Errors| json!({"chi2_per_sample": finite(e.chi2_per_sample), "rmse": e.rmse, "fit_percent": e.fit_percent});
+        let names = |v: &[EffectId]| v.iter().map(|e| e.name()).collect::<Vec<_>>();
+        let alternatives: BTreeMap<&str, Vec<&str>> =
+            self.effects.iter().zip(&self.alternatives).map(|(e, a)| (e.name(), names(a))).collect();
+        json!({
+            "schema": 1,
+            "verdict": self.verdict.name(),
+            "effects": names(&self.effects),
+            "alternatives": alternatives,
+            "ranking": self.ranking.iter().map(|c| json!({
+                "effect": c.effect.name(),
+                "score": finite(c.score),
+                "threshold": finite(c.threshold),
+                "predicted_size": finite(c.predicted_size),
+                "keep": finite(c.keep),
+                "detectable_size": finite(c.detectable_size),
+                "unit": c.unit,
+                "conclusion": c.conclusion,
+            })).collect::<Vec<_>>(),
+            "steps": self.steps.iter().map(|s| json!({
+                "effects": names(&s.effects),
+                "train": errors(&s.train),
+                "holdout": s.holdout.as_ref().map(errors),
+            })).collect::<Vec<_>>(),
+            "parameters": self.parameters.iter().map(|p| (p.id.to_string(), json!({
+                "before": finite(p.before), "after": finite(p.after), "std": finite(p.std), "unit": p.id.unit(),
+            }))).collect::<serde_json::Map<_, _>>(),
+            "leftover": self.leftover.iter().take(6).map(|d| json!({
+                "depends_on": d.variable.label(), "part": d.part.label(), "log10_p": -d.log_p, "size": d.size, "curve": d.curve,
+            })).collect::<Vec<_>>(),
+            "noise": self.noise,
+        })
+    }
+}

@@ -1,0 +1,136 @@
+//! The answer: verdict, effects, rivals, errors before and after, and the files that carry it.
+
+mod json;
+mod ranking;
+mod steps;
+mod verdict;
+
+use std::collections::BTreeMap;
+
+use im_identify::offline::FitError;
+use im_model::{EffectId, MotorFile, ParameterId};
+
+use crate::case::Case;
+use crate::leftover::{Dependence, dependences};
+use crate::refine::{Course, Model, Options, Refinement};
+pub use ranking::Candidate;
+use ranking::ranking;
+pub use steps::{Errors, Step, errors};
+use steps::{keep_confirmed, steps};
+pub use verdict::{Remainder, Verdict};
+use verdict::{explained, remainder, structured, verdict, verdict_of};
+
+/// A parameter before and after.
+#[derive(Clone, Debug)]
+pub struct ParameterChange {
+    /// Which.
+    pub id: ParameterId,
+    /// As given.
+    pub before: f64,
+    /// As refined.
+    pub after: f64,
+    /// Standard deviation.
+    pub std: f64,
+}
+
+/// The whole answer.
+#[derive(Clone, Debug)]
+pub struct Diagnosis {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Effects, in order of addition.
+    pub effects: Vec<EffectId>,
+    /// For each, those that explain the data as well.
+    pub alternatives: Vec<Vec<EffectId>>,
+    /// All candidates, best first.
+    pub ranking: Vec<Candidate>,
+    /// The refitted base model, then one step per effect.
+    pub steps: Vec<Step>,
+    /// Parameters before and after.
+    pub parameters: Vec<ParameterChange>,
+    /// The motor with the effects added and everything refitted.
+    pub refined: MotorFile,
+    /// What the last model's residual still depends on.
+    pub leftover: Vec<Dependence>,
+    /// More than noise that is left beside effects that were found: less than a tenth, or the verdict is `unexplained`.
+    pub remainder: Option<Remainder>,
+    /// Noise per channel, in its unit.
+    pub noise: BTreeMap<String, f64>,
+    /// The case as analysed, with the noise as estimated.
+    pub case: Case,
+    /// The course of the loop, for those who want every number.
+    pub course: Course,
+}
+
+/// Least part of the base model's excess that effects must explain to be reported beside a verdict of `unexplained`.
+const PARTIAL: f64 = 0.5;
+
+/// Runs the whole loop on a case and decides.
+pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
+    let (significance, least_gain) = (options.significance, options.least_gain);
+    let before = case.motor.clone();
+    let (mut loop_, base) = Refinement::new(case, options)?;
+    let mut course = loop_.run(base)?;
+    let steps_as_found = steps(&loop_, &course);
+    keep_confirmed(&mut course, &steps_as_found, least_gain);
+    let mut leftover = leftover_of(&loop_, &course);
+    if verdict_of(&course, &leftover, 1.0) == Some(Verdict::Unexplained) && explained(&course) < PARTIAL {
+        // Stand-ins for something else: their names would mislead.
+        course.models.truncate(1);
+        course.alternatives.clear();
+        leftover = leftover_of(&loop_, &course);
+    }
+    let last = &course.models[course.models.len() - 1];
+    // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
+    let floor = if structured(&leftover) { 1.0 } else { last.train().max(1.0) };
+    let steps = if floor > 1.05 {
+        loop_.set_noise_to_residual(&last.fit);
+        steps(&loop_, &course)
+    } else {
+        steps_as_found[..course.models.len()].to_vec()
+    };
+    let remainder = remainder(&course, &leftover);
+    let ranking = ranking(&loop_, &course, significance, remainder.as_ref());
+    let verdict = verdict(&course, &ranking, &leftover, floor);
+    let machine = steps[steps.len() - 1].machine;
+    let refined = MotorFile { machine, ..before.clone() };
+    let parameters = changes(&before, &refined, last);
+    let case = loop_.case().clone();
+    let noise = case.train.iter().flat_map(|e| &e.channels).map(|c| (c.name.clone(), c.sigma)).collect();
+    Ok(Diagnosis {
+        verdict,
+        effects: last.effects.clone(),
+        alternatives: course.alternatives.clone(),
+        ranking,
+        steps,
+        parameters,
+        refined,
+        leftover,
+        remainder,
+        noise,
+        case,
+        course,
+    })
+}
+
+fn leftover_of(loop_: &Refinement, course: &Course) -> Vec<Dependence> {
+    let last = &course.models[course.models.len() - 1];
+    dependences(&last.fit.machine, &last.fit.starts, loop_.pulled())
+}
+
+fn changes(before: &MotorFile, after: &MotorFile, last: &Model) -> Vec<ParameterChange> {
+    let values = last.fit.values();
+    let std = last.fit.standard_deviations();
+    let mut out = Vec::new();
+    for (k, f) in last.fit.free.iter().enumerate() {
+        if let im_identify::offline::Target::Machine(ids) = &f.target {
+            let relative = std[k] / values[k].abs().max(1e-300);
+            for &id in ids {
+                let (b, a) = (before.machine.get(id), after.machine.get(id));
+                let sd = if ids.len() > 1 { relative * a.abs() } else { std[k] };
+                out.push(ParameterChange { id, before: b, after: a, std: sd });
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,96 @@
+//! Every candidate, and what follows for it.
+
+use im_model::EffectId;
+
+use super::Remainder;
+use crate::refine::{Course, Refinement};
+use crate::score::{LEAST_KEEP, Score, cosine, strengths, threshold};
+
+/// How a candidate stands after the first round.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// The effect.
+    pub effect: EffectId,
+    /// Its score and the threshold for it.
+    pub score: f64,
+    /// Above it the effect is significant among all candidates.
+    pub threshold: f64,
+    /// Size predicted, in the unit of the leading strength.
+    pub predicted_size: f64,
+    /// What of it a refit cannot imitate, 0 to 1.
+    pub keep: f64,
+    /// Smallest size that would be found, in the same unit.
+    pub detectable_size: f64,
+    /// Largest usual size, in the same unit.
+    pub usual_size: f64,
+    /// Whether the recordings could show it at a usual size.
+    pub excited: bool,
+    /// Unit.
+    pub unit: &'static str,
+    /// What follows.
+    pub conclusion: String,
+    /// The effect whose signature is most alike, and the cosine between the two.
+    pub most_alike: Option<(EffectId, f64)>,
+}
+
+pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, remainder: Option<&Remainder>) -> Vec<Candidate> {
+    let Some(first) = course.rounds.first() else { return Vec::new() };
+    let m = first.scores.len().max(1);
+    let last = &course.models[course.models.len() - 1];
+    first
+        .scores
+        .iter()
+        .map(|s| {
+            let lead = strengths(s.effect)
+                .into_iter()
+                .zip(&s.predicted)
+                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+                .map_or((0, 0.0), |(k, x)| (k, *x));
+            let info = &s.effect.parameters()[lead.0];
+            let usual = info.typical.1 * loop_.unit_of(info.scale);
+            let threshold = threshold(s.freedom, significance / m as f64);
+            let alike = first
+                .scores
+                .iter()
+                .filter(|o| o.effect != s.effect && o.signature.len() == s.signature.len())
+                .map(|o| (o.effect, cosine(&s.signature, &o.signature)))
+                .max_by(|a, b| a.1.total_cmp(&b.1));
+            let conclusion = if let Some(k) = last.effects.iter().position(|e| *e == s.effect) {
+                let rivals: Vec<&str> = course.alternatives[k].iter().map(|e| e.name()).collect();
+                if rivals.is_empty() { "added".into() } else { format!("added; cannot be told from {}", rivals.join(", ")) }
+            } else if course.alternatives.iter().flatten().any(|e| *e == s.effect) {
+                "explains the data as well as an effect added".into()
+            } else if remainder.is_some_and(|r| r.suspect == Some(s.effect)) {
+                "may be missing, too: explains part of what is left, but is not confirmed".into()
+            } else if !shown(s, usual, threshold) {
+                "not excited: these recordings cannot show it at any usual size".into()
+            } else if !first.significant.contains(&s.effect) {
+                "not needed".into()
+            } else if !loop_.possible(s) {
+                "would need an impossible sign: a symptom of something else".into()
+            } else if last.effects.is_empty() {
+                "significant, but the held-out recording does not confirm it".into()
+            } else {
+                "explained by what was added".into()
+            };
+            Candidate {
+                effect: s.effect,
+                score: s.score,
+                threshold,
+                predicted_size: lead.1,
+                keep: s.keep,
+                detectable_size: s.detectable,
+                usual_size: usual,
+                excited: shown(s, usual, threshold),
+                unit: info.unit,
+                conclusion,
+                most_alike: alike,
+            }
+        })
+        .collect()
+}
+
+/// Whether the recordings show an effect, or would at its largest usual size.
+fn shown(s: &Score, usual: f64, threshold: f64) -> bool {
+    s.score > threshold || (s.detectable <= usual && s.keep >= LEAST_KEEP)
+}

@@ -1,0 +1,127 @@
+//! The rules of the verdict.
+
+use im_identify::offline::Fit;
+use im_model::{BaseParameter, EffectId, ParameterId};
+use serde::{Deserialize, Serialize};
+
+use super::Candidate;
+use crate::leftover::Dependence;
+use crate::refine::{Course, Model, NEGLIGIBLE};
+
+/// What the data say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The base model explains the recordings.
+    Adequate,
+    /// Effects of the library are missing, and named.
+    MissingEffects,
+    /// Something is missing, but two or more effects explain it alike.
+    Confounded,
+    /// The recordings do not excite what would have to be seen.
+    Inconclusive,
+    /// Something is missing that the library does not hold.
+    Unexplained,
+}
+
+impl Verdict {
+    /// The word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::MissingEffects => "missing_effects",
+            Self::Confounded => "confounded",
+            Self::Inconclusive => "inconclusive",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// What the effects added leave, where it is more than noise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remainder {
+    /// The effect that would explain most of it on the held-out recording, if one does: tried, but not confirmed.
+    pub suspect: Option<EffectId>,
+    /// The training error with it, in noise floors.
+    pub with_suspect: f64,
+}
+
+pub(super) fn remainder(course: &Course, leftover: &[Dependence]) -> Option<Remainder> {
+    let last = &course.models[course.models.len() - 1];
+    let found = matches!(verdict_of(course, leftover, 1.0), Some(Verdict::MissingEffects | Verdict::Confounded));
+    if !found || error(last, 1.0) - 1.0 <= NEGLIGIBLE || !structured(leftover) {
+        return None;
+    }
+    let round = course.rounds.get(course.models.len() - 1)?;
+    // The recording that no fit has seen judges best between those that none confirms.
+    let unseen = |m: &Model| m.holdout.unwrap_or_else(|| m.train());
+    let likely = round.trials.iter().filter(|t| likelier(last, &t.model, round.scores.len()));
+    let suspect = likely.min_by(|a, b| unseen(&a.model).total_cmp(&unseen(&b.model)));
+    Some(Remainder { suspect: suspect.map(|t| t.effect), with_suspect: suspect.map_or(last.train(), |t| t.model.train()) })
+}
+
+/// Largest relative standard deviation of a resistance or an inductance that counts as known.
+const KNOWN: f64 = 0.05;
+
+/// Whether the recordings determine the resistances and inductances of the machine.
+fn determined(fit: &Fit) -> bool {
+    use BaseParameter as P;
+    let electrical = [P::StatorResistance, P::RotorResistance, P::StatorLeakageInductance, P::MagnetizingInductance];
+    let (values, std) = (fit.values(), fit.standard_deviations());
+    let of = |p: P| fit.free.iter().position(|f| f.id() == Some(ParameterId::Base(p)));
+    electrical.into_iter().filter_map(of).all(|k| std[k] <= KNOWN * values[k])
+}
+
+/// Least gain, in noise floors, of a candidate that hints at an effect too small to be confirmed.
+const HINT: f64 = 0.003;
+
+/// Whether the residual depends on something beyond doubt.
+pub(super) fn structured(leftover: &[Dependence]) -> bool {
+    leftover.first().is_some_and(|d| d.log_p > 10.0)
+}
+
+/// The larger of training and held-out error, in noise floors.
+fn error(m: &Model, floor: f64) -> f64 {
+    m.holdout.unwrap_or(0.0).max(m.train()) / floor
+}
+
+/// The part of the base model's excess over the noise that the effects explain.
+pub(super) fn explained(course: &Course) -> f64 {
+    let (first, last) = (&course.models[0], &course.models[course.models.len() - 1]);
+    1.0 - (error(last, 1.0) - 1.0) / (error(first, 1.0) - 1.0).max(1e-9)
+}
+
+/// Whether a model with one more effect is likelier than chance would make one of `candidates`.
+fn likelier(before: &Model, after: &Model, candidates: usize) -> bool {
+    let n = after.fit.count as f64;
+    let k = after.fit.free.len().saturating_sub(before.fit.free.len()) as f64;
+    before.evidence - after.evidence > k * n.ln() + 2.0 * (candidates as f64).ln()
+}
+
+/// The verdict as far as effects and leftover decide it.
+pub(super) fn verdict_of(course: &Course, leftover: &[Dependence], floor: f64) -> Option<Verdict> {
+    let (first, last) = (&course.models[0], &course.models[course.models.len() - 1]);
+    let (before, after) = (error(first, floor) - 1.0, error(last, floor) - 1.0);
+    let share_left = if last.effects.is_empty() { 1.0 } else { after / before.max(1e-9) };
+    if after > NEGLIGIBLE && share_left > 0.1 && structured(leftover) {
+        Some(Verdict::Unexplained)
+    } else if last.effects.is_empty() {
+        None
+    } else if course.alternatives.iter().any(|a| !a.is_empty()) {
+        Some(Verdict::Confounded)
+    } else {
+        Some(Verdict::MissingEffects)
+    }
+}
+
+pub(super) fn verdict(course: &Course, ranking: &[Candidate], leftover: &[Dependence], floor: f64) -> Verdict {
+    if let Some(v) = verdict_of(course, leftover, floor) {
+        return v;
+    }
+    let unexcited = ranking.iter().filter(|c| !c.excited).count();
+    // A candidate that fits better than chance allows, yet gains too little to be confirmed.
+    let first = &course.models[0];
+    let gains = |m: &Model| first.train() - m.train() > HINT && likelier(first, m, ranking.len());
+    let hinted = course.rounds.iter().flat_map(|r| &r.trials).any(|t| gains(&t.model));
+    if 3 * unexcited > ranking.len() || hinted || !determined(&first.fit) { Verdict::Inconclusive } else { Verdict::Adequate }
+}
