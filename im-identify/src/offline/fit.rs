@@ -298,9 +298,9 @@ pub(super) fn descend(
     iterations: usize,
     tolerance: f64,
 ) -> Result<End, FitError> {
-    if free.is_empty() {
+    if free.is_empty() || iterations == 0 {
         *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, fraction);
-        return here.check(experiments).map(|()| End { accepted: 0, converged: true, normal: None });
+        return here.check(experiments).map(|()| End { accepted: 0, converged: free.is_empty(), normal: None });
     }
     let mut damping = 1e-3;
     let mut kept: Option<Slopes> = None;
@@ -381,6 +381,9 @@ fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, stopped: &[bool],
 /// Inverse of a scaled positive semidefinite matrix; directions without information get a huge variance.
 fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let p = normal.nrows();
+    if p == 0 {
+        return normal.clone();
+    }
     let d: Vec<f64> = (0..p).map(|k| normal[(k, k)].sqrt()).collect();
     let scaled = DMatrix::from_fn(p, p, |a, b| if d[a] * d[b] > 0.0 { normal[(a, b)] / (d[a] * d[b]) } else { 0.0 });
     let eigen = scaled.symmetric_eigen();
