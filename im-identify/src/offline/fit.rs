@@ -391,3 +391,6 @@ fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let m = &eigen.eigenvectors * DMatrix::from_diagonal(&inv) * eigen.eigenvectors.transpose();
     DMatrix::from_fn(p, p, |a, b| m[(a, b)] / (d[a].max(1e-150) * d[b].max(1e-150)))
 }
+
+#[cfg(test)]
+mod tests;

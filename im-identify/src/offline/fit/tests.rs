@@ -1,0 +1,171 @@
+//! The steps of a descent, how far it looks, and when it says that it has arrived.
+
+use super::*;
+use crate::offline::{base_parameters, linearize, predict};
+use im_model::machines::MOTULATOR_2_2_KW;
+use im_model::{Complex, Recording};
+
+const SIGMA: [f64; 2] = [0.1, 0.2];
+
+fn truth() -> Machine<f64> {
+    Machine::base(MOTULATOR_2_2_KW.parameters(), MOTULATOR_2_2_KW.pole_pairs).unwrap()
+}
+
+/// R_s, R_r, both leakages, L_m, J and D of the truth, times these.
+fn off(by: [f64; 6]) -> Machine<f64> {
+    let changes: Vec<_> = base_parameters(&truth())
+        .iter()
+        .zip(by)
+        .flat_map(|(f, by)| match &f.target {
+            Target::Machine(ids) => ids.iter().map(|&id| (id, by * truth().get(id))).collect(),
+            Target::Initial { .. } => vec![],
+        })
+        .collect();
+    truth().with(&changes).unwrap()
+}
+
+/// What a machine shows of a direct start of 0.1 s, and noise of about `SIGMA`.
+fn run_up(machine: &Machine<f64>) -> Experiment {
+    let n = 500;
+    let r = Recording {
+        name: "run-up".into(),
+        start_s: 0.0,
+        sample_time_s: 2e-4,
+        u_s: (0..n).map(|k| Complex::from_polar(326.6, 314.159 * 2e-4 * (f64::from(k) + 0.5))).collect(),
+        i_s: vec![Complex::new(0.0, 0.0); 500],
+        omega_m: vec![0.0; 500],
+        tau_load: None,
+    };
+    let mut e = Experiment::from_recording(&r, [SIGMA[0]; 2], SIGMA[1]);
+    let clean = predict(machine, &e, &State::default());
+    for (c, (channel, y)) in e.channels.iter_mut().zip(clean).enumerate() {
+        let noise = |k: usize| ((k * 7919 + c * 31) % 101) as f64 / 50.0 - 1.0;
+        channel.values = y.iter().enumerate().map(|(k, y)| y + 1.7 * channel.sigma * noise(k)).collect();
+    }
+    e
+}
+
+/// What a Gauss-Newton step would still gain, as a share of the cost: gᵀ(JᵀJ)⁻¹g. Zero at a minimum.
+fn promised(machine: &Machine<f64>, e: &Experiment, start: &State<f64>, free: &[Free]) -> f64 {
+    let l = linearize(machine, e, start, 0, free);
+    let normal = DMatrix::from_fn(free.len(), free.len(), |a, b| dot(&l.slopes[a], &l.slopes[b]));
+    let g = DVector::from_fn(free.len(), |k, _| dot(&l.slopes[k], &l.residuals));
+    g.dot(&normal.lu().solve(&g).unwrap()) / l.residuals.iter().flatten().map(|r| r * r).sum::<f64>()
+}
+
+/// (A + λ diag A) d = g, whatever the units; who is stopped stays, and the others move as if it were not there.
+#[test]
+fn a_damped_step_solves_the_damped_normal_equations_of_those_that_may_move() {
+    let units = DVector::from_vec(vec![0.5, 1.0, 200.0]);
+    let j = DMatrix::from_row_slice(4, 3, &[1.0, 0.5, -0.2, 0.3, 2.0, 0.4, -0.6, 0.1, 1.5, 0.2, -0.3, 0.7]);
+    let normal = DMatrix::from_diagonal(&units) * j.transpose() * j * DMatrix::from_diagonal(&units);
+    let aim = DVector::from_vec(vec![0.3, -0.2, 1e-3]);
+    let g = &normal * &aim;
+    let free = [false; 3];
+    let near = |a: &DVector<f64>, b: &DVector<f64>| a.iter().zip(b.iter()).all(|(a, b)| (a - b).abs() < 1e-9 * (1.0 + b.abs()));
+    assert!(near(&damped_step(&normal, &g, &free, 0.0).unwrap(), &aim));
+    for damping in [1e-3, 0.5, 30.0] {
+        let step = damped_step(&normal, &g, &free, damping).unwrap();
+        let damped = DMatrix::from_fn(3, 3, |a, b| normal[(a, b)] * if a == b { 1.0 + damping } else { 1.0 });
+        assert!((&damped * &step - &g).component_div(&units).amax() < 1e-9, "{damping}");
+    }
+    let step = damped_step(&normal, &g, &[false, true, false], 0.1).unwrap();
+    let alone = normal.clone().remove_row(1).remove_column(1);
+    let others = damped_step(&alone, &g.clone().remove_row(1), &free[1..], 0.1).unwrap();
+    assert!(step[1] == 0.0 && near(&step.remove_row(1), &others));
+    // No farther than a factor e, in either direction.
+    let far = damped_step(&normal, &(&normal * DVector::from_vec(vec![5.0, -7.0, 0.5])), &free, 0.0).unwrap();
+    assert!(far[0] == 1.0 && far[1] == -1.0 && (far[2] - 0.5).abs() < 1e-9, "{far}");
+    // Two that do the same cannot be told apart without damping, and with it move alike; what does nothing stays.
+    let alike = DMatrix::from_element(2, 2, 4.0);
+    let half = damped_step(&alike, &DVector::from_vec(vec![1.0, 1.0]), &free[..2], 1e-3).unwrap();
+    assert!((half[0] - half[1]).abs() < 1e-12 && (half[0] - 0.125).abs() < 1e-3, "{half}");
+    assert!(damped_step(&-alike, &DVector::from_vec(vec![1.0, 1.0]), &free[..2], 0.0).is_none());
+    let idle = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 0.0]));
+    let step = damped_step(&idle, &DVector::from_vec(vec![2.0, 0.0]), &free[..2], 0.0).map(|s| (s[0], s[1]));
+    assert!(step.is_none(), "without damping there is no telling: {step:?}");
+    let step = damped_step(&idle, &DVector::from_vec(vec![2.0, 0.0]), &free[..2], 1e-6).unwrap();
+    assert!((step[0] - 0.5).abs() < 1e-5 && step[1] == 0.0, "{step}");
+}
+
+/// The covariance of what is known is that of a fit without the rest; of the rest next to nothing is known.
+#[test]
+fn a_direction_without_information_is_unknown_and_does_not_spoil_the_others() {
+    let known = DMatrix::from_row_slice(2, 2, &[4e6, 3.0, 3.0, 9e-6]);
+    let truth = known.clone().try_inverse().unwrap();
+    let same = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
+    let got = inverse(&known);
+    assert!(got.iter().zip(truth.iter()).all(|(a, b)| same(*a, *b)), "{got} {truth}");
+    // A third that acts on nothing.
+    let more = inverse(&known.clone().resize(3, 3, 0.0));
+    assert!(same(more[(0, 0)], truth[(0, 0)]) && same(more[(1, 1)], truth[(1, 1)]) && same(more[(0, 1)], truth[(0, 1)]));
+    assert!(more[(2, 2)] > 1e100 && more[(0, 2)].abs() < 1e-9 && more[(2, 1)].abs() < 1e-9, "{more}");
+    // Two that act alike: their difference is unknown, by fourteen orders; the third is as if alone.
+    let alike = DMatrix::from_row_slice(3, 3, &[4.0, 4.0, 0.0, 4.0, 4.0, 0.0, 0.0, 0.0, 25.0]);
+    let got = inverse(&alike);
+    assert!(got[(0, 0)] > 1e12 && got[(0, 1)] < -1e12 && same(got[(2, 2)], 0.04), "{got}");
+}
+
+/// Two rows at least, and no more than there are.
+#[test]
+fn a_horizon_is_a_share_of_the_rows() {
+    let e = run_up(&truth());
+    let of = |n: usize| Experiment { u_s: e.u_s[..n].to_vec(), ..e.clone() };
+    assert_eq!([0.08, 0.3, 1.0, 2.0, 0.0].map(|f| rows(&e, f)), [40, 150, 500, 500, 2]);
+    assert_eq!([0, 1, 2, 3].map(|n| rows(&of(n), 0.1)), [0, 1, 2, 2]);
+}
+
+/// What comes after the horizon has no say: another machine's second half does not move the fit of the first.
+#[test]
+fn a_descent_over_a_horizon_sees_nothing_beyond_it() {
+    let free = base_parameters(&truth());
+    let mut e = run_up(&truth());
+    let other = run_up(&off([2.0, 0.5, 1.5, 0.7, 3.0, 1.0]));
+    for (c, o) in e.channels.iter_mut().zip(other.channels) {
+        c.values[250..].copy_from_slice(&o.values[250..]);
+    }
+    let mut here = Point::new(&off([1.0, 1.2, 1.1, 1.0, 0.9, 1.0]), vec![State::default()]);
+    let end = descend(&mut here, &[e.clone()], &free, 0.5, 40, 1e-8).unwrap();
+    assert!(end.converged && here.residuals[0].iter().all(|c| c.len() == 250));
+    // A noise of 1.7²/3 ≈ 0.98 σ².
+    assert!((here.cost / 750.0 - 0.98).abs() < 0.1, "{}", here.cost / 750.0);
+    for (f, tolerance) in free[..5].iter().zip([0.1, 0.02, 0.02, 0.1, 0.02]) {
+        let id = f.id().unwrap();
+        assert!((here.machine.get(id) / truth().get(id) - 1.0).abs() < tolerance, "{}: {}", f.name(), here.machine.get(id));
+    }
+    let whole = fit(&here.machine, &[e], &free, &FitOptions::near()).unwrap();
+    assert!(whole.chi2_per_sample() > 10.0, "{}", whole.chi2_per_sample());
+}
+
+/// From starts so far off that full steps lead astray: it climbs nowhere, and where it says it has converged nothing is left to gain.
+#[test]
+fn a_descent_never_climbs_and_has_arrived_when_it_says_so() {
+    let e = [run_up(&truth())];
+    let free = base_parameters(&truth());
+    let starts = [
+        [1.0; 6],
+        [0.4, 2.5, 0.4, 2.0, 0.4, 1.0],
+        [3.0, 0.3, 2.0, 0.5, 3.0, 1.0],
+        [1.0, 4.0, 1.0, 1.0, 5.0, 1.0],
+        [0.3, 0.3, 0.3, 0.3, 0.3, 1.0],
+    ];
+    for by in starts {
+        let from = off(by);
+        let whole = FitOptions { horizons: Vec::new(), ..FitOptions::default() };
+        let mut last = cost(&from, &e, &[State::default()]);
+        for iterations in [1, 2, 3, 5, 9, 40] {
+            let found = fit(&from, &e, &free, &FitOptions { iterations, ..whole.clone() }).unwrap();
+            assert!(found.cost <= last && found.iterations <= iterations, "{by:?}, {iterations}: {} {last}", found.cost);
+            assert!(found.converged || found.iterations == iterations, "{by:?}, {iterations}");
+            last = found.cost;
+        }
+        for options in [whole, FitOptions::default()] {
+            let found = fit(&from, &e, &free, &options).unwrap();
+            let left = promised(&found.machine, &e[0], &found.starts[0], &free);
+            assert!(left < 1e-6 || !found.converged, "{by:?}: {left} in {} steps", found.iterations);
+            // After short horizons it is the lowest of all minima: the noise.
+            let found_all = found.converged && found.cost < 1.1 * found.count as f64;
+            assert!(options.horizons.is_empty() || found_all, "{by:?}: {}", found.cost);
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! What an experiment is predicted to show, and how that changes with what is free.
+
+use super::*;
+use im_model::Effects;
+
+/// d(predicted/σ)/dv against central differences, for machine parameters, an effect and the start, however many are free at once.
+#[test]
+fn slopes_are_the_derivatives_of_the_predictions() {
+    let (e, start) = odd();
+    let mut effects = Effects::scaled(&M.rating, &M.parameters(), M.pole_pairs);
+    effects.iron_loss.conductance_s = 1e-3;
+    let machine = truth().with_effects(effects).unwrap();
+    let all = [
+        base_parameters(&machine),
+        effect_parameters(im_model::EffectId::IronLoss, &machine, &M.rating),
+        effect_parameters(im_model::EffectId::MainFluxSaturation, &machine, &M.rating),
+        start_parameters(std::slice::from_ref(&e), &M.rating, false),
+    ]
+    .concat();
+    assert!(all.len() > 12, "{}", all.len());
+    let pulled = Experiment { speed_pull: Some((vec![40.0; e.len()], 50.0)), ..e.clone() };
+    let imposed = Experiment { imposed_speed: Some((0..e.len()).map(|k| 30.0 + 0.1 * k as f64).collect()), ..e.clone() };
+    for (name, e) in [("free", &e), ("pulled", &pulled), ("imposed", &imposed)] {
+        let whole = linearize(&machine, e, &start, 0, &all);
+        for (a, b) in whole.residuals.iter().flatten().zip(residuals(&machine, e, &start).iter().flatten()) {
+            assert!((a - b).abs() <= 1e-9 * (1.0 + b.abs()), "{name}: {a} {b}");
+        }
+        for n in [1, 4, 5, 7, 9, 11] {
+            let part = linearize(&machine, e, &start, 0, &all[..n]);
+            assert_eq!(part.slopes.len(), n);
+            for (a, b) in part.slopes.iter().flatten().flatten().zip(whole.slopes[..n].iter().flatten().flatten()) {
+                assert!((a - b).abs() <= 1e-9 * (1.0 + b.abs()), "{name}, {n} at once: {a} {b}");
+            }
+        }
+        for (f, slopes) in all.iter().zip(&whole.slopes) {
+            let at = |v: f64| match &f.target {
+                Target::Machine(ids) => {
+                    let set: Vec<_> = ids.iter().map(|i| (*i, f.value(machine.get(*i), v))).collect();
+                    residuals(&machine.with(&set).unwrap(), e, &start)
+                }
+                Target::Initial { component, .. } => {
+                    let mut x = start;
+                    let part = [&mut x.psi_s.re, &mut x.psi_s.im, &mut x.psi_r.re, &mut x.psi_r.im, &mut x.omega_m];
+                    for (k, p) in part.into_iter().enumerate() {
+                        if k == *component {
+                            *p = f.value(*p, v);
+                        }
+                    }
+                    x.omega_load = x.omega_m;
+                    residuals(&machine, e, &x)
+                }
+            };
+            // One-sided where the effect is off, and at zero: its strength is not negative.
+            let zero = matches!(&f.target, Target::Machine(ids) if machine.get(ids[0]) == 0.0);
+            let step = 1e-5;
+            let (low, high) = (if zero { at(0.0) } else { at(-step) }, at(step));
+            let width = if zero { step } else { 2.0 * step };
+            let size = slopes.iter().flatten().fold(0.0f64, |m, s| m.max(s.abs()));
+            for ((s, low), high) in slopes.iter().flatten().zip(low.iter().flatten()).zip(high.iter().flatten()) {
+                assert!(
+                    ((low - high) / width - s).abs() < 2e-3 * size + 1e-5,
+                    "{name}, {}: {s} {}",
+                    f.name(),
+                    (low - high) / width
+                );
+            }
+        }
+    }
+}
+
+/// (measured − predicted)/σ where a row counts, zero where not; nothing is predicted from a row's own measurement.
+#[test]
+fn residuals_are_in_noise_deviations_and_zero_where_rows_do_not_count() {
+    let (e, start) = odd();
+    let y = predict(&truth(), &e, &start);
+    let r = residuals(&truth(), &e, &start);
+    for (c, channel) in e.channels.iter().enumerate() {
+        for k in 0..e.len() {
+            let expected = if channel.is_valid(k) { (channel.values[k] - y[c][k]) / channel.sigma } else { 0.0 };
+            assert_eq!(r[c][k], expected);
+        }
+        let counted = (0..e.len()).filter(|k| channel.is_valid(*k)).count();
+        assert_eq!(channel.count(), counted);
+    }
+    assert_eq!(e.count(), 3 * 400 - 57);
+    // Phase b is −α/2 + √3/2 β.
+    let mut axes = e.clone();
+    axes.channels[1].kind = ChannelKind::Current { direction_rad: core::f64::consts::FRAC_PI_2 };
+    let z = predict(&truth(), &axes, &start);
+    assert_eq!(z[0], y[0]);
+    for ((alpha, beta), b) in z[0].iter().zip(&z[1]).zip(&y[1]) {
+        assert!((-0.5 * alpha + 0.75f64.sqrt() * beta - b).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn an_imposed_speed_is_what_the_machine_turns_at_and_a_pulled_one_comes_near() {
+    let (e, start) = odd();
+    let wanted: Vec<f64> = (0..e.len()).map(|k| 30.0 + 0.05 * k as f64).collect();
+    let imposed = Experiment { imposed_speed: Some(wanted.clone()), ..e.clone() };
+    let shown = &predict(&truth(), &imposed, &start)[2];
+    assert!(shown.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-9));
+    assert_eq!(imposed.drive(7).imposed_speed, Some([wanted[7], wanted[8]]));
+    assert_eq!(imposed.drive(e.len() - 1).imposed_speed, Some([wanted[e.len() - 1]; 2]));
+    // The pull lags the ramp of 250 rad/s² by its inverse rate, 2.5 ms, and what torque there is moves it by τ/J over the rate.
+    let pulled = Experiment { speed_pull: Some((wanted.clone(), 400.0)), ..e };
+    let shown = &predict(&truth(), &pulled, &start)[2];
+    let free = &predict(&truth(), &Experiment { speed_pull: None, ..pulled.clone() }, &start)[2];
+    let off = |y: &[f64]| y[200..].iter().zip(&wanted[200..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off(shown) < 0.3 * off(free), "{} {}", off(shown), off(free));
+    assert_eq!(pulled.drive(7).speed_pull, Some([wanted[7], 400.0]));
+}
