@@ -6,7 +6,7 @@ use im_design::kubota_loop::{certify, mended, no_feedback, unstable_fraction};
 use im_design::machine::Constants;
 use im_design::mtpa::{Aqdm, CurrentLaw, LogLaw, SlipLaw, for_torque, laws};
 use im_design::request::{Kind, Period, design_sampled};
-use im_design::sliding::{UtkinDesign, derdiyok, utkin};
+use im_design::sliding::{UtkinRegion, derdiyok, utkin};
 use im_design::thau_box::{BoxRegion, any_box, fastest, largest_box};
 use im_design::{DesignError, Machine, Plant, jadot, kenne, model, sampled, thau};
 
@@ -127,14 +127,12 @@ fn sliding_figures() -> Result<(), DesignError> {
     let (d, _) = derdiyok(plant, 190.0, 1.1, 1.0)?;
     let (sampled, _) = sampled::derdiyok(plant, 190.0, 1.1, 1.0, None, Some(1e-4))?;
     println!("Derdiyok: nu0 = {:.2} V to 1.1 Wb; boundary layer at 100 us: {:.2} A", d.nu0, sampled.boundary_layer_a);
-    let region = UtkinDesign {
+    let region = UtkinRegion {
         speed_max_rad_s: 190.0,
         flux_min_vs: 0.6,
         flux_error_max_vs: 0.05,
         current_error_max_a: 5.0,
         current_max_a: 80.0,
-        omega0_rad_s: 0.0,
-        root_bound: 0.0,
     };
     println!("Utkin: omega0 = {:.2} rad/s", utkin(plant, &region)?.0.omega0_rad_s);
     Ok(())

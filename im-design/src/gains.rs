@@ -228,8 +228,8 @@ impl GainSet {
     }
 
     fn utkin(self, d: &UtkinDesign) -> Self {
-        self.scalar("speed_max_rad_s", "mechanical speed covered, rad/s", d.speed_max_rad_s)
-            .scalar("flux_min_vs", "estimated flux from this on, Wb", d.flux_min_vs)
+        self.scalar("speed_max_rad_s", "mechanical speed covered, rad/s", d.region.speed_max_rad_s)
+            .scalar("flux_min_vs", "estimated flux from this on, Wb", d.region.flux_min_vs)
             .scalar("omega0_rad_s", "switching amplitude of the speed, mechanical rad/s", d.omega0_rad_s)
     }
 

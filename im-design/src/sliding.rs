@@ -79,10 +79,10 @@ pub fn derdiyok(
     Ok((design, Certificate::seal(plant, design)?))
 }
 
-/// ω₀ with its region.
+/// Where ω₀ must be enough.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct UtkinDesign {
+pub struct UtkinRegion {
     /// |ω| up to this mechanical speed, rad/s.
     pub speed_max_rad_s: f64,
     /// |λ̂| from this on, Wb.
@@ -93,6 +93,14 @@ pub struct UtkinDesign {
     pub current_error_max_a: f64,
     /// |i| up to this, A.
     pub current_max_a: f64,
+}
+
+/// ω₀ with its region.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UtkinDesign {
+    /// The region.
+    pub region: UtkinRegion,
     /// ω₀, mechanical rad/s.
     pub omega0_rad_s: f64,
     /// A number at least √(η² + n_p²ω_max²), so that the check needs no root.
@@ -101,16 +109,16 @@ pub struct UtkinDesign {
 
 impl Claim for UtkinDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
-        let f = F::from_f64;
-        let bounds = [self.speed_max_rad_s, self.flux_error_max_vs, self.current_error_max_a, self.current_max_a];
+        let (f, r) = (F::from_f64, &self.region);
+        let bounds = [r.speed_max_rad_s, r.flux_error_max_vs, r.current_error_max_a, r.current_max_a];
         if bounds.iter().any(|x| *x < 0.0) {
             return Err("the bounds of the region must not be negative".into());
         }
         let square = |x: F| x.clone() * x;
-        let w = c.n_p.clone() * f(self.speed_max_rad_s);
-        let [flux, error, current] = [self.flux_min_vs, self.current_error_max_a, self.current_max_a].map(f);
+        let w = c.n_p.clone() * f(r.speed_max_rad_s);
+        let [flux, error, current] = [r.flux_min_vs, r.current_error_max_a, r.current_max_a].map(f);
         let lever = c.beta.clone() * flux.clone() - error.clone();
-        let drive = c.beta.clone() * (w.clone() * flux.clone() + f(self.flux_error_max_vs) * f(self.root_bound));
+        let drive = c.beta.clone() * (w.clone() * flux.clone() + f(r.flux_error_max_vs) * f(self.root_bound));
         // Both sides times λ_min, to divide by nothing.
         let reach = f(self.omega0_rad_s) * c.n_p.clone() * lever.clone() * flux.clone();
         let need = drive * flux.clone() + c.eta_l_m.clone() * current * error;
@@ -127,11 +135,11 @@ impl Claim for UtkinDesign {
     }
 }
 
-/// The smallest ω₀ for a region; the fields ω₀ and root bound of `region` are ignored.
+/// The smallest ω₀ for a region.
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] when the current error may exceed βλ_min: no amplitude reaches the surface then.
-pub fn utkin(plant: Plant, region: &UtkinDesign) -> Result<(UtkinDesign, Certificate), DesignError> {
+pub fn utkin(plant: Plant, region: &UtkinRegion) -> Result<(UtkinDesign, Certificate), DesignError> {
     positive("speed_max_rad_s", region.speed_max_rad_s)?;
     positive("flux_min_vs", region.flux_min_vs)?;
     not_negative("flux_error_max_vs", region.flux_error_max_vs)?;
@@ -142,12 +150,12 @@ pub fn utkin(plant: Plant, region: &UtkinDesign) -> Result<(UtkinDesign, Certifi
         constraint: format!("|î − i| ≤ {} A against βλ_min", region.current_error_max_a),
         feasible: format!("current errors below {:.3} A", c.beta * region.flux_min_vs),
     })?;
-    let design = UtkinDesign { omega0_rad_s, root_bound, ..*region };
+    let design = UtkinDesign { region: *region, omega0_rad_s, root_bound };
     Ok((design, Certificate::seal(plant, design)?))
 }
 
 /// ω₀ that a region asks for and the root bound it is made with; none when the current error may exceed βλ_min.
-pub(crate) fn utkin_bound(c: &Constants<f64>, region: &UtkinDesign) -> Option<(f64, f64)> {
+pub(crate) fn utkin_bound(c: &Constants<f64>, region: &UtkinRegion) -> Option<(f64, f64)> {
     let lever = c.beta * region.flux_min_vs - region.current_error_max_a;
     if lever.is_nan() || lever <= 0.0 {
         return None;
@@ -196,14 +204,12 @@ mod tests {
     #[test]
     fn utkin_bound_is_sufficient_and_tight() {
         let c = plant().constants::<f64>();
-        let region = UtkinDesign {
+        let region = UtkinRegion {
             speed_max_rad_s: 190.0,
             flux_min_vs: 0.6,
             flux_error_max_vs: 0.05,
             current_error_max_a: 5.0,
             current_max_a: 80.0,
-            omega0_rad_s: 0.0,
-            root_bound: 0.0,
         };
         let (design, certificate) = utkin(plant(), &region).unwrap();
         certificate.check().unwrap();
@@ -215,7 +221,7 @@ mod tests {
         };
         assert!(slope(design.omega0_rad_s) < 0.0);
         assert!(slope(0.999 * design.omega0_rad_s) > 0.0);
-        let hopeless = UtkinDesign { current_error_max_a: 1e4, ..region };
+        let hopeless = UtkinRegion { current_error_max_a: 1e4, ..region };
         assert!(matches!(utkin(plant(), &hopeless), Err(DesignError::Infeasible { .. })));
     }
 }

@@ -232,17 +232,17 @@ proptest! {
         for ([speed, angle, flux, dx, dy, along, ix, iy], side) in states {
             let disc = |x: f64, y: f64, r: f64| { let n = x.hypot(y).max(1.0); [r * x / n, r * y / n] };
             // Near the surface: ê along λ̂, and a hair to one side.
-            let size = d.flux_min_vs * (1.0 + flux.abs());
+            let size = d.region.flux_min_vs * (1.0 + flux.abs());
             let (sin, cos) = (3.2 * angle).sin_cos();
             let hat = [size * cos, size * sin];
             let hair = if side < 0.5 { -1e-9 } else { 1e-9 };
-            let e = d.current_error_max_a * along;
+            let e = d.region.current_error_max_a * along;
             let error = [e * cos - hair * sin, e * sin + hair * cos];
-            let gap = disc(dx, dy, d.flux_error_max_vs);
+            let gap = disc(dx, dy, d.region.flux_error_max_vs);
             let lambda = [hat[0] + gap[0], hat[1] + gap[1]];
-            let i = disc(ix, iy, d.current_max_a);
+            let i = disc(ix, iy, d.region.current_max_a);
             let omega_hat = d.omega0_rad_s * hair.signum();
-            let truth = model::derivative(&c, &[speed * d.speed_max_rad_s, lambda[0], lambda[1], i[0], i[1]], [0.0; 2], 0.0);
+            let truth = model::derivative(&c, &[speed * d.region.speed_max_rad_s, lambda[0], lambda[1], i[0], i[1]], [0.0; 2], 0.0);
             let estimate = [omega_hat, hat[0], hat[1], i[0] + error[0], i[1] + error[1]];
             let estimated = model::derivative(&c, &estimate, [0.0; 2], 0.0);
             let e_rate = [estimated[3] - truth[3], estimated[4] - truth[4]];

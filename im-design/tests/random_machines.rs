@@ -5,7 +5,7 @@ mod support;
 use im_design::certificate::{Certificate, Claim, Design, Obligation};
 use im_design::kubota::{KubotaRequest, best_rate, closed_form, least_norm};
 use im_design::matrix::Matrix;
-use im_design::sliding::{UtkinDesign, derdiyok, utkin};
+use im_design::sliding::{UtkinRegion, derdiyok, utkin};
 use im_design::{Machine, Plant, jadot, kubota_loop, linalg, sampled, thau, thau_box};
 use proptest::prelude::*;
 use support::{cases, decay, machine, top_speed};
@@ -75,14 +75,12 @@ proptest! {
         let c = plant.constants::<f64>();
         let w = top_speed(&machine);
         reread(&derdiyok(plant, w, flux, 1.0).unwrap().1);
-        let region = UtkinDesign {
+        let region = UtkinRegion {
             speed_max_rad_s: w,
             flux_min_vs: flux,
             flux_error_max_vs: error * flux,
             current_error_max_a: 0.5 * error * c.beta * flux,
             current_max_a: 3.0 * flux / machine.mutual_inductance_h,
-            omega0_rad_s: 0.0,
-            root_bound: 0.0,
         };
         let (design, certificate) = utkin(plant, &region).unwrap();
         reread(&certificate);

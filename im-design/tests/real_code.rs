@@ -273,12 +273,12 @@ proptest! {
         let h = h.min(0.05 / c.gamma);
         let made = design_sampled(Kind::Utkin, plant, &region(Kind::Utkin, &m), Period::At(h)).unwrap();
         let Design::SampledUtkin(d) = &made.design else { unreachable!() };
-        let r = &d.continuous;
+        let r = &d.continuous.region;
         let flux = 0.5 * (r.flux_min_vs + d.flux_max_vs);
         // A speed whose voltage is within the region's.
         let speed = 0.6 * at * r.speed_max_rad_s;
         let (_, mut x) = simulation::steady_voltage(&c, speed, slip * c.eta, flux, 0.0);
-        let gains = UtkinGains { omega0_rad_s: r.omega0_rad_s, boundary_layer_avs: d.boundary_layer_avs, filter_rad_s: 0.0 };
+        let gains = UtkinGains { omega0_rad_s: d.continuous.omega0_rad_s, boundary_layer_avs: d.boundary_layer_avs, filter_rad_s: 0.0 };
         let observer = Utkin::discretized(basis(&m, h, d.flux_max_vs), gains, Discretization::ForwardEuler).unwrap();
         let off = C::new(start[0], start[1]) * 0.3 * r.flux_error_max_vs;
         let error = C::new(start[2], start[3]) * 0.6 * r.current_error_max_a;

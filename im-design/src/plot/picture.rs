@@ -8,7 +8,7 @@ use crate::linalg;
 use crate::machine::Constants;
 use crate::matrix::Matrix;
 use crate::mtpa::{AirGap, Aqdm, Circuit, CurrentLaw, MtpaDesign, SlipLaw, Witness};
-use crate::sliding::UtkinDesign;
+use crate::sliding::UtkinRegion;
 use crate::{kenne, model, thau_box};
 
 /// The picture of a design, as SVG: poles over the region, the stability map, or the gain that the region asks for.
@@ -47,10 +47,11 @@ pub fn picture(certificate: &Certificate) -> String {
             needed("Smallest switching gain", "nu0, V", 1.3 * top, (top, d.nu0), &[("needed", &need)])
         }
         Design::Utkin(d) => {
-            let at =
-                |speed: f64, flux: f64| smallest_omega0(&c, &UtkinDesign { speed_max_rad_s: speed, flux_min_vs: flux, ..*d });
-            let top = d.speed_max_rad_s;
-            let (less, same) = (|w: f64| at(w, 0.8 * d.flux_min_vs), |w: f64| at(w, d.flux_min_vs));
+            let at = |speed: f64, flux: f64| {
+                smallest_omega0(&c, &UtkinRegion { speed_max_rad_s: speed, flux_min_vs: flux, ..d.region })
+            };
+            let top = d.region.speed_max_rad_s;
+            let (less, same) = (|w: f64| at(w, 0.8 * d.region.flux_min_vs), |w: f64| at(w, d.region.flux_min_vs));
             let curves: [(&str, &dyn Fn(f64) -> f64); 2] = [("needed", &same), ("needed at 0.8 of the least flux", &less)];
             needed("Smallest switching amplitude", "omega0, mechanical rad/s", 1.3 * top, (top, d.omega0_rad_s), &curves)
         }
@@ -174,6 +175,6 @@ fn needed(title: &str, y_label: &str, top: f64, design: (f64, f64), curves_of: &
 }
 
 /// ω₀ that a region asks for; NaN where none is enough.
-fn smallest_omega0(c: &Constants<f64>, region: &UtkinDesign) -> f64 {
+fn smallest_omega0(c: &Constants<f64>, region: &UtkinRegion) -> f64 {
     crate::sliding::utkin_bound(c, region).map_or(f64::NAN, |b| b.0)
 }

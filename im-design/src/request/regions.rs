@@ -2,7 +2,7 @@
 
 use crate::error::DesignError;
 use crate::kenne::KenneRegion;
-use crate::sliding::UtkinDesign;
+use crate::sliding::UtkinRegion;
 use crate::thau_box::BoxRegion;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -169,7 +169,7 @@ pub struct DerdiyokRequest {
     pub boundary_layer_a: Option<f64>,
 }
 
-/// Region of `utkin`; see [`crate::sliding::UtkinDesign`].
+/// Region of `utkin`; see [`crate::sliding::UtkinRegion`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UtkinRequest {
@@ -193,15 +193,13 @@ pub struct UtkinRequest {
 
 impl UtkinRequest {
     /// The region alone.
-    pub(super) fn region(&self) -> UtkinDesign {
-        UtkinDesign {
+    pub(super) fn region(&self) -> UtkinRegion {
+        UtkinRegion {
             speed_max_rad_s: self.speed_max_rad_s,
             flux_min_vs: self.flux_min_vs,
             flux_error_max_vs: self.flux_error_max_vs,
             current_error_max_a: self.current_error_max_a,
             current_max_a: self.current_max_a,
-            omega0_rad_s: 0.0,
-            root_bound: 0.0,
         }
     }
 }

@@ -26,7 +26,7 @@ use crate::certificate::{Certificate, Claim, Obligation, Plant};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::machine::Constants;
-use crate::sliding::{UtkinDesign, utkin_bound};
+use crate::sliding::{UtkinDesign, UtkinRegion, utkin_bound};
 use serde::{Deserialize, Serialize};
 
 /// ω₀ with the boundary layer that a period asks for.
@@ -57,10 +57,10 @@ struct Step<F> {
 
 fn step<F: Field>(c: &Constants<F>, d: &SampledUtkinDesign) -> Step<F> {
     let f = F::from_f64;
-    let u = &d.continuous;
-    let [least, most, error, h] = [u.flux_min_vs, d.flux_max_vs, u.current_error_max_a, d.period_s].map(f);
-    let [gap, current, root] = [u.flux_error_max_vs, u.current_max_a, u.root_bound].map(f);
-    let (w, half) = (c.n_p.clone() * f(u.speed_max_rad_s), f(0.5) * h.clone());
+    let (u, r) = (&d.continuous, &d.continuous.region);
+    let [least, most, error, h] = [r.flux_min_vs, d.flux_max_vs, r.current_error_max_a, d.period_s].map(f);
+    let [gap, current, root] = [r.flux_error_max_vs, r.current_max_a, u.root_bound].map(f);
+    let (w, half) = (c.n_p.clone() * f(r.speed_max_rad_s), f(0.5) * h.clone());
     let (beta, gamma) = (c.beta.clone(), c.gamma.clone());
     let m = root.clone() * (most.clone() + gap.clone());
     let drive = c.eta_l_m.clone() * current.clone();
@@ -101,7 +101,10 @@ impl Claim for SampledUtkinDesign {
         obligations.extend([
             Obligation::Positive("period".into(), f(self.period_s)),
             Obligation::Positive("voltage".into(), f(self.voltage_max_v)),
-            Obligation::Positive("largest less smallest flux".into(), f(self.flux_max_vs) - f(self.continuous.flux_min_vs)),
+            Obligation::Positive(
+                "largest less smallest flux".into(),
+                f(self.flux_max_vs) - f(self.continuous.region.flux_min_vs),
+            ),
             Obligation::Positive("1 - period times (eta + gamma)".into(), s.kept.clone()),
             Obligation::Positive("approach to the layer, A Wb/s".into(), at(s.reach)),
             Obligation::Positive("boundary layer less the longest jump".into(), s.kept * f(self.boundary_layer_avs) - at(s.jump)),
@@ -112,13 +115,11 @@ impl Claim for SampledUtkinDesign {
 
 /// The smallest ω₀ and boundary layer at a period; with a layer given, proven for it, at the period or at the largest for which it holds.
 ///
-/// The fields ω₀ and root bound of `region` are ignored.
-///
 /// # Errors
 /// [`DesignError::Infeasible`] where no ω₀ overcomes what a sample adds, or the layer is too narrow, with the largest period.
 pub fn utkin(
     plant: Plant,
-    region: &UtkinDesign,
+    region: &UtkinRegion,
     [flux_max_vs, voltage_max_v]: [f64; 2],
     layer_avs: Option<f64>,
     period_s: Option<f64>,
@@ -174,14 +175,12 @@ mod tests {
     #[test]
     fn the_layer_goes_with_the_period_and_the_amplitude_approaches_the_continuous_one() {
         let plant = Plant::Machine(Machine::kwon_table_iv());
-        let region = UtkinDesign {
+        let region = UtkinRegion {
             speed_max_rad_s: 190.0,
             flux_min_vs: 0.6,
             flux_error_max_vs: 0.05,
             current_error_max_a: 5.0,
             current_max_a: 80.0,
-            omega0_rad_s: 0.0,
-            root_bound: 0.0,
         };
         let at = |h: f64| utkin(plant, &region, [1.1, 400.0], None, Some(h)).unwrap();
         let (continuous, _) = crate::sliding::utkin(plant, &region).unwrap();

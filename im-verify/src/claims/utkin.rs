@@ -1,7 +1,7 @@
 //! The sliding-mode observer of Utkin, Guldner and Shi (Kwon et al., Section V), through the code of `im-observers`.
 
 use im_design::Plant;
-use im_design::sliding::{UtkinDesign, utkin};
+use im_design::sliding::{UtkinRegion, utkin};
 use im_model::space_vector::{cross, unit};
 use im_observers::{Basis, Discretization, Input, Observer, Utkin, UtkinGains};
 
@@ -77,14 +77,12 @@ fn attracts(case: &Case) -> Verdict {
     // A share of the lever β|λ̂|.
     let e = current_error * c.beta * lambda_hat.norm();
     let grown = 1.01;
-    let region = UtkinDesign {
+    let region = UtkinRegion {
         speed_max_rad_s: omega.abs().max(1e-3),
         flux_min_vs: lambda_hat.norm() / grown,
         flux_error_max_vs: grown * flux_error * r.rotor_flux_vs,
         current_error_max_a: grown * e,
         current_max_a: grown * truth.current(0).norm(),
-        omega0_rad_s: 0.0,
-        root_bound: 0.0,
     };
     let observer = utkin(Plant::Machine(case.machine().into()), &region).map_err(|e| e.to_string()).and_then(|(design, _)| {
         let gains = UtkinGains {
