@@ -1,7 +1,7 @@
 //! What an experiment is predicted to show, and how that changes with what is free.
 
 use super::*;
-use im_model::Effects;
+use im_model::{EffectId, Effects};
 
 /// d(predicted/σ)/dv against central differences, for machine parameters, an effect and the start, however many are free at once.
 #[test]
@@ -109,4 +109,51 @@ fn an_imposed_speed_is_what_the_machine_turns_at_and_a_pulled_one_comes_near() {
     let off = |y: &[f64]| y[200..].iter().zip(&wanted[200..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(off(shown) < 0.3 * off(free), "{} {}", off(shown), off(free));
     assert_eq!(pulled.drive(7).speed_pull, Some([wanted[7], 400.0]));
+}
+
+/// A delayed voltage before a recording that begins magnetized is the one it begins with, along either axis; before one from rest it is none.
+#[test]
+fn late_voltage_of_a_start_in_motion_has_a_past() {
+    let delay = ParameterId::Effect(EffectId::VoltageDelay, 0);
+    let late = truth().with(&[(delay, 5e-4)]).unwrap();
+    let (mut e, _) = odd();
+    for u in [Complex::new(20.0, 0.0), Complex::new(0.0, 20.0)] {
+        e.u_s = vec![u; e.len()];
+        e.tau_load = vec![0.0; e.len()];
+        // Direct current: magnetized through the main inductance, i = u/R_s, for ever.
+        let i = u / M.parameters().stator_resistance_ohm;
+        let l_m = M.parameters().magnetizing_inductance_h;
+        let x = State { psi_s: i * M.parameters().stator_inductance_h(), psi_r: i * l_m, ..State::default() };
+        e.start = Start::State(x);
+        let shown = predict(&late, &e, &x);
+        assert!(
+            shown[0].iter().all(|a| (a - i.re).abs() < 1e-9) && shown[2].iter().all(|w| w.abs() < 1e-9),
+            "{:?}",
+            &shown[0][..9]
+        );
+        // From rest nothing flows until the voltage arrives, 2.5 samples late.
+        let rest = Experiment { start: Start::Rest, ..e.clone() };
+        let size = |k: usize| {
+            let y = predict(&late, &rest, &State::default());
+            y[0][k].hypot(y[1][k])
+        };
+        assert!(size(2) == 0.0 && size(3) > 0.0, "{} {}", size(2), size(3));
+    }
+}
+
+/// The start of one experiment is nothing to another; with nothing free there are residuals and no slopes.
+#[test]
+fn slopes_know_whose_start_is_free() {
+    let (e, start) = odd();
+    let free = start_parameters(&[e.clone(), e.clone()], &M.rating, false);
+    assert_eq!(free.len(), 10);
+    for index in [0, 1] {
+        let l = linearize(&truth(), &e, &start, index, &free);
+        for (k, s) in l.slopes.iter().enumerate() {
+            let acts = s.iter().flatten().any(|s| *s != 0.0);
+            assert_eq!(acts, k / 5 == index, "{} in experiment {}", free[k].name(), index + 1);
+        }
+    }
+    let l = linearize(&truth(), &e, &start, 0, &[]);
+    assert!(l.slopes.is_empty() && l.residuals == residuals(&truth(), &e, &start));
 }

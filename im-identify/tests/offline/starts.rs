@@ -1,7 +1,7 @@
 //! How recordings begin: at rest, in motion, with the shaft at an unknown angle.
 
 use super::*;
-use im_model::EffectId;
+use im_model::{EffectId, Held, steady_state};
 
 /// A recording that begins in motion is seen as such, and its fluxes and speed are found from the first second.
 #[test]
@@ -82,4 +82,187 @@ fn an_offset_is_no_motion_and_a_driven_current_is() {
     assert!(matches!(guess_start(&Experiment { u_s: volts(10.0), ..e.clone() }), Start::Estimated(_)));
     let turned = Experiment { u_s: volts(0.0), imposed_speed: Some(vec![20.0; n]), ..e };
     assert!(matches!(guess_start(&turned), Start::Estimated(x) if x.omega_m == 20.0 && x.omega_load == 20.0));
+}
+
+/// An experiment whose signals say nothing yet: `n` rows at rest.
+fn silent(n: usize) -> Experiment {
+    let r = Recording {
+        name: "silent".into(),
+        start_s: 0.0,
+        sample_time_s: 2e-4,
+        u_s: vec![Complex::new(0.0, 0.0); n],
+        i_s: vec![Complex::new(0.0, 0.0); n],
+        omega_m: vec![0.0; n],
+        tau_load: None,
+    };
+    Experiment::from_recording(&r, [0.01; 2], 0.1)
+}
+
+/// A twentieth of the largest speed and 5σ of a mean over five rows; rows that do not count do not.
+#[test]
+fn a_speed_that_stands_out_of_noise_and_range_is_motion() {
+    let n = 50;
+    let with = |first: [f64; 5], largest: f64| {
+        let mut e = silent(n);
+        e.channels[2].values = [&first[..], &vec![largest; n - 5]].concat();
+        e
+    };
+    let speed = |e: &Experiment| match guess_start(e) {
+        Start::Estimated(x) => Some((x.omega_m, x.omega_load)),
+        _ => None,
+    };
+    assert_eq!(speed(&with([10.0, 11.0, 12.0, 13.0, 14.0], 100.0)), Some((12.0, 12.0)));
+    assert_eq!(speed(&with([-7.0; 5], 100.0)), Some((-7.0, -7.0)));
+    for (first, largest, moves) in [
+        (4.5, 100.0, false),
+        (5.5, 100.0, true),
+        (4.5, -100.0, false),
+        (5.5, -100.0, true),
+        // 5σ/√5 = 0.224 rad/s.
+        (0.2, 1.0, false),
+        (0.25, 1.0, true),
+    ] {
+        assert_eq!(speed(&with([first; 5], largest)), moves.then_some((first, first)), "{first} of {largest}");
+    }
+    let mut e = with([70.0, 70.0, 0.0, 0.0, 0.0], 0.0);
+    e.channels[2].valid = Some((0..n).map(|k| k > 1).collect());
+    assert_eq!(speed(&e), None);
+    e.channels[2].valid = Some((0..n).map(|k| k == 1).collect());
+    assert_eq!(speed(&e), Some((70.0, 70.0)), "one row that counts is all there is");
+    e.supply_frequency_hz = Some(50.0);
+    assert_eq!(guess_start(&e), Start::Rest, "a table has no start");
+}
+
+/// A current needs a voltage, beyond a fiftieth of the largest, to be motion; the speed is then what is shown, imposed, or taken as none.
+#[test]
+fn a_current_under_voltage_is_motion_at_the_speed_that_is_known() {
+    let n = 50;
+    let with = |volts: f64, amperes: f64| {
+        let mut e = silent(n);
+        e.u_s = (0..n).map(|k| Complex::new(0.0, if k < 5 { volts } else { 100.0 })).collect();
+        e.channels[1].values = vec![amperes; n];
+        e
+    };
+    let speed = |e: &Experiment| match guess_start(e) {
+        Start::Estimated(x) => Some(x.omega_m),
+        _ => None,
+    };
+    for (volts, amperes, moves) in
+        [(10.0, 3.0, true), (2.5, 3.0, true), (1.5, 3.0, false), (10.0, 0.02, false), (0.0, 0.0, false)]
+    {
+        assert_eq!(speed(&with(volts, amperes)), moves.then_some(0.0), "{volts} V, {amperes} A");
+    }
+    // A speed below what counts is none, not its noise.
+    let mut e = with(10.0, 3.0);
+    e.channels[2].values = vec![0.05; n];
+    assert_eq!(speed(&e), Some(0.0));
+    e.channels[2].values = vec![30.0; n];
+    assert_eq!(speed(&e), Some(30.0));
+    let imposed = |first: f64| Some((0..n).map(|k| first + k as f64).collect::<Vec<_>>());
+    assert_eq!(speed(&Experiment { imposed_speed: imposed(20.0), ..e.clone() }), Some(20.0));
+    e.channels.truncate(2);
+    assert_eq!(speed(&e), Some(0.0), "no speed is shown");
+    assert_eq!(speed(&Experiment { imposed_speed: imposed(20.0), ..e }), Some(20.0));
+    let still = Experiment { imposed_speed: imposed(0.0), ..with(0.0, 0.0) };
+    assert_eq!(guess_start(&still), Start::Rest, "what begins at standstill begins at rest");
+}
+
+/// Fluxes and, where nothing imposes it, the speed of what begins in motion; the angle from the second on. Units are errors to be expected.
+#[test]
+fn what_is_unknown_of_starts_is_free() {
+    let motion = |imposed: bool| Experiment {
+        start: Start::Estimated(State::default()),
+        imposed_speed: imposed.then(|| vec![1.0; 9]),
+        ..silent(9)
+    };
+    let known = Experiment { start: Start::State(State::default()), ..silent(9) };
+    let table = Experiment { supply_frequency_hz: Some(50.0), ..silent(9) };
+    let all = [motion(false), motion(true), silent(9), known, table];
+    for (fixed_to_shaft, angles) in [(false, &[][..]), (true, &[1, 2, 3][..])] {
+        let free = start_parameters(&all, &M.rating, fixed_to_shaft);
+        let of = |wanted: usize| -> Vec<usize> {
+            let components = free.iter().filter_map(|f| match f.target {
+                Target::Initial { experiment, component } if experiment == wanted => Some(component),
+                _ => None,
+            });
+            components.collect()
+        };
+        for (k, motion) in [5, 4, 0, 0, 0].into_iter().enumerate() {
+            let wanted: Vec<usize> = (0..motion).chain(angles.contains(&k).then_some(5)).collect();
+            assert_eq!(of(k), wanted, "experiment {k}, angles {fixed_to_shaft}");
+        }
+        let electrical = std::f64::consts::TAU * M.rating.electrical_frequency_hz;
+        for f in &free {
+            let (Target::Initial { component, .. }, Transform::Linear(unit)) = (&f.target, f.transform) else {
+                panic!("{}", f.name())
+            };
+            let expected = match component {
+                4 => 0.003 * electrical..0.03 * electrical,
+                // An eighth of a turn of the field of eight poles is too far for a descent.
+                5 => 0.02..std::f64::consts::TAU / 8.0 / 4.0,
+                _ => 0.3 * M.rating.rotor_flux_vs..1.5 * M.rating.rotor_flux_vs,
+            };
+            assert!(expected.contains(&unit), "{}: {unit}", f.name());
+            assert!(f.limits.0 < -1e6 && f.limits.1 > 1e6, "a start has no limits");
+        }
+    }
+}
+
+/// A loaded machine on the mains from its steady state, 0.4 ms a row, with noise; what comes after the first second is somebody else's.
+#[test]
+fn the_first_second_tells_how_a_recording_begins() {
+    let n = 5000;
+    let x = steady_state(&truth(), 326.6, 50.0, Held::Load(10.0)).unwrap();
+    let mut e = silent(n);
+    e.sample_time_s = 4e-4;
+    e.tau_load = vec![10.0; n];
+    e.u_s = (0..n).map(|k| Complex::from_polar(326.6, 314.159 * 4e-4 * (k as f64 + 0.5))).collect();
+    let about = State { omega_m: 0.97 * x.omega_m, omega_load: 0.97 * x.omega_m, ..State::default() };
+    let shown = predict(&truth(), &e, &x);
+    for (c, (channel, y)) in e.channels.iter_mut().zip(shown).enumerate() {
+        let noise = |k: usize| ((k * 7919 + c * 31) % 101) as f64 / 50.0 - 1.0;
+        channel.values =
+            y.iter().enumerate().map(|(k, y)| if k < 2500 { y + channel.sigma * noise(k) } else { -3.0 * y }).collect();
+    }
+    e.start = Start::Estimated(about);
+    let found = start_on(&truth(), &e, &M.rating);
+    assert!((found.psi_s - x.psi_s).norm() < 2e-3 && (found.psi_r - x.psi_r).norm() < 2e-3, "{found:?} {x:?}");
+    assert!((found.omega_m - x.omega_m).abs() < 0.1 && found.omega_load == found.omega_m, "{found:?}");
+    // A machine that cannot be simulated has no better start than the one given.
+    e.u_s[100] = Complex::new(f64::NAN, 0.0);
+    assert_eq!(start_on(&truth(), &e, &M.rating), about);
+}
+
+/// Wherever the shaft stands: the nearest of the angles tried, and the angle itself from there.
+#[test]
+fn the_angle_of_the_shaft_is_found_from_anywhere() {
+    let direct = ParameterId::Effect(EffectId::RotorAsymmetry, 0);
+    let broken = truth().with(&[(direct, 0.1)]).unwrap();
+    let n = 1500;
+    let settled = steady_state(&truth(), 326.6, 50.0, Held::Load(14.0)).unwrap();
+    let mut e = silent(n);
+    e.tau_load = vec![14.0; n];
+    e.u_s = (0..n).map(|k| Complex::from_polar(326.6, 314.159 * 2e-4 * (k as f64 + 0.5))).collect();
+    // Half a turn of the field is a turn of the unbalance.
+    let period = std::f64::consts::PI / f64::from(M.pole_pairs);
+    let apart = |a: f64, b: f64| (a - b).rem_euclid(period).min(period - (a - b).rem_euclid(period));
+    for angle in [0.1, 0.55, 0.9, 1.4, 4.0] {
+        let x = State { theta_m: angle, ..settled };
+        for (c, y) in predict(&broken, &e, &x).into_iter().enumerate() {
+            e.channels[c].values = y;
+        }
+        e.start = Start::State(State { theta_m: 0.0, ..x });
+        let coarse = angle_on(&broken, &e, &e.start.state());
+        assert!(apart(coarse, angle) <= std::f64::consts::TAU / 64.0 + 1e-9, "{angle}: {coarse}");
+        let found = start_on(&broken, &e, &M.rating);
+        assert!(apart(found.theta_m, angle) < 1e-3, "{angle}: {}", found.theta_m);
+        assert_eq!(State { theta_m: 0.0, ..found }, State { theta_m: 0.0, ..settled }, "the rest is known");
+        // Nothing is fixed to the shaft of a sound machine, and no angle to be found; nor on a table.
+        assert_eq!(start_on(&truth(), &Experiment { start: Start::State(x), ..e.clone() }, &M.rating), x);
+        let table = Experiment { supply_frequency_hz: Some(50.0), start: Start::State(x), ..e.clone() };
+        assert_eq!(start_on(&broken, &table, &M.rating), x);
+    }
+    // Where no angle gives a number, the one that was given.
+    e.u_s[3] = Complex::new(f64::NAN, 0.0);
+    assert_eq!(angle_on(&broken, &e, &State { theta_m: 0.7, ..settled }), 0.7);
 }
