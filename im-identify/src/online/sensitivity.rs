@@ -160,13 +160,63 @@ mod tests {
         let svg = table_i().svg("a < b & c");
         assert!(svg.len() < 60_000, "{}", svg.len());
         assert!(svg.contains("a &lt; b &amp; c") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"));
-        // The cells of each map fill its square: right and lower ends reach it and do not go beyond.
-        let number =
-            |rect: &str, key: &str| -> f64 { rect.split(key).nth(1).and_then(|r| r.split('"').next()).unwrap().parse().unwrap() };
-        let cells: Vec<&str> = svg.lines().filter(|l| l.starts_with("<rect x=") && l.contains("fill=\"#")).collect();
-        let most = |at: &str, size: &str| cells.iter().map(|c| number(c, at) + number(c, size)).fold(0.0, f64::max);
-        let ends = [most(" x=\"", " width=\""), most(" y=\"", " height=\"")];
-        let square = [2.0 * (MARGIN + SIDE), 54.0 + 2.0 * SIDE + MARGIN];
-        assert!(ends.iter().zip(square).all(|(e, s)| (e - s).abs() < 0.5), "{ends:?} {square:?}");
+    }
+
+    /// What stands behind `key="` in a line of the picture.
+    fn number(line: &str, key: &str) -> f64 {
+        line.split(&format!(" {key}=\"")).nth(1).and_then(|r| r.split('"').next()).unwrap().parse().unwrap()
+    }
+
+    /// Read as a reader does: under every point of each square there is the shade of the parameter's share there, from black at 0.1 to white at
+    /// 0.75, torque upwards; the squares lie side by side, each under its symbol and with the ends of its axes beside it.
+    #[test]
+    fn picture_shows_the_share_of_each_parameter_at_speed_and_torque() {
+        let map = table_i();
+        let svg = map.svg("a");
+        let cell = |line: &str| {
+            let grey: Vec<u8> = (0..3)
+                .map(|k| u8::from_str_radix(&line.split("fill=\"#").nth(1).unwrap()[2 * k..2 * k + 2], 16).unwrap())
+                .collect();
+            assert!(grey[0] == grey[1] && grey[1] == grey[2], "{line}");
+            (["x", "y", "width", "height"].map(|key| number(line, key)), f64::from(grey[0]) / 255.0)
+        };
+        let cells: Vec<_> = svg.lines().filter(|l| l.starts_with("<rect x=") && l.contains("fill=\"#")).map(cell).collect();
+        let texts: Vec<&str> = svg.lines().flat_map(|l| l.split_inclusive("</text>")).filter(|l| l.contains("<text")).collect();
+        let said = |words: &str, x: f64, y: f64| {
+            let near =
+                |t: &&&str| t.contains(&format!(">{words}</text>")) && (number(t, "x") - x).hypot(number(t, "y") - y) < 20.0;
+            assert_eq!(texts.iter().filter(near).count(), 1, "{words} at {x}, {y}");
+        };
+        for (k, symbol) in RegulationParameters::<f64>::SYMBOLS.into_iter().enumerate() {
+            let (left, top) = (MARGIN + [0.0, SIDE + MARGIN][k % 2], 54.0 + [0.0, SIDE + MARGIN][k / 2]);
+            assert!(svg.contains(&format!("<rect x=\"{left}\" y=\"{top}\" width=\"{SIDE}\" height=\"{SIDE}\" fill=\"none\"")));
+            said(symbol, left, top - 6.0);
+            said("26", left - 4.0, top + 10.0);
+            said("157", left + SIDE, top + SIDE + 14.0);
+            said("0", left - 4.0, top + SIDE);
+            for column in 0..CELLS {
+                for row in 0..CELLS {
+                    let (x, y) = ((column as f64 + 0.5) / CELLS as f64, (row as f64 + 0.5) / CELLS as f64);
+                    let share = map.at(x * map.speed_max_rad_s, (1.0 - y) * map.torque_max_nm)[k];
+                    let (x, y) = (left + x * SIDE, top + y * SIDE);
+                    let under = cells
+                        .iter()
+                        .filter(|([left, top, width, height], _)| *left < x && x < left + width && *top < y && y < top + height);
+                    let here: Vec<f64> = under.map(|c| c.1).collect();
+                    assert_eq!(here.len(), 1, "{symbol} at {x}, {y}");
+                    // A step of eight between black and white.
+                    let ideal = ((share - 0.1) / 0.65).clamp(0.0, 1.0);
+                    let got = here[0];
+                    assert!(got <= ideal + 0.01 && got > ideal - 0.135, "{symbol} at {x}, {y}: {got} for {share}");
+                    assert!(ideal < 1.0 || got == 1.0);
+                }
+            }
+        }
+        // Nothing lies outside of the paper, and the notes below the maps.
+        let paper = svg.lines().next().unwrap().split("viewBox=\"0 0 ").nth(1).unwrap();
+        let size: Vec<f64> = paper.split('"').next().unwrap().split(' ').map(|n| n.parse().unwrap()).collect();
+        assert!(texts.iter().all(|t| number(t, "x") < size[0] && number(t, "y") < size[1]), "{size:?}");
+        let [first, second] = ["across: ", "white: "].map(|n| number(texts.iter().find(|t| t.contains(n)).unwrap(), "y"));
+        assert!(54.0 + 2.0 * SIDE + MARGIN + 14.0 < first && first + 10.0 < second, "{first} {second}");
     }
 }

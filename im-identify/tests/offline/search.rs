@@ -99,5 +99,5 @@ fn base_parameters_are_six_and_five_where_nothing_accelerates() {
     let run = experiment(&recording(false));
     let table = Experiment { supply_frequency_hz: Some(50.0), ..run.clone() };
     let count = |e: &[Experiment]| base_parameters_in(&truth(), e).len();
-    assert_eq!([count(&[run.clone()]), count(&[table.clone(), run]), count(&[table])], [6, 6, 5]);
+    assert_eq!([count(std::slice::from_ref(&run)), count(&[table.clone(), run]), count(&[table])], [6, 6, 5]);
 }

@@ -185,3 +185,61 @@ fn eight_percent_noise_is_a_matter_of_the_filter() {
     // The paper's gain hands the noise of the derivative to both factors of (36), which biases their product.
     assert!(mean(31_000.0) < 0.95, "{}", mean(31_000.0));
 }
+
+/// |di_r/dt| in the steady state is ω_s times the rotor current, less what the filter takes: above the least that was set they learn, below it not.
+#[test]
+fn the_least_rotor_current_is_where_learning_begins() {
+    let p = im_model::machines::KENNE_APPENDIX_II.parameters();
+    let (h, gain, r_r) = (1e-4, 3000.0, p.rotor_resistance_ohm);
+    let point = Point { omega_r: 200.0, omega_g: 8.0, flux_vs: 0.9 };
+    let mut bench = Bench::new(p, 2, h);
+    bench.settle(&point);
+    // j ω_g ψ_r = −R_r i_r, ψ_r = (L_r/L_m)φ.
+    let omega_s = point.omega_r + point.omega_g;
+    let current = point.omega_g * point.flux_vs * p.rotor_inductance_h() / p.magnetizing_inductance_h / r_r;
+    let rate = omega_s * current * gain / gain.hypot(omega_s);
+    for (least, learns) in [(0.97 * rate, true), (1.03 * rate, false)] {
+        let rotor =
+            KenneSettings { least_rotor_current_rate_a_per_s: least, start_ohm: 0.7 * r_r, ..settings(r_r, r_r, gain, 1e-3) };
+        let both = ResistancesSettings {
+            rotor,
+            stator_rate_ohm_per_s: 1.0,
+            stator_boundary_layer_ohm: 0.0,
+            stator_range_ohm: Range::try_new("s", 0.2, 20.0).unwrap(),
+            least_excitation: 1e-4,
+        };
+        let one = KenneRotorResistance::try_new(&p.windings(), 2, &rotor, h).unwrap();
+        let two = KenneResistances::try_new(&p.windings(), 2, &both, h).unwrap();
+        let (mut x, mut y, mut said) = (one.start(), two.start(), None);
+        bench.hold(0.3, &point, |s, _| said = Some((one.step(&mut x, s), two.step(&mut y, s))));
+        let (one, two) = said.unwrap();
+        let status = if learns { Status::Adapting } else { Status::NoExcitation };
+        assert_eq!((one.status, two.status), (status, status), "{least} of {rate}");
+        assert_eq!((one.values[0] != 0.7 * r_r, two.values[0] != 0.7 * r_r), (learns, learns));
+    }
+}
+
+/// Nothing is learnt until the filters have forgotten what they began with, to e⁻¹⁶; nor after a lost sample, until they have again.
+#[test]
+fn filters_fill_for_sixteen_time_constants() {
+    let p = im_model::machines::KENNE_APPENDIX_II.parameters();
+    let point = Point { omega_r: 200.0, omega_g: 8.0, flux_vs: 0.9 };
+    for (h, gain) in [(1e-4, 500.0), (1e-4, 4000.0), (2e-4, 1000.0)] {
+        let identifier =
+            KenneRotorResistance::try_new(&p.windings(), 2, &settings(p.rotor_resistance_ohm, 1.0, gain, 1e-3), h).unwrap();
+        let mut bench = Bench::new(p, 2, h);
+        bench.settle(&point);
+        let mut x = identifier.start();
+        for round in 0..2 {
+            let mut filling = 0;
+            while identifier.step(&mut x, &bench.sample()).status == Status::Filling {
+                bench.advance(&point, 1e3);
+                filling += 1;
+            }
+            let needed = 16.0 / (gain * h);
+            assert!((needed..needed + 3.0).contains(&f64::from(filling)), "round {round}: {filling} samples, {needed} needed");
+            let lost = Sample { omega_m: f64::NAN, ..bench.sample() };
+            assert_eq!(identifier.step(&mut x, &lost).status, Status::LostSample);
+        }
+    }
+}

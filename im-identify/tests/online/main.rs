@@ -2,8 +2,10 @@
 
 mod bad_input;
 mod bench;
+mod follower;
 mod jadot;
 mod kenne;
 mod ramp;
 mod replay;
+mod replay_simulated;
 mod settings;
