@@ -247,8 +247,12 @@ impl Refinement {
         // Far above the noise floor it is enough to see which way an effect goes: a step that gains less of the excess is the last.
         let excess = 1.0 - 1.0 / model.train().max(1.0);
         let quick = FitOptions { iterations: 10, tolerance: (5e-3 * excess).max(1e-3), horizons: Vec::new() };
-        let model = self.model(&machine, &starts, &effects, &quick).ok()?;
-        Some(Trial { effect: score.effect, model })
+        let mut tried = self.model(&machine, &starts, &effects, &quick).ok()?;
+        if tried.train() > model.train() {
+            // Without the effect it does better: this is not yet the minimum.
+            tried = self.model(&tried.fit.machine, &tried.fit.starts, &effects, &FitOptions::near()).ok()?;
+        }
+        Some(Trial { effect: score.effect, model: tried })
     }
 
     /// The machine with the effect at the size predicted, within reason, and how the training recordings start with it.

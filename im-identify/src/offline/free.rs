@@ -83,7 +83,8 @@ impl Free {
 }
 
 /// The base parameters that recordings can determine: R_s, R_r, the two leakages by one factor (their ratio cannot be seen in a
-/// linear machine), L_m, J by factors, and D, which may vanish, by amounts that brake `machine` in ten seconds.
+/// linear machine), L_m, J by factors, and D, which may vanish, by its own size or amounts that brake `machine` in ten seconds, whichever
+/// is more.
 pub fn base_parameters(machine: &Machine<f64>) -> Vec<Free> {
     use BaseParameter as P;
     let free = |ids: &[P]| Free {
@@ -91,7 +92,8 @@ pub fn base_parameters(machine: &Machine<f64>) -> Vec<Free> {
         transform: Transform::Log,
         limits: (1e-12, 1e12),
     };
-    let friction = Transform::Linear(0.1 * machine.parameters().inertia_kg_m2);
+    let p = machine.parameters();
+    let friction = Transform::Linear(p.viscous_friction_nm_s_per_rad.max(0.1 * p.inertia_kg_m2));
     vec![
         free(&[P::StatorResistance]),
         free(&[P::RotorResistance]),
@@ -165,5 +167,24 @@ pub(super) fn change_component<T>(x: &mut State<T>, k: usize, change: impl Fn(&m
     change(component_mut(x, k));
     if k == SPEED {
         change(&mut x.omega_load);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use im_model::Effects;
+    use im_model::machines::MOTULATOR_2_2_KW as M;
+
+    #[test]
+    fn a_step_undoes_friction_of_any_size() {
+        let with = |friction| {
+            let machine = Machine::try_new(M.parameters(), M.pole_pairs, Effects::none()).unwrap();
+            machine.with(&[(ParameterId::Base(BaseParameter::ViscousFriction), friction)]).unwrap()
+        };
+        let friction = |machine: &Machine<f64>| base_parameters(machine).pop().unwrap();
+        assert_eq!(friction(&with(0.0)).value(0.0, 1.0), 0.1 * M.parameters().inertia_kg_m2);
+        // A search variable moves by at most one: all of a friction that has imitated something else goes in one step.
+        assert_eq!(friction(&with(3.0)).value(3.0, -1.0), 0.0);
     }
 }
