@@ -1,6 +1,6 @@
 //! The drive of Kwon et al., Sections VII to IX: least-current laws (30), (31), synchronous current regulator, delta modulation at 100 µs.
 //!
-//! Quantities are the delta windings': Table IV with 35.5 A and 2.69 rad/s gives the 148 Nm that the laws promise for 150, at 1.71 Wb, which
+//! Quantities are the delta windings': Table IV with the 35.9 A and 2.73 rad/s of the laws for 150 Nm gives those 150 Nm, at 1.71 Wb, which
 //! is the flux of a winding at 460 V, 60 Hz. The dc link of 650 V then stands for √3·650 V of an equivalent star.
 #![allow(dead_code, missing_docs)]
 

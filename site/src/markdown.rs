@@ -48,10 +48,20 @@ pub fn parse<'a>(file: &'a str, text: &'a str) -> Parsed<'a> {
     let mut headings = Vec::new();
     let mut slugs = Slugs::default();
     let mut open: Option<(usize, String)> = None;
+    let mut in_code = false;
     for (event, range) in Parser::new_with_broken_link_callback(text, options, Some(&mut missing)).into_offset_iter() {
         let line = line_of(text, range.start);
         if let (Some((_, words)), Event::Text(t) | Event::Code(t)) = (&mut open, &event) {
             words.push_str(t);
+        }
+        match &event {
+            Event::Start(Tag::CodeBlock(_)) => in_code = true,
+            Event::End(TagEnd::CodeBlock) => in_code = false,
+            // A line of an equation that begins like a list ends the equation.
+            Event::Text(t) if !in_code && t.contains('$') => {
+                problems.push(Problem { file: file.into(), line, what: "a $ that no equation begins or ends with".into() });
+            }
+            _ => {}
         }
         let event = match event {
             Event::Start(Tag::Heading { .. }) => {
@@ -168,12 +178,13 @@ mod tests {
 
     #[test]
     fn what_is_broken_is_told_with_its_line() {
-        let page = parse("a.md", "# One\n\n[gone](gone.md)\n\n$\\nosuch$ and [x][y]\n");
+        let page = parse("a.md", "# One\n\n[gone](gone.md)\n\n$\\nosuch$ and [x][y]\n\n$$\na\n+ b\n$$\n\n```\n$HOME\n```\n");
         let (_, mut problems) = page.html(|link| Err(format!("link to {link}: no such file")), |_| Ok(None));
         problems.sort();
         let told: Vec<_> = problems.iter().map(|p| (p.line, p.what.as_str())).collect();
         assert_eq!(told[0], (3, "link to gone.md: no such file"));
         assert_eq!((told[1].0, told[2].0), (5, 5));
         assert!(told[1].1.contains("[y]") && told[2].1.contains("not understood"), "{told:?}");
+        assert!(told[3..].iter().all(|t| [7, 10, 12].contains(&t.0) && t.1.starts_with("a $")) && told.len() > 3, "{told:?}");
     }
 }
