@@ -192,3 +192,88 @@ fn utkins_layer_is_wide_enough_for_forward_euler_or_refused() {
     // A sign has no layer, and the rule here no limit.
     assert!(make(0.0, Discretization::ForwardEuler).is_ok() && make(0.5 * least, Discretization::Implicit).is_ok());
 }
+
+/// λ̂' = ηL_m i − ν with the ν that leaves −νφ/ν₀ of current error; ω̂ from the filtered pair, ν the mean of the sample and λ̂ its middle; the anchor
+/// draws λ̂ along η + jn_pω̂ by what η̂ is wrong by, at most as far as an error of the size of the flux could be.
+#[test]
+fn a_sample_of_derdiyok_is_its_equations() {
+    let c = M.parameters().windings().derived(M.pole_pairs);
+    let phi = 0.5;
+    let plain =
+        DerdiyokGains { boundary_layer_a: phi, ..DerdiyokGains::published(&machine(&M), 1.5 * M.rating.rotor_flux_vs, 300.0) };
+    let run = |g: DerdiyokGains, x: Input<f64>| after(&Derdiyok::try_new(basis(&M, H), g).unwrap(), &[x]);
+    let (lambda, before, omega) = BEFORE;
+    let filtered = DerdiyokGains { filter_rad_s: 200.0, ..plain };
+    for x in [Input::new(input(0).u_s, C::new(-3.05, 8.02)), input(0)] {
+        let (flux, i, speed) = run(filtered, x);
+        let mean = (before + x.i_s) * 0.5;
+        let nu = mean * c.eta_l_m - (flux - lambda) / H;
+        let limited = [nu.re, nu.im].map(|n| n.abs() > plain.nu0 * (1.0 - 1e-9));
+        let left = i - x.i_s + nu * (phi / plain.nu0);
+        assert!([nu.re, nu.im].iter().all(|n| n.abs() < plain.nu0 * (1.0 + 1e-9)));
+        assert!((limited[0] || left.re.abs() < 1e-9) && (limited[1] || left.im.abs() < 1e-9), "{left} {nu}");
+        let share = 1.0 - (-200.0 * H).exp();
+        let nu_before = C::new(c.eta, -c.n_p * omega) * lambda;
+        let (nu, middle) = (nu_before + (nu - nu_before) * share, lambda + ((lambda + flux) * 0.5 - lambda) * share);
+        let wanted = -(middle.conj() * nu).im / middle.norm_sqr() / c.n_p;
+        assert!((speed - wanted).abs() < 1e-9 * wanted.abs(), "{speed} {wanted}");
+        let eta = (middle.conj() * nu).re / middle.norm_sqr();
+        let k = 20.0;
+        let drawn = run(DerdiyokGains { anchor_per_s: k, ..filtered }, x);
+        let (w, most) = (c.n_p * speed, c.eta + (c.n_p * speed).abs());
+        let mismatch = (eta - c.eta).clamp(-most, most);
+        let wanted = C::new(c.eta, w) * flux * (2.0 * k * mismatch / (c.eta * c.eta + w * w) * H);
+        assert!((drawn.0 - flux - wanted).norm() < 1e-12 && wanted.norm() > 1e-9, "{} {wanted}", drawn.0 - flux);
+    }
+}
+
+/// What is measured up to the largest current is believed, what lies beyond is a lost sample; so with the voltage.
+#[test]
+fn a_current_is_believed_up_to_its_limit() {
+    let limits = Limits { current_max_a: 20.0, voltage_max_v: 300.0, ..Limits::of(&machine(&M), &M.rating) };
+    let b = basis(&M, H).with_limits(limits).unwrap();
+    let o = Thau::try_new(b, ThauGains::published(), LoadTorque::EqualToTorque).unwrap();
+    let status = |volts: f64, amperes: f64| {
+        let mut x = o.state_at(BEFORE.0, BEFORE.1, BEFORE.2);
+        o.step(&mut x, &Input::new(C::from_polar(volts, 1.0), C::from_polar(amperes, 2.0))).status
+    };
+    let good = status(299.9, 19.99);
+    assert!(!good.contains(Status::CURRENT_LOST) && !good.contains(Status::VOLTAGE_LIMITED), "{good}");
+    assert!(status(299.9, 20.01).contains(Status::CURRENT_LOST) && status(300.1, 19.99).contains(Status::VOLTAGE_LIMITED));
+}
+
+/// Every gain of every observer that has bounds: out of them it is named, and no observer is made.
+#[test]
+fn gains_out_of_bounds_are_named() {
+    let (b, m) = (basis(&M, H), machine(&M));
+    let named = |e: ObserverError, what: &str| assert!(e.to_string().starts_with(what), "{what}: {e}");
+    for bad in [-1.0, f64::NAN, f64::INFINITY] {
+        let d = DerdiyokGains::for_machine(&m, &M.rating);
+        let make = |g: DerdiyokGains| Derdiyok::try_new(b, g).unwrap_err();
+        named(make(DerdiyokGains { nu0: bad, ..d }), "nu0");
+        named(make(DerdiyokGains { boundary_layer_a: bad, ..d }), "boundary_layer_a");
+        named(make(DerdiyokGains { filter_rad_s: bad, ..d }), "filter_rad_s");
+        named(make(DerdiyokGains { anchor_per_s: bad, ..d }), "anchor_per_s");
+        let u = UtkinGains::for_machine(&m, &M.rating);
+        let make = |g: UtkinGains| Utkin::try_new(b, g).unwrap_err();
+        named(make(UtkinGains { omega0_rad_s: bad, ..u }), "omega0_rad_s");
+        named(make(UtkinGains { boundary_layer_avs: bad, ..u }), "boundary_layer_avs");
+        named(make(UtkinGains { filter_rad_s: bad, ..u }), "filter_rad_s");
+        let k = KubotaGains::for_machine(&m, &M.rating).unwrap();
+        let make = |g: KubotaGains| Kubota::try_new(b, g).unwrap_err();
+        named(make(KubotaGains { proportional: bad, ..k }), "proportional");
+        named(make(KubotaGains { integral: bad, ..k }), "integral");
+        named(make(KubotaGains { fade_a: bad, ..k }), "fade_a");
+        let load = LoadTorque::Proportional { coefficient_nm_s_per_rad: bad };
+        named(Thau::try_new(b, ThauGains::published(), load).unwrap_err(), "coefficient_nm_s_per_rad");
+        named(
+            Thau::in_box(b, ThauBoxGains { frame_rad_s: [bad, 100.0], ..boxed(1.0) }, LoadTorque::Balanced).unwrap_err(),
+            "frame_rad_s (lower)",
+        );
+        named(
+            Thau::in_box(b, ThauBoxGains { frame_rad_s: [50.0, bad], ..boxed(1.0) }, LoadTorque::Balanced).unwrap_err(),
+            "frame_rad_s (upper)",
+        );
+    }
+    named(Derdiyok::try_new(b, DerdiyokGains { nu0: 0.0, ..DerdiyokGains::for_machine(&m, &M.rating) }).unwrap_err(), "nu0");
+}
