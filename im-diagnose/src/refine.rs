@@ -53,6 +53,12 @@ impl Default for Options {
     }
 }
 
+/// By how much −2 log L must speak for a model in place of another: one in a hundred and fifty.
+const LIKELIER: f64 = 10.0;
+
+/// Parameters that a held effect counts for: all that any of the library has.
+const HELD: usize = 4;
+
 /// Up to this cosine between their signatures, effects are of different kinds: one does not pass for a correction of the other's form.
 const UNLIKE: f64 = 0.4;
 
@@ -255,6 +261,23 @@ impl Refinement {
         Some(Trial { effect: score.effect, model: tried })
     }
 
+    /// The model with one more effect held at the size that its score predicts, of the leading ones that for which the residual speaks most.
+    ///
+    /// Beside another effect that is missing, the least squares of the raw residual can drive an effect to nothing, while the residual as
+    /// coloured noise, which is what the scores weigh, is far likelier with it.
+    fn held(&self, model: &Model, leading: &[&Score]) -> Option<Model> {
+        let rough = FitOptions { iterations: 10, tolerance: 1e-3, horizons: Vec::new() };
+        let with = |s: &&Score| {
+            let (machine, starts) = self.seeded(&model.fit.machine, &model.fit.starts, s)?;
+            let mut held = self.model(&machine, &starts, &model.effects, &rough).ok()?;
+            held.effects.push(s.effect);
+            Some(held)
+        };
+        let all: Vec<Model> = leading.par_iter().take(3).filter_map(with).collect();
+        let likelier = all.into_iter().filter(|m| m.evidence < model.evidence - self.penalty(model, HELD));
+        likelier.min_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    }
+
     /// The machine with the effect at the size predicted, within reason, and how the training recordings start with it.
     fn seeded(&self, machine: &Machine<f64>, starts: &[State<f64>], score: &Score) -> Option<(Machine<f64>, Vec<State<f64>>)> {
         let e = score.effect;
@@ -286,11 +309,14 @@ impl Refinement {
             .all(|(&k, x)| *x >= 0.0 || score.effect.parameters()[k].bound.check("", *x).is_ok())
     }
 
+    /// What the evidence of a model must gain for so many parameters more, one of all candidates having been chosen.
+    fn penalty(&self, model: &Model, parameters: usize) -> f64 {
+        parameters as f64 * (model.fit.count as f64).ln() + 2.0 * (self.candidates.len() as f64).ln()
+    }
+
     /// Whether the training recordings speak for the newest effect of `after`.
     fn worthwhile(&self, base: &Model, before: &Model, after: &Model, first: &[Score]) -> bool {
-        let n = after.fit.count as f64;
-        let k = (after.fit.free.len().saturating_sub(before.fit.free.len())) as f64;
-        let penalty = k * n.ln() + 2.0 * (self.candidates.len() as f64).ln();
+        let penalty = self.penalty(after, after.fit.free.len().saturating_sub(before.fit.free.len()));
         let gain = before.evidence - after.evidence;
         let signature = |e: EffectId| first.iter().find(|s| s.effect == e).map(|s| s.signature.as_slice());
         let newest = after.effects.last().copied();
@@ -337,59 +363,94 @@ impl Refinement {
             let first = rounds.first().map_or(&scores, |r| &r.scores);
             let mut worthwhile = trials.iter().filter(|t| self.worthwhile(&models[0], here, &t.model, first)).map(|t| &t.model);
             let confirmed = worthwhile.clone().find(|m| self.validated(&models[validated], m));
-            let on_probation = if validated + 1 == models.len() { worthwhile.next() } else { None };
-            let chosen = confirmed.map(|m| (m.clone(), true)).or(on_probation.map(|m| (m.clone(), false)));
+            let sure = confirmed.is_some();
+            let alone = validated + 1 == models.len();
+            let chosen = confirmed.or_else(|| worthwhile.next().filter(|_| alone)).cloned();
+            let next = match chosen {
+                _ if models.len() > self.options.most_effects => None,
+                Some(m) => Some(self.model(&m.fit.machine, &m.fit.starts, &m.effects, &FitOptions::near())?),
+                None if alone && here.train() - 1.0 > NEGLIGIBLE => self.held(here, &leading),
+                None => None,
+            };
             rounds.push(Round { scores, significant, trials });
-            match chosen {
-                Some((m, sure)) if models.len() <= self.options.most_effects => {
-                    let polished = self.model(&m.fit.machine, &m.fit.starts, &m.effects, &FitOptions::near())?;
-                    models.push(polished);
-                    if sure {
-                        validated = models.len() - 1;
-                    }
-                }
-                _ => break,
+            let Some(next) = next else { break };
+            models.push(next);
+            if sure {
+                validated = models.len() - 1;
             }
         }
         models.truncate(validated + 1);
         rounds.truncate(validated + 1);
-        let alternatives = self.alternatives(&models, &rounds);
+        let mut rivals = self.rivals(&models, &rounds);
+        if let Some((place, better)) = self.better(&models[models.len() - 1], &rivals) {
+            models = self.exchanged(&models, place, better)?;
+            rivals = self.rivals(&models, &rounds);
+        }
+        let alternatives = rivals.iter().enumerate().map(|(k, all)| all.iter().map(|m| m.effects[k]).collect()).collect();
         Ok(Course { models, rounds, alternatives })
     }
 
-    /// For every effect of the final model: those that, in its place, leave nearly the same error.
-    fn alternatives(&self, models: &[Model], rounds: &[Round]) -> Vec<Vec<EffectId>> {
+    /// For every effect of the final model: the models with another in its place that leave nearly the same error.
+    fn rivals(&self, models: &[Model], rounds: &[Round]) -> Vec<Vec<Model>> {
         let last = &models[models.len() - 1];
         (0..last.effects.len())
             .map(|k| {
                 let own = last.effects[k];
                 let explained = (models[k].train() - models[k + 1].train()).max(0.0);
+                // By itself a rival can lag, where its place also imitates an effect that was added later.
                 let near = |t: &&Trial| {
                     t.effect != own
                         && !last.effects.contains(&t.effect)
-                        && t.model.train() - models[k + 1].train() < 0.2 * explained
+                        && t.model.train() - models[k + 1].train() < 0.5 * explained
                 };
                 let rivals: Vec<&Trial> = rounds[k].trials.iter().filter(near).collect();
-                rivals
-                    .par_iter()
-                    .filter(|t| {
-                        let Some(score) = rounds[k].scores.iter().find(|s| s.effect == t.effect) else { return false };
-                        let mut effects = *last.fit.machine.effects();
-                        effects.switch_off(own);
-                        effects.rescale(&self.rating, last.fit.machine.parameters(), last.fit.machine.pole_pairs());
-                        let Ok(without) = last.fit.machine.with_effects(effects) else { return false };
-                        let Some((seeded, starts)) = self.seeded(&without, &last.fit.starts, score) else { return false };
-                        let set: Vec<EffectId> = last.effects.iter().map(|&e| if e == own { t.effect } else { e }).collect();
-                        let options = FitOptions { iterations: 20, tolerance: 1e-4, horizons: Vec::new() };
-                        self.model(&seeded, &starts, &set, &options).is_ok_and(|m| {
-                            let worse = m.train() - last.train();
-                            worse < (0.03 * explained).max(12.0 / last.fit.count as f64)
-                        })
-                    })
-                    .map(|t| t.effect)
-                    .collect()
+                let in_its_place = |t: &&Trial| {
+                    let score = rounds[k].scores.iter().find(|s| s.effect == t.effect)?;
+                    let without = self.without(&last.fit.machine, own)?;
+                    let (seeded, starts) = self.seeded(&without, &last.fit.starts, score)?;
+                    let set: Vec<EffectId> = last.effects.iter().map(|&e| if e == own { t.effect } else { e }).collect();
+                    let options = FitOptions { iterations: 20, tolerance: 1e-4, horizons: Vec::new() };
+                    let m = self.model(&seeded, &starts, &set, &options).ok()?;
+                    let worse = m.train() - last.train();
+                    (worse < (0.03 * explained).max(12.0 / last.fit.count as f64)).then_some(m)
+                };
+                rivals.par_iter().filter_map(in_its_place).collect()
             })
             .collect()
+    }
+
+    /// The rival that is likelier than the final model, if one is: it leaves less, or as little with fewer parameters, and the held-out
+    /// recording does not speak against it.
+    fn better(&self, last: &Model, rivals: &[Vec<Model>]) -> Option<(usize, Model)> {
+        let n = last.fit.count as f64;
+        let information = |m: &Model| n * m.train().ln() + self.penalty(m, m.fit.free.len());
+        let unseen = |m: &Model| m.holdout.unwrap_or(0.0);
+        let all = rivals.iter().enumerate().flat_map(|(k, of)| of.iter().map(move |m| (k, m)));
+        all.filter(|(_, m)| information(m) < information(last) - LIKELIER && unseen(m) < 1.01 * unseen(last).max(1e-9))
+            .min_by(|a, b| information(a.1).total_cmp(&information(b.1)))
+            .map(|(k, m)| (k, m.clone()))
+    }
+
+    /// The course with the final model exchanged for one with another effect at `place`, and the models on the way to it fitted anew.
+    fn exchanged(&self, models: &[Model], place: usize, last: Model) -> Result<Vec<Model>, FitError> {
+        let mut out = models[..=place].to_vec();
+        for k in place + 1..models.len() - 1 {
+            let mut machine = last.fit.machine;
+            for &later in &last.effects[k..] {
+                machine = self.without(&machine, later).unwrap_or(machine);
+            }
+            out.push(self.model(&machine, &last.fit.starts, &last.effects[..k], &FitOptions::near())?);
+        }
+        out.push(self.model(&last.fit.machine, &last.fit.starts, &last.effects, &FitOptions::near())?);
+        Ok(out)
+    }
+
+    /// The machine with an effect switched off.
+    fn without(&self, machine: &Machine<f64>, effect: EffectId) -> Option<Machine<f64>> {
+        let mut effects = *machine.effects();
+        effects.switch_off(effect);
+        effects.rescale(&self.rating, machine.parameters(), machine.pole_pairs());
+        machine.with_effects(effects).ok()
     }
 }
 

@@ -54,6 +54,15 @@ fn two_effects_are_taken_apart() {
     assert!(o.exact(), "{:?} {:?}", o.verdict, o.named);
 }
 
+/// With iron loss missing, least squares drives a delay of the voltage to nothing, and iron loss without the delay.
+#[test]
+fn effects_that_hide_each_other_are_found_together() {
+    let effects = [(EffectKind::IronLoss, Strength::Strong), (EffectKind::VoltageDelay, Strength::Medium)];
+    let (o, _) = run(&Case::new(2, &effects, 501)).unwrap();
+    assert!(o.exact(), "{:?} {:?}", o.verdict, o.named);
+    assert!(o.holdout.1 < 1.1, "held out {:?}", o.holdout);
+}
+
 /// A voltage gain and a common current gain scale torque alike: nothing in a recording tells them apart.
 #[test]
 fn what_cannot_be_told_apart_is_said_so() {
