@@ -138,4 +138,24 @@ mod tests {
         let [b1, b2, ..] = steady_regressor(&p, C::new(0.9, 0.1), C::new(5.0, 8.0), 200.0, 7.0);
         assert!((b1 * b2.conj()).re.abs() < 1e-9 && b1.norm() > 1.0 && b2.norm() > 1.0);
     }
+
+    /// |B| of (33) with i of (15), s = √(a² + ω_g²): |ω_sω_g|φ/s, |ω_s|aφ/s, R_s sφ/R_req, |ω_s|L_f sφ/R_req; at standstill R_s alone.
+    #[test]
+    fn shares_are_the_sizes_of_33_over_their_root_sum_of_squares() {
+        let p = RegulationParameters::from_values([0.855, 0.152, 1.5, 0.0079]);
+        let a = p.inverse_rotor_time_constant();
+        for (omega_r, omega_g) in [(200.0, 7.0), (-150.0, 4.0), (3.0, -12.0), (0.0, 5.0), (-5.0, 5.0)] {
+            let (omega_s, s) = (f64::abs(omega_r + omega_g), a.hypot(omega_g));
+            let sizes = [
+                omega_s * omega_g.abs() / s,
+                omega_s * a / s,
+                p.stator_resistance_ohm * s / p.rotor_resistance_ohm,
+                omega_s * p.leakage_inductance_h * s / p.rotor_resistance_ohm,
+            ];
+            let whole = sizes.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let got = relative_sensitivity(&p, 0.9, omega_r, omega_g);
+            assert!(got.iter().zip(sizes).all(|(g, x)| (g - x / whole).abs() < 1e-12), "{omega_r} {omega_g}: {got:?}");
+        }
+        assert_eq!(relative_sensitivity(&p, 0.0, 200.0, 7.0), [0.0; 4], "without flux there is nothing to see");
+    }
 }
