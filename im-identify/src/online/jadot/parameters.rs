@@ -142,7 +142,7 @@ mod tests {
     /// |B| of (33) with i of (15), s = √(a² + ω_g²): |ω_sω_g|φ/s, |ω_s|aφ/s, R_s sφ/R_req, |ω_s|L_f sφ/R_req; at standstill R_s alone.
     #[test]
     fn shares_are_the_sizes_of_33_over_their_root_sum_of_squares() {
-        let p = RegulationParameters::from_values([0.855, 0.152, 1.5, 0.0079]);
+        let p = RegulationParameters::<f64>::from_values([0.855, 0.152, 1.5, 0.0079]);
         let a = p.inverse_rotor_time_constant();
         for (omega_r, omega_g) in [(200.0, 7.0), (-150.0, 4.0), (3.0, -12.0), (0.0, 5.0), (-5.0, 5.0)] {
             let (omega_s, s) = (f64::abs(omega_r + omega_g), a.hypot(omega_g));
