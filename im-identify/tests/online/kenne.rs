@@ -238,8 +238,10 @@ fn filters_fill_for_sixteen_time_constants() {
             }
             let needed = 16.0 / (gain * h);
             assert!((needed..needed + 3.0).contains(&f64::from(filling)), "round {round}: {filling} samples, {needed} needed");
-            let lost = Sample { omega_m: f64::NAN, ..bench.sample() };
-            assert_eq!(identifier.step(&mut x, &lost).status, Status::LostSample);
+            let before = identifier.step(&mut x, &bench.sample());
+            let lost = identifier.step(&mut x, &Sample { omega_m: f64::NAN, ..bench.sample() });
+            assert_eq!((lost.status, lost.excitation), (Status::LostSample, before.excitation), "what the window said stands");
+            assert!(lost.excitation.smallest > 0.0);
         }
     }
 }
