@@ -267,8 +267,12 @@ pub(crate) fn summary(s: &Story) -> Summary {
             let threshold = d.ranking.iter().find(|c| c.effect == e).map_or(f64::NAN, |c| c.threshold);
             words += &format!("its score is {} where chance reaches {}", number(score.score, 3), number(threshold, 2));
         }
-        let with = d.course.models.get(k + 1).map_or(f64::NAN, |m| m.train());
-        if let Some(rival) = round
+        let model = |k: usize| d.course.models.get(k).map_or(f64::NAN, |m| m.train());
+        let (without, with) = (model(k), model(k + 1));
+        if let (true, Some(&next)) = (with >= without, d.effects.get(k + 1)) {
+            words +=
+                &format!("; without {} beside it a refit does not want it: the two were found together", short_effect_name(next));
+        } else if let Some(rival) = round
             .trials
             .iter()
             .filter(|t| t.effect != e && !d.effects.contains(&t.effect))
