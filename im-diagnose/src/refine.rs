@@ -265,7 +265,8 @@ impl Refinement {
     ///
     /// Beside another effect that is missing, the least squares of the raw residual can drive an effect to nothing, while the residual as
     /// coloured noise, which is what the scores weigh, is far likelier with it.
-    fn held(&self, model: &Model, leading: &[&Score]) -> Option<Model> {
+    /// What looks like an effect that is there would mend the difference between the form of that and the library's: it is not held.
+    fn held(&self, model: &Model, leading: &[&Score], first: &[Score]) -> Option<Model> {
         let rough = FitOptions { iterations: 10, tolerance: 1e-3, horizons: Vec::new() };
         let with = |s: &&Score| {
             let (machine, starts) = self.seeded(&model.fit.machine, &model.fit.starts, s)?;
@@ -273,7 +274,9 @@ impl Refinement {
             held.effects.push(s.effect);
             Some(held)
         };
-        let all: Vec<Model> = leading.par_iter().take(3).filter_map(with).collect();
+        let unlike: Vec<&Score> =
+            leading.iter().copied().filter(|s| alike(s.effect, &model.effects, first) < UNLIKE).take(3).collect();
+        let all: Vec<Model> = unlike.par_iter().filter_map(with).collect();
         let likelier = all.into_iter().filter(|m| m.evidence < model.evidence - self.penalty(model, HELD));
         likelier.min_by(|a, b| a.evidence.total_cmp(&b.evidence))
     }
@@ -318,9 +321,7 @@ impl Refinement {
     fn worthwhile(&self, base: &Model, before: &Model, after: &Model, first: &[Score]) -> bool {
         let penalty = self.penalty(after, after.fit.free.len().saturating_sub(before.fit.free.len()));
         let gain = before.evidence - after.evidence;
-        let signature = |e: EffectId| first.iter().find(|s| s.effect == e).map(|s| s.signature.as_slice());
-        let newest = after.effects.last().copied();
-        let alike = before.effects.iter().filter_map(|&e| Some(cosine(signature(e)?, signature(newest?)?))).fold(0.0, f64::max);
+        let alike = after.effects.last().map_or(0.0, |&newest| alike(newest, &before.effects, first));
         let (left, taken) = (after.train() - 1.0, before.train() - after.train());
         // What takes a good part off a good deal that is left is more than a correction to the form of another effect …
         let ample = before.train() - 1.0 > NEGLIGIBLE && taken > self.options.ample_cut * (before.train() - 1.0);
@@ -369,7 +370,7 @@ impl Refinement {
             let next = match chosen {
                 _ if models.len() > self.options.most_effects => None,
                 Some(m) => Some(self.model(&m.fit.machine, &m.fit.starts, &m.effects, &FitOptions::near())?),
-                None if alone && here.train() - 1.0 > NEGLIGIBLE => self.held(here, &leading),
+                None if alone && here.train() - 1.0 > NEGLIGIBLE => self.held(here, &leading, first),
                 None => None,
             };
             rounds.push(Round { scores, significant, trials });
@@ -452,6 +453,12 @@ impl Refinement {
         effects.rescale(&self.rating, machine.parameters(), machine.pole_pairs());
         machine.with_effects(effects).ok()
     }
+}
+
+/// Largest cosine between what an effect and one of `others` explained before anything was added.
+fn alike(effect: EffectId, others: &[EffectId], first: &[Score]) -> f64 {
+    let signature = |e: EffectId| first.iter().find(|s| s.effect == e).map(|s| s.signature.as_slice());
+    others.iter().filter_map(|&e| Some(cosine(signature(e)?, signature(effect)?))).fold(0.0, f64::max)
 }
 
 /// Rate at which the speed is drawn to the measured one, 1/s: slower than the electrical transients, faster than pulling out.
