@@ -94,4 +94,22 @@ mod tests {
         assert!(write_atomically(&dir.join("none/b.txt"), |_| Ok(())).is_err());
         fs::remove_dir_all(&dir).unwrap();
     }
+
+    #[test]
+    fn what_can_be_written_is_known_before_and_leaves_nothing_behind() {
+        let dir = std::env::temp_dir().join(format!("im-model-writable-{}", std::process::id()));
+        fs::create_dir_all(&dir).unwrap();
+        check_writable(&dir.join("new.txt")).unwrap();
+        assert_eq!(fs::read_dir(&dir).unwrap().count(), 0);
+        assert!(check_writable(&dir).unwrap_err().to_string().ends_with("it is a folder"));
+        assert!(check_writable(&dir.join("none/b.txt")).is_err());
+        fs::remove_dir_all(&dir).unwrap();
+        // A device takes what is written to it, whether or not files may stand beside it.
+        #[cfg(unix)]
+        {
+            let before = fs::metadata("/dev").unwrap().modified().unwrap();
+            check_writable(Path::new("/dev/null")).unwrap();
+            assert_eq!(fs::metadata("/dev").unwrap().modified().unwrap(), before);
+        }
+    }
 }

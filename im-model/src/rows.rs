@@ -335,3 +335,15 @@ pub fn sampling_time(time: &[f64]) -> Result<f64, (usize, Problem)> {
     let fits = |t: &f64| (first + n * t - last).abs() <= ulp;
     Ok(decimals.chain([whole_frequency]).find(fits).unwrap_or(mean))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::fields;
+
+    #[test]
+    fn white_space_separates_only_where_nothing_else_does() {
+        let split = |line: &'static str, separator: u8| fields(line.as_bytes(), separator).collect::<Vec<_>>();
+        assert_eq!(split("1\t, 2,,3", b','), [&b"1\t"[..], b" 2", b"", b"3"]);
+        assert_eq!(split("1 \t 2  3", b' '), [b"1", b"2", b"3"]);
+    }
+}

@@ -339,3 +339,25 @@ impl Fed<f64> for FedMachine<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machines::MOTULATOR_2_2_KW as M;
+    use crate::{Effects, Machine};
+
+    #[test]
+    fn an_imposed_speed_runs_evenly_through_a_sample_however_it_is_cut() {
+        let machine = Machine::try_new(M.parameters(), M.pole_pairs, Effects::none()).unwrap();
+        let plant = Plant::new(&machine);
+        let mut x = State::default();
+        let drive = Drive { imposed_speed: Some([10.0, 14.0]), ..Drive::new(Complex::default(), 0.0) };
+        let mut fed = FedMachine::new(&plant, &mut x, drive, 1e-4);
+        for (duration, speed) in [(0.25e-4, 11.0), (0.5e-4, 13.0), (0.25e-4, 14.0)] {
+            fed.hold(Complex::default(), duration);
+            assert!((fed.state.omega_m - speed).abs() < 1e-12, "{} {speed}", fed.state.omega_m);
+        }
+        // The angle is the integral of the speed: 12 rad/s in the mean.
+        assert!((x.theta_m - 12e-4).abs() < 1e-12, "{}", x.theta_m);
+    }
+}
