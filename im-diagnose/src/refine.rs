@@ -350,6 +350,8 @@ impl Refinement {
         let mut models = vec![base];
         let mut rounds: Vec<Round> = Vec::new();
         let mut validated = 0;
+        // Whether the newest effect is held at a predicted size.
+        let mut holding = false;
         loop {
             let here = &models[models.len() - 1];
             let scores = self.scores(here, rounds.last().map_or(&[], |r| &r.scores));
@@ -363,10 +365,12 @@ impl Refinement {
             trials.sort_by(|a, b| a.model.fit.cost.total_cmp(&b.model.fit.cost));
             let first = rounds.first().map_or(&scores, |r| &r.scores);
             let mut worthwhile = trials.iter().filter(|t| self.worthwhile(&models[0], here, &t.model, first)).map(|t| &t.model);
-            let confirmed = worthwhile.clone().find(|m| self.validated(&models[validated], m));
+            let good = |m: &&Model| self.validated(&models[validated], m) && (!holding || most_of_it(&models[validated], m));
+            let confirmed = worthwhile.clone().find(good);
             let sure = confirmed.is_some();
             let alone = validated + 1 == models.len();
             let chosen = confirmed.or_else(|| worthwhile.next().filter(|_| alone)).cloned();
+            holding = chosen.is_none();
             let next = match chosen {
                 _ if models.len() > self.options.most_effects => None,
                 Some(m) => Some(self.model(&m.fit.machine, &m.fit.starts, &m.effects, &FitOptions::near())?),
@@ -453,6 +457,12 @@ impl Refinement {
         effects.rescale(&self.rating, machine.parameters(), machine.pole_pairs());
         machine.with_effects(effects).ok()
     }
+}
+
+/// Whether a model explains nearly all that one before it left, on the training recordings and on the held-out one.
+fn most_of_it(before: &Model, after: &Model) -> bool {
+    let excess = |m: &Model| m.train().max(m.holdout.unwrap_or(0.0)) - 1.0;
+    excess(after) < 0.25 * excess(before)
 }
 
 /// Largest cosine between what an effect and one of `others` explained before anything was added.
