@@ -277,7 +277,7 @@ impl Refinement {
         let unlike: Vec<&Score> =
             leading.iter().copied().filter(|s| alike(s.effect, &model.effects, first) < UNLIKE).take(3).collect();
         let all: Vec<Model> = unlike.par_iter().filter_map(with).collect();
-        let likelier = all.into_iter().filter(|m| m.evidence < model.evidence - self.penalty(model, HELD));
+        let likelier = all.into_iter().filter(|m| m.evidence < model.evidence - penalty(model, HELD, self.candidates.len()));
         likelier.min_by(|a, b| a.evidence.total_cmp(&b.evidence))
     }
 
@@ -312,15 +312,8 @@ impl Refinement {
             .all(|(&k, x)| *x >= 0.0 || score.effect.parameters()[k].bound.check("", *x).is_ok())
     }
 
-    /// What the evidence of a model must gain for so many parameters more, one of all candidates having been chosen.
-    fn penalty(&self, model: &Model, parameters: usize) -> f64 {
-        parameters as f64 * (model.fit.count as f64).ln() + 2.0 * (self.candidates.len() as f64).ln()
-    }
-
     /// Whether the training recordings speak for the newest effect of `after`.
     fn worthwhile(&self, base: &Model, before: &Model, after: &Model, first: &[Score]) -> bool {
-        let penalty = self.penalty(after, after.fit.free.len().saturating_sub(before.fit.free.len()));
-        let gain = before.evidence - after.evidence;
         let alike = after.effects.last().map_or(0.0, |&newest| alike(newest, &before.effects, first));
         let (left, taken) = (after.train() - 1.0, before.train() - after.train());
         // What takes a good part off a good deal that is left is more than a correction to the form of another effect …
@@ -331,7 +324,7 @@ impl Refinement {
         let least = (self.options.least_gain * after.train())
             .max(self.options.least_cut * left)
             .max(share * (base.train() - after.train()));
-        gain > penalty && taken > least
+        likelier(before, after, self.candidates.len()) && taken > least
     }
 
     /// Whether the held-out recording gains a fair part of what the training recordings gained, absolutely or, where it missed less to
@@ -428,7 +421,7 @@ impl Refinement {
     /// recording does not speak against it.
     fn better(&self, last: &Model, rivals: &[Vec<Model>]) -> Option<(usize, Model)> {
         let n = last.fit.count as f64;
-        let information = |m: &Model| n * m.train().ln() + self.penalty(m, m.fit.free.len());
+        let information = |m: &Model| n * m.train().ln() + penalty(m, m.fit.free.len(), self.candidates.len());
         let unseen = |m: &Model| m.holdout.unwrap_or(0.0);
         let all = rivals.iter().enumerate().flat_map(|(k, of)| of.iter().map(move |m| (k, m)));
         all.filter(|(_, m)| information(m) < information(last) - LIKELIER && unseen(m) < 1.01 * unseen(last).max(1e-9))
@@ -457,6 +450,17 @@ impl Refinement {
         effects.rescale(&self.rating, machine.parameters(), machine.pole_pairs());
         machine.with_effects(effects).ok()
     }
+}
+
+/// What the evidence of a model must gain for so many parameters more, one of all candidates having been chosen.
+fn penalty(model: &Model, parameters: usize, candidates: usize) -> f64 {
+    parameters as f64 * (model.fit.count as f64).ln() + 2.0 * (candidates as f64).ln()
+}
+
+/// Whether a model with one more effect is likelier than chance would make one of `candidates`.
+pub(crate) fn likelier(before: &Model, after: &Model, candidates: usize) -> bool {
+    let more = after.fit.free.len().saturating_sub(before.fit.free.len());
+    before.evidence - after.evidence > penalty(after, more, candidates)
 }
 
 /// Whether a model explains nearly all that one before it left, on the training recordings and on the held-out one.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Candidate;
 use crate::leftover::Dependence;
-use crate::refine::{Course, Model, NEGLIGIBLE};
+use crate::refine::{Course, Model, NEGLIGIBLE, likelier};
 
 /// What the data say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -89,13 +89,6 @@ fn error(m: &Model, floor: f64) -> f64 {
 pub(super) fn explained(course: &Course) -> f64 {
     let (first, last) = (&course.models[0], &course.models[course.models.len() - 1]);
     1.0 - (error(last, 1.0) - 1.0) / (error(first, 1.0) - 1.0).max(1e-9)
-}
-
-/// Whether a model with one more effect is likelier than chance would make one of `candidates`.
-fn likelier(before: &Model, after: &Model, candidates: usize) -> bool {
-    let n = after.fit.count as f64;
-    let k = after.fit.free.len().saturating_sub(before.fit.free.len()) as f64;
-    before.evidence - after.evidence > k * n.ln() + 2.0 * (candidates as f64).ln()
 }
 
 /// The verdict as far as effects and leftover decide it.
