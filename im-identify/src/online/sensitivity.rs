@@ -212,6 +212,10 @@ mod tests {
                 }
             }
         }
+        // The cells reach the right and lower ends of the squares and do not go beyond.
+        let most = |at: usize, size: usize| cells.iter().map(|(c, _)| c[at] + c[size]).fold(0.0, f64::max);
+        let square = [2.0 * (MARGIN + SIDE), 54.0 + 2.0 * SIDE + MARGIN];
+        assert!([most(0, 2), most(1, 3)].iter().zip(square).all(|(e, s)| (e - s).abs() < 0.5));
         // Nothing lies outside of the paper, and the notes below the maps.
         let paper = svg.lines().next().unwrap().split("viewBox=\"0 0 ").nth(1).unwrap();
         let size: Vec<f64> = paper.split('"').next().unwrap().split(' ').map(|n| n.parse().unwrap()).collect();
