@@ -52,7 +52,7 @@ fn law(motor: &MotorFile) -> Result<Option<im_control::MtpaLaw<f64>>, String> {
     let range = LAW_RANGE.map(|x| x * motor.rating.torque_nm);
     let refused = |e: String| format!("[controller] no law of least current for this motor: {e}");
     let fit = {
-        let circuit = im_design::mtpa::of_machine(&motor.machine);
+        let circuit = im_design::mtpa::TCircuit::from(&motor.machine);
         im_design::mtpa::laws::fit_log(&circuit, range, 0.01).map_err(|e| refused(e.to_string()))?
     };
     im_control::MtpaLaw::series(fit.torque_n_m, &fit.current, &fit.slip).map(Some).map_err(|e| refused(e.to_string()))

@@ -4,7 +4,7 @@
 
 use im_chart::{Series, chart};
 use im_control::{MachineData, Mtpa, MtpaGains, MtpaLaw};
-use im_design::mtpa::{for_torque, laws::fit_log, of_machine};
+use im_design::mtpa::{TCircuit, for_torque, laws::fit_log};
 use im_model::simulation::{Bridge, DeltaModulator, Inverter, References, Scenario, Simulation, Source};
 use im_model::{Effects, Machine, machines};
 
@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     effects.main_flux_saturation.excess = 0.5;
     let machine = Machine::try_new(m.parameters(), m.pole_pairs, effects)?;
 
-    let fit = fit_log(&of_machine(&machine), [1.0, 40.0], 0.01)?;
+    let fit = fit_log(&TCircuit::from(&machine), [1.0, 40.0], 0.01)?;
     let law = MtpaLaw::series(fit.torque_n_m, &fit.current, &fit.slip)?;
     let known = MachineData::of(&machine, 30.0);
     println!("torque asked, got Nm; rms current, least possible A");
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let last = x.torque_nm.len() - 5000..x.torque_nm.len();
         let got = x.torque_nm[last.clone()].iter().sum::<f64>() / 5000.0;
         let rms = (run.recording.i_s[last].iter().map(|i| i.norm_sqr()).sum::<f64>() / 10_000.0).sqrt();
-        let possible = for_torque(&of_machine(&machine), got)?.current_rms_a;
+        let possible = for_torque(&TCircuit::from(&machine), got)?.current_rms_a;
         println!("{torque:5.1} {got:6.2}; {rms:6.3} {possible:6.3}");
         measured.push((got, rms));
         least.push((got, possible));

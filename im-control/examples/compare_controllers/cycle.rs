@@ -5,8 +5,8 @@ use std::error::Error;
 use im_control::modulation::DeadTimeCompensation;
 use im_control::named::{Setting, named};
 use im_control::{MachineData, MtpaLaw};
+use im_design::mtpa::TCircuit;
 use im_design::mtpa::laws::fit_log;
-use im_design::mtpa::of_machine;
 use im_model::simulation::{
     Bridge, CarrierPwm, Controller, DeltaModulator, Inverter, Load, Profile, References, Scenario, Sensors, Simulation, Source,
 };
@@ -81,7 +81,7 @@ fn scenario(delta: bool) -> Scenario {
 fn controller(name: &str) -> Result<Box<dyn Controller<f64>>, Box<dyn Error>> {
     let base = Machine::base(M.parameters(), M.pole_pairs)?;
     let machine = MachineData::of(&base, 1.5 * M.rating.current_peak_a(&M.parameters(), M.pole_pairs));
-    let fit = fit_log(&of_machine(&base), [0.5, 40.0], 0.01)?;
+    let fit = fit_log(&TCircuit::from(&base), [0.5, 40.0], 0.01)?;
     let mtpa = Some(MtpaLaw::series(fit.torque_n_m, &fit.current, &fit.slip)?);
     let bridge = Bridge { dead_time_s: 2e-6, ..Bridge::ideal(560.0) };
     let dead_time = Some(DeadTimeCompensation::of(&bridge, T, 0.3));

@@ -3,7 +3,7 @@
 use im_control::mtpa::{LawForm, MtpaLaw};
 use im_control::{FieldOriented, FieldOrientedGains, MachineData, Mtpa, MtpaGains, ReferenceShaper, SpeedLoop, SpeedRegulator};
 use im_design::mtpa::laws::fit_log;
-use im_design::mtpa::{for_torque, of_machine};
+use im_design::mtpa::{TCircuit, for_torque};
 use im_model::simulation::{
     Bridge, Controller, DeltaModulator, Inverter, Load, Profile, References, Scenario, Simulation, Source,
 };
@@ -49,7 +49,7 @@ pub fn settled(machine: &Machine<f64>, controller: &mut dyn Controller<f64>, sce
 }
 
 pub fn law(machine: &Machine<f64>) -> MtpaLaw<f64> {
-    let fit = fit_log(&of_machine(machine), [1.0, 40.0], 0.003).unwrap();
+    let fit = fit_log(&TCircuit::from(machine), [1.0, 40.0], 0.003).unwrap();
     MtpaLaw::series(fit.torque_n_m, &fit.current, &fit.slip).unwrap()
 }
 
@@ -61,7 +61,7 @@ fn the_current_is_the_least_for_the_torque_within_one_percent() {
     for wanted in [5.0, 15.0, 26.0, -15.0] {
         let mut drive = Mtpa::try_new(&known, &law, &MtpaGains::typical(&known)).unwrap();
         let [torque, current] = settled(&machine, &mut drive, &scenario(wanted));
-        let least = for_torque(&of_machine(&machine), torque.abs()).unwrap().current_rms_a;
+        let least = for_torque(&TCircuit::from(&machine), torque.abs()).unwrap().current_rms_a;
         assert!((current / least - 1.0).abs() < 0.01, "{wanted}: {current} A for {torque} Nm, least {least} A");
         // The law lies within 0.3 % in current, the flux-frame mean and the ripple of 100 µs decisions leave the rest.
         assert!((torque / wanted - 1.0).abs() < 0.03, "{wanted}: {torque}");
@@ -133,7 +133,7 @@ proptest! {
         e.main_flux_saturation.excess = 0.4;
         let machine = base.with_effects(e).unwrap();
         let case = Case::new(&machine, &rating, 0.0);
-        let circuit = of_machine(&machine);
+        let circuit = TCircuit::from(&machine);
         let fit = fit_log(&circuit, [0.05 * rating.torque_nm, 1.2 * rating.torque_nm], 0.005).unwrap();
         let law = MtpaLaw::series(fit.torque_n_m, &fit.current, &fit.slip).unwrap();
         let wanted = load * rating.torque_nm * if brakes { -1.0 } else { 1.0 };

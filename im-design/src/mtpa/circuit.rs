@@ -15,8 +15,15 @@ use serde::{Deserialize, Serialize};
 
 /// The magnetizing branch and the rotor, seen from the air gap.
 pub trait AirGap {
-    /// Rms stator current and torque at peak air-gap flux linkage and slip frequency (electrical rad/s, positive).
-    fn operate(&self, flux_vs: f64, slip_rad_s: f64) -> (f64, f64);
+    /// Rms stator current (A) and torque (N m) at a level and a slip frequency (electrical rad/s, positive). The level, in which both
+    /// are explicit, is the peak air-gap flux linkage (Wb) of the q-d model and x (A, peak) of the T circuit ([`t_circuit`](super::t_circuit)).
+    fn operate(&self, level: f64, slip_rad_s: f64) -> (f64, f64);
+
+    /// The levels that are searched, positive, ascending.
+    fn levels(&self) -> [f64; 2];
+
+    /// Peak air-gap flux linkage, Wb.
+    fn flux_vs(&self, level: f64, slip_rad_s: f64) -> f64;
 
     /// The same at all points of two coordinates of the circuit's own: ranges that contain them.
     fn enclose(&self, cell: [Interval; 2]) -> Enclosure;
@@ -26,7 +33,7 @@ pub trait AirGap {
     fn coordinates(&self, current_rms_a: f64, slip_rad_s: f64) -> [Interval; 2];
 
     /// The coordinates of one operating point.
-    fn coordinates_of(&self, flux_vs: f64, slip_rad_s: f64) -> [f64; 2];
+    fn coordinates_of(&self, level: f64, slip_rad_s: f64) -> [f64; 2];
 }
 
 /// What all operating points of a cell lie in.
@@ -91,6 +98,14 @@ impl AirGap for Aqdm {
         (flux_vs / std::f64::consts::SQRT_2 * y.norm(), 1.5 * f64::from(self.pole_pairs) * flux_vs * flux_vs * y.re)
     }
 
+    fn levels(&self) -> [f64; 2] {
+        [1e-7, 50.0]
+    }
+
+    fn flux_vs(&self, level: f64, _slip_rad_s: f64) -> f64 {
+        level
+    }
+
     /// Coordinates: flux and slip themselves.
     fn enclose(&self, [flux, slip]: [Interval; 2]) -> Enclosure {
         let p = Interval::point;
@@ -135,10 +150,24 @@ pub enum Circuit {
 }
 
 impl AirGap for Circuit {
-    fn operate(&self, flux_vs: f64, slip_rad_s: f64) -> (f64, f64) {
+    fn operate(&self, level: f64, slip_rad_s: f64) -> (f64, f64) {
         match self {
-            Circuit::T(c) => c.operate(flux_vs, slip_rad_s),
-            Circuit::Aqdm(c) => c.operate(flux_vs, slip_rad_s),
+            Circuit::T(c) => c.operate(level, slip_rad_s),
+            Circuit::Aqdm(c) => c.operate(level, slip_rad_s),
+        }
+    }
+
+    fn levels(&self) -> [f64; 2] {
+        match self {
+            Circuit::T(c) => c.levels(),
+            Circuit::Aqdm(c) => c.levels(),
+        }
+    }
+
+    fn flux_vs(&self, level: f64, slip_rad_s: f64) -> f64 {
+        match self {
+            Circuit::T(c) => c.flux_vs(level, slip_rad_s),
+            Circuit::Aqdm(c) => c.flux_vs(level, slip_rad_s),
         }
     }
 
@@ -156,10 +185,10 @@ impl AirGap for Circuit {
         }
     }
 
-    fn coordinates_of(&self, flux_vs: f64, slip_rad_s: f64) -> [f64; 2] {
+    fn coordinates_of(&self, level: f64, slip_rad_s: f64) -> [f64; 2] {
         match self {
-            Circuit::T(c) => c.coordinates_of(flux_vs, slip_rad_s),
-            Circuit::Aqdm(c) => c.coordinates_of(flux_vs, slip_rad_s),
+            Circuit::T(c) => c.coordinates_of(level, slip_rad_s),
+            Circuit::Aqdm(c) => c.coordinates_of(level, slip_rad_s),
         }
     }
 }

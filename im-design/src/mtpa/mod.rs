@@ -19,4 +19,4 @@ pub use laws::{CurrentLaw, LogLaw, SlipLaw};
 pub use optimum::{Optimum, for_current, for_torque};
 pub use proof::{MtpaDesign, Witness};
 pub use request::{AqdmTable, LawKind, MtpaRequest, design};
-pub use t_circuit::{TCircuit, of_machine};
+pub use t_circuit::TCircuit;

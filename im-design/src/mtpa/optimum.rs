@@ -14,21 +14,20 @@ pub struct Optimum {
     pub slip_rad_s: f64,
     /// Peak air-gap flux linkage, Wb.
     pub flux_vs: f64,
+    /// Where: in the circuit's own coordinates ([`AirGap::coordinates_of`]).
+    pub at: [f64; 2],
 }
 
 /// Slip frequencies searched, electrical rad/s.
 const SLIP: [f64; 2] = [0.02, 500.0];
-/// Peak air-gap flux linkages searched, Wb.
-const FLUX: [f64; 2] = [1e-7, 50.0];
-
 /// Currents searched, A rms.
 const CURRENT_MAX: f64 = 1e7;
 
-/// λ_m at a current and slip, (26): the operating point of largest torque when saturation allows several.
-fn flux_at(circuit: &impl AirGap, current: f64, slip: f64) -> Option<(f64, f64)> {
-    // In logarithms, as the current grows with a power of the flux.
-    let excess = |log_flux: f64| (circuit.operate(log_flux.exp(), slip).0 / current).ln();
-    let (low, high) = (FLUX[0].ln(), FLUX[1].ln());
+/// The level at a current and slip, (26), and its torque: those of largest torque when saturation allows several.
+fn level_at(circuit: &impl AirGap, current: f64, slip: f64) -> Option<(f64, f64)> {
+    // In logarithms, as the current grows with a power of the level.
+    let excess = |log_level: f64| (circuit.operate(log_level.exp(), slip).0 / current).ln();
+    let [low, high] = circuit.levels().map(f64::ln);
     let steps = 48;
     let at = |k: u32| low + (high - low) * f64::from(k) / f64::from(steps);
     let mut best: Option<(f64, f64)> = None;
@@ -36,10 +35,10 @@ fn flux_at(circuit: &impl AirGap, current: f64, slip: f64) -> Option<(f64, f64)>
     for k in 0..steps {
         let right = excess(at(k + 1));
         if left <= 0.0 && right > 0.0 {
-            let flux = zero(at(k), at(k + 1), excess).exp();
-            let torque = circuit.operate(flux, slip).1;
+            let level = zero(at(k), at(k + 1), excess).exp();
+            let torque = circuit.operate(level, slip).1;
             if best.is_none_or(|(_, t)| torque > t) {
-                best = Some((flux, torque));
+                best = Some((level, torque));
             }
         }
         left = right;
@@ -76,7 +75,7 @@ fn zero(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> f64 {
 /// [`DesignError::Infeasible`] when the circuit carries no such current at any flux.
 pub fn for_current(circuit: &impl AirGap, current_rms_a: f64) -> Result<Optimum, DesignError> {
     positive("current_rms_a", current_rms_a)?;
-    let torque = |log_slip: f64| flux_at(circuit, current_rms_a, log_slip.exp()).map_or(f64::NEG_INFINITY, |(_, t)| t);
+    let torque = |log_slip: f64| level_at(circuit, current_rms_a, log_slip.exp()).map_or(f64::NEG_INFINITY, |(_, t)| t);
     let (low, high) = (SLIP[0].ln(), SLIP[1].ln());
     let steps = 40;
     let at = |k: i32| low + (high - low) * f64::from(k) / f64::from(steps);
@@ -99,11 +98,12 @@ pub fn for_current(circuit: &impl AirGap, current_rms_a: f64) -> Result<Optimum,
         }
     }
     let slip_rad_s = (0.5 * (a + b)).exp();
-    let (flux_vs, torque_n_m) = flux_at(circuit, current_rms_a, slip_rad_s).ok_or_else(|| DesignError::Infeasible {
+    let (level, torque_n_m) = level_at(circuit, current_rms_a, slip_rad_s).ok_or_else(|| DesignError::Infeasible {
         constraint: format!("a current of {current_rms_a} A in this circuit"),
         feasible: "a smaller current".into(),
     })?;
-    Ok(Optimum { torque_n_m, current_rms_a, slip_rad_s, flux_vs })
+    let (flux_vs, at) = (circuit.flux_vs(level, slip_rad_s), circuit.coordinates_of(level, slip_rad_s));
+    Ok(Optimum { torque_n_m, current_rms_a, slip_rad_s, flux_vs, at })
 }
 
 /// A torque that no current gives: `low` is carried by the circuit, `high` is not, or is the largest looked at.
@@ -113,11 +113,8 @@ fn out_of_reach(torque_n_m: f64, mut low: f64, mut high: f64, torque_at: impl Fn
         if torque_at(middle).is_some() { low = middle } else { high = middle }
     }
     let most = torque_at(low).unwrap_or(0.0);
-    let [_, flux] = FLUX;
     DesignError::Infeasible {
-        constraint: format!(
-            "{torque_n_m} N m from this circuit, with air-gap fluxes to {flux} Wb and currents to {CURRENT_MAX:e} A"
-        ),
+        constraint: format!("{torque_n_m} N m from this circuit, with air-gap fluxes to 50 Wb and currents to {CURRENT_MAX:e} A"),
         // The search is coarse where the flux ends.
         feasible: format!("torques up to {:.4} N m", 0.9 * most),
     }

@@ -1,6 +1,6 @@
 //! Laws asked for: fitted, witnessed and proven.
 
-use super::circuit::{AirGap, Circuit};
+use super::circuit::Circuit;
 use super::law::Law;
 use super::laws;
 use super::optimum::for_torque;
@@ -124,7 +124,7 @@ pub fn design(plant: Plant, circuit: Circuit, request: &MtpaRequest) -> Result<(
         if off > worst.0 {
             worst = (off, torque);
         }
-        Ok(Witness { torque_n_m: torque, at: circuit.coordinates_of(best.flux_vs, best.slip_rad_s) })
+        Ok(Witness { torque_n_m: torque, at: best.at })
     };
     let points: Vec<Witness> = torques.into_iter().map(&mut witness).collect::<Result<_, _>>()?;
     let mut design = MtpaDesign { torque_n_m, tolerance, slip_max_rad_s, circuit, law: law.clone(), points: Vec::new() };

@@ -87,40 +87,6 @@ impl TCircuit {
         let per_slip = self.rotor_resistance_ohm / slip + bars * wt;
         [self.rotor_leakage_inductance_h * x + bars * r, r * per_slip, r, per_slip]
     }
-
-    /// x at an air-gap flux and slip: the flux grows with x.
-    fn leakage_current(&self, flux: f64, slip: f64) -> f64 {
-        let at = |x: f64| {
-            let [d, q, ..] = self.rotor(x, slip);
-            d.hypot(q)
-        };
-        // Without saturation the flux is proportional to x; saturation makes it grow faster, so this is an upper end.
-        let mut high = flux / at(f64::MIN_POSITIVE.sqrt()) * f64::MIN_POSITIVE.sqrt();
-        if self.leakage_saturation[0] == 0.0 {
-            return high;
-        }
-        let mut low = high / (1.0 + self.leakage_saturation[0]);
-        // Regula falsi (Illinois).
-        let (mut f_low, mut f_high) = (at(low) - flux, at(high) - flux);
-        let mut x = high;
-        for _ in 0..80 {
-            if f_high == f_low || (high - low).abs() <= 1e-15 * high {
-                break;
-            }
-            x = (low * f_high - high * f_low) / (f_high - f_low);
-            let f = at(x) - flux;
-            if f.abs() <= 1e-15 * flux {
-                break;
-            }
-            if f * f_high < 0.0 {
-                (low, f_low) = (high, f_high);
-            } else {
-                f_low *= 0.5;
-            }
-            (high, f_high) = (x, f);
-        }
-        x
-    }
 }
 
 impl From<&im_model::Machine<f64>> for TCircuit {
@@ -140,18 +106,23 @@ impl From<&im_model::Machine<f64>> for TCircuit {
     }
 }
 
-/// The circuit of a machine model with its saturations and deep bars, as a refined `motor.toml` holds it.
-pub fn of_machine(machine: &im_model::Machine<f64>) -> TCircuit {
-    TCircuit::from(machine)
-}
-
 impl AirGap for TCircuit {
-    fn operate(&self, flux_vs: f64, slip_rad_s: f64) -> (f64, f64) {
-        let [d, q, r, per_slip] = self.rotor(self.leakage_current(flux_vs, slip_rad_s), slip_rad_s);
+    fn operate(&self, x: f64, slip_rad_s: f64) -> (f64, f64) {
+        let [d, q, r, per_slip] = self.rotor(x, slip_rad_s);
         let [k, s, psi] = self.main_saturation;
-        let gamma = (1.0 + k * (flux_vs / psi).powf(s)) / self.magnetizing_inductance_h;
+        let gamma = (1.0 + k * (d.hypot(q) / psi).powf(s)) / self.magnetizing_inductance_h;
         let current = (gamma * d + r).hypot(gamma * q) / std::f64::consts::SQRT_2;
         (current, 1.5 * f64::from(self.pole_pairs) * r * r * per_slip)
+    }
+
+    /// Peak air-gap fluxes from below 10⁻⁷ Wb to above 50 Wb: |ψ_m| is between L_lr x and many times that.
+    fn levels(&self) -> [f64; 2] {
+        [1e-12, 50.0].map(|flux| flux / self.rotor_leakage_inductance_h)
+    }
+
+    fn flux_vs(&self, x: f64, slip_rad_s: f64) -> f64 {
+        let [d, q, ..] = self.rotor(x, slip_rad_s);
+        d.hypot(q)
     }
 
     /// Coordinates: x and ψ_q = r R/ω, so that T = (3/2)n_p r ψ_q and nothing is large at any slip.
@@ -199,8 +170,7 @@ impl AirGap for TCircuit {
         [Interval::new(0.0, peak), Interval::new(0.0, self.magnetizing_inductance_h * peak)]
     }
 
-    fn coordinates_of(&self, flux_vs: f64, slip_rad_s: f64) -> [f64; 2] {
-        let x = self.leakage_current(flux_vs, slip_rad_s);
+    fn coordinates_of(&self, x: f64, slip_rad_s: f64) -> [f64; 2] {
         [x, self.rotor(x, slip_rad_s)[1]]
     }
 }
@@ -231,19 +201,22 @@ mod tests {
             let slip = 2.0 * std::f64::consts::PI * frequency - n_p * speed;
             let c = map.currents(s.psi_s, s.psi_r, s.psi_fe, machine.effects());
             let torque = 1.5 * n_p * (c.psi_m.conj() * c.i_s).im;
-            let (current, found) = circuit.operate(c.psi_m.norm(), slip);
+            // L_lr x is the flux of the rotor leakage.
+            let x = (s.psi_r - c.psi_m).norm() / circuit.rotor_leakage_inductance_h;
+            let (current, found) = circuit.operate(x, slip);
             // The model interpolates saturation on a grid.
             assert!((current * std::f64::consts::SQRT_2 / c.i_s.norm() - 1.0).abs() < 1e-4, "{current} {}", c.i_s.norm());
             assert!((found / torque - 1.0).abs() < 1e-4, "{found} {torque}");
+            assert!((circuit.flux_vs(x, slip) / c.psi_m.norm() - 1.0).abs() < 1e-4);
         }
     }
 
     #[test]
     fn enclosures_contain_the_points_and_shrink_to_them() {
         for circuit in [TCircuit::from(&machine()), TCircuit::linear(0.9, 0.004, 0.156, 2)] {
-            for (flux, slip) in [(0.3, 2.0), (0.9, 5.0), (1.1, 40.0), (0.5, 300.0)] {
-                let (current, torque) = circuit.operate(flux, slip);
-                let at = circuit.coordinates_of(flux, slip);
+            for (x, slip) in [(0.4, 2.0), (4.0, 5.0), (30.0, 40.0), (40.0, 300.0)] {
+                let (current, torque) = circuit.operate(x, slip);
+                let at = circuit.coordinates_of(x, slip);
                 for width in [0.1, 1e-3, 1e-7] {
                     let e = circuit.enclose(at.map(|x| Interval::new(x * (1.0 - width), x * (1.0 + width))));
                     for (i, x) in [(e.current_rms_a, current), (e.torque_n_m, torque), (e.slip_rad_s, slip)] {
