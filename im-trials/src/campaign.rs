@@ -157,10 +157,12 @@ impl Finished {
 }
 
 /// The rows of the table.
-pub const GROUPS: [&str; 10] = ["strong", "medium", "weak", "clean", "coloured", "pairs", "triples", "outside", "poor", "steady"];
+pub const GROUPS: [&str; 11] =
+    ["strong", "medium", "weak", "clean", "coloured", "pairs", "triples", "outside", "ramp", "steady", "poor"];
 
 /// The whole campaign: single effects of three strengths, machines of all sizes, clean runs with white and coloured noise, pairs, triples,
-/// effects outside the library, and excitation that shows little (constant speed, started from rest; and nothing but a steady state).
+/// effects outside the library, and excitation that shows less: one ramp from rest to a constant speed ("ramp"), and nothing but the steady
+/// state, of effects that have frequencies of their own there ("steady") and of those that only change the fundamental ("poor").
 pub fn plan(seeds: u64) -> Vec<Planned> {
     let library: Vec<EffectKind> = EffectKind::ALL.iter().copied().filter(|k| k.in_library()).collect();
     let quick: Vec<EffectKind> = library.iter().copied().filter(|k| !k.is_thermal()).collect();
@@ -194,7 +196,8 @@ pub fn plan(seeds: u64) -> Vec<Planned> {
             }
         }
         for (k, &kind) in quick.iter().enumerate() {
-            for (group, excitation) in [("poor", Excitation::Poor), ("steady", Excitation::Steady)] {
+            let still = if kind.has_frequencies_of_its_own() { "steady" } else { "poor" };
+            for (group, excitation) in [("ramp", Excitation::Ramp), (still, Excitation::Steady)] {
                 let mut case = Case::new(machine(k, 5), &[(kind, Strength::Medium)], 700 + seed);
                 case.excitation = excitation;
                 add(group, kind.name().into(), case);

@@ -1,6 +1,6 @@
 //! The hidden-effect campaign: `campaign [SEEDS] [FILTER…]` prints one line per trial, and a table.
 //!
-//! Filters are words of a trial's group (strong, medium, weak, clean, coloured, pairs, triples, outside, poor, steady), effect names, or a
+//! Filters are words of a trial's group (strong, medium, weak, clean, coloured, pairs, triples, outside, ramp, steady, poor), effect names, or a
 //! machine (`m7`); a trial runs when it has them all. `WHY=1` prints the course of each loop.
 
 use std::convert::Infallible;

@@ -1,6 +1,6 @@
 //! Writes a trial with hidden effects to a folder.
 //!
-//! `make_trial EFFECTS STRENGTH MACHINE SEED FOLDER [poor|steady] [5khz] [colour]`
+//! `make_trial EFFECTS STRENGTH MACHINE SEED FOLDER [ramp|steady] [5khz] [colour]`
 //!
 //! EFFECTS: identifiers joined by commas, or `none`, or `list` alone to print them. STRENGTH: weak, medium, strong or a multiple of strong.
 
@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Ok(());
     }
     let [effects, strength, machine, seed, folder, more @ ..] = arguments.as_slice() else {
-        return Err("usage: make_trial EFFECTS STRENGTH MACHINE SEED FOLDER [poor|steady] [5khz] [colour]".into());
+        return Err("usage: make_trial EFFECTS STRENGTH MACHINE SEED FOLDER [ramp|steady] [5khz] [colour]".into());
     };
     let strength: Strength = strength.parse()?;
     let kinds = effects.split(',').filter(|name| *name != "none").map(str::parse::<EffectKind>);
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut case = Case::new(machine, &effects, seed.parse()?);
     for word in more {
         match word.as_str() {
-            "poor" => case.excitation = Excitation::Poor,
+            "ramp" => case.excitation = Excitation::Ramp,
             "steady" => case.excitation = Excitation::Steady,
             "5khz" => case.sampling = Some(Sampling { sample_s: 2e-4, duration_s: 2.0 }),
             colour => case.noise = Noise::coloured(colour.parse()?),

@@ -5,7 +5,7 @@ use im_diagnose::refine::Options;
 use im_model::effects::CustomId;
 use im_model::{EffectId, ParameterId};
 use im_tests::campaign::{case_of, run};
-use im_tests::hidden::{Case, EffectKind, Noise, Strength, simulate};
+use im_tests::hidden::{Case, EffectKind, Excitation, Noise, Strength, simulate};
 use im_tests::own_effect::TachometerScaleEffect;
 
 /// One strong effect at a time, on machines from small to large: named, and nothing else beside it.
@@ -44,6 +44,17 @@ fn coloured_noise_is_no_effect() {
         let (o, _) = run(&case).unwrap();
         assert!(o.named.is_empty(), "machine {machine}: {:?}", o.named);
         assert!((0.8..1.25).contains(&o.holdout.1), "the noise is its own floor: {:?}", o.holdout);
+    }
+}
+
+/// Nothing but a steady state: what only changes its phasors and the mean speed could be parameters as well.
+#[test]
+fn poor_excitation_is_not_decided() {
+    for (machine, kind) in [(0, EffectKind::MainFluxSaturation), (2, EffectKind::VoltageDelay)] {
+        let mut case = Case::new(machine, &[(kind, Strength::Medium)], 700);
+        case.excitation = Excitation::Steady;
+        let (o, _) = run(&case).unwrap();
+        assert!(["inconclusive", "confounded"].contains(&o.verdict.name()), "{}: {:?} {:?}", kind.name(), o.verdict, o.named);
     }
 }
 

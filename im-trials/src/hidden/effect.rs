@@ -91,6 +91,15 @@ impl EffectKind {
     pub fn is_thermal(self) -> bool {
         matches!(self, Self::StatorHeating | Self::RotorHeating)
     }
+
+    /// Whether a steady state has other frequencies by the effect: harmonics, a negative sequence, zero frequency or side bands of the
+    /// speed. The others change nothing there but the phasors of the fundamental and the mean speed, as parameters do.
+    pub fn has_frequencies_of_its_own(self) -> bool {
+        use EffectKind as E;
+        let electric = matches!(self, E::InverterNonlinearity | E::StatorAsymmetry | E::RotorAsymmetry | E::LoadTorqueRipple);
+        let sensors = matches!(self, E::CurrentSensorGain | E::CurrentSensorOffset | E::CurrentSensorSaturation);
+        electric || sensors || matches!(self, E::RotorSlotting | E::HysteresisLoss | E::MagneticAnisotropy)
+    }
 }
 
 impl fmt::Display for EffectKind {

@@ -11,8 +11,8 @@ pub enum Excitation {
     /// Ramps, load steps, flux steps, reversals and a two-level noise on the voltage.
     Rich,
     /// From rest along a slow ramp to one constant speed at one constant load; nothing else.
-    Poor,
-    /// As [`Excitation::Poor`], but the recording starts when all has settled: it holds nothing but the steady state.
+    Ramp,
+    /// As [`Excitation::Ramp`], but the recording starts when all has settled: it holds nothing but the steady state.
     Steady,
 }
 
