@@ -45,6 +45,7 @@ pub mod sampled;
 pub mod sliding;
 pub mod thau;
 pub mod thau_box;
+mod tiles;
 
 pub use certificate::{Certificate, Plant};
 pub use error::DesignError;

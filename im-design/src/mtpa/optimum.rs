@@ -20,6 +20,9 @@ pub struct Optimum {
 
 /// Slip frequencies searched, electrical rad/s.
 const SLIP: [f64; 2] = [0.02, 500.0];
+/// Largest peak air-gap flux linkage searched, Wb.
+const FLUX_MAX: f64 = 50.0;
+
 /// Currents searched, A rms.
 const CURRENT_MAX: f64 = 1e7;
 
@@ -37,7 +40,7 @@ fn level_at(circuit: &impl AirGap, current: f64, slip: f64) -> Option<(f64, f64)
         if left <= 0.0 && right > 0.0 {
             let level = zero(at(k), at(k + 1), excess).exp();
             let torque = circuit.operate(level, slip).1;
-            if best.is_none_or(|(_, t)| torque > t) {
+            if circuit.flux_vs(level, slip) <= FLUX_MAX && best.is_none_or(|(_, t)| torque > t) {
                 best = Some((level, torque));
             }
         }
@@ -114,7 +117,9 @@ fn out_of_reach(torque_n_m: f64, mut low: f64, mut high: f64, torque_at: impl Fn
     }
     let most = torque_at(low).unwrap_or(0.0);
     DesignError::Infeasible {
-        constraint: format!("{torque_n_m} N m from this circuit, with air-gap fluxes to 50 Wb and currents to {CURRENT_MAX:e} A"),
+        constraint: format!(
+            "{torque_n_m} N m from this circuit, with air-gap fluxes to {FLUX_MAX} Wb and currents to {CURRENT_MAX:e} A"
+        ),
         // The search is coarse where the flux ends.
         feasible: format!("torques up to {:.4} N m", 0.9 * most),
     }

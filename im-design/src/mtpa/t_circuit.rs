@@ -115,7 +115,7 @@ impl AirGap for TCircuit {
         (current, 1.5 * f64::from(self.pole_pairs) * r * r * per_slip)
     }
 
-    /// Peak air-gap fluxes from below 10⁻⁷ Wb to above 50 Wb: |ψ_m| is between L_lr x and many times that.
+    /// Peak air-gap fluxes from below 10⁻⁷ Wb to above 50 Wb: |ψ_m| is L_lr x at the least, and many times that at small slip.
     fn levels(&self) -> [f64; 2] {
         [1e-12, 50.0].map(|flux| flux / self.rotor_leakage_inductance_h)
     }

@@ -26,11 +26,12 @@ use super::{longest_from, no_period};
 use crate::certificate::{Certificate, Claim, Obligation, Plant, decide};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
-use crate::kubota_loop::{LoopGains, halve, scales, tiled, validate};
+use crate::kubota_loop::{LoopGains, scales, validate};
 use crate::linalg;
 use crate::lmi::{Affine, Problem};
 use crate::machine::Constants;
 use crate::matrix::Matrix;
+use crate::tiles::{halve, tiled};
 use serde::{Deserialize, Serialize};
 
 /// A cell of operating points with its proof.

@@ -27,12 +27,12 @@ use crate::certificate::{Certificate, Claim, Obligation, Plant};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::jadot::{JadotDesign, JadotRequest};
-use crate::kubota_loop::{halve, tiled};
 use crate::linalg;
 use crate::lmi::{Affine, Problem};
 use crate::machine::Constants;
 use crate::matrix::Matrix;
 use crate::model::complex;
+use crate::tiles::{halve, tiled};
 use serde::{Deserialize, Serialize};
 
 /// A cell of speeds and slips with the proof of the electrical errors in it.

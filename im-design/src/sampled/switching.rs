@@ -1,4 +1,4 @@
-//! Kenné's surfaces with the law computed once per sample and held, on the machine in continuous time; s and b as in `kenne.rs`.
+//! Kenné's surfaces with the law computed once per sample and held, on the machine in continuous time; s and b as in `kenne/mod.rs`.
 //!
 //! Over a sample ṡ = f + bv with v = v̂(t_k) − k sat(s(t_k)/Φ), held at the stator in the flux's direction of then. Beyond what the
 //! continuous law leaves, |f + bv̂| ≤ b_min k₀ − η with k₀ of (25), (26), a sample adds
