@@ -168,7 +168,7 @@ pub(crate) fn utkin_bound(c: &Constants<f64>, region: &UtkinRegion) -> Option<(f
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::Machine;
 
@@ -201,16 +201,21 @@ mod tests {
         assert!(worst > 0.0, "a gain 0.1 % below the bound must fail somewhere");
     }
 
-    #[test]
-    fn utkin_bound_is_sufficient_and_tight() {
-        let c = plant().constants::<f64>();
-        let region = UtkinRegion {
+    /// Of Kwon's machine to 190 rad/s.
+    pub(crate) fn region() -> UtkinRegion {
+        UtkinRegion {
             speed_max_rad_s: 190.0,
             flux_min_vs: 0.6,
             flux_error_max_vs: 0.05,
             current_error_max_a: 5.0,
             current_max_a: 80.0,
-        };
+        }
+    }
+
+    #[test]
+    fn utkin_bound_is_sufficient_and_tight() {
+        let c = plant().constants::<f64>();
+        let region = region();
         let (design, certificate) = utkin(plant(), &region).unwrap();
         certificate.check().unwrap();
         // ṡ_n on s_n = +0 with ê against λ̂ = λ_min and everything else at its worst.

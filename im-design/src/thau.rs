@@ -102,7 +102,6 @@ pub fn maximize(plant: Plant, slack: f64) -> Result<(ThauDesign, Certificate), D
     let c = plant.constants::<f64>();
     proportion("slack", slack)?;
     needs_friction(&c)?;
-    // κ² = q. States are scaled so that the entries of P are of one order: e = S ẽ.
     let best = solve(&c, None)?.0;
     let kappa = (1.0 - slack) * best.max(0.0).sqrt();
     let (_, p, gain) = solve(&c, Some(kappa * kappa))?;
@@ -122,35 +121,63 @@ pub(crate) fn needs_friction(c: &Constants<f64>) -> Result<(), DesignError> {
     })
 }
 
+/// q = κ², P and the gain.
+pub(crate) type Found = (f64, Matrix<f64>, Matrix<f64>);
+
+/// The observer's problem with q of order one: errors e = Sẽ, and P by `unit`, so that P B₂ B₂ᵀ P ≤ … keeps its form.
+pub(crate) struct Scaled {
+    scale: Matrix<f64>,
+    unit: f64,
+    /// A.
+    pub a: Matrix<f64>,
+    /// B₂.
+    pub b: Matrix<f64>,
+    /// C.
+    pub output: Matrix<f64>,
+}
+
+impl Scaled {
+    pub(crate) fn new(c: &Constants<f64>) -> Self {
+        let unit = limit(c) * limit(c);
+        let scale = Matrix::diagonal(&[1.0, 1.0, 1.0, c.beta.sqrt(), c.beta.sqrt()]);
+        let inverse = scale.inverse_diagonal();
+        let a = &(&inverse * &model::linear_part(c)) * &scale;
+        let b = (&inverse * &model::bilinear_input(c)).scaled(&unit.sqrt());
+        Scaled { output: &model::output() * &scale, scale, unit, a, b }
+    }
+
+    /// What decay must be left: with `q` none t is q itself; with `q` given, how strictly P and the gain are feasible.
+    pub(crate) fn wanted(&self, q: Option<f64>, t: &Affine) -> Affine {
+        let weight = &self.scale * &self.scale;
+        match q {
+            None => t.times(&weight),
+            Some(q) => Affine::constant(&weight.scaled(&(q / self.unit))) + t.times(&Matrix::identity(5)),
+        }
+    }
+
+    /// Solves for the largest t with P of moderate size.
+    pub(crate) fn solve(&self, mut lmi: Problem, [p, y, t]: [&Affine; 3]) -> Result<Found, DesignError> {
+        lmi.positive("P", p - &Matrix::identity(5).scaled(&1e-6));
+        lmi.positive("bound on P", -(p - &Matrix::identity(5).scaled(&1e6)));
+        lmi.maximize(t.clone());
+        let answer = lmi.solve()?;
+        let (found, inverse) = (answer.value(p), self.scale.inverse_diagonal());
+        let gain = &self.scale * &linalg::solve(&found, &answer.value(y));
+        let p = (&(&inverse * &found) * &inverse).scaled(&self.unit).symmetrized();
+        Ok((answer.scalar(t) * self.unit, p, gain.without_dust()))
+    }
+}
+
 /// With `q` none: the largest q = κ². With `q` given: the most strictly feasible P and gain.
-fn solve(c: &Constants<f64>, q: Option<f64>) -> Result<(f64, Matrix<f64>, Matrix<f64>), DesignError> {
-    // Scale the problem so that q is of order one.
-    let unit = limit(c) * limit(c);
-    let scale = Matrix::diagonal(&[1.0, 1.0, 1.0, c.beta.sqrt(), c.beta.sqrt()]);
-    let inverse = scale.inverse_diagonal();
-    let a = &(&inverse * &model::linear_part(c)) * &scale;
-    let b = (&inverse * &model::bilinear_input(c)).scaled(&unit.sqrt());
-    let out = &model::output() * &scale;
+fn solve(c: &Constants<f64>, q: Option<f64>) -> Result<Found, DesignError> {
+    let scaled = Scaled::new(c);
     let mut lmi = Problem::new("Thau observer");
     let (p, y, t) = (lmi.symmetric(5), lmi.matrix(5, 2), lmi.scalar());
-    let decay = (p.right(&a) - y.right(&out)).plus_transpose();
-    let weight = &scale * &scale;
-    let decay = match q {
-        None => decay + t.times(&weight),
-        Some(q) => (decay + &Affine::constant(&weight.scaled(&(q / unit)))) + t.times(&Matrix::identity(5)),
-    };
-    // The scaled P is P/unit, so that P B₂ B₂ᵀ P ≤ … keeps its form with b as above.
-    let pb = p.right(&b);
+    let decay = (p.right(&scaled.a) - y.right(&scaled.output)).plus_transpose() + &scaled.wanted(q, &t);
+    let pb = p.right(&scaled.b);
     let corner = Affine::constant(&Matrix::identity(3).scaled(&-1.0));
     lmi.negative("S-procedure", Affine::blocks(&[&[&decay, &pb], &[&pb.transpose(), &corner]]));
-    lmi.positive("P", &p - &Matrix::identity(5).scaled(&1e-6));
-    lmi.positive("bound on P", -(&p - &Matrix::identity(5).scaled(&1e6)));
-    lmi.maximize(t.clone());
-    let answer = lmi.solve()?;
-    let p = answer.value(&p);
-    let gain = &scale * &linalg::solve(&p, &answer.value(&y));
-    let p = (&(&inverse * &p) * &inverse).scaled(&unit).symmetrized();
-    Ok((answer.scalar(&t) * unit, p, gain.without_dust()))
+    scaled.solve(lmi, [&p, &y, &t])
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use im_design::mtpa::{AirGap, Circuit, TCircuit};
 use im_design::request::{Kind, Period, design, design_for, design_sampled};
 use im_design::{DesignError, Machine, Plant, model};
 use proptest::prelude::*;
-use support::{cases, decay, machine, region};
+use support::{cases, decay, machine, region, t_parameters};
 
 /// The box gain for a sampled observer. Not every machine need have one over the whole box at this period:
 /// such a machine is rejected, and `cases` bounds how many may be.
@@ -193,15 +193,7 @@ proptest! {
     fn mtpa_of_saturated_machines_is_proven(
         machine in machine(), saturation in 0.0..1.5f64, leakage in 0.0..1.2f64, bars in 0.0..2.0f64
     ) {
-        let t = im_model::TParameters {
-            stator_resistance_ohm: machine.stator_resistance_ohm,
-            rotor_resistance_ohm: machine.rotor_resistance_ohm,
-            stator_leakage_inductance_h: machine.stator_inductance_h - machine.mutual_inductance_h,
-            rotor_leakage_inductance_h: machine.rotor_inductance_h - machine.mutual_inductance_h,
-            magnetizing_inductance_h: machine.mutual_inductance_h,
-            inertia_kg_m2: machine.inertia_kg_m2,
-            viscous_friction_nm_s_per_rad: machine.viscous_friction_n_m_s,
-        };
+        let t = t_parameters(&machine);
         let rating = im_model::Rating::guess(&t, machine.pole_pairs);
         let mut effects = im_model::Effects::scaled(&rating, &t, machine.pole_pairs);
         effects.main_flux_saturation.excess = saturation;

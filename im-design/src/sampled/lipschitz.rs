@@ -14,12 +14,11 @@ use super::{longest, longest_meaningful_s, meaningful, no_period};
 use crate::certificate::{Certificate, Claim, Obligation, Plant};
 use crate::error::{DesignError, proportion};
 use crate::exact::Field;
-use crate::linalg;
 use crate::lmi::{Affine, Problem};
 use crate::machine::Constants;
 use crate::matrix::Matrix;
 use crate::model;
-use crate::thau::{limit, needs_friction};
+use crate::thau::{Found, Scaled, limit, needs_friction};
 use serde::{Deserialize, Serialize};
 
 /// A gain with the Lipschitz constant it tolerates when sampled.
@@ -90,37 +89,20 @@ fn at_period(plant: Plant, period_s: f64, slack: f64) -> Option<(SampledThauDesi
 }
 
 /// As for the continuous observer: the largest κ², or the most strictly feasible P and gain for one.
-fn solve(c: &Constants<f64>, h: f64, rho: f64, q: Option<f64>) -> Option<(f64, Matrix<f64>, Matrix<f64>)> {
-    let unit = limit(c) * limit(c);
-    let scale = Matrix::diagonal(&[1.0, 1.0, 1.0, c.beta.sqrt(), c.beta.sqrt()]);
-    let inverse = scale.inverse_diagonal();
-    let a = &(&inverse * &model::linear_part(c)) * &scale;
-    let b = (&inverse * &model::bilinear_input(c)).scaled(&unit.sqrt());
-    let out = &model::output() * &scale;
+fn solve(c: &Constants<f64>, h: f64, rho: f64, q: Option<f64>) -> Option<Found> {
+    let scaled = Scaled::new(c);
     let mut lmi = Problem::new("sampled Thau observer");
     let (p, y, t) = (lmi.symmetric(5), lmi.matrix(5, 2), lmi.scalar());
-    let n = p.right(&a) - y.right(&out);
-    let weight = &scale * &scale;
-    let first = &(&p * ((rho * rho - 1.0) / h)) - &n.plus_transpose();
-    let first = match q {
-        None => first - t.times(&weight),
-        Some(q) => first - Affine::constant(&weight.scaled(&(q / unit))) - t.times(&Matrix::identity(5)),
-    };
-    let pb = p.right(&b);
+    let n = p.right(&scaled.a) - y.right(&scaled.output);
+    let first = &(&p * ((rho * rho - 1.0) / h)) - &n.plus_transpose() - scaled.wanted(q, &t);
+    let pb = p.right(&scaled.b);
     let (n, pb_h) = (&n * h.sqrt(), &pb * h.sqrt());
     let corner = Affine::constant(&Matrix::identity(3));
     let off = -&pb;
     let rows: [&[&Affine]; 3] =
         [&[&first, &off, &n.transpose()], &[&off.transpose(), &corner, &pb_h.transpose()], &[&n, &pb_h, &p]];
     lmi.positive("sampled S-procedure", Affine::blocks(&rows));
-    lmi.positive("P", &p - &Matrix::identity(5).scaled(&1e-6));
-    lmi.positive("bound on P", -(&p - &Matrix::identity(5).scaled(&1e6)));
-    lmi.maximize(t.clone());
-    let answer = lmi.solve().ok()?;
-    let p = answer.value(&p);
-    let gain = &scale * &linalg::solve(&p, &answer.value(&y));
-    let p = (&(&inverse * &p) * &inverse).scaled(&unit).symmetrized();
-    Some((answer.scalar(&t) * unit, p, gain.without_dust()))
+    scaled.solve(lmi, [&p, &y, &t]).ok()
 }
 
 /// The gain of largest κ, less `slack` (relative), at a period; without one, at the largest period below 1/γ that keeps half of the limit of κ.

@@ -175,13 +175,7 @@ mod tests {
     #[test]
     fn the_layer_goes_with_the_period_and_the_amplitude_approaches_the_continuous_one() {
         let plant = Plant::Machine(Machine::kwon_table_iv());
-        let region = UtkinRegion {
-            speed_max_rad_s: 190.0,
-            flux_min_vs: 0.6,
-            flux_error_max_vs: 0.05,
-            current_error_max_a: 5.0,
-            current_max_a: 80.0,
-        };
+        let region = crate::sliding::tests::region();
         let at = |h: f64| utkin(plant, &region, [1.1, 400.0], None, Some(h)).unwrap();
         let (continuous, _) = crate::sliding::utkin(plant, &region).unwrap();
         let ((short, certificate), (long, _)) = (at(1e-7), at(1e-5));

@@ -1,7 +1,7 @@
 //! Controllers: their code with its machine, against the certified rates and surfaces.
 
-use super::{C, decays, modelled, size};
-use crate::support::{cases, machine, region};
+use super::{C, decays, size};
+use crate::support::{cases, machine, modelled, region};
 use im_control::kenne::LoadTorqueSource;
 use im_control::{Jadot, JadotGains, Kenne, KenneGains, MachineData};
 use im_design::certificate::Design;

@@ -10,27 +10,12 @@ mod simulation;
 #[path = "../support/mod.rs"]
 mod support;
 
-use im_design::Machine;
 use im_design::matrix::Matrix;
 use im_design::request::Kind;
-use im_model::{Complex, TParameters};
+use im_model::Complex;
 use proptest::prelude::*;
 
 type C = Complex<f64>;
-
-/// The same machine as a model.
-fn modelled(m: &Machine) -> im_model::Machine<f64> {
-    let t = TParameters {
-        stator_resistance_ohm: m.stator_resistance_ohm,
-        rotor_resistance_ohm: m.rotor_resistance_ohm,
-        stator_leakage_inductance_h: m.stator_inductance_h - m.mutual_inductance_h,
-        rotor_leakage_inductance_h: m.rotor_inductance_h - m.mutual_inductance_h,
-        magnetizing_inductance_h: m.mutual_inductance_h,
-        inertia_kg_m2: m.inertia_kg_m2,
-        viscous_friction_nm_s_per_rad: m.viscous_friction_n_m_s,
-    };
-    im_model::Machine::base(t, m.pole_pairs).unwrap()
-}
 
 /// √(eᵀPe).
 fn size(p: &Matrix<f64>, e: &[f64]) -> f64 {

@@ -1,7 +1,7 @@
 //! Observers: the error of the code's own steps against the certified rate.
 
-use super::{C, decays, modelled, simulation, size};
-use crate::support::{cases, machine, region, top_speed};
+use super::{C, decays, simulation, size};
+use crate::support::{cases, machine, modelled, region, top_speed};
 use im_design::certificate::Design;
 use im_design::machine::Constants;
 use im_design::matrix::Matrix;

@@ -8,6 +8,7 @@ pub use region::region;
 
 use im_design::Machine;
 use im_design::matrix::Matrix;
+use im_model::TParameters;
 use proptest::prelude::*;
 
 /// Few by default, to keep the tests quick; `PROPTEST_CASES=2000` for the long run. A test fails when it had to reject
@@ -42,6 +43,24 @@ pub fn machine() -> impl Strategy<Value = Machine> {
             }
         },
     )
+}
+
+/// The same machine as parameters of the T circuit.
+pub fn t_parameters(m: &Machine) -> TParameters<f64> {
+    TParameters {
+        stator_resistance_ohm: m.stator_resistance_ohm,
+        rotor_resistance_ohm: m.rotor_resistance_ohm,
+        stator_leakage_inductance_h: m.stator_inductance_h - m.mutual_inductance_h,
+        rotor_leakage_inductance_h: m.rotor_inductance_h - m.mutual_inductance_h,
+        magnetizing_inductance_h: m.mutual_inductance_h,
+        inertia_kg_m2: m.inertia_kg_m2,
+        viscous_friction_nm_s_per_rad: m.viscous_friction_n_m_s,
+    }
+}
+
+/// The same machine as a model.
+pub fn modelled(m: &Machine) -> im_model::Machine<f64> {
+    im_model::Machine::base(t_parameters(m), m.pole_pairs).unwrap()
 }
 
 pub fn top_speed(machine: &Machine) -> f64 {
