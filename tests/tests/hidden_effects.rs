@@ -74,6 +74,17 @@ fn effects_that_hide_each_other_are_found_together() {
     assert!(o.holdout.1 < 1.1, "held out {:?}", o.holdout);
 }
 
+/// One phase's current gain is the best that a single effect makes of a voltage gain beside a stator asymmetry.
+#[test]
+fn a_stand_in_gives_way_to_the_two_effects_it_stands_for() {
+    use EffectKind as E;
+    let effects =
+        [(E::VoltageGain, Strength::Strong), (E::StatorAsymmetry, Strength::Medium), (E::MainFluxSaturation, Strength::Medium)];
+    let (o, _) = run(&Case::new(5, &effects, 601)).unwrap();
+    assert_eq!(o.false_additions(), 0, "{:?} {:?}", o.named, o.alternatives);
+    assert!(o.named.len() == 3 && o.holdout.1 < 1.2, "{:?} held out {:?}", o.named, o.holdout);
+}
+
 /// A voltage gain and a common current gain scale torque alike: nothing in a recording tells them apart.
 #[test]
 fn what_cannot_be_told_apart_is_said_so() {

@@ -279,12 +279,17 @@ pub(crate) fn summary(s: &Story) -> Summary {
             .map(|t| (t.effect, t.model.train()))
             .min_by(|a, b| a.1.total_cmp(&b.1))
         {
-            words += &format!(
-                "; refitted, it leaves {} noise floors in training, the next best ({}) {}",
-                floors(with),
-                short_effect_name(rival.0),
-                floors(rival.1)
-            );
+            let (name, its) = (short_effect_name(rival.0), floors(rival.1));
+            words += &if rival.1 < with && k + 1 < d.effects.len() {
+                let all = floors(model(d.effects.len()));
+                format!(
+                    "; by itself {name} leaves less ({its} noise floors in training, against {}), but with \
+                     what was added after it only {all} are left, which {name} does not reach",
+                    floors(with)
+                )
+            } else {
+                format!("; refitted, it leaves {} noise floors in training, the next best ({name}) {its}", floors(with))
+            };
         }
         sure.push(words);
         let card = e.card();
