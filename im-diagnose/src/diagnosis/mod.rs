@@ -18,7 +18,7 @@ use ranking::ranking;
 pub use steps::{Errors, Step, errors};
 use steps::{keep_confirmed, steps};
 pub use verdict::{Remainder, Verdict};
-use verdict::{explained, remainder, structured, verdict, verdict_of};
+use verdict::{caused, explained, remainder, verdict, verdict_of};
 
 /// A parameter before and after.
 #[derive(Clone, Debug)]
@@ -82,7 +82,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     }
     let last = &course.models[course.models.len() - 1];
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
-    let floor = if structured(&leftover) { 1.0 } else { last.train().max(1.0) };
+    let floor = if caused(&course, &leftover) { 1.0 } else { last.train().max(1.0) };
     let steps = if floor > 1.05 {
         loop_.set_noise_to_residual(&last.fit);
         steps(&loop_, &course)

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Candidate;
 use crate::leftover::Dependence;
-use crate::refine::{Course, Model, NEGLIGIBLE, likelier};
+use crate::refine::{Course, Model, NEGLIGIBLE, Round, likelier};
 
 /// What the data say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -49,7 +49,7 @@ pub struct Remainder {
 pub(super) fn remainder(course: &Course, leftover: &[Dependence]) -> Option<Remainder> {
     let last = &course.models[course.models.len() - 1];
     let found = matches!(verdict_of(course, leftover, 1.0), Some(Verdict::MissingEffects | Verdict::Confounded));
-    if !found || error(last, 1.0) - 1.0 <= NEGLIGIBLE || !structured(leftover) {
+    if !found || error(last, 1.0) - 1.0 <= NEGLIGIBLE || !caused(course, leftover) {
         return None;
     }
     let round = course.rounds.get(course.models.len() - 1)?;
@@ -78,6 +78,18 @@ const HINT: f64 = 0.003;
 /// Whether the residual depends on something beyond doubt.
 pub(super) fn structured(leftover: &[Dependence]) -> bool {
     leftover.first().is_some_and(|d| d.log_p > 10.0)
+}
+
+/// Part of the excess that an effect which is not added takes off, from which on what is left is no noise.
+const CAUSED: f64 = 0.03;
+
+/// Whether what the last model leaves has a cause: it depends on something, or an effect that was tried explains part of it.
+pub(super) fn caused(course: &Course, leftover: &[Dependence]) -> bool {
+    let last = &course.models[course.models.len() - 1];
+    let takes = |m: &Model| last.train() - m.train() > CAUSED * (last.train() - 1.0).max(NEGLIGIBLE);
+    let tried = course.rounds.get(course.models.len() - 1);
+    let explains = |r: &Round| r.trials.iter().any(|t| takes(&t.model) && likelier(last, &t.model, r.scores.len()));
+    structured(leftover) || tried.is_some_and(explains)
 }
 
 /// The larger of training and held-out error, in noise floors.

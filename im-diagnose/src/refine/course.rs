@@ -58,8 +58,9 @@ impl Refinement {
         // What takes a good part off a good deal that is left is more than a correction to the form of another effect …
         let ample = before.train() - 1.0 > NEGLIGIBLE && taken > self.options.ample_cut * (before.train() - 1.0);
         let own_share = if ample { 0.0 } else { self.options.least_share };
-        // … unless it looks like that effect.
-        let share = own_share + self.options.alike_share * (alike.powi(4) - UNLIKE.powi(4)).max(0.0);
+        // … unless it looks like that effect, and leaves more than noise.
+        let likeness = if down_to_noise(before, after) { 0.0 } else { (alike.powi(4) - UNLIKE.powi(4)).max(0.0) };
+        let share = own_share + self.options.alike_share * likeness;
         let least = (self.options.least_gain * after.train())
             .max(self.options.least_cut * left)
             .max(share * (base.train() - after.train()));
@@ -260,6 +261,14 @@ pub(crate) fn likelier(before: &Model, after: &Model, candidates: usize) -> bool
 fn left(before: &Model, after: &Model) -> f64 {
     let excess = |m: &Model| (m.train().max(m.holdout.unwrap_or(0.0)) - 1.0).max(0.0);
     excess(after) / excess(before).max(1e-9)
+}
+
+/// Whether a model leaves nothing but noise where one before it left a good deal, on the training recordings and on a held-out one. The
+/// difference between two forms of an effect has a form of its own, and what looks like the effect does not mend it so far.
+fn down_to_noise(before: &Model, after: &Model) -> bool {
+    let down = |b: f64, a: f64| b - 1.0 > 2.0 * NEGLIGIBLE && a - 1.0 < 0.3 * NEGLIGIBLE;
+    let unseen = before.holdout.zip(after.holdout);
+    down(before.train(), after.train()) && unseen.is_some_and(|(b, a)| down(b, a))
 }
 
 /// Largest cosine between what an effect and one of `others` explained before anything was added.
