@@ -3,7 +3,7 @@
 //! - A sample that is no number or beyond what the sensor can show is replaced: the current by the last one turned by the rotor's
 //!   electrical angle, the speed and the dc voltage by the last ones. After [`DriveLimits::lost_samples_max`] in a row the drive is
 //!   *blocked*: it goes on with its last command, turned with the rotor and fading out. (A zero voltage would be a short circuit of a
-//!   machine that carries flux. Firmware opens its bridge on [`Status::BLOCKED`].) Once as many good samples have come in a row, the
+//!   machine that carries flux. Firmware opens its bridge on [`DriveStatus::BLOCKED`].) Once as many good samples have come in a row, the
 //!   controller starts anew from its first state, as in a flying start.
 //! - References that are no numbers are replaced by the last ones; others are brought within limits and slew rates.
 //! - A command that is no number restarts the controller.
@@ -15,7 +15,7 @@ use im_model::{Bound, Complex, ModelError, Scalar};
 use crate::error::ControlError;
 use crate::machine_data::MachineData;
 use crate::modulation::DeadTimeCompensation;
-use crate::status::{Reports, Status};
+use crate::status::{DriveStatus, Reports};
 use crate::vector::{clamp, is_finite, rotation, shortened, within_hexagon};
 
 /// What is believed and what may be asked for.
@@ -118,7 +118,7 @@ struct State<T> {
     lost: u16,
     good: u16,
     blocked: bool,
-    status: Status,
+    status: DriveStatus,
 }
 
 impl<T: Scalar, C: Clone> Drive<T, C> {
@@ -140,7 +140,7 @@ impl<T: Scalar, C: Clone> Drive<T, C> {
             lost: 0,
             good: 0,
             blocked: false,
-            status: Status::OK,
+            status: DriveStatus::OK,
         };
         Ok(Self { limits: *limits, dead_time: None, first: controller.clone(), controller, state })
     }
@@ -169,7 +169,7 @@ impl<T: Scalar, C: Clone> Drive<T, C> {
 impl<T: Scalar, C: Controller<T> + Reports + Clone> Drive<T, C> {
     /// What to believe of a measurement.
     #[inline]
-    fn believe(&mut self, m: &Measured<T>) -> (Measured<T>, Status) {
+    fn believe(&mut self, m: &Measured<T>) -> (Measured<T>, DriveStatus) {
         let (l, s) = (&self.limits, &self.state);
         let last = &s.believed;
         let t_ok = m.sample_time_s > T::zero() && m.sample_time_s.is_finite();
@@ -182,23 +182,23 @@ impl<T: Scalar, C: Controller<T> + Reports + Clone> Drive<T, C> {
         let dc_ok = m.dc_voltage_v.is_finite() && m.dc_voltage_v >= T::zero();
         let dc_voltage_v = if dc_ok { m.dc_voltage_v } else { last.dc_voltage_v };
         let u_s = if is_finite(m.u_s) { m.u_s - s.compensation } else { last.u_s };
-        let status = Status::OK
-            .and_if(!current_ok, Status::CURRENT_LOST)
-            .and_if(!speed_ok, Status::SPEED_LOST)
-            .and_if(!dc_ok, Status::DC_VOLTAGE_LOST)
-            .and_if(norm2(i_s) > l.overcurrent_a * l.overcurrent_a, Status::OVERCURRENT);
+        let status = DriveStatus::OK
+            .and_if(!current_ok, DriveStatus::CURRENT_LOST)
+            .and_if(!speed_ok, DriveStatus::SPEED_LOST)
+            .and_if(!dc_ok, DriveStatus::DC_VOLTAGE_LOST)
+            .and_if(norm2(i_s) > l.overcurrent_a * l.overcurrent_a, DriveStatus::OVERCURRENT);
         (Measured { i_s, omega_m, u_s, dc_voltage_v, sample_time_s }, status)
     }
 
     /// What of a reference is passed on.
     #[inline]
-    fn admit(&self, r: &Reference<T>, m: &Measured<T>) -> (Reference<T>, Status) {
+    fn admit(&self, r: &Reference<T>, m: &Measured<T>) -> (Reference<T>, DriveStatus) {
         let (l, last) = (&self.limits, &self.state.reference);
-        let mut status = Status::OK;
+        let mut status = DriveStatus::OK;
         let mut one = |x: T, last: T, low: T, high: T| {
-            status = status.and_if(!x.is_finite(), Status::REFERENCE_LOST);
+            status = status.and_if(!x.is_finite(), DriveStatus::REFERENCE_LOST);
             let x = if x.is_finite() { x } else { last };
-            status = status.and_if(x < low || x > high, Status::REFERENCE_LIMITED);
+            status = status.and_if(x < low || x > high, DriveStatus::REFERENCE_LIMITED);
             clamp(x, low, high)
         };
         let omega_m = one(r.omega_m, last.omega_m, -l.speed_max_rad_s, l.speed_max_rad_s);
@@ -230,7 +230,7 @@ impl<T: Scalar, C: Controller<T> + Reports + Clone> Controller<T> for Drive<T, C
         let (m, seen) = self.believe(measured);
         let (r, asked) = self.admit(reference, &m);
         let mut status = seen.and(asked);
-        let lost = status.has(Status::CURRENT_LOST) || status.has(Status::SPEED_LOST);
+        let lost = status.has(DriveStatus::CURRENT_LOST) || status.has(DriveStatus::SPEED_LOST);
 
         let s = &mut self.state;
         (s.lost, s.good) = if lost { (s.lost.saturating_add(1), 0) } else { (0, s.good.saturating_add(1)) };
@@ -239,7 +239,7 @@ impl<T: Scalar, C: Controller<T> + Reports + Clone> Controller<T> for Drive<T, C
         } else if s.blocked && s.good > self.limits.lost_samples_max {
             s.blocked = false;
             self.controller = self.first.clone();
-            status = status.and(Status::RESTARTED);
+            status = status.and(DriveStatus::RESTARTED);
         }
         (s.believed, s.reference) = (m, r);
         if self.state.blocked {
@@ -247,7 +247,7 @@ impl<T: Scalar, C: Controller<T> + Reports + Clone> Controller<T> for Drive<T, C
             (self.state.reference.omega_m, self.state.reference.torque_nm) = (m.omega_m, T::zero());
             self.state.compensation = Complex::new(T::zero(), T::zero());
             self.state.command = self.fading(&m);
-            self.state.status = status.and(Status::BLOCKED);
+            self.state.status = status.and(DriveStatus::BLOCKED);
             return self.state.command;
         }
         self.state.started = true;
@@ -259,7 +259,7 @@ impl<T: Scalar, C: Controller<T> + Reports + Clone> Controller<T> for Drive<T, C
         };
         if !finite {
             self.controller = self.first.clone();
-            status = status.and(Status::RESTARTED);
+            status = status.and(DriveStatus::RESTARTED);
         }
         self.state.compensation = z;
         self.state.command = match if finite { command } else { self.fading(&m) } {
@@ -277,7 +277,7 @@ impl<T: Scalar, C: Controller<T> + Reports + Clone> Controller<T> for Drive<T, C
 }
 
 impl<T: Scalar, C: Reports> Reports for Drive<T, C> {
-    fn status(&self) -> Status {
+    fn status(&self) -> DriveStatus {
         self.state.status
     }
 }

@@ -26,7 +26,7 @@ use im_model::{Bound, Complex, Scalar};
 use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::error::ControlError;
 use crate::machine_data::MachineData;
-use crate::status::{Reports, Status};
+use crate::status::{DriveStatus, Reports};
 use crate::vector::{is_finite, norm, rotation};
 
 /// How long the current is held at zero, in time constants of its regulator: (1 + x)e^{−x} = 0.3 % of what the first guess of e lacked is left.
@@ -219,8 +219,8 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T>> Controller<T> for FlyingStart<T,
 }
 
 impl<T: Scalar, C: Reports> Reports for FlyingStart<T, C> {
-    fn status(&self) -> Status {
-        if self.state.caught { self.controller.status() } else { Status::CATCHING.and(Status::MAGNETIZING) }
+    fn status(&self) -> DriveStatus {
+        if self.state.caught { self.controller.status() } else { DriveStatus::CATCHING.and(DriveStatus::MAGNETIZING) }
     }
 }
 
@@ -392,10 +392,10 @@ mod tests {
             if let Some(caught) = s.controller().0 {
                 let (found, wanted) = (caught.rotor_flux_vs * s.k_r, psi * frame);
                 assert!(k >= 1000 && (found - wanted).norm() < 0.02 * wanted.norm(), "{k}: {found} {wanted}");
-                assert!(s.has_caught() && s.status() == Status::OK);
+                assert!(s.has_caught() && s.status() == DriveStatus::OK);
                 return;
             }
-            assert_eq!(s.status(), Status::CATCHING.and(Status::MAGNETIZING));
+            assert_eq!(s.status(), DriveStatus::CATCHING.and(DriveStatus::MAGNETIZING));
             let held = u * (frame * unit(w_e * t * 0.5)).conj();
             if (100..1000).contains(&k) {
                 // All of the link, and the emf's direction but for what the current is kept from.

@@ -48,4 +48,4 @@ pub use mtpa::{Mtpa, MtpaGains, MtpaLaw};
 pub use reference::{ReferenceShaper, Shaped};
 pub use speed_loop::SpeedLoop;
 pub use speed_regulator::SpeedRegulator;
-pub use status::{Reports, Status};
+pub use status::{DriveStatus, Reports};

@@ -7,7 +7,7 @@ use crate::error::ControlError;
 use crate::flying_start::{BeginsAt, Caught};
 use crate::reference::{ReferenceShaper, Shaped};
 use crate::speed_regulator::SpeedRegulator;
-use crate::status::{Reports, Status};
+use crate::status::{DriveStatus, Reports};
 
 /// A speed regulator in front of a torque controller.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +57,7 @@ impl<T, C: BeginsAt<T>> BeginsAt<T> for SpeedLoop<T, C> {
 }
 
 impl<T: Scalar, C: Reports> Reports for SpeedLoop<T, C> {
-    fn status(&self) -> Status {
+    fn status(&self) -> DriveStatus {
         self.inner.status()
     }
 }

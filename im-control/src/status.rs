@@ -4,9 +4,9 @@ use core::fmt;
 
 /// A set of conditions. Empty is all well.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Status(u16);
+pub struct DriveStatus(u16);
 
-impl Status {
+impl DriveStatus {
     /// All well.
     pub const OK: Self = Self(0);
     /// The current sample was not a number, or not plausible; a predicted one was used.
@@ -75,7 +75,7 @@ impl Status {
     }
 }
 
-impl fmt::Display for Status {
+impl fmt::Display for DriveStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut first = true;
         for (_, name) in Self::NAMES.iter().enumerate().filter(|(k, _)| self.0 & (1 << k) != 0) {
@@ -92,8 +92,8 @@ impl fmt::Display for Status {
 /// Says how it is doing, about the last sample.
 pub trait Reports {
     /// The conditions that hold.
-    fn status(&self) -> Status {
-        Status::OK
+    fn status(&self) -> DriveStatus {
+        DriveStatus::OK
     }
 }
 
@@ -103,10 +103,10 @@ mod tests {
 
     #[test]
     fn conditions_are_named() {
-        assert_eq!(Status::OK.to_string(), "ok");
-        let s = Status::CURRENT_LOST.and(Status::BLOCKED).and_if(false, Status::OVERCURRENT);
+        assert_eq!(DriveStatus::OK.to_string(), "ok");
+        let s = DriveStatus::CURRENT_LOST.and(DriveStatus::BLOCKED).and_if(false, DriveStatus::OVERCURRENT);
         assert_eq!(s.to_string(), "current_lost, blocked");
-        assert!(s.has(Status::BLOCKED) && !s.has(Status::OVERCURRENT));
-        assert_eq!(Status::FIELD_WEAKENING.to_string(), "field_weakening");
+        assert!(s.has(DriveStatus::BLOCKED) && !s.has(DriveStatus::OVERCURRENT));
+        assert_eq!(DriveStatus::FIELD_WEAKENING.to_string(), "field_weakening");
     }
 }

@@ -425,8 +425,8 @@ fn the_drive_of_least_current_says_what_is_beyond_it() {
     };
     let [_, high] = law.torque_nm;
     for sign in [1.0, -1.0] {
-        assert_eq!(step(sign * 0.9 * high, 1e6), Status::OK);
-        assert_eq!(step(sign * 1.1 * high, 1e6), Status::REFERENCE_LIMITED);
-        assert_eq!(step(sign * 0.9 * high, 1.0), Status::CURRENT_LIMITED);
+        assert_eq!(step(sign * 0.9 * high, 1e6), DriveStatus::OK);
+        assert_eq!(step(sign * 1.1 * high, 1e6), DriveStatus::REFERENCE_LIMITED);
+        assert_eq!(step(sign * 0.9 * high, 1.0), DriveStatus::CURRENT_LIMITED);
     }
 }

@@ -1,7 +1,7 @@
 //! What a drive believes, what it passes on and what it lets out, seen by a controller that only looks.
 
 use im_control::modulation::DeadTimeCompensation;
-use im_control::{Drive, DriveLimits, Reports, Status};
+use im_control::{Drive, DriveLimits, DriveStatus, Reports};
 use im_model::Complex;
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::space_vector::unit;
@@ -27,13 +27,13 @@ impl Controller<f64> for Looks {
     }
 }
 impl Reports for Looks {
-    fn status(&self) -> Status {
-        Status::FIELD_WEAKENING
+    fn status(&self) -> DriveStatus {
+        DriveStatus::FIELD_WEAKENING
     }
 }
 
 /// What the controller says of itself goes through.
-const WELL: Status = Status::FIELD_WEAKENING;
+const WELL: DriveStatus = DriveStatus::FIELD_WEAKENING;
 
 const LIMITS: DriveLimits<f64> = DriveLimits {
     pole_pairs: 2,
@@ -63,7 +63,7 @@ fn drive() -> Drive<f64, Looks> {
 }
 
 /// What the controller is shown in a sample, and what the drive says of it.
-fn shown(drive: &mut Drive<f64, Looks>, m: Measured<f64>, r: Reference<f64>) -> (Measured<f64>, Reference<f64>, Status) {
+fn shown(drive: &mut Drive<f64, Looks>, m: Measured<f64>, r: Reference<f64>) -> (Measured<f64>, Reference<f64>, DriveStatus) {
     drive.step(&m, &r);
     let (m, r) = drive.controller().shown.unwrap();
     (m, r, drive.status())
@@ -98,12 +98,12 @@ fn a_lost_current_turns_on_with_the_rotor() {
         for k in 1..=3 {
             let (m, _, status) = shown(&mut d, Measured { i_s: lost, ..GOOD }, ASKED);
             assert!(near(m.i_s, GOOD.i_s * unit(N_P * 100.0 * T * f64::from(k))), "{k}: {m:?}");
-            assert_eq!(status, WELL.and(Status::CURRENT_LOST));
+            assert_eq!(status, WELL.and(DriveStatus::CURRENT_LOST));
         }
     }
     // The range itself is believed, though it is an overcurrent.
     let (m, _, status) = shown(&mut drive(), Measured { i_s: C::new(40.0, 0.0), ..GOOD }, ASKED);
-    assert_eq!((m.i_s, status), (C::new(40.0, 0.0), WELL.and(Status::OVERCURRENT)));
+    assert_eq!((m.i_s, status), (C::new(40.0, 0.0), WELL.and(DriveStatus::OVERCURRENT)));
 }
 
 #[test]
@@ -112,11 +112,11 @@ fn other_quantities_that_are_lost_stay_as_they_were() {
     shown(&mut d, GOOD, ASKED);
     for omega_m in [f64::NAN, 450.1, -451.0] {
         let (m, _, status) = shown(&mut d, Measured { omega_m, ..GOOD }, ASKED);
-        assert_eq!((m.omega_m, status), (100.0, WELL.and(Status::SPEED_LOST)));
+        assert_eq!((m.omega_m, status), (100.0, WELL.and(DriveStatus::SPEED_LOST)));
     }
     for dc_voltage_v in [f64::NAN, -1.0, f64::INFINITY] {
         let (m, _, status) = shown(&mut d, Measured { dc_voltage_v, ..GOOD }, ASKED);
-        assert_eq!((m.dc_voltage_v, status), (540.0, WELL.and(Status::DC_VOLTAGE_LOST)));
+        assert_eq!((m.dc_voltage_v, status), (540.0, WELL.and(DriveStatus::DC_VOLTAGE_LOST)));
     }
     let (m, _, status) = shown(&mut d, Measured { u_s: C::new(0.0, f64::NAN), ..GOOD }, ASKED);
     assert_eq!((m.u_s, status), (GOOD.u_s, WELL));
@@ -125,7 +125,7 @@ fn other_quantities_that_are_lost_stay_as_they_were() {
         let mut d = drive();
         shown(&mut d, GOOD, ASKED);
         let (m, _, status) = shown(&mut d, Measured { sample_time_s, ..GOOD }, ASKED);
-        assert_eq!((m.sample_time_s, status), (T, WELL.and(Status::CURRENT_LOST)));
+        assert_eq!((m.sample_time_s, status), (T, WELL.and(DriveStatus::CURRENT_LOST)));
         assert!(near(m.i_s, GOOD.i_s * unit(N_P * 100.0 * T)));
     }
 }
@@ -133,7 +133,7 @@ fn other_quantities_that_are_lost_stay_as_they_were() {
 #[test]
 fn an_overcurrent_begins_above_its_limit() {
     let of = |a: f64| shown(&mut drive(), Measured { i_s: C::new(0.0, a), ..GOOD }, ASKED).2;
-    assert_eq!((of(15.0), of(-15.01)), (WELL, WELL.and(Status::OVERCURRENT)));
+    assert_eq!((of(15.0), of(-15.01)), (WELL, WELL.and(DriveStatus::OVERCURRENT)));
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn references_are_kept_within_their_limits_and_said_so_only_beyond_them() {
         Reference { torque_nm: 30.1, ..ASKED },
         Reference { torque_nm: -30.1, ..ASKED },
     ] {
-        assert_eq!(status(beyond), WELL.and(Status::REFERENCE_LIMITED), "{beyond:?}");
+        assert_eq!(status(beyond), WELL.and(DriveStatus::REFERENCE_LIMITED), "{beyond:?}");
     }
     let flux = |rotor_flux_vs: f64| shown(&mut drive(), GOOD, Reference { rotor_flux_vs, ..ASKED }).1.rotor_flux_vs;
     assert_eq!((flux(9.0), flux(-1.0)), (1.25, 0.0));
@@ -167,7 +167,7 @@ fn references_are_kept_within_their_limits_and_said_so_only_beyond_them() {
     shown(&mut d, GOOD, ASKED);
     let lost = Reference { omega_m: f64::NAN, rotor_flux_vs: f64::INFINITY, torque_nm: f64::NAN };
     let (_, r, status) = shown(&mut d, GOOD, lost);
-    assert_eq!((r, status), (ASKED, WELL.and(Status::REFERENCE_LOST)));
+    assert_eq!((r, status), (ASKED, WELL.and(DriveStatus::REFERENCE_LOST)));
 }
 
 /// From the speed that the machine has, by 1000 rad/s² and 200 Nm/s, to the limit and no further.
@@ -198,24 +198,24 @@ fn a_drive_that_lost_its_sensors_fades_out_and_begins_anew() {
         let (good, lost) = (Measured { omega_m: 50.0, ..GOOD }, Measured { i_s: C::new(f64::NAN, 0.0), omega_m: 50.0, ..GOOD });
         for m in [good, lost, lost, lost] {
             assert_eq!(out(&mut d, m), first);
-            assert!(!d.status().has(Status::BLOCKED));
+            assert!(!d.status().has(DriveStatus::BLOCKED));
         }
         assert_eq!(d.controller().steps, 4);
         let mut expected = first;
         for _ in 0..5 {
             expected = expected * unit(N_P * 50.0 * T) * (1.0 - T / 0.01);
             assert!(near(out(&mut d, lost), expected));
-            assert_eq!(d.status(), Status::CURRENT_LOST.and(Status::BLOCKED));
+            assert_eq!(d.status(), DriveStatus::CURRENT_LOST.and(DriveStatus::BLOCKED));
         }
         // Two good ones, one bad: the count begins again. Meanwhile the machine was turned.
         let turned = Measured { omega_m: -200.0, ..GOOD };
         for m in [good, good, lost, turned, turned, turned] {
             out(&mut d, m);
-            assert!(d.status().has(Status::BLOCKED) && d.controller().steps == 4);
+            assert!(d.status().has(DriveStatus::BLOCKED) && d.controller().steps == 4);
         }
         let (_, r, status) = shown(&mut d, turned, Reference { omega_m: -200.0, torque_nm: 30.0, ..ASKED });
         assert_eq!(d.controller().steps, 1, "a controller in its first state");
-        assert_eq!(status, WELL.and(Status::RESTARTED));
+        assert_eq!(status, WELL.and(DriveStatus::RESTARTED));
         assert!((r.omega_m + 200.0).abs() < 1e-9 && (r.torque_nm - 200.0 * T).abs() < 1e-9, "{r:?}");
         // A sample as long as all the fading.
         for _ in 0..4 {
@@ -232,7 +232,7 @@ fn a_command_that_is_no_number_starts_the_controller_anew() {
     d.controller_mut().answer = Command::Voltage(C::new(1.0, f64::NAN));
     let made = out(&mut d, GOOD);
     assert!(near(made, ANSWER * unit(N_P * 100.0 * T) * (1.0 - T / 0.01)), "{made}");
-    assert_eq!(d.status(), WELL.and(Status::RESTARTED));
+    assert_eq!(d.status(), WELL.and(DriveStatus::RESTARTED));
     assert_eq!((out(&mut d, GOOD), d.status()), (ANSWER, WELL));
 }
 

@@ -6,7 +6,7 @@ use im_model::{Bound, Complex, Machine, Rating, Scalar};
 use num_traits::Zero;
 
 use crate::error::ObserverError;
-use crate::interface::{Estimate, Input, Status};
+use crate::interface::{Estimate, Input, ObserverStatus};
 use crate::saturation::{Electrical, Saturation};
 
 /// What is plausible. Beyond it inputs are refused, states are held, and the estimate is not valid.
@@ -162,10 +162,10 @@ impl<T: Scalar> Basis<T> {
     /// Looks at an input: what is unusable is replaced by what is best known, and named.
     #[inline(always)]
     pub(crate) fn admit(&self, watch: &Watch<T>, input: &Input<T>, i_hat: Complex<T>) -> Sample<T> {
-        let mut status = Status::VALID;
+        let mut status = ObserverStatus::VALID;
         // A NaN fails the comparison too.
         let current_ok = norm2(input.i_s) <= self.limits.current_max_a * self.limits.current_max_a;
-        status.add_if(!current_ok, Status::CURRENT_LOST);
+        status.add_if(!current_ok, ObserverStatus::CURRENT_LOST);
         let (i_s, i_before) = if current_ok { (input.i_s, watch.i_s) } else { (i_hat, i_hat) };
         let limit = self.limits.voltage_max_v;
         let mut u_s = input.u_s;
@@ -202,23 +202,23 @@ impl<T: Scalar> Basis<T> {
             & (omega_m.abs() < limits.speed_max_rad_s);
         if !within {
             status = status.and(self.restrain(lambda, i_hat, omega_m));
-            if status.contains(Status::RESTARTED) {
+            if status.contains(ObserverStatus::RESTARTED) {
                 *watch = Watch::default();
                 let zero = Complex::zero();
-                let status = status.and(Status::SETTLING);
+                let status = status.and(ObserverStatus::SETTLING);
                 return (
                     Estimate { rotor_flux_vs: zero, omega_m: T::zero(), torque_nm: T::zero(), residual_a: zero, status },
                     false,
                 );
             }
         }
-        status.add_if(flux2 < limits.flux_min_vs * limits.flux_min_vs, Status::FLUX_LOW);
+        status.add_if(flux2 < limits.flux_min_vs * limits.flux_min_vs, ObserverStatus::FLUX_LOW);
         // A current that was lost is what the observer predicts.
         let i_s = if sample.measured { sample.i_s } else { *i_hat };
         let residual_a = i_s - *i_hat;
-        status.add_if(norm2(residual_a) > limits.residual_max_a * limits.residual_max_a, Status::RESIDUAL);
+        status.add_if(norm2(residual_a) > limits.residual_max_a * limits.residual_max_a, ObserverStatus::RESIDUAL);
         watch.good_samples = if status.is_fault() { 0 } else { watch.good_samples.saturating_add(1) };
-        status.add_if(watch.good_samples < self.settle_samples, Status::SETTLING);
+        status.add_if(watch.good_samples < self.settle_samples, ObserverStatus::SETTLING);
         (watch.i_s, watch.u_s) = (i_s, sample.u_commanded);
         let torque_nm = constants.torque * cross(*lambda, i_s);
         (Estimate { rotor_flux_vs: *lambda, omega_m: *omega_m, torque_nm, residual_a, status }, true)
@@ -226,22 +226,26 @@ impl<T: Scalar> Basis<T> {
 
     /// Cuts what is beyond its limit, or asks for a new start where something is not finite.
     #[cold]
-    fn restrain(&self, lambda: &mut Complex<T>, i_hat: &mut Complex<T>, omega_m: &mut T) -> Status {
+    fn restrain(&self, lambda: &mut Complex<T>, i_hat: &mut Complex<T>, omega_m: &mut T) -> ObserverStatus {
         if !(norm2(*lambda) + norm2(*i_hat) + *omega_m).is_finite() {
-            return Status::RESTARTED;
+            return ObserverStatus::RESTARTED;
         }
         let top = self.limits.speed_max_rad_s;
         *lambda = shortened(*lambda, self.limits.flux_max_vs);
         *i_hat = shortened(*i_hat, self.limits.current_max_a);
         *omega_m = omega_m.min(top).max(-top);
-        Status::LIMITED
+        ObserverStatus::LIMITED
     }
 }
 
 /// A voltage beyond its limit, cut; one that is not finite, replaced by the one before.
 #[cold]
-fn usable<T: Scalar>(u_s: Complex<T>, limit: T, before: Complex<T>) -> (Complex<T>, Status) {
-    if norm2(u_s).is_finite() { (shortened(u_s, limit), Status::VOLTAGE_LIMITED) } else { (before, Status::VOLTAGE_LOST) }
+fn usable<T: Scalar>(u_s: Complex<T>, limit: T, before: Complex<T>) -> (Complex<T>, ObserverStatus) {
+    if norm2(u_s).is_finite() {
+        (shortened(u_s, limit), ObserverStatus::VOLTAGE_LIMITED)
+    } else {
+        (before, ObserverStatus::VOLTAGE_LOST)
+    }
 }
 
 /// Cuts a vector to a length.
@@ -299,7 +303,7 @@ pub(crate) struct Sample<T> {
     pub i_mean: Complex<T>,
     /// Whether the current is a measured one.
     pub measured: bool,
-    status: Status,
+    status: ObserverStatus,
 }
 
 impl<T> Sample<T> {
@@ -309,7 +313,7 @@ impl<T> Sample<T> {
         self.status.is_valid()
     }
 
-    pub fn note(&mut self, condition: bool, reason: Status) {
+    pub fn note(&mut self, condition: bool, reason: ObserverStatus) {
         self.status.add_if(condition, reason);
     }
 }

@@ -11,7 +11,7 @@ use im_model::{Complex, Scalar};
 use num_traits::Zero;
 
 use crate::basis::{Basis, Watch};
-use crate::interface::{Estimate, Input, Observer, Status};
+use crate::interface::{Estimate, Input, Observer, ObserverStatus};
 use crate::tustin::{step1, warped};
 
 /// The observer; nothing to tune, no step limit.
@@ -58,7 +58,7 @@ impl<T: Scalar> Observer<T> for CurrentModel<T> {
         let shown = input.omega_m.filter(|w| w.abs() <= b.limits.speed_max_rad_s);
         let before = s.omega_m;
         s.omega_m = shown.unwrap_or(before);
-        sample.note(shown.is_none(), Status::LIMITED);
+        sample.note(shown.is_none(), ObserverStatus::LIMITED);
         let mean = (before + s.omega_m) * T::from_f64(0.5);
         let a = Complex::new(-c.eta, b.n_p * mean);
         let lambda_before = s.lambda;

@@ -52,14 +52,14 @@ pub struct Estimate<T> {
     /// i_s − î_s, A: near zero where model and machine agree.
     pub residual_a: Complex<T>,
     /// Whether this can be used, and why not.
-    pub status: Status,
+    pub status: ObserverStatus,
 }
 
 /// Reasons not to trust an estimate. Empty is valid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Status(u8);
+pub struct ObserverStatus(u8);
 
-impl Status {
+impl ObserverStatus {
     /// Nothing is wrong.
     pub const VALID: Self = Self(0);
     /// The current was not a finite number, or beyond its limit: this sample is a prediction.
@@ -121,7 +121,7 @@ impl Status {
     }
 }
 
-impl core::fmt::Display for Status {
+impl core::fmt::Display for ObserverStatus {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         if self.is_valid() {
             return f.write_str("valid");
@@ -163,10 +163,10 @@ mod tests {
 
     #[test]
     fn a_status_lists_its_reasons() {
-        assert!(Status::VALID.is_valid() && Status::default().is_valid());
-        let s = Status::FLUX_LOW.and(Status::SETTLING);
-        assert!(!s.is_valid() && s.contains(Status::FLUX_LOW) && !s.contains(Status::RESIDUAL) && s.is_fault());
-        assert!(!Status::SETTLING.and(Status::RESIDUAL).is_fault());
+        assert!(ObserverStatus::VALID.is_valid() && ObserverStatus::default().is_valid());
+        let s = ObserverStatus::FLUX_LOW.and(ObserverStatus::SETTLING);
+        assert!(!s.is_valid() && s.contains(ObserverStatus::FLUX_LOW) && !s.contains(ObserverStatus::RESIDUAL) && s.is_fault());
+        assert!(!ObserverStatus::SETTLING.and(ObserverStatus::RESIDUAL).is_fault());
         let mut text = [0u8; 64];
         let n = {
             use std::io::Write;

@@ -8,7 +8,7 @@
 //!
 //! [`Basis`] is the machine as all observers see it, with limits and what is known of iron and inverter. Each observer adds its own gains,
 //! plain numbers with the field names that `im-design` writes. Everything is checked at construction; [`Observer::step`] cannot fail, and
-//! its [`Estimate`] carries a [`Status`]: whatever comes in, the state stays finite, the estimate says whether it may be used, and valid
+//! its [`Estimate`] carries a [`ObserverStatus`]: whatever comes in, the state stays finite, the estimate says whether it may be used, and valid
 //! samples bring it back.
 //!
 //! | Observer | Estimates | Converges | Step limit |
@@ -42,7 +42,7 @@ pub use basis::{Basis, Discretization, Limits};
 pub use current_model::{CurrentModel, CurrentModelState};
 pub use derdiyok::{Derdiyok, DerdiyokGains, DerdiyokState};
 pub use error::ObserverError;
-pub use interface::{Estimate, Input, Observer, Status};
+pub use interface::{Estimate, Input, Observer, ObserverStatus};
 pub use kubota::{Kubota, KubotaGains, KubotaState};
 pub use thau::{LoadTorque, Thau, ThauBoxGains, ThauGains, ThauState};
 pub use utkin::{Utkin, UtkinGains, UtkinState};

@@ -238,8 +238,11 @@ fn a_current_is_believed_up_to_its_limit() {
         o.step(&mut x, &Input::new(C::from_polar(volts, 1.0), C::from_polar(amperes, 2.0))).status
     };
     let good = status(299.9, 19.99);
-    assert!(!good.contains(Status::CURRENT_LOST) && !good.contains(Status::VOLTAGE_LIMITED), "{good}");
-    assert!(status(299.9, 20.01).contains(Status::CURRENT_LOST) && status(300.1, 19.99).contains(Status::VOLTAGE_LIMITED));
+    assert!(!good.contains(ObserverStatus::CURRENT_LOST) && !good.contains(ObserverStatus::VOLTAGE_LIMITED), "{good}");
+    assert!(
+        status(299.9, 20.01).contains(ObserverStatus::CURRENT_LOST)
+            && status(300.1, 19.99).contains(ObserverStatus::VOLTAGE_LIMITED)
+    );
 }
 
 /// Every gain of every observer that has bounds: out of them it is named, and no observer is made.

@@ -4,7 +4,7 @@
 mod lab;
 
 use im_model::machines::{JADOT_TABLE_I, MOTULATOR_2_2_KW};
-use im_observers::{Estimate, Input, Status};
+use im_observers::{Estimate, Input, ObserverStatus};
 use lab::{C, Truth, basis, five, machine, volts_per_hertz};
 use proptest::prelude::*;
 
@@ -24,13 +24,13 @@ fn a_fault_is_named_and_good_samples_bring_the_estimate_back() {
     let truth = running();
     let m = JADOT_TABLE_I;
     type Spoil = fn(&Input<f64>) -> Input<f64>;
-    let faults: [(&str, Spoil, Status); 6] = [
-        ("NaN current", |x| Input { i_s: C::new(f64::NAN, x.i_s.im), ..*x }, Status::CURRENT_LOST),
-        ("infinite current", |x| Input { i_s: C::new(x.i_s.re, f64::INFINITY), ..*x }, Status::CURRENT_LOST),
-        ("current beyond the sensor", |x| Input { i_s: x.i_s * 1e3, ..*x }, Status::CURRENT_LOST),
-        ("lost sample", |x| Input { omega_m: x.omega_m, ..Input::lost(x.u_s) }, Status::CURRENT_LOST),
-        ("NaN voltage", |x| Input { u_s: C::new(f64::NAN, f64::NAN), ..*x }, Status::VOLTAGE_LOST),
-        ("saturated voltage", |x| Input { u_s: x.u_s * 2.0, ..*x }, Status::VOLTAGE_LIMITED),
+    let faults: [(&str, Spoil, ObserverStatus); 6] = [
+        ("NaN current", |x| Input { i_s: C::new(f64::NAN, x.i_s.im), ..*x }, ObserverStatus::CURRENT_LOST),
+        ("infinite current", |x| Input { i_s: C::new(x.i_s.re, f64::INFINITY), ..*x }, ObserverStatus::CURRENT_LOST),
+        ("current beyond the sensor", |x| Input { i_s: x.i_s * 1e3, ..*x }, ObserverStatus::CURRENT_LOST),
+        ("lost sample", |x| Input { omega_m: x.omega_m, ..Input::lost(x.u_s) }, ObserverStatus::CURRENT_LOST),
+        ("NaN voltage", |x| Input { u_s: C::new(f64::NAN, f64::NAN), ..*x }, ObserverStatus::VOLTAGE_LOST),
+        ("saturated voltage", |x| Input { u_s: x.u_s * 2.0, ..*x }, ObserverStatus::VOLTAGE_LIMITED),
     ];
     for (fault, spoil, reason) in faults {
         for mut observer in five(&machine(&m), &m.rating, basis(&m, 1e-4)) {
@@ -45,7 +45,7 @@ fn a_fault_is_named_and_good_samples_bring_the_estimate_back() {
                     assert!(e.status.contains(reason), "{name}, {fault}: {}", e.status);
                 }
                 if k == bad.end {
-                    assert!(e.status.contains(Status::SETTLING), "{name}, {fault}: {}", e.status);
+                    assert!(e.status.contains(ObserverStatus::SETTLING), "{name}, {fault}: {}", e.status);
                 }
                 if k == bad.start - 1 || k == truth.len() - 1 {
                     assert!(e.status.is_valid(), "{name}, {fault} at row {k}: {}", e.status);
@@ -81,7 +81,7 @@ fn without_flux_nothing_is_claimed() {
     for mut observer in five(&machine(&m), &m.rating, basis(&m, 1e-4)) {
         for _ in 0..2000 {
             let e = observer.step(&Input::new(C::new(0.0, 0.0), C::new(0.0, 0.0)).with_speed(0.0));
-            assert!(finite(&e) && e.status.contains(Status::FLUX_LOW), "{}: {e:?}", observer.name);
+            assert!(finite(&e) && e.status.contains(ObserverStatus::FLUX_LOW), "{}: {e:?}", observer.name);
         }
     }
 }

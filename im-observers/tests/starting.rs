@@ -120,14 +120,14 @@ fn the_status_says_what_the_numbers_say() {
         for k in 0..truth.len() {
             let input = truth.input(k);
             let e = o.step(&input);
-            let is = |s: Status| e.status.contains(s);
-            assert_eq!(is(Status::FLUX_LOW), e.rotor_flux_vs.norm() < limits.flux_min_vs, "{} at row {k}", o.name);
-            assert_eq!(is(Status::RESIDUAL), e.residual_a.norm() > limits.residual_max_a, "{} at row {k}", o.name);
-            low += usize::from(is(Status::FLUX_LOW));
-            large += usize::from(is(Status::RESIDUAL));
+            let is = |s: ObserverStatus| e.status.contains(s);
+            assert_eq!(is(ObserverStatus::FLUX_LOW), e.rotor_flux_vs.norm() < limits.flux_min_vs, "{} at row {k}", o.name);
+            assert_eq!(is(ObserverStatus::RESIDUAL), e.residual_a.norm() > limits.residual_max_a, "{} at row {k}", o.name);
+            low += usize::from(is(ObserverStatus::FLUX_LOW));
+            large += usize::from(is(ObserverStatus::RESIDUAL));
             // 123 samples after the last that a limit spoiled; a residual alone does not make it start anew.
-            good = if is(Status::FLUX_LOW) || is(Status::LIMITED) { 0 } else { good + 1 };
-            assert_eq!(is(Status::SETTLING), good < 123, "{} at row {k}", o.name);
+            good = if is(ObserverStatus::FLUX_LOW) || is(ObserverStatus::LIMITED) { 0 } else { good + 1 };
+            assert_eq!(is(ObserverStatus::SETTLING), good < 123, "{} at row {k}", o.name);
             // L_m/L_r = βσL_s.
             let torque = 1.5 * c.n_p * c.beta * c.sigma_l_s * cross(e.rotor_flux_vs, input.i_s);
             assert!((e.torque_nm - torque).abs() <= 1e-9, "{} at row {k}: {} {torque}", o.name, e.torque_nm);

@@ -19,7 +19,7 @@ use crate::flying_start::{BeginsAt, Caught};
 use crate::machine_data::MachineData;
 use crate::reference::Shaped;
 use crate::speed_regulator::SpeedRegulator;
-use crate::status::{Reports, Status};
+use crate::status::{DriveStatus, Reports};
 use crate::vector::{clamp, norm, rotation};
 
 pub use gains::{FieldOrientedGains, Orientation};
@@ -66,7 +66,7 @@ struct State<T> {
     omega_s: T,
     magnetized: bool,
     torque_nm: T,
-    status: Status,
+    status: DriveStatus,
 }
 
 impl<T: Scalar> FieldOriented<T> {
@@ -113,7 +113,7 @@ impl<T: Scalar> FieldOriented<T> {
             omega_s: o,
             magnetized: false,
             torque_nm: o,
-            status: Status::OK,
+            status: DriveStatus::OK,
         };
         Ok(Self { law, state })
     }
@@ -212,11 +212,11 @@ impl<T: Scalar> Controller<T> for FieldOriented<T> {
         let out = law.current.step(&mut s.current_integral, &frame, Complex::new(i_d, i_q), i, emf);
         s.wanted_v = out.wanted_v;
         s.omega_s = frame.omega_s;
-        s.status = Status::OK
-            .and_if(out.limited, Status::VOLTAGE_LIMITED)
-            .and_if(!s.magnetized, Status::MAGNETIZING)
-            .and_if(s.magnetized && torque.abs() >= torque_max, Status::CURRENT_LIMITED)
-            .and_if(flux < wanted * T::from_f64(0.98), Status::FIELD_WEAKENING);
+        s.status = DriveStatus::OK
+            .and_if(out.limited, DriveStatus::VOLTAGE_LIMITED)
+            .and_if(!s.magnetized, DriveStatus::MAGNETIZING)
+            .and_if(s.magnetized && torque.abs() >= torque_max, DriveStatus::CURRENT_LIMITED)
+            .and_if(flux < wanted * T::from_f64(0.98), DriveStatus::FIELD_WEAKENING);
         Command::Voltage(out.u_s)
     }
 }
@@ -235,7 +235,7 @@ impl<T: Scalar> BeginsAt<T> for FieldOriented<T> {
 }
 
 impl<T: Scalar> Reports for FieldOriented<T> {
-    fn status(&self) -> Status {
+    fn status(&self) -> DriveStatus {
         self.state.status
     }
 }

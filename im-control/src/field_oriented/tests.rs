@@ -49,7 +49,7 @@ fn speed_and_flux_are_followed_from_zero_flux_through_a_load_step() {
         assert!(psi[3000..].iter().all(|p| (p / 0.9 - 1.0).abs() < 0.02), "flux apart from torque");
         assert!(run.recording.i_s.iter().all(|i| i.norm() < 1.05 * known.current_max_a));
         assert!((drive.torque_nm() - 20.0).abs() < 0.3);
-        assert_eq!(drive.status(), Status::OK);
+        assert_eq!(drive.status(), DriveStatus::OK);
         // The field turns ahead of the rotor by the slip of the load, ω_s = R_r τ/(1.5 n_p λ²).
         let slip = M.parameters().rotor_resistance_ohm * 20.0 / (1.5 * 2.0 * 0.9 * 0.9);
         assert!((drive.state.omega_s - 240.0 - slip).abs() < 0.05 * slip, "{} {slip}", drive.state.omega_s - 240.0);
@@ -72,7 +72,7 @@ fn the_flux_gives_way_above_rated_speed() {
     let psi = run.state.psi_r.norm();
     // About u_max/ω_s = 0.92·540/√3/640.
     assert!((0.35..0.5).contains(&psi), "{psi}");
-    assert!(drive.status().has(Status::FIELD_WEAKENING));
+    assert!(drive.status().has(DriveStatus::FIELD_WEAKENING));
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn without_flux_the_frame_turns_with_the_rotor() {
         drive.step(&sample(100.0, C::new(0.0, 0.0)), &none);
         let expected = im_model::space_vector::unit(200.0 * 1e-4 * f64::from(k));
         assert!((drive.state.direction - expected).norm() < if k < 5 { 0.05 } else { 1e-6 }, "{k}: {}", drive.state.direction);
-        assert!(drive.status() == Status::MAGNETIZING && drive.torque_nm() == 0.0);
+        assert!(drive.status() == DriveStatus::MAGNETIZING && drive.torque_nm() == 0.0);
     }
 }
 
@@ -159,7 +159,7 @@ fn torque_once_there_stays_until_a_quarter_of_the_flux() {
             drive.state.flux_limit = 0.9 * drive.law.k_r;
             drive.step(&sample(0.0, caught(share).i_s), &Reference { omega_m: 0.0, rotor_flux_vs: 0.9, torque_nm: 0.0 });
         }
-        drive.status().has(Status::MAGNETIZING)
+        drive.status().has(DriveStatus::MAGNETIZING)
     };
     let found = [[0.0, 0.75], [0.0, 0.85], [1.0, 0.75], [1.0, 0.27], [1.0, 0.22]].map(|[before, then]| magnetizing(before, then));
     assert_eq!(found, [true, false, false, false, true]);
@@ -195,7 +195,7 @@ fn a_torque_reference_is_followed_up_to_the_current() {
         let most = 1.5 * 2.0 * w.mutual_inductance_h / w.rotor_inductance_h * 0.9 * (i_max * i_max - i_d * i_d).sqrt();
         let expected = if limited { most.copysign(asked) } else { asked };
         assert!((torque - expected).abs() < 0.02 * most, "{asked}: {torque} {expected}");
-        assert_eq!(drive.status(), if limited { Status::CURRENT_LIMITED } else { Status::OK });
+        assert_eq!(drive.status(), if limited { DriveStatus::CURRENT_LIMITED } else { DriveStatus::OK });
     }
 }
 

@@ -35,7 +35,7 @@ use im_model::{Complex, Scalar};
 use crate::error::ControlError;
 use crate::flying_start::{BeginsAt, Caught};
 use crate::machine_data::MachineData;
-use crate::status::{Reports, Status};
+use crate::status::{DriveStatus, Reports};
 use crate::vector::{clamp, is_finite, norm, rotation, within_hexagon};
 
 pub use gains::JadotGains;
@@ -78,7 +78,7 @@ struct State<T, S> {
     phi_cons: T,
     adaptation: S,
     estimate: Option<Estimate<T, 4>>,
-    status: Status,
+    status: DriveStatus,
 }
 
 impl<T: Scalar, S> State<T, S> {
@@ -115,7 +115,7 @@ impl<T: Scalar, A: Adaptation<T>> Jadot<T, A> {
             phi_cons: o,
             adaptation: adaptation.start(),
             estimate: None,
-            status: Status::OK,
+            status: DriveStatus::OK,
         };
         Ok(Self {
             gains: *gains,
@@ -190,7 +190,7 @@ impl<T: Scalar, A: Adaptation<T>> Jadot<T, A> {
             }
             None => wanted,
         };
-        x.status = x.status.and_if(x.phi_cons < wanted * T::from_f64(0.999), Status::FIELD_WEAKENING);
+        x.status = x.status.and_if(x.phi_cons < wanted * T::from_f64(0.999), DriveStatus::FIELD_WEAKENING);
         let i_d = x.phi_cons / l;
         let magnetized = norm2(x.phi_ref) >= x.phi_cons * x.phi_cons * T::from_f64(MAGNETIZED * MAGNETIZED);
         let i_q_max =
@@ -198,10 +198,10 @@ impl<T: Scalar, A: Adaptation<T>> Jadot<T, A> {
         let slip_max = r * i_q_max / x.phi_cons;
         let slip = -g.speed_proportional * (delta_omega + x.xi);
         x.omega_g = clamp(slip, -slip_max, slip_max);
-        x.status = x.status.and_if(!magnetized, Status::MAGNETIZING);
+        x.status = x.status.and_if(!magnetized, DriveStatus::MAGNETIZING);
         x.i_cons = Complex::new(i_d, x.omega_g * x.phi_cons / r);
         let binds = slip.abs() > slip_max;
-        x.status = x.status.and_if(binds && magnetized, Status::CURRENT_LIMITED);
+        x.status = x.status.and_if(binds && magnetized, DriveStatus::CURRENT_LIMITED);
         binds
     }
 }
@@ -210,10 +210,10 @@ impl<T: Scalar, A: Adaptation<T>> Controller<T> for Jadot<T, A> {
     fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
         let (h, one, half) = (m.sample_time_s, T::one(), T::from_f64(0.5));
         let zero = Complex::new(T::zero(), T::zero());
-        self.state.status = Status::OK
-            .and_if(!is_finite(m.i_s), Status::CURRENT_LOST)
-            .and_if(!m.omega_m.is_finite(), Status::SPEED_LOST)
-            .and_if(!(reference.omega_m.is_finite() && reference.rotor_flux_vs.is_finite()), Status::REFERENCE_LOST);
+        self.state.status = DriveStatus::OK
+            .and_if(!is_finite(m.i_s), DriveStatus::CURRENT_LOST)
+            .and_if(!m.omega_m.is_finite(), DriveStatus::SPEED_LOST)
+            .and_if(!(reference.omega_m.is_finite() && reference.rotor_flux_vs.is_finite()), DriveStatus::REFERENCE_LOST);
         let lost = !(is_finite(m.i_s) && m.omega_m.is_finite());
         let x = &mut self.state;
         if m.omega_m.is_finite() {
@@ -241,7 +241,7 @@ impl<T: Scalar, A: Adaptation<T>> Controller<T> for Jadot<T, A> {
         let p = self.parameters();
         let (r, l_f, a) = (p.rotor_resistance_ohm, p.leakage_inductance_h, p.inverse_rotor_time_constant());
         let total = p.stator_resistance_ohm + r;
-        if !self.state.status.has(Status::REFERENCE_LOST) {
+        if !self.state.status.has(DriveStatus::REFERENCE_LOST) {
             let delta_omega = omega_r - reference.omega_m * self.n_p;
             let voltage_binds = self.state.voltage_binds();
             let binds = self.set_points(&p, m, reference, delta_omega) || voltage_binds;
@@ -273,7 +273,7 @@ impl<T: Scalar, A: Adaptation<T>> Controller<T> for Jadot<T, A> {
         let at_stator = u * x.direction * ahead;
         x.limited_v = within_hexagon(at_stator, m.dc_voltage_v);
         x.asked = Some([u, at_stator]);
-        x.status = x.status.and_if(x.voltage_binds(), Status::VOLTAGE_LIMITED);
+        x.status = x.status.and_if(x.voltage_binds(), DriveStatus::VOLTAGE_LIMITED);
         let turned = x.direction * rotation(x.omega_s * h);
         // Rounding neither lengthens nor shortens it.
         x.direction = turned * (T::from_f64(1.5) - norm2(turned) * half);
@@ -296,7 +296,7 @@ impl<T: Scalar, A: Adaptation<T>> BeginsAt<T> for Jadot<T, A> {
 }
 
 impl<T: Scalar, A: Adaptation<T>> Reports for Jadot<T, A> {
-    fn status(&self) -> Status {
+    fn status(&self) -> DriveStatus {
         self.state.status
     }
 }

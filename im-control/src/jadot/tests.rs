@@ -51,7 +51,7 @@ fn speed_flux_and_current_settle_on_their_references_with_known_parameters() {
     // What time in samples leaves of K_Pη, which is zero in continuous time.
     assert!(c.state.eta.norm() < 0.02, "{}", c.state.eta);
     assert!((c.references().0 - x.psi_r * c.k_r * c.direction().conj()).norm() < 0.003);
-    assert_eq!(c.status(), Status::OK);
+    assert_eq!(c.status(), DriveStatus::OK);
     // The flux lies along the first axis of the frame, not against it.
     assert!((c.references().0.re - 0.95 * c.k_r).abs() < 0.003, "{}", c.references().0);
 }
@@ -70,8 +70,8 @@ fn currents_and_voltages_keep_their_limits_and_nothing_winds_up() {
         |t, m, x, c| {
             most = most.max(m.i_s.norm());
             asked = asked.max(c.state.i_cons.norm());
-            limited[0] |= c.status().has(Status::CURRENT_LIMITED);
-            limited[1] |= c.status().has(Status::VOLTAGE_LIMITED);
+            limited[0] |= c.status().has(DriveStatus::CURRENT_LIMITED);
+            limited[1] |= c.status().has(DriveStatus::VOLTAGE_LIMITED);
             if t > 0.5 {
                 overshoot = overshoot.max(x.omega_m - 200.0);
             }
@@ -82,7 +82,7 @@ fn currents_and_voltages_keep_their_limits_and_nothing_winds_up() {
     assert!(most < 1.1 * 20.0, "{most} A");
     assert!((asked - 20.0).abs() < 1e-9, "all of the current is used, and no more: {asked} A");
     assert!(overshoot < 0.02 * 200.0, "{overshoot} rad/s");
-    assert!(c.status().has(Status::FIELD_WEAKENING));
+    assert!(c.status().has(DriveStatus::FIELD_WEAKENING));
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn the_reference_follows_a_limited_voltage_so_that_the_error_equations_hold() {
         1.2,
         |t| [if t > 0.5 { 200.0 } else { 0.0 }, 2.0],
         |_, m, _, c| {
-            if c.status().has(Status::VOLTAGE_LIMITED) {
+            if c.status().has(DriveStatus::VOLTAGE_LIMITED) {
                 // The reference of this sample, after what was missing in the last one.
                 worst = worst.max(m.i_s.norm() - c.i_ref_after(m).norm());
                 binds += 1;
@@ -110,7 +110,7 @@ fn lost_samples_and_references_are_bridged_and_flagged() {
     let (_, data, p) = paper();
     let settings = SchemeSettings::full(p.scaled([1.2, 0.9, 1.1, 1.0]), H);
     let mut c = Jadot::try_new(&data, &JadotGains::of_the_paper(), TimeScale::try_new(&settings, 0.6).unwrap()).unwrap();
-    let mut seen = Status::OK;
+    let mut seen = DriveStatus::OK;
     let x = run(
         &mut c,
         2.0,
@@ -125,7 +125,7 @@ fn lost_samples_and_references_are_bridged_and_flagged() {
             }
         },
     );
-    assert!(seen.has(Status::CURRENT_LOST.and(Status::SPEED_LOST).and(Status::REFERENCE_LOST)), "{seen}");
+    assert!(seen.has(DriveStatus::CURRENT_LOST.and(DriveStatus::SPEED_LOST).and(DriveStatus::REFERENCE_LOST)), "{seen}");
     assert!(c.parameters().values().iter().all(|v| v.is_finite()));
     assert!(c.estimate().is_some_and(|e| e.values == c.parameters().values()), "what the adaptation says is what is used");
     // The last slip goes on when the reference is lost: the load is still carried, roughly.
@@ -234,14 +234,14 @@ fn each_loss_has_its_own_word() {
     let status = |m: &Measured<f64>, r: &Reference<f64>| {
         let mut c = fixed();
         c.step(m, r);
-        c.status().bits() & Status::CURRENT_LOST.and(Status::SPEED_LOST).and(Status::REFERENCE_LOST).bits()
+        c.status().bits() & DriveStatus::CURRENT_LOST.and(DriveStatus::SPEED_LOST).and(DriveStatus::REFERENCE_LOST).bits()
     };
     for (m, r, word) in [
-        (m, r, Status::OK),
-        (Measured { i_s: Complex::new(0.0, nan), ..m }, r, Status::CURRENT_LOST),
-        (Measured { omega_m: nan, ..m }, r, Status::SPEED_LOST),
-        (m, Reference { omega_m: nan, ..r }, Status::REFERENCE_LOST),
-        (m, Reference { rotor_flux_vs: nan, ..r }, Status::REFERENCE_LOST),
+        (m, r, DriveStatus::OK),
+        (Measured { i_s: Complex::new(0.0, nan), ..m }, r, DriveStatus::CURRENT_LOST),
+        (Measured { omega_m: nan, ..m }, r, DriveStatus::SPEED_LOST),
+        (m, Reference { omega_m: nan, ..r }, DriveStatus::REFERENCE_LOST),
+        (m, Reference { rotor_flux_vs: nan, ..r }, DriveStatus::REFERENCE_LOST),
     ] {
         assert_eq!(status(&m, &r), word.bits(), "{m:?} {r:?}");
     }

@@ -32,7 +32,7 @@ use crate::flying_start::{BeginsAt, Caught};
 use crate::load_torque::{LoadTorque, LoadTorqueObserver};
 use crate::machine_data::MachineData;
 use crate::reference::Shaped;
-use crate::status::{Reports, Status};
+use crate::status::{DriveStatus, Reports};
 use crate::vector::{norm, rotation};
 
 pub use gains::{KenneGains, LoadTorqueSource, input_gains, switching_gain};
@@ -70,7 +70,7 @@ struct State<T> {
     omega_s: T,
     magnetized: bool,
     torque_nm: T,
-    status: Status,
+    status: DriveStatus,
 }
 
 impl<T: Scalar> Kenne<T> {
@@ -120,7 +120,7 @@ impl<T: Scalar> Kenne<T> {
                 omega_s: o,
                 magnetized: false,
                 torque_nm: o,
-                status: Status::OK,
+                status: DriveStatus::OK,
             },
         })
     }
@@ -194,7 +194,7 @@ impl<T: Scalar> Controller<T> for Kenne<T> {
         let [enough, too_little] = MAGNETIZED.map(|x| flux * c(x));
         s.magnetized = flux > T::zero() && (size >= enough || s.magnetized && size > too_little);
         let i = m.i_s * s.direction.conj();
-        let mut status = Status::OK.and_if(flux < wanted * c(0.98), Status::FIELD_WEAKENING);
+        let mut status = DriveStatus::OK.and_if(flux < wanted * c(0.98), DriveStatus::FIELD_WEAKENING);
         let frame =
             |slip| Turning { direction: s.direction, omega_s: omega_e + slip, dc_voltage_v: m.dc_voltage_v, sample_time_s: t };
 
@@ -222,16 +222,16 @@ impl<T: Scalar> Controller<T> for Kenne<T> {
             };
             shaper.step(&mut s.shaped, reference.omega_m, t);
             let aims = Aims { speed: s.shaped, flux2, flux2_rate, torque_max, i_d_max: i_max * c(0.9) };
-            let limited = s.status.has(Status::VOLTAGE_LIMITED);
+            let limited = s.status.has(DriveStatus::VOLTAGE_LIMITED);
             let v = law.voltage(g, &seen, &aims, &mut s.lacking, if limited { T::zero() } else { t });
-            status = status.and_if(v.limited, Status::CURRENT_LIMITED);
+            status = status.and_if(v.limited, DriveStatus::CURRENT_LIMITED);
             let slip = r_r / self.model.rotor_inductance_h * self.model.mutual_inductance_h * i.im / size;
             s.current_integral = Complex::new(T::zero(), T::zero());
             let frame = frame(slip);
             s.omega_s = frame.omega_s;
             frame.to_stator(v.v, self.magnetizing.voltage_delay_s)
         } else {
-            status = status.and(Status::MAGNETIZING);
+            status = status.and(DriveStatus::MAGNETIZING);
             (s.shaped, s.lacking) = (Shaped::at(m.omega_m), Complex::new(T::zero(), T::zero()));
             s.flux2_before = None;
             let k_r = law.m_big / self.model.rotor_inductance_h;
@@ -244,7 +244,7 @@ impl<T: Scalar> Controller<T> for Kenne<T> {
         };
         // What the sliding terms add is not the steady need for voltage; it averages out in the limit of the flux.
         s.wanted_v = out.wanted_v * self.model.rotor_inductance_h / law.m_big;
-        s.status = status.and_if(out.limited, Status::VOLTAGE_LIMITED);
+        s.status = status.and_if(out.limited, DriveStatus::VOLTAGE_LIMITED);
         Command::Voltage(out.u_s)
     }
 }
@@ -262,7 +262,7 @@ impl<T: Scalar> BeginsAt<T> for Kenne<T> {
 }
 
 impl<T: Scalar> Reports for Kenne<T> {
-    fn status(&self) -> Status {
+    fn status(&self) -> DriveStatus {
         self.state.status
     }
 }

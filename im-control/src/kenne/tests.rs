@@ -36,7 +36,7 @@ fn speed_and_flux_are_followed_from_zero_flux_through_a_load_step() {
     assert!((drive.load_torque_nm() - 20.0).abs() < 0.3);
     // The field turns ahead of the rotor by the slip of the load, ω_s = R_r τ/(1.5 n_p λ²).
     let slip = m.parameters().rotor_resistance_ohm * 20.0 / (1.5 * 2.0 * 0.9 * 0.9);
-    assert_eq!(drive.status(), Status::OK);
+    assert_eq!(drive.status(), DriveStatus::OK);
     assert!((drive.state.omega_s - 240.0 - slip).abs() < 0.1 * slip, "{} {slip}", drive.state.omega_s - 240.0);
 }
 
@@ -98,7 +98,7 @@ fn without_flux_the_frame_turns_with_the_rotor() {
         drive.step(&sample(100.0, Complex::new(0.0, 0.0)), &Reference { omega_m: 0.0, rotor_flux_vs: 0.0, torque_nm: 0.0 });
         let expected = im_model::space_vector::unit(200.0 * 1e-4 * f64::from(k));
         assert!((drive.state.direction - expected).norm() < if k < 5 { 0.05 } else { 1e-6 }, "{k}: {}", drive.state.direction);
-        assert_eq!(drive.status(), Status::MAGNETIZING);
+        assert_eq!(drive.status(), DriveStatus::MAGNETIZING);
     }
 }
 
@@ -120,7 +120,7 @@ fn the_law_once_begun_stays_until_a_quarter_of_the_flux() {
             drive.state.flux_limit = 0.9;
             drive.step(&sample(0.0, caught(share).i_s), &Reference { omega_m: 0.0, rotor_flux_vs: 0.9, torque_nm: 0.0 });
         }
-        drive.status().has(Status::MAGNETIZING)
+        drive.status().has(DriveStatus::MAGNETIZING)
     };
     let found = [[0.0, 0.55], [0.0, 0.65], [1.0, 0.55], [1.0, 0.27], [1.0, 0.22]].map(|[before, then]| magnetizing(before, then));
     assert_eq!(found, [true, false, false, false, true]);
@@ -159,7 +159,7 @@ fn the_current_that_builds_up_the_flux_knows_the_emf() {
     s.imposed_speed = Some(80.0.into());
     let run = Simulation::new(&machine, &s).controlled_by(&mut drive).run().unwrap();
     let size = drive.rotor_flux_vs().norm();
-    assert!(drive.status() == Status::MAGNETIZING && size > 0.25, "{} {size}", drive.status());
+    assert!(drive.status() == DriveStatus::MAGNETIZING && size > 0.25, "{} {size}", drive.status());
     let i = *run.recording.i_s.last().unwrap() * drive.state.direction.conj();
     let (a, l) = (drive.magnetizing.bandwidth_rad_s, drive.magnetizing.leakage_inductance_h);
     // Twice the current of the wanted flux, along the flux.
@@ -180,7 +180,7 @@ fn overload_is_carried_with_all_of_the_current() {
     let speed = Profile::points([[0.0, 0.0], [0.3, 0.0], [0.3, 100.0]]).unwrap();
     let s = scenario(speed, 0.9, load, 0.9, Some(560.0));
     let run = Simulation::new(&machine, &s).controlled_by(&mut drive).with_internals().run().unwrap();
-    assert!(drive.status().has(Status::CURRENT_LIMITED), "{}", drive.status());
+    assert!(drive.status().has(DriveStatus::CURRENT_LIMITED), "{}", drive.status());
     let (i, psi) = (run.recording.i_s.last().unwrap().norm(), run.state.psi_r.norm());
     assert!((i / 12.0 - 1.0).abs() < 0.03 && (psi / 0.9 - 1.0).abs() < 0.03, "{i} A {psi} Vs");
 }

@@ -18,7 +18,7 @@ use im_model::{Bound, Complex, ModelError, Scalar};
 use crate::error::ControlError;
 use crate::flying_start::{BeginsAt, Caught};
 use crate::machine_data::MachineData;
-use crate::status::{Reports, Status};
+use crate::status::{DriveStatus, Reports};
 use crate::vector::{clamp, rotation};
 
 pub use connection::{Connection, from_synchronous, to_synchronous};
@@ -68,7 +68,7 @@ pub struct Mtpa<T> {
     /// Direction of the flux of a machine that was caught, until the first step.
     caught: Option<Complex<T>>,
     integral: Complex<T>,
-    status: Status,
+    status: DriveStatus,
 }
 
 impl<T: Scalar> Mtpa<T> {
@@ -89,7 +89,7 @@ impl<T: Scalar> Mtpa<T> {
             direction: Complex::new(T::one(), T::zero()),
             caught: None,
             integral: Complex::new(T::zero(), T::zero()),
-            status: Status::OK,
+            status: DriveStatus::OK,
         })
     }
 }
@@ -122,7 +122,8 @@ impl<T: Scalar> Controller<T> for Mtpa<T> {
         // One Newton step keeps its length at 1.
         self.direction = turned * (T::from_f64(1.5) - norm2(turned) * T::from_f64(0.5));
         let beyond = reference.torque_nm.abs() > self.law.torque_nm[1];
-        self.status = Status::OK.and_if(limited, Status::CURRENT_LIMITED).and_if(beyond, Status::REFERENCE_LIMITED);
+        self.status =
+            DriveStatus::OK.and_if(limited, DriveStatus::CURRENT_LIMITED).and_if(beyond, DriveStatus::REFERENCE_LIMITED);
         Command::Current(command)
     }
 }
@@ -135,7 +136,7 @@ impl<T: Scalar> BeginsAt<T> for Mtpa<T> {
 }
 
 impl<T: Scalar> Reports for Mtpa<T> {
-    fn status(&self) -> Status {
+    fn status(&self) -> DriveStatus {
         self.status
     }
 }

@@ -1,6 +1,6 @@
 //! What comes in may be wrong: what goes out is bounded, says so, and the drive comes back by itself.
 
-use im_control::Status;
+use im_control::DriveStatus;
 use im_control::named::Supervised;
 use im_model::simulation::{Command, Controller, Measured, Reference, Simulation};
 use im_model::{Complex, Machine, machines};
@@ -13,7 +13,7 @@ struct Spoiled<'a, F> {
     drive: &'a mut dyn Supervised,
     spoil: F,
     sample: usize,
-    seen: Status,
+    seen: DriveStatus,
     largest: f64,
 }
 
@@ -43,7 +43,7 @@ fn recovers(
     name: &str,
     drive: &mut dyn Supervised,
     until: usize,
-    expected: Status,
+    expected: DriveStatus,
     spoil: impl Fn(&mut Measured<f64>, &mut Reference<f64>),
 ) {
     let (machine, case) = case();
@@ -56,7 +56,7 @@ fn recovers(
             }
         },
         sample: 0,
-        seen: Status::OK,
+        seen: DriveStatus::OK,
         largest: 0.0,
     };
     let run = Simulation::new(&machine, &s).controlled_by(&mut spoiled).run().unwrap();
@@ -65,51 +65,51 @@ fn recovers(
     let peak = run.recording.i_s.iter().fold(0.0f64, |p, i| p.max(i.norm()));
     assert!(peak < 2.0 * case.known.current_max_a, "{name}: {peak} A");
     assert!((run.state.omega_m - 100.0).abs() < 0.5, "{name}: {} rad/s", run.state.omega_m);
-    assert!(drive.status() == Status::OK, "{name}: {}", drive.status());
+    assert!(drive.status() == DriveStatus::OK, "{name}: {}", drive.status());
 }
 
 #[test]
 fn a_few_lost_samples_are_bridged() {
     for (name, mut drive) in case().1.drives() {
-        recovers(name, drive.as_mut(), 8003, Status::CURRENT_LOST, |m, _| m.i_s = Complex::new(f64::NAN, 0.0));
+        recovers(name, drive.as_mut(), 8003, DriveStatus::CURRENT_LOST, |m, _| m.i_s = Complex::new(f64::NAN, 0.0));
     }
     for (name, mut drive) in case().1.drives() {
-        recovers(name, drive.as_mut(), 8005, Status::SPEED_LOST, |m, _| m.omega_m = f64::INFINITY);
+        recovers(name, drive.as_mut(), 8005, DriveStatus::SPEED_LOST, |m, _| m.omega_m = f64::INFINITY);
     }
     for (name, mut drive) in case().1.drives() {
-        recovers(name, drive.as_mut(), 8001, Status::CURRENT_LOST, |m, _| m.i_s = Complex::new(1e6, 0.0));
+        recovers(name, drive.as_mut(), 8001, DriveStatus::CURRENT_LOST, |m, _| m.i_s = Complex::new(1e6, 0.0));
     }
     for (name, mut drive) in case().1.drives() {
-        recovers(name, drive.as_mut(), 8050, Status::DC_VOLTAGE_LOST, |m, _| m.dc_voltage_v = f64::NAN);
+        recovers(name, drive.as_mut(), 8050, DriveStatus::DC_VOLTAGE_LOST, |m, _| m.dc_voltage_v = f64::NAN);
     }
 }
 
 #[test]
 fn after_long_loss_the_drive_is_blocked_and_comes_back() {
     for (name, mut drive) in case().1.drives() {
-        let expected = Status::CURRENT_LOST.and(Status::BLOCKED).and(Status::RESTARTED);
+        let expected = DriveStatus::CURRENT_LOST.and(DriveStatus::BLOCKED).and(DriveStatus::RESTARTED);
         recovers(name, drive.as_mut(), 8500, expected, |m, _| m.i_s = Complex::new(f64::NAN, f64::NAN));
     }
     for (name, mut drive) in case().1.drives() {
-        recovers(name, drive.as_mut(), 8020, Status::SPEED_LOST.and(Status::BLOCKED), |m, _| m.omega_m = f64::NAN);
+        recovers(name, drive.as_mut(), 8020, DriveStatus::SPEED_LOST.and(DriveStatus::BLOCKED), |m, _| m.omega_m = f64::NAN);
     }
 }
 
 #[test]
 fn references_out_of_bounds_are_limited_and_said() {
     for (name, mut drive) in case().1.drives() {
-        recovers(name, drive.as_mut(), 8200, Status::REFERENCE_LIMITED, |_, r| r.omega_m = 1e9);
+        recovers(name, drive.as_mut(), 8200, DriveStatus::REFERENCE_LIMITED, |_, r| r.omega_m = 1e9);
     }
     for (name, mut drive) in case().1.drives() {
-        recovers(name, drive.as_mut(), 8200, Status::REFERENCE_LOST, |_, r| {
+        recovers(name, drive.as_mut(), 8200, DriveStatus::REFERENCE_LOST, |_, r| {
             (r.omega_m, r.rotor_flux_vs, r.torque_nm) = (f64::NAN, f64::NAN, f64::NEG_INFINITY);
         });
     }
     for (name, mut drive) in case().1.drives() {
-        recovers(name, drive.as_mut(), 8200, Status::REFERENCE_LIMITED, |_, r| r.rotor_flux_vs = 50.0);
+        recovers(name, drive.as_mut(), 8200, DriveStatus::REFERENCE_LIMITED, |_, r| r.rotor_flux_vs = 50.0);
     }
     for (name, mut drive) in case().1.drives() {
-        recovers(name, drive.as_mut(), 8200, Status::MAGNETIZING, |_, r| r.rotor_flux_vs = 0.0);
+        recovers(name, drive.as_mut(), 8200, DriveStatus::MAGNETIZING, |_, r| r.rotor_flux_vs = 0.0);
     }
 }
 
@@ -125,22 +125,22 @@ fn at_zero_flux_the_drive_says_that_it_magnetizes() {
             sample_time_s: 1e-4,
         };
         drive.step(&m, &Reference { omega_m: 50.0, rotor_flux_vs: 0.9, torque_nm: 0.0 });
-        assert!(drive.status().has(Status::MAGNETIZING), "{name}");
+        assert!(drive.status().has(DriveStatus::MAGNETIZING), "{name}");
     }
 }
 
 /// What is spoiled, and what the status must say of it at least.
-type Fault = (Status, fn(&mut Measured<f64>, &mut Reference<f64>));
+type Fault = (DriveStatus, fn(&mut Measured<f64>, &mut Reference<f64>));
 
 const FAULTS: [Fault; 8] = [
-    (Status::CURRENT_LOST, |m, _| m.i_s.re = f64::NAN),
-    (Status::CURRENT_LOST, |m, _| m.i_s = Complex::new(f64::INFINITY, 1e9)),
-    (Status::SPEED_LOST, |m, _| m.omega_m = f64::NAN),
-    (Status::SPEED_LOST, |m, _| m.omega_m = -1e6),
-    (Status::DC_VOLTAGE_LOST, |m, _| m.dc_voltage_v = f64::NEG_INFINITY),
-    (Status::REFERENCE_LOST, |_, r| (r.omega_m, r.rotor_flux_vs) = (f64::NAN, f64::INFINITY)),
-    (Status::REFERENCE_LIMITED, |_, r| (r.omega_m, r.rotor_flux_vs) = (-1e9, 1e9)),
-    (Status::CURRENT_LOST, |m, r| {
+    (DriveStatus::CURRENT_LOST, |m, _| m.i_s.re = f64::NAN),
+    (DriveStatus::CURRENT_LOST, |m, _| m.i_s = Complex::new(f64::INFINITY, 1e9)),
+    (DriveStatus::SPEED_LOST, |m, _| m.omega_m = f64::NAN),
+    (DriveStatus::SPEED_LOST, |m, _| m.omega_m = -1e6),
+    (DriveStatus::DC_VOLTAGE_LOST, |m, _| m.dc_voltage_v = f64::NEG_INFINITY),
+    (DriveStatus::REFERENCE_LOST, |_, r| (r.omega_m, r.rotor_flux_vs) = (f64::NAN, f64::INFINITY)),
+    (DriveStatus::REFERENCE_LIMITED, |_, r| (r.omega_m, r.rotor_flux_vs) = (-1e9, 1e9)),
+    (DriveStatus::CURRENT_LOST, |m, r| {
         let nan = Complex::new(f64::NAN, f64::NAN);
         *m = Measured { i_s: nan, omega_m: f64::NAN, u_s: nan, dc_voltage_v: f64::NAN, sample_time_s: f64::NAN };
         *r = Reference { omega_m: f64::NAN, rotor_flux_vs: f64::NAN, torque_nm: f64::NAN };
@@ -189,19 +189,19 @@ fn the_drive_of_least_current_comes_back_from_faults() {
                     }
                 },
                 sample: 0,
-                seen: Status::OK,
+                seen: DriveStatus::OK,
                 largest: 0.0,
             };
             let run = Simulation::new(&machine, &s).controlled_by(&mut spoiled).with_internals().run().unwrap();
             let seen = spoiled.seen;
             // Nothing in a drive that follows torque hears of these.
-            let reference = expected == Status::REFERENCE_LIMITED || expected == Status::REFERENCE_LOST;
+            let reference = expected == DriveStatus::REFERENCE_LIMITED || expected == DriveStatus::REFERENCE_LOST;
             assert!(reference || seen.has(expected), "{seen}, expected {expected}");
             let torque = run.internals.unwrap().torque_nm[32_000..].iter().sum::<f64>() / 3000.0;
             assert!((torque / 15.0 - 1.0).abs() < 0.02, "{expected} for {samples} samples: {torque} Nm");
             let peak = run.recording.i_s.iter().fold(0.0f64, |p, i| p.max(i.norm()));
             assert!(peak < 2.0 * case.known.current_max_a, "{expected}: {peak} A");
-            assert_eq!(drive.status(), Status::OK);
+            assert_eq!(drive.status(), DriveStatus::OK);
         }
     }
 }

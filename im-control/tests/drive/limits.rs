@@ -1,7 +1,7 @@
 //! At and beyond the limits of voltage and current, and through a bridge with dead time.
 
 use im_control::modulation::DeadTimeCompensation;
-use im_control::{Drive, Reports, Status};
+use im_control::{Drive, DriveStatus, Reports};
 use im_model::simulation::{Bridge, CarrierPwm, Command, Controller, Inverter, Measured, Reference, Simulation, Source};
 use im_model::{Complex, Machine, machines};
 
@@ -89,6 +89,6 @@ fn the_status_says_what_limits() {
             name.clear();
         }
         Simulation::new(&machine, &s).controlled_by(drive.as_mut()).run().unwrap();
-        assert!(drive.status().has(Status::FIELD_WEAKENING), "{name}: {}", drive.status());
+        assert!(drive.status().has(DriveStatus::FIELD_WEAKENING), "{name}: {}", drive.status());
     }
 }

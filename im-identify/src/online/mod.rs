@@ -65,7 +65,7 @@ impl<T: Scalar> From<&im_model::simulation::Measured<T>> for Sample<T> {
 
 /// Why nothing is learnt from a sample, or that something is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Status {
+pub enum IdentifierStatus {
     /// At least one parameter moves.
     #[default]
     Adapting,
@@ -79,7 +79,7 @@ pub enum Status {
     LostSample,
 }
 
-impl Status {
+impl IdentifierStatus {
     /// Whether all estimates are held.
     pub fn is_frozen(self) -> bool {
         self != Self::Adapting
@@ -96,7 +96,7 @@ pub struct Estimate<T, const N: usize> {
     /// How much the last window says.
     pub excitation: Excitation<T, N>,
     /// Why.
-    pub status: Status,
+    pub status: IdentifierStatus,
 }
 
 /// An identifier in sampled time. Steps cannot fail.
@@ -117,11 +117,12 @@ pub(crate) fn finite<T: Scalar>(z: Complex<T>) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::Status;
+    use super::IdentifierStatus;
 
     #[test]
     fn estimates_move_in_one_status_only() {
-        let held = [Status::Filling, Status::NoExcitation, Status::DeadZone, Status::LostSample];
-        assert!(held.into_iter().all(Status::is_frozen) && !Status::Adapting.is_frozen());
+        let held =
+            [IdentifierStatus::Filling, IdentifierStatus::NoExcitation, IdentifierStatus::DeadZone, IdentifierStatus::LostSample];
+        assert!(held.into_iter().all(IdentifierStatus::is_frozen) && !IdentifierStatus::Adapting.is_frozen());
     }
 }

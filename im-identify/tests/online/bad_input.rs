@@ -2,8 +2,8 @@
 
 use crate::bench::{Bench, Point};
 use im_identify::online::{
-    Estimate, Fixed, Follower, FollowerGains, Identifier, KenneResistances, KenneRotorResistance, KenneSettings, Lambda, Range,
-    RegulationParameters, ResistancesSettings, Sample, SchemeSettings, Status, TimeScale, TimeVarying,
+    Estimate, Fixed, Follower, FollowerGains, Identifier, IdentifierStatus, KenneResistances, KenneRotorResistance,
+    KenneSettings, Lambda, Range, RegulationParameters, ResistancesSettings, Sample, SchemeSettings, TimeScale, TimeVarying,
 };
 use im_model::{Complex, TParameters};
 
@@ -155,5 +155,5 @@ fn impossible_settings_are_named() {
     ] {
         assert!(text.starts_with(key), "{key}: {text}");
     }
-    assert_eq!(Status::default(), Status::Adapting);
+    assert_eq!(IdentifierStatus::default(), IdentifierStatus::Adapting);
 }

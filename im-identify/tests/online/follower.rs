@@ -2,8 +2,8 @@
 
 use crate::bench::{Bench, Point};
 use im_identify::online::{
-    Adaptation, Fixed, Follower, FollowerGains, FollowerState, Identifier, RegulationParameters, Sample, SchemeSettings, Status,
-    TimeVarying,
+    Adaptation, Fixed, Follower, FollowerGains, FollowerState, Identifier, IdentifierStatus, RegulationParameters, Sample,
+    SchemeSettings, TimeVarying,
 };
 use im_model::Complex;
 use im_model::machines::JADOT_TABLE_I;
@@ -76,7 +76,7 @@ fn the_integral_action_forgets_as_fast_as_it_is_asked_to() {
         bench.hold(0.1, &POINT, |s, _| _ = follower.step(&mut x, s));
         x.eta = Complex::new(0.4, -0.3);
         let before = x.eta;
-        bench.hold(H, &POINT, |s, _| assert_eq!(follower.step(&mut x, s).status, Status::Adapting));
+        bench.hold(H, &POINT, |s, _| assert_eq!(follower.step(&mut x, s).status, IdentifierStatus::Adapting));
         let delta_i = bench.sample().i_s * x.direction.conj() - x.i_ref;
         let wanted = before * (1.0 - share) + delta_i * (gain * H);
         assert!((x.eta - wanted).norm() < 1e-12 && delta_i.norm() > 1e-4, "{leak}: {} {wanted}", x.eta);

@@ -2,7 +2,7 @@
 
 use crate::bench::{Bench, Point, machine};
 use im_identify::online::{
-    Identifier, KenneResistances, KenneRotorResistance, KenneSettings, Range, ResistancesSettings, Sample, Status,
+    Identifier, IdentifierStatus, KenneResistances, KenneRotorResistance, KenneSettings, Range, ResistancesSettings, Sample,
 };
 use im_model::{BaseParameter, Complex, TParameters, WindingParameters};
 use proptest::prelude::*;
@@ -56,7 +56,7 @@ proptest! {
             bench.advance(&point, 1e3);
             let said = identifier.step(&mut state, &bench.sample());
             let e = (said.values[0] - truth).abs();
-            if said.status == Status::Adapting {
+            if said.status == IdentifierStatus::Adapting {
                 let (from, first) = *begun.get_or_insert((n, e));
                 let promised = (first - (k - mu) * h * (n - from) as f64).max(0.0);
                 worst = worst.max(e - promised);
@@ -137,11 +137,11 @@ fn no_load_freezes_the_estimate_and_load_thaws_it() {
     let mut last = None;
     bench.hold(0.5, &idle, |s, _| last = Some(identifier.step(&mut state, s)));
     let said = last.unwrap();
-    assert_eq!((said.status, said.values[0], said.adapting), (Status::NoExcitation, 0.5 * r_r, [false]));
+    assert_eq!((said.status, said.values[0], said.adapting), (IdentifierStatus::NoExcitation, 0.5 * r_r, [false]));
     assert!(said.excitation.smallest < 0.01);
     bench.hold(0.5, &Point { omega_g: 15.0, ..idle }, |s, _| last = Some(identifier.step(&mut state, s)));
     let said = last.unwrap();
-    assert_eq!(said.status, Status::Adapting);
+    assert_eq!(said.status, IdentifierStatus::Adapting);
     assert!((said.values[0] / r_r - 1.0).abs() < 0.01 && said.excitation.smallest > 0.9, "{said:?}");
 }
 
@@ -213,7 +213,7 @@ fn the_least_rotor_current_is_where_learning_begins() {
         let (mut x, mut y, mut said) = (one.start(), two.start(), None);
         bench.hold(0.3, &point, |s, _| said = Some((one.step(&mut x, s), two.step(&mut y, s))));
         let (one, two) = said.unwrap();
-        let status = if learns { Status::Adapting } else { Status::NoExcitation };
+        let status = if learns { IdentifierStatus::Adapting } else { IdentifierStatus::NoExcitation };
         assert_eq!((one.status, two.status), (status, status), "{least} of {rate}");
         assert_eq!((one.values[0] != 0.7 * r_r, two.values[0] != 0.7 * r_r), (learns, learns));
     }
@@ -232,7 +232,7 @@ fn filters_fill_for_sixteen_time_constants() {
         let mut x = identifier.start();
         for round in 0..2 {
             let mut filling = 0;
-            while identifier.step(&mut x, &bench.sample()).status == Status::Filling {
+            while identifier.step(&mut x, &bench.sample()).status == IdentifierStatus::Filling {
                 bench.advance(&point, 1e3);
                 filling += 1;
             }
@@ -240,7 +240,11 @@ fn filters_fill_for_sixteen_time_constants() {
             assert!((needed..needed + 3.0).contains(&f64::from(filling)), "round {round}: {filling} samples, {needed} needed");
             let before = identifier.step(&mut x, &bench.sample());
             let lost = identifier.step(&mut x, &Sample { omega_m: f64::NAN, ..bench.sample() });
-            assert_eq!((lost.status, lost.excitation), (Status::LostSample, before.excitation), "what the window said stands");
+            assert_eq!(
+                (lost.status, lost.excitation),
+                (IdentifierStatus::LostSample, before.excitation),
+                "what the window said stands"
+            );
             assert!(lost.excitation.smallest > 0.0);
         }
     }

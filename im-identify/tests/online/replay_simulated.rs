@@ -1,7 +1,7 @@
 //! A simulated recording replayed: what each scheme says of a machine that it was told of wrongly.
 
 use crate::bench::{Bench, Point};
-use im_identify::online::{ReplayScheme, Status, replay};
+use im_identify::online::{IdentifierStatus, ReplayScheme, replay};
 use im_model::machines::JADOT_TABLE_I;
 use im_model::{BaseParameter, Machine, MotorFile, ParameterId, Recording};
 
@@ -54,7 +54,7 @@ fn every_identifier_finds_what_the_drive_was_told_wrongly() {
         let last = rows.last().unwrap();
         assert_eq!(
             (last.rotor.status, last.both.status, last.regulation.status),
-            (Status::Adapting, Status::Adapting, Status::Adapting)
+            (IdentifierStatus::Adapting, IdentifierStatus::Adapting, IdentifierStatus::Adapting)
         );
         // R_r alone takes what R_s is wrong by for its own: 20 % of the small R_s, seen against the voltage.
         assert!(

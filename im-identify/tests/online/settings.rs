@@ -1,8 +1,8 @@
 //! Settings to begin from are what their documentation says, and one sample of a law is what its equation says.
 
 use im_identify::online::{
-    Adaptation, DeadZone, FollowerGains, Identifier, KenneSettings, Lambda, RegulationParameters, ResistancesSettings,
-    SchemeSettings, Status, TimeScale, TimeVarying, Tracking, steady_regressor,
+    Adaptation, DeadZone, FollowerGains, Identifier, IdentifierStatus, KenneSettings, Lambda, RegulationParameters,
+    ResistancesSettings, SchemeSettings, TimeScale, TimeVarying, Tracking, steady_regressor,
 };
 use im_model::machines::{ALL, JADOT_TABLE_I};
 use im_model::space_vector::dot;
@@ -99,7 +99,7 @@ fn a_sample_of_time_scale_adaptation_is_34() {
         let size: f64 = b.iter().map(|b| b.norm_sqr()).sum();
         let mut x = law.start();
         let estimate = law.step(&mut x, &t);
-        assert_eq!((estimate.status, estimate.adapting), (Status::Adapting, [true, true, false, true]));
+        assert_eq!((estimate.status, estimate.adapting), (IdentifierStatus::Adapting, [true, true, false, true]));
         for (k, b) in b.into_iter().enumerate() {
             let error = (dot(b, held) / size).clamp(-1.0, 1.0);
             let change = settings.weights[k] * error * 0.5 * p.inverse_rotor_time_constant() * H;
@@ -156,19 +156,19 @@ fn what_freezes_an_adaptation_is_said() {
         let e = law.step(&mut x, t);
         let learns = e.values != p.values();
         assert_eq!(e.adapting, [learns, learns, false, false]);
-        assert_eq!(learns, e.status == Status::Adapting, "{:?}", e.status);
+        assert_eq!(learns, e.status == IdentifierStatus::Adapting, "{:?}", e.status);
         e.status
     };
     for sign in [1.0, -1.0] {
         let slip = sign * 0.3 * a;
-        assert_eq!(status(&tracking(sign * 4.05 * a - slip, slip)), Status::Adapting);
-        assert_eq!(status(&tracking(sign * 3.95 * a - slip, slip)), Status::DeadZone);
-        assert_eq!(status(&tracking(sign * 200.0, sign * 0.26 * a)), Status::Adapting);
-        assert_eq!(status(&tracking(sign * 200.0, sign * 0.24 * a)), Status::DeadZone);
+        assert_eq!(status(&tracking(sign * 4.05 * a - slip, slip)), IdentifierStatus::Adapting);
+        assert_eq!(status(&tracking(sign * 3.95 * a - slip, slip)), IdentifierStatus::DeadZone);
+        assert_eq!(status(&tracking(sign * 200.0, sign * 0.26 * a)), IdentifierStatus::Adapting);
+        assert_eq!(status(&tracking(sign * 200.0, sign * 0.24 * a)), IdentifierStatus::DeadZone);
     }
     let good = tracking(200.0, 5.0);
     let zero = C::new(0.0, 0.0);
-    assert_eq!(status(&Tracking { phi_ref: zero, i_ref: zero, ..good }), Status::NoExcitation);
-    assert_eq!(status(&Tracking { lost: true, ..good }), Status::LostSample);
-    assert_eq!(status(&Tracking { held_v: C::new(f64::NAN, 0.0), ..good }), Status::LostSample);
+    assert_eq!(status(&Tracking { phi_ref: zero, i_ref: zero, ..good }), IdentifierStatus::NoExcitation);
+    assert_eq!(status(&Tracking { lost: true, ..good }), IdentifierStatus::LostSample);
+    assert_eq!(status(&Tracking { held_v: C::new(f64::NAN, 0.0), ..good }), IdentifierStatus::LostSample);
 }

@@ -3,7 +3,7 @@
 use im_control::{Kenne, KenneGains};
 use im_design::Plant;
 use im_design::kenne::{KenneRegion, design};
-use im_identify::online::{Identifier, KenneRotorResistance, KenneSettings, Range, Sample, Status};
+use im_identify::online::{Identifier, IdentifierStatus, KenneRotorResistance, KenneSettings, Range, Sample};
 use im_model::machines::KENNE_APPENDIX_II;
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::space_vector::j;
@@ -303,7 +303,7 @@ fn theorem_7(case: &Case) -> Verdict {
         machine.advance(&at, 1e3);
         let said = identifier.step(&mut x, &machine.sample());
         let e = (said.values[0] - truth).abs();
-        if said.status == Status::Adapting {
+        if said.status == IdentifierStatus::Adapting {
             let (from, first) = *begun.get_or_insert((n, e));
             let promised = (first - (k - mu) * H * (n - from) as f64).max(0.0);
             worst = worst.max(e - promised);

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use im_chart::{COLOURS, INK, Panel, Series, panels_with_marks, spans};
-use im_identify::online::{RegulationParameters, ReplayRow, Status, replay};
+use im_identify::online::{IdentifierStatus, RegulationParameters, ReplayRow, replay};
 use im_model::{MotorFile, write_atomically};
 use serde_json::json;
 
@@ -130,7 +130,7 @@ fn picture(rows: &[ReplayRow], motor: &MotorFile) -> String {
         panel("L_f, H:", vec![jadot(3, 1.0)], known.leakage_inductance_h),
         Panel::new("least information about the four in the last second", [excitation]).tall(60.0),
     ];
-    let lost = spans(time(), |n| rows[n].regulation.status == Status::LostSample);
+    let lost = spans(time(), |n| rows[n].regulation.status == IdentifierStatus::LostSample);
     panels_with_marks("Estimates over time, pale where they are held", "time, s", &panels, "lost samples", &lost)
 }
 

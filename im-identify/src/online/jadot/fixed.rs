@@ -1,6 +1,6 @@
 //! No adaptation: the controller of Section III with parameters as they were given.
 
-use super::super::{Estimate, Excitation, Identifier, Status};
+use super::super::{Estimate, Excitation, Identifier, IdentifierStatus};
 use super::parameters::RegulationParameters;
 use super::scheme::{Adaptation, Tracking};
 use im_model::{ModelError, Scalar};
@@ -28,7 +28,7 @@ impl<T: Scalar> Identifier<T, 4> for Fixed<T> {
 
     fn step(&self, (): &mut (), _: &Tracking<T>) -> Estimate<T, 4> {
         let excitation = Excitation::none(T::zero());
-        Estimate { values: self.0.values(), adapting: [false; 4], excitation, status: Status::NoExcitation }
+        Estimate { values: self.0.values(), adapting: [false; 4], excitation, status: IdentifierStatus::NoExcitation }
     }
 }
 

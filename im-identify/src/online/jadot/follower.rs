@@ -4,7 +4,7 @@
 //! ω_g is the true slip whatever the parameters, and the integral action sees constants. Over a sample it is advanced by the
 //! trapezoidal rule (stable at any period, exact in the steady state), the voltage turned to the middle of the sample.
 
-use super::super::{Estimate, Identifier, Sample, Status, finite};
+use super::super::{Estimate, Identifier, IdentifierStatus, Sample, finite};
 use super::parameters::RegulationParameters;
 use super::scheme::{Adaptation, Tracking};
 use im_model::space_vector::{cross, j, norm2, turn};
@@ -201,6 +201,6 @@ impl<T: Scalar, A: Adaptation<T>> Identifier<T, 4> for Follower<T, A> {
         let most = a * T::from_f64(10.0);
         let slip = cross(x.phi_ref, x.i_ref) * r / flux2;
         x.omega_g = if slip.is_finite() { slip.max(-most).min(most) } else { T::zero() };
-        if lost { Estimate { adapting: [false; 4], status: Status::LostSample, ..estimate } } else { estimate }
+        if lost { Estimate { adapting: [false; 4], status: IdentifierStatus::LostSample, ..estimate } } else { estimate }
     }
 }

@@ -1,6 +1,6 @@
 //! What the schemes share: their input, their settings, when they hold still.
 
-use super::super::{Estimate, ExcitationMonitor, Identifier, Range, Status, finite};
+use super::super::{Estimate, ExcitationMonitor, Identifier, IdentifierStatus, Range, finite};
 use super::parameters::RegulationParameters;
 use im_model::space_vector::norm2;
 use im_model::{Bound, Complex, ModelError, Scalar};
@@ -139,7 +139,7 @@ impl<T: Scalar> SchemeSettings<T> {
 pub(super) struct Adapted<T> {
     pub values: [T; 4],
     monitor: ExcitationMonitor<T, 4>,
-    status: Status,
+    status: IdentifierStatus,
 }
 
 /// Checked settings.
@@ -169,7 +169,7 @@ impl<T: Scalar> Scheme<T> {
     }
 
     pub fn start(&self) -> Adapted<T> {
-        Adapted { values: self.start, monitor: ExcitationMonitor::default(), status: Status::Filling }
+        Adapted { values: self.start, monitor: ExcitationMonitor::default(), status: IdentifierStatus::Filling }
     }
 
     pub fn parameters(&self, x: &Adapted<T>) -> RegulationParameters<T> {
@@ -188,16 +188,16 @@ impl<T: Scalar> Scheme<T> {
         let zero = T::zero();
         let size = regressor.iter().fold(zero, |s, b| s + norm2(*b));
         if !tracking.is_finite() || !size.is_finite() {
-            x.status = Status::LostSample;
+            x.status = IdentifierStatus::LostSample;
             return [zero; 4];
         }
         x.monitor.add(regressor, self.least_regressor2, self.window_share);
         x.status = if size <= self.least_regressor2 {
-            Status::NoExcitation
+            IdentifierStatus::NoExcitation
         } else if self.dead_zone.is_some_and(|zone| zone.holds(x.values[0] / x.values[1], tracking)) {
-            Status::DeadZone
+            IdentifierStatus::DeadZone
         } else {
-            Status::Adapting
+            IdentifierStatus::Adapting
         };
         if x.status.is_frozen() {
             return [zero; 4];
@@ -213,7 +213,7 @@ impl<T: Scalar> Scheme<T> {
     }
 
     pub fn estimate(&self, x: &Adapted<T>) -> Estimate<T, 4> {
-        let moves = x.status == Status::Adapting;
+        let moves = x.status == IdentifierStatus::Adapting;
         Estimate {
             values: x.values,
             adapting: self.weights.map(|w| moves && w > T::zero()),

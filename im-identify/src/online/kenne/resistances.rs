@@ -14,7 +14,7 @@
 //!
 //! Errors by least squares over a window (in units of the starting values, as the excitation is), then the sign law for each.
 
-use super::super::{Estimate, ExcitationMonitor, Identifier, Range, Sample, Status, sign_law};
+use super::super::{Estimate, ExcitationMonitor, Identifier, IdentifierStatus, Range, Sample, sign_law};
 use super::current_model::{CurrentModel, Filters};
 use super::rotor_resistance::{KenneSettings, clamped, share};
 use im_model::space_vector::{dot, norm2};
@@ -142,7 +142,7 @@ impl<T: Scalar> Identifier<T, 2> for KenneResistances<T> {
         let held = [false; 2];
         let Some(balance) = self.model.step(&mut x.filters, input, [x.resistance[1], x.resistance[0]]) else {
             *x = Self::State { resistance: x.resistance, filters: x.filters, ..self.start() };
-            return said(x, held, if input.is_finite() { Status::Filling } else { Status::LostSample });
+            return said(x, held, if input.is_finite() { IdentifierStatus::Filling } else { IdentifierStatus::LostSample });
         };
         let [r_r, r_s] = x.resistance;
         let per_s = self.inverse_sample_time;
@@ -157,7 +157,7 @@ impl<T: Scalar> Identifier<T, 2> for KenneResistances<T> {
         }
         if x.filters.filling > 0 {
             // What the filters do not yet show right would stay in the window for long.
-            return said(x, held, Status::Filling);
+            return said(x, held, IdentifierStatus::Filling);
         }
         let [f_1, f_2] = x.regressor;
         let excitation = x.monitor.add(&x.regressor, self.least_f_1, self.window_share);
@@ -167,10 +167,10 @@ impl<T: Scalar> Identifier<T, 2> for KenneResistances<T> {
         }
         if !(x.right_side[0].is_finite() && x.right_side[1].is_finite()) {
             *x = Self::State { resistance: x.resistance, ..self.start() };
-            return said(x, held, Status::LostSample);
+            return said(x, held, IdentifierStatus::LostSample);
         }
         if norm2(f_1) <= self.least_f_1 {
-            return said(x, held, Status::NoExcitation);
+            return said(x, held, IdentifierStatus::NoExcitation);
         }
         // Truth over start, by the normal equations.
         let (a, b, d) = (x.monitor.information(0, 0), x.monitor.information(1, 0), x.monitor.information(1, 1));
@@ -184,13 +184,13 @@ impl<T: Scalar> Identifier<T, 2> for KenneResistances<T> {
             [(u - b * as_it_is) / a, as_it_is]
         };
         if !(ratio[0].is_finite() && ratio[1].is_finite()) {
-            return said(x, held, Status::NoExcitation);
+            return said(x, held, IdentifierStatus::NoExcitation);
         }
         for (k, truth) in ratio.into_iter().enumerate() {
             let error = x.resistance[k] - truth * self.start[k];
             let moved = x.resistance[k] + sign_law(error, self.reach[k], self.layer[k]);
             x.resistance[k] = self.range[k].project(moved);
         }
-        said(x, [true, both], Status::Adapting)
+        said(x, [true, both], IdentifierStatus::Adapting)
     }
 }

@@ -15,7 +15,7 @@
 //! held below a rotor current that the settings name. A resistance that varies adds β i_r dR_r/dt to (27), at right angles to
 //! f₁ in the steady state, so that it does not disturb the projection; what a speed that varies adds is in `current_model.rs`.
 
-use super::super::{Estimate, ExcitationMonitor, Identifier, Range, Sample, Status, finite, sign_law};
+use super::super::{Estimate, ExcitationMonitor, Identifier, IdentifierStatus, Range, Sample, finite, sign_law};
 use super::current_model::{CurrentModel, Filters};
 use im_model::space_vector::{dot, norm2};
 use im_model::{Bound, Complex, ModelError, Rating, Scalar, WindingParameters};
@@ -183,13 +183,13 @@ impl<T: Scalar> Identifier<T, 1> for KenneRotorResistance<T> {
     fn step(&self, x: &mut Self::State, input: &Sample<T>) -> Estimate<T, 1> {
         let said = |x: &Self::State, status| Estimate {
             values: [x.resistance],
-            adapting: [status == Status::Adapting],
+            adapting: [status == IdentifierStatus::Adapting],
             excitation: x.monitor.excitation(),
             status,
         };
         let Some(balance) = self.model.step(&mut x.filters, input, [self.r_s, x.resistance]) else {
             *x = Self::State { resistance: x.resistance, monitor: x.monitor, filters: x.filters, ..self.start() };
-            return said(x, if input.is_finite() { Status::Filling } else { Status::LostSample });
+            return said(x, if input.is_finite() { IdentifierStatus::Filling } else { IdentifierStatus::LostSample });
         };
         let f_1 = (balance.q - balance.r * self.r_s) * self.inverse_sample_time;
         let f_0_gone = (balance.known - balance.p * self.r_s) * self.inverse_sample_time;
@@ -202,19 +202,19 @@ impl<T: Scalar> Identifier<T, 1> for KenneRotorResistance<T> {
         x.slope += (f_1 * x.resistance + u_x - x.slope) * self.averaging;
         x.monitor.add(&[x.f_1], self.least_f_1, self.window_share);
         if x.filters.filling > 0 {
-            return said(x, Status::Filling);
+            return said(x, IdentifierStatus::Filling);
         }
         let size = norm2(x.f_1);
         if size <= self.least_f_1 {
-            return said(x, Status::NoExcitation);
+            return said(x, IdentifierStatus::NoExcitation);
         }
         // (36): f̃₁ᵀ(R̂_r f̃₁ + u_x)/‖f̃₁‖² is R_r.
         let error = x.resistance - dot(x.f_1, x.slope) / size;
         if !error.is_finite() || !finite(x.off_surface) {
             *x = Self::State { resistance: x.resistance, monitor: x.monitor, ..self.start() };
-            return said(x, Status::LostSample);
+            return said(x, IdentifierStatus::LostSample);
         }
         x.resistance = self.range.project(x.resistance + sign_law(error, self.reach, self.layer));
-        said(x, Status::Adapting)
+        said(x, IdentifierStatus::Adapting)
     }
 }
