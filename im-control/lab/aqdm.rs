@@ -19,7 +19,7 @@ use im_model::simulation::{Bridge, Command, Controller, DeltaModulator, Fed, Leg
 use im_model::space_vector::{cross, to_phases};
 use im_model::{Complex, Effects, Machine, Rating, TParameters};
 use im_observers::{
-    Basis, Derdiyok, DerdiyokGains, Input, Kubota, KubotaGains, LoadTorque, Observer, ObserverError, Thau, ThauGains, Utkin,
+    Basis, Derdiyok, DerdiyokGains, Input, Kubota, KubotaGains, LoadTorqueModel, Observer, ObserverError, Thau, ThauGains, Utkin,
     UtkinGains,
 };
 
@@ -278,8 +278,8 @@ pub fn run_with(source: &str, law: &MtpaLaw<f64>, slip_factor: f64, torque_nm: f
         MENDED => of(Kubota::try_new(basis, KubotaGains::for_machine(&machine, &RATING)?)?, law, slip_factor, torque_nm),
         "derdiyok" => of(Derdiyok::try_new(basis, DerdiyokGains::for_machine(&machine, &RATING))?, law, slip_factor, torque_nm),
         "utkin" => of(Utkin::try_new(basis, UtkinGains::for_machine(&machine, &RATING))?, law, slip_factor, torque_nm),
-        "thau" => of(thau(LoadTorque::EqualToTorque)?, law, slip_factor, torque_nm),
-        "thau, balanced" => of(thau(LoadTorque::Balanced)?, law, slip_factor, torque_nm),
+        "thau" => of(thau(LoadTorqueModel::EqualToTorque)?, law, slip_factor, torque_nm),
+        "thau, balanced" => of(thau(LoadTorqueModel::Balanced)?, law, slip_factor, torque_nm),
         "sensor" => run(law, slip_factor, torque_nm, &mut Sensor, 4.0),
         other => unreachable!("no source of speed is called {other}"),
     })

@@ -42,7 +42,7 @@ pub use flux::{RotorFlux, RotorFluxModel};
 pub use flying_start::{BeginsAt, Caught, FlyingStart};
 pub use jadot::{Jadot, JadotGains};
 pub use kenne::{Kenne, KenneGains};
-pub use load_torque::{LoadTorque, LoadTorqueObserver};
+pub use load_torque::{LoadTorqueEstimate, LoadTorqueObserver};
 pub use machine_data::MachineData;
 pub use mtpa::{Mtpa, MtpaGains, MtpaLaw};
 pub use reference::{ReferenceShaper, Shaped};

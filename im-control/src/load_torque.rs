@@ -23,7 +23,7 @@ pub struct LoadTorqueObserver<T> {
 
 /// Its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LoadTorque<T> {
+pub struct LoadTorqueEstimate<T> {
     /// τ̂_L, Nm.
     pub torque_nm: T,
     /// dτ̂_L/dt, Nm/s.
@@ -31,7 +31,7 @@ pub struct LoadTorque<T> {
     omega_m: Option<T>,
 }
 
-impl<T: Scalar> Default for LoadTorque<T> {
+impl<T: Scalar> Default for LoadTorqueEstimate<T> {
     fn default() -> Self {
         Self { torque_nm: T::zero(), rate_nm_per_s: T::zero(), omega_m: None }
     }
@@ -40,7 +40,7 @@ impl<T: Scalar> Default for LoadTorque<T> {
 impl<T: Scalar> LoadTorqueObserver<T> {
     /// Brings the estimate to the instant of `omega_m`; `torque_nm` is the mean electromagnetic torque over the sample before.
     #[inline]
-    pub fn step(&self, state: &mut LoadTorque<T>, torque_nm: T, omega_m: T, sample_time_s: T) {
+    pub fn step(&self, state: &mut LoadTorqueEstimate<T>, torque_nm: T, omega_m: T, sample_time_s: T) {
         // At the first sample the speed is what it is: a flying start is no disturbance.
         let omega = state.omega_m.unwrap_or(omega_m);
         let (a, j) = (self.bandwidth_per_s, self.inertia_kg_m2);
@@ -70,7 +70,7 @@ mod tests {
                 bandwidth_per_s: a,
                 limit_nm: 100.0,
             };
-            let (mut state, mut omega): (_, f64) = (LoadTorque::default(), 120.0);
+            let (mut state, mut omega): (_, f64) = (LoadTorqueEstimate::default(), 120.0);
             let n = (20.0 / (a * t)) as usize + 20;
             for k in 0..2 * n {
                 observer.step(&mut state, 3.0, omega, t);

@@ -194,7 +194,7 @@ fn a_speed_loop_asks_its_inner_controller_for_the_torque() {
 fn a_load_step_is_estimated_at_the_double_pole_of_the_observer() {
     let (a, j, d, t) = (80.0, 0.03, 0.02, 1e-5);
     let observer = LoadTorqueObserver { inertia_kg_m2: j, viscous_friction_nm_s_per_rad: d, bandwidth_per_s: a, limit_nm: 50.0 };
-    let (mut state, mut omega) = (LoadTorque::default(), 100.0);
+    let (mut state, mut omega) = (LoadTorqueEstimate::default(), 100.0);
     observer.step(&mut state, 2.0, omega, t);
     for k in 1..10_000 {
         omega += (2.0 - d * omega - 12.0) / j * t;
@@ -205,7 +205,7 @@ fn a_load_step_is_estimated_at_the_double_pole_of_the_observer() {
         assert!((state.rate_nm_per_s - rate).abs() < 0.01 * 12.0 * a, "{k}: {} {rate}", state.rate_nm_per_s);
     }
     let capped = LoadTorqueObserver { limit_nm: 5.0, ..observer };
-    let mut state = LoadTorque::default();
+    let mut state = LoadTorqueEstimate::default();
     for _ in 0..10_000 {
         capped.step(&mut state, 0.0, 0.0, t);
         capped.step(&mut state, 100.0, 0.0, t);

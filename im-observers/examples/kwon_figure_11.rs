@@ -11,7 +11,7 @@ mod kwon;
 mod lab;
 
 use im_model::simulation::Profile;
-use im_observers::{LoadTorque, Thau, ThauGains};
+use im_observers::{LoadTorqueModel, Thau, ThauGains};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let points =
@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let speed = Profile::points(points.map(|[t, rpm]| [t, rpm * kwon::RPM]))?;
     for (name, machine) in [("Table IV", kwon::table_iv()), ("Table V", kwon::table_v())] {
         let truth = kwon::run(&machine, 0.0, Some(speed.clone()), 10.0);
-        let observer = Thau::try_new(kwon::basis(&kwon::table_iv()), ThauGains::published(), LoadTorque::EqualToTorque)?;
+        let observer = Thau::try_new(kwon::basis(&kwon::table_iv()), ThauGains::published(), LoadTorqueModel::EqualToTorque)?;
         let e = truth.observe(&observer);
         println!("plant: {name}; observer: Table IV, L = 0, load torque equal to the torque");
         kwon::table(&truth, &e, &[1.0, 2.9, 3.25, 3.5, 3.75, 4.5, 5.9, 6.5, 7.5, 8.5, 9.9]);

@@ -12,12 +12,12 @@ mod lab;
 
 use im_model::machines::KWON_PRINTED_MATRICES;
 use im_model::{Machine, TParameters};
-use im_observers::{LoadTorque, Thau, ThauGains};
+use im_observers::{LoadTorqueModel, Thau, ThauGains};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // 150 Nm at 900 rpm: the paper gives neither the coefficient nor the final speed.
     let k = 150.0 / (900.0 * kwon::RPM);
-    let load = LoadTorque::Proportional { coefficient_nm_s_per_rad: k };
+    let load = LoadTorqueModel::Proportional { coefficient_nm_s_per_rad: k };
     let printed = Machine::base(KWON_PRINTED_MATRICES.parameters(), 2)?;
     let light = table_iv_with_inertia(0.9)?;
     let pairs = [

@@ -9,12 +9,14 @@ mod kwon;
 #[path = "../lab/mod.rs"]
 mod lab;
 
-use im_observers::{LoadTorque, Thau, ThauGains};
+use im_observers::{LoadTorqueModel, Thau, ThauGains};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (name, machine) in [("Table IV", kwon::table_iv()), ("Table V", kwon::table_v())] {
         let truth = kwon::run(&machine, 0.0, Some((900.0 * kwon::RPM).into()), 3.0);
-        for (law, load) in [("equal to the torque", LoadTorque::EqualToTorque), ("and friction with it", LoadTorque::Balanced)] {
+        for (law, load) in
+            [("equal to the torque", LoadTorqueModel::EqualToTorque), ("and friction with it", LoadTorqueModel::Balanced)]
+        {
             let observer = Thau::try_new(kwon::basis(&kwon::table_iv()), ThauGains::published(), load)?;
             let e = truth.observe(&observer);
             println!("plant: {name}; observer: Table IV, L = 0, load torque {law}");

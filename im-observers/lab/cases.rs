@@ -103,7 +103,7 @@ pub fn utkin<T: Scalar>(l: &Load<T>) -> Case<T, Utkin<T>> {
 }
 
 pub fn thau<T: Scalar>(l: &Load<T>) -> Case<T, Thau<T>> {
-    Case::new(Thau::try_new(basis(), ThauGains::published(), LoadTorque::EqualToTorque).expect("fits"), l)
+    Case::new(Thau::try_new(basis(), ThauGains::published(), LoadTorqueModel::EqualToTorque).expect("fits"), l)
 }
 
 /// Cost does not depend on the numbers of the gain.
@@ -111,5 +111,5 @@ pub fn thau_box<T: Scalar>(l: &Load<T>) -> Case<T, Thau<T>> {
     let gain = [[0.1, 20.0], [1.0, 0.1], [0.1, 1.0], [100.0, 1.0], [-1.0, 100.0]];
     let slope = gain.map(|r| r.map(|x| 1e-4 * x));
     let gains = ThauBoxGains { frame_rad_s: [60.0, 400.0], gain, gain_per_frame_speed: slope };
-    Case::new(Thau::in_box(basis(), gains, LoadTorque::Balanced).expect("fits"), l)
+    Case::new(Thau::in_box(basis(), gains, LoadTorqueModel::Balanced).expect("fits"), l)
 }

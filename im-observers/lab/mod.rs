@@ -5,8 +5,8 @@ use im_model::machines::NamedMachine;
 use im_model::simulation::{Inverter, Load, Profile, Run, Scenario, Sensors, Simulation, Source, Start, VoltsPerHertz};
 use im_model::{Complex, Held, Machine, Rating, Recording};
 use im_observers::{
-    Basis, CurrentModel, Derdiyok, DerdiyokGains, Estimate, Input, Kubota, KubotaGains, LoadTorque, Observer, Thau, ThauGains,
-    Utkin, UtkinGains,
+    Basis, CurrentModel, Derdiyok, DerdiyokGains, Estimate, Input, Kubota, KubotaGains, LoadTorqueModel, Observer, Thau,
+    ThauGains, Utkin, UtkinGains,
 };
 
 pub type C = Complex<f64>;
@@ -180,6 +180,6 @@ pub fn five(machine: &Machine<f64>, rating: &Rating, basis: Basis<f64>) -> Vec<R
         Running::from_rest("Kubota", Kubota::try_new(basis, kubota).expect("gains that fit")),
         Running::from_rest("Derdiyok", Derdiyok::try_new(basis, derdiyok).expect("gains that fit")),
         Running::from_rest("Utkin", Utkin::try_new(basis, utkin).expect("gains that fit")),
-        Running::from_rest("Thau", Thau::try_new(basis, ThauGains::published(), LoadTorque::EqualToTorque).expect("fits")),
+        Running::from_rest("Thau", Thau::try_new(basis, ThauGains::published(), LoadTorqueModel::EqualToTorque).expect("fits")),
     ]
 }

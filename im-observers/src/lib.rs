@@ -44,5 +44,5 @@ pub use derdiyok::{Derdiyok, DerdiyokGains, DerdiyokState};
 pub use error::ObserverError;
 pub use interface::{Estimate, Input, Observer, ObserverStatus};
 pub use kubota::{Kubota, KubotaGains, KubotaState};
-pub use thau::{LoadTorque, Thau, ThauBoxGains, ThauGains, ThauState};
+pub use thau::{LoadTorqueModel, Thau, ThauBoxGains, ThauGains, ThauState};
 pub use utkin::{Utkin, UtkinGains, UtkinState};

@@ -5,10 +5,10 @@
 //! ```
 //!
 //! The paper runs it with L = 0 ([`ThauGains::published`]) and with two load torques:
-//! * τ̂_L = kω̂ ([`LoadTorque::Proportional`]): a copy of the drive. Errors decay with its friction, (D + k)/J, and with its own torque.
-//! * τ̂_L = (3/2)n_p(L_m/L_r) λ̂ × i with the *measured* current ([`LoadTorque::EqualToTorque`]). Then ω̂' = μ λ̂ × (î − i) − (D/J)ω̂: this *is*
+//! * τ̂_L = kω̂ ([`LoadTorqueModel::Proportional`]): a copy of the drive. Errors decay with its friction, (D + k)/J, and with its own torque.
+//! * τ̂_L = (3/2)n_p(L_m/L_r) λ̂ × i with the *measured* current ([`LoadTorqueModel::EqualToTorque`]). Then ω̂' = μ λ̂ × (î − i) − (D/J)ω̂: this *is*
 //!   Kubota's integral law with K_I = μ/(n_pβ), and a leak D/J that needs a current error of Dω/(Jμ|λ|) to hold a speed ω. The paper's
-//!   "deviation in the stator current" is this. [`LoadTorque::Balanced`] takes friction as part of the load: no leak, no such error.
+//!   "deviation in the stator current" is this. [`LoadTorqueModel::Balanced`] takes friction as part of the load: no leak, no such error.
 //!
 //! Designed gains: constant in the frame at rest (`im-design`, `thau`), or certified over a box of frame speed, slip and flux in the frame of the
 //! estimated flux, affine in its speed (`thau_box`). For negative frame speed the gain is mirrored, since the machine is.
@@ -36,7 +36,7 @@ use crate::tustin::{Flow, warped};
 
 /// What the observer takes the load torque to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LoadTorque {
+pub enum LoadTorqueModel {
     /// τ̂_L = kω̂ (Kwon et al., first study).
     Proportional {
         /// k, N m s/rad; zero is no load.
@@ -125,7 +125,7 @@ impl<T: Scalar> Thau<T> {
     ///
     /// # Errors
     /// A gain that is not finite, a load torque out of bounds, a sampling time too long for the torque loop.
-    pub fn try_new(basis: Basis<T>, gains: ThauGains, load: LoadTorque) -> Result<Self, ObserverError> {
+    pub fn try_new(basis: Basis<T>, gains: ThauGains, load: LoadTorqueModel) -> Result<Self, ObserverError> {
         Self::discretized(basis, gains, load, Discretization::Implicit)
     }
 
@@ -136,7 +136,7 @@ impl<T: Scalar> Thau<T> {
     pub fn discretized(
         basis: Basis<T>,
         gains: ThauGains,
-        load: LoadTorque,
+        load: LoadTorqueModel,
         discretization: Discretization,
     ) -> Result<Self, ObserverError> {
         finite("gain", &gains.gain)?;
@@ -146,12 +146,12 @@ impl<T: Scalar> Thau<T> {
 
     /// With a gain certified over a box, in the frame of the estimated flux: the loop of the certificate, torque by the measured current (see the module).
     ///
-    /// [`LoadTorque::EqualToTorque`] is the certificate's case without currents, [`LoadTorque::Proportional`] (k = 0) that with currents.
-    /// [`LoadTorque::Balanced`] leaves −(D/J)e_ω out, for no error at constant speed: of the rate α it keeps α − (D/J)√(P₁₁(P⁻¹)₁₁).
+    /// [`LoadTorqueModel::EqualToTorque`] is the certificate's case without currents, [`LoadTorqueModel::Proportional`] (k = 0) that with currents.
+    /// [`LoadTorqueModel::Balanced`] leaves −(D/J)e_ω out, for no error at constant speed: of the rate α it keeps α − (D/J)√(P₁₁(P⁻¹)₁₁).
     ///
     /// # Errors
     /// A gain that is not finite, a range that is not positive and ordered, otherwise as [`try_new`](Self::try_new).
-    pub fn in_box(basis: Basis<T>, gains: ThauBoxGains, load: LoadTorque) -> Result<Self, ObserverError> {
+    pub fn in_box(basis: Basis<T>, gains: ThauBoxGains, load: LoadTorqueModel) -> Result<Self, ObserverError> {
         Self::in_box_discretized(basis, gains, load, Discretization::Implicit)
     }
 
@@ -162,7 +162,7 @@ impl<T: Scalar> Thau<T> {
     pub fn in_box_discretized(
         basis: Basis<T>,
         gains: ThauBoxGains,
-        load: LoadTorque,
+        load: LoadTorqueModel,
         discretization: Discretization,
     ) -> Result<Self, ObserverError> {
         finite("gain", &gains.gain)?;
@@ -178,15 +178,20 @@ impl<T: Scalar> Thau<T> {
         Self::build(basis, gain, load, discretization)
     }
 
-    fn build(basis: Basis<T>, gain: Gain<T>, load: LoadTorque, discretization: Discretization) -> Result<Self, ObserverError> {
+    fn build(
+        basis: Basis<T>,
+        gain: Gain<T>,
+        load: LoadTorqueModel,
+        discretization: Discretization,
+    ) -> Result<Self, ObserverError> {
         let boxed = matches!(gain, Gain::InFluxFrame { .. });
         let (damping, follows) = match load {
-            LoadTorque::Proportional { coefficient_nm_s_per_rad: k } => {
+            LoadTorqueModel::Proportional { coefficient_nm_s_per_rad: k } => {
                 Bound::NotNegative.check("coefficient_nm_s_per_rad", k)?;
                 (basis.friction_rate.value() + k * basis.inverse_inertia.value(), false)
             }
-            LoadTorque::EqualToTorque => (basis.friction_rate.value(), true),
-            LoadTorque::Balanced => (0.0, true),
+            LoadTorqueModel::EqualToTorque => (basis.friction_rate.value(), true),
+            LoadTorqueModel::Balanced => (0.0, true),
         };
         let torque = match (boxed, follows) {
             (false, false) => Torque::Copied,

@@ -264,7 +264,7 @@ mod thau {
         for m in [JADOT_TABLE_I, MOTULATOR_2_2_KW] {
             let c = machine(&m).parameters().windings().derived(2);
             let truth = Truth::of(&machine(&m), &volts_per_hertz(&m, 40.0, 0.3 * m.rating.torque_nm, 1.3));
-            let thau = Thau::try_new(basis(&m, H), ThauGains::published(), LoadTorque::Balanced).unwrap();
+            let thau = Thau::try_new(basis(&m, H), ThauGains::published(), LoadTorqueModel::Balanced).unwrap();
             let kubota = Kubota::try_new(basis(&m, H), KubotaGains::without_feedback(0.0, c.mu / (c.n_p * c.beta))).unwrap();
             for (a, b) in truth.observe(&thau).iter().zip(&truth.observe(&kubota)) {
                 assert!((a.omega_m - b.omega_m).abs() < 1e-6, "{} {}", a.omega_m, b.omega_m);
@@ -281,8 +281,9 @@ mod thau {
         let p = im_model::TParameters { viscous_friction_nm_s_per_rad: 0.1 + k, ..m.parameters() };
         let loaded = Machine::base(p, 2).unwrap();
         let truth = Truth::of(&loaded, &volts_per_hertz(&m, 40.0, 0.0, 1.5));
-        let thau = Thau::try_new(basis(&m, H), ThauGains::published(), LoadTorque::Proportional { coefficient_nm_s_per_rad: k })
-            .unwrap();
+        let thau =
+            Thau::try_new(basis(&m, H), ThauGains::published(), LoadTorqueModel::Proportional { coefficient_nm_s_per_rad: k })
+                .unwrap();
         let e = truth.observe(&thau);
         // Two integrators of the same equations, 100 µs: their difference through a run-up.
         assert!(truth.speed_rms(&e, 0.0) < 0.05, "{}", truth.speed_rms(&e, 0.0));
@@ -309,7 +310,7 @@ mod thau {
         };
         for direction in [1.0, -1.0] {
             let truth = steady(&m, direction * 100.0, direction * 3.0, 1.6);
-            let observer = Thau::in_box(basis(&m, H), gains, LoadTorque::Balanced).unwrap();
+            let observer = Thau::in_box(basis(&m, H), gains, LoadTorqueModel::Balanced).unwrap();
             let first = truth.at(0.9);
             let state = observer.state_at(truth.flux[first], truth.recording.i_s[first], direction * 97.0);
             let e = truth.observe_from(&observer, first + 1, state);
@@ -342,7 +343,7 @@ mod thau {
         for direction in [1.0, -1.0] {
             let truth = steady(&m, direction * 100.0, direction * 3.0, 2.4);
             let euler = Discretization::ForwardEuler;
-            let observer = Thau::in_box_discretized(basis(&m, H), gains, LoadTorque::Balanced, euler).unwrap();
+            let observer = Thau::in_box_discretized(basis(&m, H), gains, LoadTorqueModel::Balanced, euler).unwrap();
             let first = truth.at(0.9);
             let state = observer.state_at(truth.flux[first], truth.recording.i_s[first], direction * 97.0);
             let e = truth.observe_from(&observer, first + 1, state);

@@ -53,7 +53,11 @@ fn scaled((omega, lambda, i): (f64, C, C), h: f64) -> (f64, C, C) {
 /// x̂ = x̂_p + hL(i − Cx̂): the error is that after the correction; by forward Euler, that before the sample. No measurement, no correction.
 #[test]
 fn thaus_correction_is_the_gain_times_the_error() {
-    for load in [LoadTorque::Proportional { coefficient_nm_s_per_rad: 0.1 }, LoadTorque::EqualToTorque, LoadTorque::Balanced] {
+    for load in [
+        LoadTorqueModel::Proportional { coefficient_nm_s_per_rad: 0.1 },
+        LoadTorqueModel::EqualToTorque,
+        LoadTorqueModel::Balanced,
+    ] {
         let make = |gain, how| Thau::discretized(basis(&M, H), ThauGains { gain }, load, how).unwrap();
         let run = |how, samples: &[Input<f64>]| (after(&make(L, how), samples), after(&make(ZERO, how), samples));
         let one = run(Discretization::Implicit, &[input(0)]);
@@ -88,7 +92,7 @@ fn boxed(scale: f64) -> ThauBoxGains {
 /// As at rest, but with error and correction on the axes of λ̂_p and the gain at the speed that its flux turns with.
 #[test]
 fn a_box_gain_corrects_along_and_across_the_flux() {
-    let run = |scale| after(&Thau::in_box(basis(&M, H), boxed(scale), LoadTorque::Balanced).unwrap(), &[input(0)]);
+    let run = |scale| after(&Thau::in_box(basis(&M, H), boxed(scale), LoadTorqueModel::Balanced).unwrap(), &[input(0)]);
     let (with, without) = (run(1.0), run(0.0));
     let c = M.parameters().windings().derived(M.pole_pairs);
     let (lambda, omega) = (without.0, without.2);
@@ -102,8 +106,9 @@ fn a_box_gain_corrects_along_and_across_the_flux() {
 #[test]
 fn forward_euler_with_a_box_gain_turns_with_the_flux() {
     let c = M.parameters().windings().derived(M.pole_pairs);
-    let euler =
-        |scale| Thau::in_box_discretized(basis(&M, H), boxed(scale), LoadTorque::Balanced, Discretization::ForwardEuler).unwrap();
+    let euler = |scale| {
+        Thau::in_box_discretized(basis(&M, H), boxed(scale), LoadTorqueModel::Balanced, Discretization::ForwardEuler).unwrap()
+    };
     for scale in [0.0, 1.0] {
         let (lambda, i, omega) = after(&euler(scale), &[input(0)]);
         let e = input(0).i_s - i;
@@ -232,7 +237,7 @@ fn a_sample_of_derdiyok_is_its_equations() {
 fn a_current_is_believed_up_to_its_limit() {
     let limits = Limits { current_max_a: 20.0, voltage_max_v: 300.0, ..Limits::of(&machine(&M), &M.rating) };
     let b = basis(&M, H).with_limits(limits).unwrap();
-    let o = Thau::try_new(b, ThauGains::published(), LoadTorque::EqualToTorque).unwrap();
+    let o = Thau::try_new(b, ThauGains::published(), LoadTorqueModel::EqualToTorque).unwrap();
     let status = |volts: f64, amperes: f64| {
         let mut x = o.state_at(BEFORE.0, BEFORE.1, BEFORE.2);
         o.step(&mut x, &Input::new(C::from_polar(volts, 1.0), C::from_polar(amperes, 2.0))).status
@@ -267,14 +272,14 @@ fn gains_out_of_bounds_are_named() {
         named(make(KubotaGains { proportional: bad, ..k }), "proportional");
         named(make(KubotaGains { integral: bad, ..k }), "integral");
         named(make(KubotaGains { fade_a: bad, ..k }), "fade_a");
-        let load = LoadTorque::Proportional { coefficient_nm_s_per_rad: bad };
+        let load = LoadTorqueModel::Proportional { coefficient_nm_s_per_rad: bad };
         named(Thau::try_new(b, ThauGains::published(), load).unwrap_err(), "coefficient_nm_s_per_rad");
         named(
-            Thau::in_box(b, ThauBoxGains { frame_rad_s: [bad, 100.0], ..boxed(1.0) }, LoadTorque::Balanced).unwrap_err(),
+            Thau::in_box(b, ThauBoxGains { frame_rad_s: [bad, 100.0], ..boxed(1.0) }, LoadTorqueModel::Balanced).unwrap_err(),
             "frame_rad_s (lower)",
         );
         named(
-            Thau::in_box(b, ThauBoxGains { frame_rad_s: [50.0, bad], ..boxed(1.0) }, LoadTorque::Balanced).unwrap_err(),
+            Thau::in_box(b, ThauBoxGains { frame_rad_s: [50.0, bad], ..boxed(1.0) }, LoadTorqueModel::Balanced).unwrap_err(),
             "frame_rad_s (upper)",
         );
     }

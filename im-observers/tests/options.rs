@@ -85,7 +85,7 @@ fn thaus_torque_loop_bounds_the_sampling_time() {
         other => panic!("{other}"),
     };
     let most = 1.0 / (H * (c.mu * c.n_p * c.beta).sqrt());
-    let thau = |flux: f64| Thau::try_new(with_flux(flux), ThauGains::published(), LoadTorque::EqualToTorque);
+    let thau = |flux: f64| Thau::try_new(with_flux(flux), ThauGains::published(), LoadTorqueModel::EqualToTorque);
     assert!(thau(0.999 * most).is_ok());
     assert!((limit(thau(1.25 * most).unwrap_err()) / (0.8 * H) - 1.0).abs() < 1e-9);
     // |L_ω| = 5 at 50 rad/s, 13 at 100: the larger end counts.
@@ -100,7 +100,7 @@ fn thaus_torque_loop_bounds_the_sampling_time() {
         gain_per_frame_speed: gains.gain_per_frame_speed.map(|r| r.map(|x| k * x)),
         ..gains
     };
-    let boxed = |k: f64| Thau::in_box(with_flux(2.0), scale(k), LoadTorque::EqualToTorque);
+    let boxed = |k: f64| Thau::in_box(with_flux(2.0), scale(k), LoadTorqueModel::EqualToTorque);
     let most = 1.0 / (H * H * 13.0 * c.n_p * c.beta * 2.0);
     assert!(boxed(0.999 * most).is_ok());
     assert!((limit(boxed(4.0 * most).unwrap_err()) / (0.5 * H) - 1.0).abs() < 1e-9);
@@ -149,7 +149,7 @@ fn forward_euler_sees_the_same_machine_as_the_trapezoid() {
     let runs = [Discretization::Implicit, Discretization::ForwardEuler].map(|d| {
         [
             run(&truth, &Kubota::discretized(b, gains, d).unwrap()),
-            run(&truth, &Thau::discretized(b, thau, LoadTorque::Balanced, d).unwrap()),
+            run(&truth, &Thau::discretized(b, thau, LoadTorqueModel::Balanced, d).unwrap()),
             run(&truth, &Derdiyok::discretized(b, derdiyok, d).unwrap()),
             run(&truth, &Utkin::discretized(b, utkin, d).unwrap()),
         ]
@@ -272,7 +272,7 @@ fn gains_and_limits_out_of_range_are_named() {
     told(Kubota::try_new(b, skewed).unwrap_err(), "form [x, -y; y, x]");
     let mut infinite = ThauGains::published();
     infinite.gain[2][1] = f64::INFINITY;
-    told(Thau::try_new(b, infinite, LoadTorque::Balanced).unwrap_err(), "gain = inf");
+    told(Thau::try_new(b, infinite, LoadTorqueModel::Balanced).unwrap_err(), "gain = inf");
     told(Basis::<f64>::try_new(&machine, &m.rating, 0.1).unwrap_err(), "sample_time_s = 0.1");
     let limits = Limits { flux_min_vs: 3.0, ..Limits::of(&machine, &m.rating) };
     told(b.with_limits(limits).unwrap_err(), "flux_min_vs");

@@ -27,8 +27,8 @@ fn all(b: Basis<f64>) -> Vec<Running> {
     let (p, i) = KubotaGains::speed_law(&machine, rating, 100.0);
     let euler = Kubota::discretized(b, KubotaGains::without_feedback(p, i), Discretization::ForwardEuler);
     all.push(Running::from_rest("Kubota, Euler", euler.unwrap()));
-    all.push(Running::from_rest("Thau in a box", Thau::in_box(b, boxed(), LoadTorque::Balanced).unwrap()));
-    let euler = Thau::in_box_discretized(b, boxed(), LoadTorque::Balanced, Discretization::ForwardEuler);
+    all.push(Running::from_rest("Thau in a box", Thau::in_box(b, boxed(), LoadTorqueModel::Balanced).unwrap()));
+    let euler = Thau::in_box_discretized(b, boxed(), LoadTorqueModel::Balanced, Discretization::ForwardEuler);
     all.push(Running::from_rest("Thau in a box, Euler", euler.unwrap()));
     let layer = UtkinGains { boundary_layer_avs: 5.0, ..UtkinGains::for_machine(&machine, rating) };
     all.push(Running::from_rest("Utkin, layer", Utkin::try_new(b, layer).unwrap()));
@@ -82,12 +82,12 @@ fn a_box_gain_is_taken_at_the_speed_of_the_flux() {
             gain: slope.map(|r| r.map(|x| -turns_at * x)),
             gain_per_frame_speed: slope,
         };
-        let o = Thau::in_box(wrong, gains, LoadTorque::Balanced).unwrap();
+        let o = Thau::in_box(wrong, gains, LoadTorqueModel::Balanced).unwrap();
         let e = truth.observe_from(&o, 1, truth.state(&o, 0));
         let none = Thau::in_box(
             wrong,
             ThauBoxGains { gain: [[0.0; 2]; 5], gain_per_frame_speed: [[0.0; 2]; 5], ..gains },
-            LoadTorque::Balanced,
+            LoadTorqueModel::Balanced,
         );
         let n = truth.observe_from(&none.unwrap(), 1, truth.state(&o, 0));
         // Balanced, and without a gain for it, the speed stays where it is put.

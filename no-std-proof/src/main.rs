@@ -17,7 +17,7 @@ use im_identify::online::{Identifier, KenneRotorResistance, KenneSettings, Sampl
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::{Bench, Complex, Drive, Effects, Machine, State, machines};
 use im_observers::{
-    Basis, CurrentModel, Derdiyok, DerdiyokGains, Input, Kubota, KubotaGains, LoadTorque, Observer, Thau, ThauGains, Utkin,
+    Basis, CurrentModel, Derdiyok, DerdiyokGains, Input, Kubota, KubotaGains, LoadTorqueModel, Observer, Thau, ThauGains, Utkin,
     UtkinGains,
 };
 
@@ -60,7 +60,7 @@ fn observed() -> Option<f32> {
     worst = worst.max(error(&machine, &Kubota::try_new(basis, KubotaGains::for_machine(&machine, &m.rating).ok()?).ok()?));
     worst = worst.max(error(&machine, &Derdiyok::try_new(basis, DerdiyokGains::for_machine(&machine, &m.rating)).ok()?));
     worst = worst.max(error(&machine, &Utkin::try_new(basis, UtkinGains::for_machine(&machine, &m.rating)).ok()?));
-    let thau = Thau::try_new(basis, ThauGains::published(), LoadTorque::EqualToTorque).ok()?;
+    let thau = Thau::try_new(basis, ThauGains::published(), LoadTorqueModel::EqualToTorque).ok()?;
     Some(worst.max(error(&machine, &thau)))
 }
 

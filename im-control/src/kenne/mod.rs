@@ -29,7 +29,7 @@ use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::error::ControlError;
 use crate::flux::{RotorFlux, RotorFluxModel};
 use crate::flying_start::{BeginsAt, Caught};
-use crate::load_torque::{LoadTorque, LoadTorqueObserver};
+use crate::load_torque::{LoadTorqueEstimate, LoadTorqueObserver};
 use crate::machine_data::MachineData;
 use crate::reference::Shaped;
 use crate::status::{DriveStatus, Reports};
@@ -57,7 +57,7 @@ pub struct Kenne<T> {
 #[derive(Clone, Copy, Debug)]
 struct State<T> {
     rotor: RotorFlux<T>,
-    load: LoadTorque<T>,
+    load: LoadTorqueEstimate<T>,
     direction: Complex<T>,
     current_integral: Complex<T>,
     /// v_e, V: what v̂ was found to lack.
@@ -109,7 +109,7 @@ impl<T: Scalar> Kenne<T> {
             current_max_a: machine.current_max_a,
             state: State {
                 rotor: RotorFlux::default(),
-                load: LoadTorque::default(),
+                load: LoadTorqueEstimate::default(),
                 direction: Complex::new(T::one(), o),
                 current_integral: z,
                 lacking: z,

@@ -10,8 +10,8 @@ use im_design::{DesignError, Machine, Plant, linalg, model};
 use im_model::Rating;
 use im_model::space_vector::{cross, unit};
 use im_observers::{
-    Basis, Derdiyok, DerdiyokGains, Discretization, Input, Kubota, KubotaGains, Limits, LoadTorque, Observer, Thau, ThauBoxGains,
-    ThauGains, Utkin, UtkinGains,
+    Basis, Derdiyok, DerdiyokGains, Discretization, Input, Kubota, KubotaGains, Limits, LoadTorqueModel, Observer, Thau,
+    ThauBoxGains, ThauGains, Utkin, UtkinGains,
 };
 use proptest::prelude::*;
 
@@ -278,7 +278,7 @@ proptest! {
         // ‖Δu₂‖ ≤ 2r‖e‖ for states within r in every coordinate: each entry of the Jacobian of u₂ is one of them.
         let r = 0.2 * d.lipschitz;
         let mut x: [f64; 5] = start.map(|s| 0.5 * r * s);
-        let observer = Thau::discretized(basis(&m, h, 10.0), ThauGains { gain: rows(&d.gain) }, LoadTorque::Proportional { coefficient_nm_s_per_rad: 0.0 }, Discretization::ForwardEuler).unwrap();
+        let observer = Thau::discretized(basis(&m, h, 10.0), ThauGains { gain: rows(&d.gain) }, LoadTorqueModel::Proportional { coefficient_nm_s_per_rad: 0.0 }, Discretization::ForwardEuler).unwrap();
         let y: [f64; 5] = std::array::from_fn(|k| x[k] + 0.1 * r * off[k]);
         let mut state = observer.state_at(C::new(y[1], y[2]), C::new(y[3], y[4]), y[0]);
         let mut before: Option<f64> = None;
@@ -313,7 +313,7 @@ proptest! {
         let gains = ThauBoxGains { frame_rad_s: d.region.frame_rad_s, gain: rows(&d.gain), gain_per_frame_speed: rows(&d.gain_per_frame_speed) };
         let fast = (&d.gain + &d.gain_per_frame_speed.scaled(&frame)).norm() + c.gamma + frame;
         let h = (0.1 / fast).clamp(1e-6, 2e-5);
-        let observer = Thau::in_box(basis(&m, h, 2.0), gains, LoadTorque::EqualToTorque).unwrap();
+        let observer = Thau::in_box(basis(&m, h, 2.0), gains, LoadTorqueModel::EqualToTorque).unwrap();
         let (_, mut x) = simulation::steady_voltage(&c, speed, slip, flux, 0.0);
         // Two observers: their distance has no part of what holding the voltage costs. Small, so that the mean is the machine.
         let small = [0.01 * c.eta / c.n_p, 1e-3, 1e-3, 1e-3 * c.beta, 1e-3 * c.beta];
@@ -355,7 +355,7 @@ proptest! {
         let (frame, slip) = (between(d.region.frame_rad_s, at[0]), between(d.region.slip_rad_s, at[1]));
         let gains = ThauBoxGains { frame_rad_s: d.region.frame_rad_s, gain: rows(&d.gain), gain_per_frame_speed: rows(&d.gain_per_frame_speed) };
         // A load torque that is the machine's own: its speed falls with friction alone.
-        let observer = Thau::in_box_discretized(basis(&m, h, 2.0), gains, LoadTorque::EqualToTorque, Discretization::ForwardEuler).unwrap();
+        let observer = Thau::in_box_discretized(basis(&m, h, 2.0), gains, LoadTorqueModel::EqualToTorque, Discretization::ForwardEuler).unwrap();
         let (_, x) = simulation::steady_voltage(&c, (frame - slip) / c.n_p, slip, 0.95, 0.0);
         let (mut omega, mut lambda, mut i) = (x[0], C::new(x[1], x[2]), C::new(x[3], x[4]));
         // Small beside the slips of the box, as a current error turns the frame by what the gain makes of it.

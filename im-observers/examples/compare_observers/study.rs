@@ -144,10 +144,12 @@ impl Maker {
                 Running::from_rest(name, Utkin::try_new(basis, UtkinGains::for_machine(&believed, rating)).expect("fits"))
             }
             Kind::ThauPublished => {
-                let thau = Thau::try_new(basis, ThauGains::published(), LoadTorque::EqualToTorque);
+                let thau = Thau::try_new(basis, ThauGains::published(), LoadTorqueModel::EqualToTorque);
                 Running::from_rest(name, thau.expect("fits"))
             }
-            Kind::ThauBox => Running::from_rest(name, Thau::in_box(basis, self.box_gains, LoadTorque::Balanced).expect("fits")),
+            Kind::ThauBox => {
+                Running::from_rest(name, Thau::in_box(basis, self.box_gains, LoadTorqueModel::Balanced).expect("fits"))
+            }
         }
     }
 

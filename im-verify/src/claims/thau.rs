@@ -5,7 +5,7 @@ use im_design::matrix::Matrix;
 use im_design::{linalg, model, thau};
 use im_model::space_vector::unit;
 use im_model::state_space::StateSpace;
-use im_observers::{Basis, Estimate, Input, Kubota, KubotaGains, LoadTorque, Observer, Thau, ThauGains};
+use im_observers::{Basis, Estimate, Input, Kubota, KubotaGains, LoadTorqueModel, Observer, Thau, ThauGains};
 
 use crate::claim::{C, Case, Claim, Cost, Found, Paper};
 use crate::properties::{RunUp, Steady, observer};
@@ -162,7 +162,7 @@ fn condition_15_in_operation(case: &Case) -> Verdict {
     Verdict::at_most("‖Δu₂‖/‖e‖ over the bound of (15)", change.norm() / size / bound.kappa, 1.0)
 }
 
-fn observer_of(case: &Case, load: LoadTorque, sample_time_s: f64) -> Result<Thau<f64>, Verdict> {
+fn observer_of(case: &Case, load: LoadTorqueModel, sample_time_s: f64) -> Result<Thau<f64>, Verdict> {
     let basis = Basis::try_new(case.machine(), case.rating(), sample_time_s);
     basis.and_then(|b| Thau::try_new(b, ThauGains::published(), load)).map_err(Verdict::refused)
 }
@@ -173,7 +173,7 @@ const FINE: f64 = 2e-5;
 fn follows_from_the_same_state(case: &Case) -> Verdict {
     let [load, frequency] = case.values();
     let coefficient_nm_s_per_rad = load * case.rating().torque_nm / case.speed();
-    let thau = match observer_of(case, LoadTorque::Proportional { coefficient_nm_s_per_rad }, FINE) {
+    let thau = match observer_of(case, LoadTorqueModel::Proportional { coefficient_nm_s_per_rad }, FINE) {
         Ok(thau) => thau,
         // The torque loop of a machine of very small inertia is too fast for 100 µs.
         Err(_) => return Verdict::Outside,
@@ -190,7 +190,7 @@ fn follows_from_the_same_state(case: &Case) -> Verdict {
 fn tracks_from_rest(case: &Case) -> Verdict {
     let [speed, slip] = case.values();
     let truth = Steady::new(case, speed * case.speed(), slip * case.slip(), case.rating().rotor_flux_vs, 0.0, 1e-4);
-    let thau = match observer_of(case, LoadTorque::EqualToTorque, 1e-4) {
+    let thau = match observer_of(case, LoadTorqueModel::EqualToTorque, 1e-4) {
         Ok(thau) => thau,
         Err(_) => return Verdict::Outside,
     };
@@ -207,7 +207,7 @@ fn tracks_from_rest(case: &Case) -> Verdict {
 fn differs_from_kubota(case: &Case) -> Verdict {
     let [speed, slip] = case.values();
     let truth = Steady::new(case, speed * case.speed(), slip * case.slip(), case.rating().rotor_flux_vs, 0.0, 1e-4);
-    let Ok(thau) = observer_of(case, LoadTorque::Balanced, 1e-4) else { return Verdict::Outside };
+    let Ok(thau) = observer_of(case, LoadTorqueModel::Balanced, 1e-4) else { return Verdict::Outside };
     let c = case.constants();
     let law = KubotaGains::without_feedback(0.0, c.mu / (c.n_p * c.beta));
     let kubota = match Basis::try_new(case.machine(), case.rating(), 1e-4).and_then(|b| Kubota::try_new(b, law)) {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use im_model::MotorFile;
 use im_observers::{
-    Basis, Derdiyok, DerdiyokGains, Discretization, Kubota, KubotaGains, LoadTorque, ObserverError, Thau, ThauBoxGains,
+    Basis, Derdiyok, DerdiyokGains, Discretization, Kubota, KubotaGains, LoadTorqueModel, ObserverError, Thau, ThauBoxGains,
     ThauGains, Utkin, UtkinGains,
 };
 
@@ -122,24 +122,24 @@ impl Gains {
 
     pub fn thau(&self, basis: Basis<f64>, load_coefficient: Option<f64>) -> Result<Thau<f64>, Refused> {
         let law = |other| match load_coefficient {
-            Some(coefficient_nm_s_per_rad) => LoadTorque::Proportional { coefficient_nm_s_per_rad },
+            Some(coefficient_nm_s_per_rad) => LoadTorqueModel::Proportional { coefficient_nm_s_per_rad },
             None => other,
         };
         let table = self.table(&["thau_box", "sampled_thau_box", "thau", "sampled_thau"])?;
         let rule = discretization(&table, &basis)?;
         Ok(match table {
-            None => Thau::try_new(basis, ThauGains::published(), law(LoadTorque::EqualToTorque))?,
+            None => Thau::try_new(basis, ThauGains::published(), law(LoadTorqueModel::EqualToTorque))?,
             Some(t) if t.name.ends_with("_box") => {
                 let gains = ThauBoxGains {
                     frame_rad_s: t.range("frame_rad_s")?,
                     gain: t.matrix("gain")?,
                     gain_per_frame_speed: t.matrix("gain_per_frame_speed")?,
                 };
-                Thau::in_box_discretized(basis, gains, law(LoadTorque::Balanced), rule)?
+                Thau::in_box_discretized(basis, gains, law(LoadTorqueModel::Balanced), rule)?
             }
             Some(t) => {
                 let gains = ThauGains { gain: t.matrix("gain")? };
-                Thau::discretized(basis, gains, law(LoadTorque::EqualToTorque), rule)?
+                Thau::discretized(basis, gains, law(LoadTorqueModel::EqualToTorque), rule)?
             }
         })
     }
