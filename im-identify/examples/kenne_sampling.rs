@@ -11,7 +11,7 @@ use im_model::space_vector::unit;
 use im_model::{Complex, Drive, Held, Machine, Plant, WindingParameters, steady_state};
 
 /// A case of the table.
-struct Case {
+struct Setting {
     h: f64,
     gain: f64,
     noise: f64,
@@ -29,7 +29,7 @@ fn uniform(seed: &mut u64) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
-fn known(w: &WindingParameters<f64>, case: &Case) -> WindingParameters<f64> {
+fn known(w: &WindingParameters<f64>, case: &Setting) -> WindingParameters<f64> {
     let sigma = 1.0 - w.mutual_inductance_h.powi(2) / (w.stator_inductance_h * w.rotor_inductance_h);
     let (l_s, l_r) = (w.stator_inductance_h * case.main, w.rotor_inductance_h * case.main);
     WindingParameters {
@@ -41,7 +41,7 @@ fn known(w: &WindingParameters<f64>, case: &Case) -> WindingParameters<f64> {
 }
 
 /// Time to 98 %, mean and standard deviation, relative to R_r.
-fn run(case: &Case) -> [f64; 3] {
+fn run(case: &Setting) -> [f64; 3] {
     let m = KENNE_APPENDIX_II;
     let p = m.parameters();
     let r_r = p.rotor_resistance_ohm;
@@ -89,7 +89,7 @@ fn run(case: &Case) -> [f64; 3] {
 fn main() {
     println!("| h, µs | Γ, 1/s | noise | inductances known | 98 % after, ms | mean | standard deviation |");
     println!("| --- | --- | --- | --- | --- | --- | --- |");
-    let row = |case: Case, name: &str| {
+    let row = |case: Setting, name: &str| {
         let [reached, mean, deviation] = run(&case);
         let reached = if reached.is_nan() { "never".to_owned() } else { format!("{:.0}", 1e3 * reached) };
         let (h, noise) = (1e6 * case.h, 100.0 * case.noise);
@@ -98,7 +98,7 @@ fn main() {
     for noise in [0.0, 0.08] {
         for h in [10e-6, 50e-6, 106e-6, 200e-6] {
             for gain in [31_000.0, 1000.0, 300.0] {
-                row(Case { h, gain, noise, main: 1.0, leakage: 1.0 }, "right");
+                row(Setting { h, gain, noise, main: 1.0, leakage: 1.0 }, "right");
             }
         }
     }
@@ -109,7 +109,7 @@ fn main() {
         (1.0, 0.9, "σ − 10 %"),
         (1.2, 1.0, "all + 20 %"),
     ] {
-        row(Case { h: 106e-6, gain: 300.0, noise: 0.0, main, leakage }, name);
+        row(Setting { h: 106e-6, gain: 300.0, noise: 0.0, main, leakage }, name);
     }
-    row(Case { h: 106e-6, gain: 300.0, noise: 0.08, main: 1.1, leakage: 0.9 }, "all + 10 %, σ − 10 %");
+    row(Setting { h: 106e-6, gain: 300.0, noise: 0.08, main: 1.1, leakage: 0.9 }, "all + 10 %, σ − 10 %");
 }

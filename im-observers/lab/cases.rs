@@ -33,13 +33,13 @@ pub fn load<T: Scalar>() -> Load<T> {
 }
 
 /// A case: an observer with its state at the beginning of the samples.
-pub struct Case<T: Scalar, O: Observer<T>> {
+pub struct BenchCase<T: Scalar, O: Observer<T>> {
     pub observer: O,
     pub state: O::State,
     pub checksum: core::marker::PhantomData<T>,
 }
 
-impl<T: Scalar, O: Observer<T>> Case<T, O> {
+impl<T: Scalar, O: Observer<T>> BenchCase<T, O> {
     fn new(observer: O, load: &Load<T>) -> Self {
         let state = observer.state_at(load.flux, load.current, load.speed);
         Self { observer, state, checksum: core::marker::PhantomData }
@@ -69,47 +69,47 @@ fn machine() -> Machine<f64> {
     Machine::try_new(m.parameters(), m.pole_pairs, e).expect("valid")
 }
 
-pub fn current_model<T: Scalar>(l: &Load<T>) -> Case<T, CurrentModel<T>> {
-    Case::new(CurrentModel::new(basis()), l)
+pub fn current_model<T: Scalar>(l: &Load<T>) -> BenchCase<T, CurrentModel<T>> {
+    BenchCase::new(CurrentModel::new(basis()), l)
 }
 
 fn kubota_gains() -> KubotaGains {
     KubotaGains::for_machine(&machine(), &MOTULATOR_2_2_KW.rating).expect("valid")
 }
 
-pub fn kubota<T: Scalar>(l: &Load<T>) -> Case<T, Kubota<T>> {
-    Case::new(Kubota::try_new(basis(), kubota_gains()).expect("fits"), l)
+pub fn kubota<T: Scalar>(l: &Load<T>) -> BenchCase<T, Kubota<T>> {
+    BenchCase::new(Kubota::try_new(basis(), kubota_gains()).expect("fits"), l)
 }
 
-pub fn kubota_euler<T: Scalar>(l: &Load<T>) -> Case<T, Kubota<T>> {
+pub fn kubota_euler<T: Scalar>(l: &Load<T>) -> BenchCase<T, Kubota<T>> {
     let gains = KubotaGains { gain: [[0.0; 2]; 4], gain_per_speed: [[0.0; 2]; 4], ..kubota_gains() };
-    Case::new(Kubota::discretized(basis(), gains, Discretization::ForwardEuler).expect("fits"), l)
+    BenchCase::new(Kubota::discretized(basis(), gains, Discretization::ForwardEuler).expect("fits"), l)
 }
 
 /// With everything on: saturation-aware and dead time compensated.
-pub fn kubota_full<T: Scalar>(l: &Load<T>) -> Case<T, Kubota<T>> {
+pub fn kubota_full<T: Scalar>(l: &Load<T>) -> BenchCase<T, Kubota<T>> {
     let inverter = InverterNonlinearity { voltage_v: 3.0, zero_crossing_current_a: 0.1 };
     let basis = basis().with_saturation(&machine()).with_inverter(inverter).expect("valid");
-    Case::new(Kubota::try_new(basis, kubota_gains()).expect("fits"), l)
+    BenchCase::new(Kubota::try_new(basis, kubota_gains()).expect("fits"), l)
 }
 
-pub fn derdiyok<T: Scalar>(l: &Load<T>) -> Case<T, Derdiyok<T>> {
+pub fn derdiyok<T: Scalar>(l: &Load<T>) -> BenchCase<T, Derdiyok<T>> {
     let gains = DerdiyokGains::for_machine(&machine(), &MOTULATOR_2_2_KW.rating);
-    Case::new(Derdiyok::try_new(basis(), gains).expect("fits"), l)
+    BenchCase::new(Derdiyok::try_new(basis(), gains).expect("fits"), l)
 }
 
-pub fn utkin<T: Scalar>(l: &Load<T>) -> Case<T, Utkin<T>> {
-    Case::new(Utkin::try_new(basis(), UtkinGains::for_machine(&machine(), &MOTULATOR_2_2_KW.rating)).expect("fits"), l)
+pub fn utkin<T: Scalar>(l: &Load<T>) -> BenchCase<T, Utkin<T>> {
+    BenchCase::new(Utkin::try_new(basis(), UtkinGains::for_machine(&machine(), &MOTULATOR_2_2_KW.rating)).expect("fits"), l)
 }
 
-pub fn thau<T: Scalar>(l: &Load<T>) -> Case<T, Thau<T>> {
-    Case::new(Thau::try_new(basis(), ThauGains::published(), LoadTorqueModel::EqualToTorque).expect("fits"), l)
+pub fn thau<T: Scalar>(l: &Load<T>) -> BenchCase<T, Thau<T>> {
+    BenchCase::new(Thau::try_new(basis(), ThauGains::published(), LoadTorqueModel::EqualToTorque).expect("fits"), l)
 }
 
 /// Cost does not depend on the numbers of the gain.
-pub fn thau_box<T: Scalar>(l: &Load<T>) -> Case<T, Thau<T>> {
+pub fn thau_box<T: Scalar>(l: &Load<T>) -> BenchCase<T, Thau<T>> {
     let gain = [[0.1, 20.0], [1.0, 0.1], [0.1, 1.0], [100.0, 1.0], [-1.0, 100.0]];
     let slope = gain.map(|r| r.map(|x| 1e-4 * x));
     let gains = ThauBoxGains { frame_rad_s: [60.0, 400.0], gain, gain_per_frame_speed: slope };
-    Case::new(Thau::in_box(basis(), gains, LoadTorqueModel::Balanced).expect("fits"), l)
+    BenchCase::new(Thau::in_box(basis(), gains, LoadTorqueModel::Balanced).expect("fits"), l)
 }

@@ -4,14 +4,14 @@ use std::fmt::Write;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use im_diagnose::case::Case as DiagnosisCase;
+use im_diagnose::case::Case;
 use im_diagnose::diagnosis::{Diagnosis, Step, Verdict, diagnose};
 use im_diagnose::refine::Options;
 use im_model::{Complex, EffectId, MotorFile, Recording};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::hidden::{Case, EffectKind, Excitation, Machine, Noise, Part, Strength, Table, Trial, simulate};
+use crate::hidden::{EffectKind, Excitation, Machine, Noise, Part, Strength, Table, Trial, TrialCase, simulate};
 
 /// A table as the tool reads it.
 pub fn recording(name: &str, t: &Table) -> Recording {
@@ -28,10 +28,10 @@ pub fn recording(name: &str, t: &Table) -> Recording {
 }
 
 /// The trial as a case: motor file, training and held-out recordings, nothing else.
-pub fn case_of(trial: &Trial) -> DiagnosisCase {
+pub fn case_of(trial: &Trial) -> Case {
     let motor = MotorFile::parse(&trial.motor_toml, "motor.toml").expect("the simulator writes valid motor files");
     let train: Vec<Recording> = trial.train.iter().enumerate().map(|(k, t)| recording(&format!("train{}", k + 1), t)).collect();
-    DiagnosisCase::new(motor, &train, Some(&recording("holdout", &trial.holdout)))
+    Case::new(motor, &train, Some(&recording("holdout", &trial.holdout)))
 }
 
 /// How a trial ended.
@@ -89,7 +89,7 @@ impl Outcome {
 ///
 /// # Errors
 /// The text of what the tool refused.
-pub fn run(case: &Case) -> Result<(Outcome, Diagnosis), String> {
+pub fn run(case: &TrialCase) -> Result<(Outcome, Diagnosis), String> {
     let trial = simulate(case);
     let diagnosis = diagnose(case_of(&trial), Options::default()).map_err(|e| e.to_string())?;
     let hidden: Vec<String> = case.effects.iter().map(|(k, _)| k.name().into()).collect();
@@ -123,7 +123,7 @@ pub struct Planned {
     /// What is hidden, in words.
     pub name: String,
     /// The case.
-    pub case: Case,
+    pub case: TrialCase,
 }
 
 impl Planned {
@@ -174,13 +174,13 @@ pub fn plan(seeds: u64) -> Vec<Planned> {
         for (k, kind) in EffectKind::ALL.iter().enumerate() {
             for (group, strength) in strengths {
                 let m = machine(k, 5) + group.len();
-                let case = Case::new(m % Machine::COUNT, &[(*kind, strength)], 100 + seed);
+                let case = TrialCase::new(m % Machine::COUNT, &[(*kind, strength)], 100 + seed);
                 add(if kind.in_library() { group } else { "outside" }, format!("{} {group}", kind.name()), case);
             }
         }
         for m in 0..Machine::COUNT {
-            add("clean", "nothing".into(), Case::new(m, &[], 300 + seed));
-            let mut case = Case::new(m, &[], 400 + seed);
+            add("clean", "nothing".into(), TrialCase::new(m, &[], 300 + seed));
+            let mut case = TrialCase::new(m, &[], 400 + seed);
             case.noise = Noise::coloured(0.9);
             add("coloured", "nothing".into(), case);
         }
@@ -188,17 +188,17 @@ pub fn plan(seeds: u64) -> Vec<Planned> {
             let other = |step: usize| quick[(k + step + seed as usize) % quick.len()];
             let (a, b) = (other(3), other(7));
             let two = [(first, Strength::Strong), (a, Strength::Medium)];
-            add("pairs", format!("{} + {}", first.name(), a.name()), Case::new(machine(k, 7), &two, 500 + seed));
+            add("pairs", format!("{} + {}", first.name(), a.name()), TrialCase::new(machine(k, 7), &two, 500 + seed));
             if a != b && b != first {
                 let three = [two[0], two[1], (b, Strength::Medium)];
                 let name = format!("{} + {} + {}", first.name(), a.name(), b.name());
-                add("triples", name, Case::new(machine(k, 3), &three, 600 + seed));
+                add("triples", name, TrialCase::new(machine(k, 3), &three, 600 + seed));
             }
         }
         for (k, &kind) in quick.iter().enumerate() {
             let still = if kind.has_frequencies_of_its_own() { "steady" } else { "poor" };
             for (group, excitation) in [("ramp", Excitation::Ramp), (still, Excitation::Steady)] {
-                let mut case = Case::new(machine(k, 5), &[(kind, Strength::Medium)], 700 + seed);
+                let mut case = TrialCase::new(machine(k, 5), &[(kind, Strength::Medium)], 700 + seed);
                 case.excitation = excitation;
                 add(group, kind.name().into(), case);
             }

@@ -6,7 +6,7 @@ use im_design::plot::{Series, chart};
 use im_model::Complex;
 use im_observers::{Basis, CurrentModel, Estimate, Input, Observer};
 use im_verify::properties::{Steady, observer};
-use im_verify::{C, Case, Claim, Cost, Found, Machines, Paper, Row, Shard, Variable, Verdict};
+use im_verify::{C, Claim, ClaimCase, Cost, Found, Machines, Paper, Row, Shard, Variable, Verdict};
 
 /// The current model, with a low-pass on the speed that it is shown: does it still converge at η?
 struct Mine(CurrentModel<f64>);
@@ -27,7 +27,7 @@ impl Observer<f64> for Mine {
 const VARIABLES: [Variable; 3] =
     [Variable::even("speed_share", -1.0, 1.0), Variable::even("flux_error_share", 0.02, 0.3), Variable::angle("angle_rad")];
 
-fn check(case: &Case) -> Verdict {
+fn check(case: &ClaimCase) -> Verdict {
     let [speed, error, angle] = case.values();
     let flux = case.rating().rotor_flux_vs;
     let mine = Mine(CurrentModel::new(Basis::try_new(case.machine(), case.rating(), 1e-4).expect("100 µs is in range")));

@@ -141,7 +141,7 @@ pub struct Claim {
     /// What varies besides the machine.
     pub variables: &'static [Variable],
     /// The property.
-    pub check: fn(&Case) -> Verdict,
+    pub check: fn(&ClaimCase) -> Verdict,
 }
 
 /// Where a case lies: values of [`MACHINE`], if the machine is a random one, and of the claim's variables.
@@ -155,13 +155,13 @@ pub struct Point {
 
 /// A machine and values: all that a property needs.
 #[derive(Clone, Debug)]
-pub struct Case {
+pub struct ClaimCase {
     /// The machine.
     pub subject: Subject,
     values: Vec<f64>,
 }
 
-impl Case {
+impl ClaimCase {
     /// The values of the claim's variables, in their order.
     ///
     /// # Panics
@@ -231,12 +231,12 @@ impl Claim {
         }
     }
 
-    fn case(&self, point: &Point, machines: &Machines) -> Result<Case, String> {
+    fn case(&self, point: &Point, machines: &Machines) -> Result<ClaimCase, String> {
         let subject = match (&point.machine, machines) {
             (Some(values), _) => Subject::random(values).map_err(|e| e.to_string())?,
             (None, Machines::One(subject)) => Subject::clone(subject),
             (None, Machines::Random) => return Err("the case names no machine".into()),
         };
-        Ok(Case { subject, values: point.values.clone() })
+        Ok(ClaimCase { subject, values: point.values.clone() })
     }
 }

@@ -26,7 +26,7 @@ mod variable;
 mod verdict;
 
 pub use campaign::{Block, Campaign, KEPT, Shard};
-pub use claim::{C, Case, Claim, Cost, Found, Paper, Point};
+pub use claim::{C, Claim, ClaimCase, Cost, Found, Paper, Point};
 pub use journal::{Journal, JournalError};
 pub use random::Draws;
 pub use shrink::shrunk;

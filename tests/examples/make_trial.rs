@@ -4,7 +4,7 @@
 //!
 //! EFFECTS: identifiers joined by commas, or `none`, or `list` alone to print them. STRENGTH: weak, medium, strong or a multiple of strong.
 
-use im_tests::hidden::{Case, EffectKind, Excitation, Machine, Noise, Sampling, Strength, simulate};
+use im_tests::hidden::{EffectKind, Excitation, Machine, Noise, Sampling, Strength, TrialCase, simulate};
 use std::error::Error;
 use std::path::Path;
 
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if machine >= Machine::COUNT {
         return Err(format!("machine {machine}: there are {}, from 0", Machine::COUNT).into());
     }
-    let mut case = Case::new(machine, &effects, seed.parse()?);
+    let mut case = TrialCase::new(machine, &effects, seed.parse()?);
     for word in more {
         match word.as_str() {
             "ramp" => case.excitation = Excitation::Ramp,

@@ -9,7 +9,7 @@ use im_diagnose::refine::Options;
 use im_model::effects::CustomId;
 use im_model::{EffectId, ParameterId};
 use im_tests::campaign::case_of;
-use im_tests::hidden::{Case, EffectKind, Strength, simulate};
+use im_tests::hidden::{EffectKind, Strength, TrialCase, simulate};
 use im_tests::own_effect::TachometerScaleEffect;
 
 fn tell(d: &Diagnosis) {
@@ -24,7 +24,7 @@ fn tell(d: &Diagnosis) {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Recordings of a machine whose tachometer shows too much; nothing below is told so.
-    let trial = simulate(&Case::new(4, &[(EffectKind::SpeedSensorScale, Strength::Strong)], 11));
+    let trial = simulate(&TrialCase::new(4, &[(EffectKind::SpeedSensorScale, Strength::Strong)], 11));
 
     println!("with the library alone:");
     let alone = diagnose(case_of(&trial), Options::default())?;

@@ -5,7 +5,7 @@ use im_diagnose::refine::Options;
 use im_model::effects::CustomId;
 use im_model::{EffectId, ParameterId};
 use im_tests::campaign::{case_of, run};
-use im_tests::hidden::{Case, EffectKind, Excitation, Noise, Strength, simulate};
+use im_tests::hidden::{EffectKind, Excitation, Noise, Strength, TrialCase, simulate};
 use im_tests::own_effect::TachometerScaleEffect;
 
 /// One strong effect at a time, on machines from small to large: named, and nothing else beside it.
@@ -21,7 +21,7 @@ fn a_strong_effect_is_named_alone() {
         (3, E::LoadTorqueRipple),
     ];
     for (machine, kind) in cases {
-        let (o, _) = run(&Case::new(machine, &[(kind, Strength::Strong)], 100)).unwrap();
+        let (o, _) = run(&TrialCase::new(machine, &[(kind, Strength::Strong)], 100)).unwrap();
         assert!(o.exact(), "{}: {:?} {:?}", kind.name(), o.verdict, o.named);
         assert!(o.holdout.1 < 1.15, "{}: held out {:?}", kind.name(), o.holdout);
     }
@@ -30,7 +30,7 @@ fn a_strong_effect_is_named_alone() {
 #[test]
 fn nothing_is_found_where_nothing_is_hidden() {
     for machine in [1, 5, 8] {
-        let (o, _) = run(&Case::new(machine, &[], 21)).unwrap();
+        let (o, _) = run(&TrialCase::new(machine, &[], 21)).unwrap();
         assert!(o.named.is_empty() && o.verdict.name() == "adequate", "machine {machine}: {:?} {:?}", o.verdict, o.named);
     }
 }
@@ -39,7 +39,7 @@ fn nothing_is_found_where_nothing_is_hidden() {
 #[test]
 fn coloured_noise_is_no_effect() {
     for machine in [2, 7] {
-        let mut case = Case::new(machine, &[], 31);
+        let mut case = TrialCase::new(machine, &[], 31);
         case.noise = Noise::coloured(0.9);
         let (o, _) = run(&case).unwrap();
         assert!(o.named.is_empty(), "machine {machine}: {:?}", o.named);
@@ -51,7 +51,7 @@ fn coloured_noise_is_no_effect() {
 #[test]
 fn poor_excitation_is_not_decided() {
     for (machine, kind) in [(0, EffectKind::MainFluxSaturation), (2, EffectKind::VoltageDelay)] {
-        let mut case = Case::new(machine, &[(kind, Strength::Medium)], 700);
+        let mut case = TrialCase::new(machine, &[(kind, Strength::Medium)], 700);
         case.excitation = Excitation::Steady;
         let (o, _) = run(&case).unwrap();
         assert!(["inconclusive", "confounded"].contains(&o.verdict.name()), "{}: {:?} {:?}", kind.name(), o.verdict, o.named);
@@ -61,7 +61,7 @@ fn poor_excitation_is_not_decided() {
 #[test]
 fn two_effects_are_taken_apart() {
     let effects = [(EffectKind::MainFluxSaturation, Strength::Medium), (EffectKind::InverterNonlinearity, Strength::Medium)];
-    let (o, _) = run(&Case::new(4, &effects, 7)).unwrap();
+    let (o, _) = run(&TrialCase::new(4, &effects, 7)).unwrap();
     assert!(o.exact(), "{:?} {:?}", o.verdict, o.named);
 }
 
@@ -69,7 +69,7 @@ fn two_effects_are_taken_apart() {
 #[test]
 fn effects_that_hide_each_other_are_found_together() {
     let effects = [(EffectKind::IronLoss, Strength::Strong), (EffectKind::VoltageDelay, Strength::Medium)];
-    let (o, _) = run(&Case::new(2, &effects, 501)).unwrap();
+    let (o, _) = run(&TrialCase::new(2, &effects, 501)).unwrap();
     assert!(o.exact(), "{:?} {:?}", o.verdict, o.named);
     assert!(o.holdout.1 < 1.1, "held out {:?}", o.holdout);
 }
@@ -80,7 +80,7 @@ fn a_stand_in_gives_way_to_the_two_effects_it_stands_for() {
     use EffectKind as E;
     let effects =
         [(E::VoltageGain, Strength::Strong), (E::StatorAsymmetry, Strength::Medium), (E::MainFluxSaturation, Strength::Medium)];
-    let (o, _) = run(&Case::new(5, &effects, 601)).unwrap();
+    let (o, _) = run(&TrialCase::new(5, &effects, 601)).unwrap();
     assert_eq!(o.false_additions(), 0, "{:?} {:?}", o.named, o.alternatives);
     assert!(o.named.len() == 3 && o.holdout.1 < 1.2, "{:?} held out {:?}", o.named, o.holdout);
 }
@@ -88,7 +88,7 @@ fn a_stand_in_gives_way_to_the_two_effects_it_stands_for() {
 /// A voltage gain and a common current gain scale torque alike: nothing in a recording tells them apart.
 #[test]
 fn what_cannot_be_told_apart_is_said_so() {
-    let (o, _) = run(&Case::new(1, &[(EffectKind::VoltageGain, Strength::Strong)], 100)).unwrap();
+    let (o, _) = run(&TrialCase::new(1, &[(EffectKind::VoltageGain, Strength::Strong)], 100)).unwrap();
     assert_eq!(o.verdict.name(), "confounded");
     let all: Vec<&String> = o.named.iter().chain(o.alternatives.iter().flatten()).collect();
     assert!(["voltage_gain", "current_sensor_gain"].iter().all(|rival| all.iter().any(|a| a == rival)), "{all:?}");
@@ -97,7 +97,7 @@ fn what_cannot_be_told_apart_is_said_so() {
 /// The library does not hold a wrong tachometer scale; written by a user, it takes part like a built-in effect.
 #[test]
 fn an_effect_of_the_users_own_is_found() {
-    let trial = simulate(&Case::new(4, &[(EffectKind::SpeedSensorScale, Strength::Medium)], 11));
+    let trial = simulate(&TrialCase::new(4, &[(EffectKind::SpeedSensorScale, Strength::Medium)], 11));
     let own = CustomId(&TachometerScaleEffect);
     let mut case = case_of(&trial);
     let machine = &case.motor.machine;

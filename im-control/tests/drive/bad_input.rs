@@ -6,7 +6,7 @@ use im_model::simulation::{Command, Controller, Measured, Reference, Simulation}
 use im_model::{Complex, Machine, machines};
 use proptest::prelude::*;
 
-use crate::common::{Case, points};
+use crate::common::{DriveCase, points};
 
 /// Spoils what passes between machine and drive.
 struct Spoiled<'a, F> {
@@ -31,10 +31,10 @@ impl<F: FnMut(usize, &mut Measured<f64>, &mut Reference<f64>)> Controller<f64> f
     }
 }
 
-fn case() -> (Machine<f64>, Case) {
+fn case() -> (Machine<f64>, DriveCase) {
     let m = machines::JADOT_TABLE_I;
     let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
-    let case = Case::new(&machine, &m.rating, 0.0);
+    let case = DriveCase::new(&machine, &m.rating, 0.0);
     (machine, case)
 }
 

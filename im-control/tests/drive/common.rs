@@ -7,14 +7,14 @@ use im_model::{Machine, Rating};
 
 /// What a test needs to know of a machine and its drive.
 #[derive(Clone, Copy)]
-pub struct Case {
+pub struct DriveCase {
     pub known: MachineData<f64>,
     pub rating: Rating,
     pub dc_voltage_v: f64,
     pub sample_time_s: f64,
 }
 
-impl Case {
+impl DriveCase {
     /// A drive for a machine: 1.5 times rated current; a dc link that gives the rated voltage with a twelfth to spare.
     pub fn new(machine: &Machine<f64>, rating: &Rating, delay_s: f64) -> Self {
         let current = 1.5 * rating.current_peak_a(machine.parameters(), machine.pole_pairs());

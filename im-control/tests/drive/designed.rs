@@ -7,7 +7,7 @@ use im_design::kenne::{KenneRegion, design};
 use im_model::simulation::Simulation;
 use im_model::{BaseParameter, Machine, ParameterId, machines};
 
-use crate::common::{Case, points};
+use crate::common::{DriveCase, points};
 
 fn region() -> KenneRegion {
     KenneRegion {
@@ -28,7 +28,7 @@ fn region() -> KenneRegion {
 fn designed_gains_hold_on_the_corners_of_their_region() {
     let m = machines::JADOT_TABLE_I;
     let base = Machine::base(m.parameters(), m.pole_pairs).unwrap();
-    let case = Case::new(&base, &m.rating, 0.0);
+    let case = DriveCase::new(&base, &m.rating, 0.0);
     let (proven, certificate) = design(Plant::Machine(im_design::Machine::jadot_table_i()), &region(), 0.05).unwrap();
     certificate.check().unwrap();
     let mut gains = KenneGains::typical(&case.known, 0.9, case.dc_voltage_v, case.sample_time_s);
@@ -50,7 +50,7 @@ fn designed_gains_hold_on_the_corners_of_their_region() {
 fn the_condition_of_the_controller_is_that_of_the_design() {
     let m = machines::JADOT_TABLE_I;
     let base = Machine::base(m.parameters(), m.pole_pairs).unwrap();
-    let case = Case::new(&base, &m.rating, 0.0);
+    let case = DriveCase::new(&base, &m.rating, 0.0);
     let exact = KenneRegion {
         flux_uncertainty: 0.0,
         stator_resistance_ratio: [1.0, 1.0],

@@ -5,7 +5,7 @@ use im_model::simulation::{Simulation, Start};
 use im_model::{Complex, Machine, State, machines, space_vector};
 use proptest::prelude::*;
 
-use crate::common::Case;
+use crate::common::DriveCase;
 use crate::random_machines::{any_machine, with_effects};
 
 /// What a start did: largest current over its limit, largest torque over rated torque, largest and last change of speed over synchronous speed.
@@ -23,7 +23,7 @@ fn coasting(machine: &Machine<f64>, omega_m: f64, psi_r: Complex<f64>) -> State<
     State { omega_m, omega_load: omega_m, psi_r, psi_s: psi_r * k, ..State::default() }
 }
 
-fn caught(drive: &mut dyn Supervised, truth: &Machine<f64>, case: &Case, omega_m: f64, psi_r: Complex<f64>) -> Jolt {
+fn caught(drive: &mut dyn Supervised, truth: &Machine<f64>, case: &DriveCase, omega_m: f64, psi_r: Complex<f64>) -> Jolt {
     let mut s = case.scenario(omega_m.into(), 0.0.into(), 0.6);
     s.start = Start::State(coasting(truth, omega_m, psi_r));
     let run = Simulation::new(truth, &s).controlled_by(drive).with_internals().run().unwrap();
@@ -38,7 +38,7 @@ fn caught(drive: &mut dyn Supervised, truth: &Machine<f64>, case: &Case, omega_m
 }
 
 /// (3/2) n_p ψ_R e(T + delay)/L_σ over rated torque, e = ω_eψ_R: the torque of the current that rises until the emf is known.
-fn pulse(case: &Case, omega_m: f64, flux: f64) -> f64 {
+fn pulse(case: &DriveCase, omega_m: f64, flux: f64) -> f64 {
     let (w, n_p) = (&case.known.windings, f64::from(case.known.pole_pairs));
     let k_r = w.mutual_inductance_h / w.rotor_inductance_h;
     let l = w.stator_inductance_h - k_r * w.mutual_inductance_h;
@@ -55,7 +55,7 @@ proptest! {
         flux in 0.0..1.0f64, phase in -3.2..3.2f64
     ) {
         let truth = with_effects(&machine, &rating);
-        let case = Case::new(&machine, &rating, 1e-4);
+        let case = DriveCase::new(&machine, &rating, 1e-4);
         let (omega_m, flux) = (speed * case.speed_rad_s(), flux * rating.rotor_flux_vs);
         for (name, mut drive) in case.drives() {
             let jolt = caught(drive.as_mut(), &truth, &case, omega_m, space_vector::unit(phase) * flux);
@@ -72,7 +72,7 @@ proptest! {
 fn the_drive_of_least_current_catches_a_machine_too() {
     let machine = crate::mtpa::machine();
     let m = machines::JADOT_TABLE_I;
-    let case = Case::new(&machine, &m.rating, 0.0);
+    let case = DriveCase::new(&machine, &m.rating, 0.0);
     let law = crate::mtpa::law(&machine);
     for (asked, speed, flux, phase) in [
         (0.0, 60.0, 0.9, 1.0),
@@ -103,7 +103,7 @@ fn the_drive_of_least_current_catches_a_machine_too() {
 fn flux_beyond_the_link_is_left_to_decay() {
     let m = machines::JADOT_TABLE_I;
     let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
-    let case = Case::new(&machine, &m.rating, 0.0);
+    let case = DriveCase::new(&machine, &m.rating, 0.0);
     for speed in [1.2, 1.4, 1.6] {
         for (name, mut drive) in case.drives() {
             let jolt = caught(drive.as_mut(), &machine, &case, speed * case.speed_rad_s(), Complex::new(0.9, 0.0));

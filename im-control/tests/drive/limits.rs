@@ -5,12 +5,12 @@ use im_control::{Drive, DriveStatus, Reports};
 use im_model::simulation::{Bridge, CarrierPwm, Command, Controller, Inverter, Measured, Reference, Simulation, Source};
 use im_model::{Complex, Machine, machines};
 
-use crate::common::{Case, points};
+use crate::common::{DriveCase, points};
 
-fn case() -> (Machine<f64>, Case) {
+fn case() -> (Machine<f64>, DriveCase) {
     let m = machines::JADOT_TABLE_I;
     let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
-    let case = Case::new(&machine, &m.rating, 0.0);
+    let case = DriveCase::new(&machine, &m.rating, 0.0);
     (machine, case)
 }
 

@@ -10,7 +10,7 @@ use im_model::simulation::{
 use im_model::{Effects, Machine, machines};
 use proptest::prelude::*;
 
-use crate::common::Case;
+use crate::common::DriveCase;
 use crate::random_machines::any_machine;
 
 pub fn machine() -> Machine<f64> {
@@ -132,7 +132,7 @@ proptest! {
         let mut e = Effects::scaled(&rating, base.parameters(), base.pole_pairs());
         e.main_flux_saturation.excess = 0.4;
         let machine = base.with_effects(e).unwrap();
-        let case = Case::new(&machine, &rating, 0.0);
+        let case = DriveCase::new(&machine, &rating, 0.0);
         let circuit = TCircuit::from(&machine);
         let fit = fit_log(&circuit, [0.05 * rating.torque_nm, 1.2 * rating.torque_nm], 0.005).unwrap();
         let law = MtpaLaw::series(fit.torque_n_m, &fit.current, &fit.slip).unwrap();

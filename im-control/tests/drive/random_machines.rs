@@ -11,7 +11,7 @@ use im_model::simulation::Simulation;
 use im_model::{Effects, Machine, Nameplate, Rating};
 use proptest::prelude::*;
 
-use crate::common::{Case, points};
+use crate::common::{DriveCase, points};
 
 /// A machine as a catalogue has it: efficiency and power factor grow with size, slip falls.
 pub fn any_machine() -> impl Strategy<Value = (Machine<f64>, Rating)> {
@@ -45,7 +45,7 @@ pub fn with_effects(machine: &Machine<f64>, rating: &Rating) -> Machine<f64> {
     machine.with_effects(e).unwrap()
 }
 
-fn check(name: &str, drive: &mut dyn Supervised, truth: &Machine<f64>, case: &Case) -> Result<(), TestCaseError> {
+fn check(name: &str, drive: &mut dyn Supervised, truth: &Machine<f64>, case: &DriveCase) -> Result<(), TestCaseError> {
     let (rating, w) = (case.rating, 0.7 * case.speed_rad_s());
     // Magnetized for five rotor time constants, up, loaded with 0.8 of rated torque, down and backwards.
     let t_m = (5.0 * truth.parameters().rotor_inductance_h() / truth.parameters().rotor_resistance_ohm).clamp(0.3, 1.5);
@@ -82,7 +82,7 @@ fn seal<D>(of: Result<(D, im_design::Certificate), im_design::DesignError>) -> D
 
 /// The drives whose gains the design crate makes, with its certificates checked: over speeds to 0.75 of synchronous speed, slips to twice rated,
 /// and for Kenné's switching gains resistances within 10 %, a flux estimate within 10 % and a load unknown by a fifth of rated torque.
-fn designed(machine: &Machine<f64>, case: &Case) -> [(&'static str, Box<dyn Supervised>); 2] {
+fn designed(machine: &Machine<f64>, case: &DriveCase) -> [(&'static str, Box<dyn Supervised>); 2] {
     let (known, rating) = (&case.known, &case.rating);
     let (n_p, w) = (f64::from(known.pole_pairs), 0.75 * case.speed_rad_s());
     let plant = || im_design::Plant::Machine(im_design::Machine::from(machine));
@@ -152,7 +152,7 @@ proptest! {
     #[test]
     fn every_drive_follows_and_rejects_on_any_machine((machine, rating) in any_machine()) {
         let truth = with_effects(&machine, &rating);
-        let case = Case::new(&machine, &rating, 1e-4);
+        let case = DriveCase::new(&machine, &rating, 1e-4);
         for (name, mut drive) in case.drives().chain(designed(&machine, &case)) {
             check(name, drive.as_mut(), &truth, &case)?;
         }

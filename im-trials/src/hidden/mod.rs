@@ -5,9 +5,9 @@
 //! dead time are others; its drives and manoeuvres are its own.
 //!
 //! ```
-//! use im_trials::hidden::{Case, EffectKind, Sampling, Strength, simulate};
+//! use im_trials::hidden::{TrialCase, EffectKind, Sampling, Strength, simulate};
 //!
-//! let mut case = Case::new(3, &[(EffectKind::IronLoss, Strength::Medium)], 1);
+//! let mut case = TrialCase::new(3, &[(EffectKind::IronLoss, Strength::Medium)], 1);
 //! case.sampling = Some(Sampling { sample_s: 1e-4, duration_s: 0.05 });
 //! let trial = simulate(&case);
 //! assert_eq!(trial.train[0].rows(), 500);
@@ -40,4 +40,4 @@ pub use manoeuvre::{Excitation, Part, Sampling};
 pub use outfit::HiddenEffect;
 pub use sensors::Noise;
 pub use table::Table;
-pub use trial::{Case, Change, Trial, Truth, simulate};
+pub use trial::{Change, Trial, TrialCase, Truth, simulate};

@@ -10,7 +10,7 @@ use super::plant::{Plant, Power, Windage, at};
 use super::run::{Motion, record};
 use super::sensors::Noise;
 use super::steady::steady_state;
-use super::trial::{Case, simulate};
+use super::trial::{TrialCase, simulate};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -149,9 +149,9 @@ fn recordings_do_not_depend_on_the_integrator() {
 #[test]
 fn strength_zero_is_the_base_machine() {
     let sampling = Some(Sampling { sample_s: 1e-4, duration_s: 0.2 });
-    let base = simulate(&Case { sampling, ..Case::new(1, &[], 4) });
+    let base = simulate(&TrialCase { sampling, ..TrialCase::new(1, &[], 4) });
     for &kind in E::ALL {
-        let none = simulate(&Case { sampling, ..Case::new(1, &[(kind, Strength::Relative(0.0))], 4) });
+        let none = simulate(&TrialCase { sampling, ..TrialCase::new(1, &[(kind, Strength::Relative(0.0))], 4) });
         assert_eq!(none, base, "{kind}");
     }
 }
@@ -161,7 +161,7 @@ fn effects_show_and_grow_with_strength() {
     for (index, &kind) in E::ALL.iter().enumerate() {
         let machine = 1 + index % 9;
         let seen = |strength| {
-            let mut case = Case::new(machine, &[(kind, strength)], 3);
+            let mut case = TrialCase::new(machine, &[(kind, strength)], 3);
             if !kind.is_thermal() {
                 case.sampling = Some(Sampling { sample_s: 1e-4, duration_s: 1.0 });
             }
@@ -320,7 +320,7 @@ fn a_compliant_shaft_rings_at_its_resonance() {
 
 #[test]
 fn a_steady_recording_holds_nothing_but_the_steady_state() {
-    let mut case = Case::new(3, &[], 2);
+    let mut case = TrialCase::new(3, &[], 2);
     case.excitation = Excitation::Steady;
     case.noise = Noise::NONE;
     case.sampling = Some(Sampling { sample_s: 1e-4, duration_s: 0.5 });
@@ -336,7 +336,7 @@ fn a_steady_recording_holds_nothing_but_the_steady_state() {
 fn recordings_stay_within_reach() {
     for machine in 0..Machine::COUNT {
         for seed in 0..2 {
-            let case = Case::new(machine, &[], seed);
+            let case = TrialCase::new(machine, &[], seed);
             let m = case.true_machine();
             for part in [Part::Train1, Part::Train2, Part::Holdout] {
                 let table = case.recording(part);
@@ -408,7 +408,7 @@ fn any_three_strong_effects_run_together() {
     let mut chance = super::chance::Chance::new(9, "triples");
     for seed in 0..24 {
         let kinds = [(); 3].map(|()| (E::ALL[chance.one_of(E::ALL.len())], Strength::Strong));
-        let mut case = Case::new(chance.one_of(Machine::COUNT), &kinds, seed);
+        let mut case = TrialCase::new(chance.one_of(Machine::COUNT), &kinds, seed);
         case.sampling = Some(Sampling { sample_s: 1e-4, duration_s: 0.6 });
         let limit = 8.0 * case.true_machine().rated_current_a();
         for part in [Part::Train1, Part::Train2] {

@@ -16,7 +16,7 @@ use std::path::Path;
 
 /// What to simulate.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Case {
+pub struct TrialCase {
     /// Index of the machine, below [`Machine::COUNT`].
     pub machine: usize,
     /// The hidden effects; any combination.
@@ -75,7 +75,7 @@ impl Change {
     }
 }
 
-impl Case {
+impl TrialCase {
     /// A case with rich excitation and white noise.
     pub fn new(machine: usize, effects: &[(EffectKind, Strength)], seed: u64) -> Self {
         Self { machine, effects: effects.to_vec(), seed, noise: Noise::default(), excitation: Excitation::Rich, sampling: None }
@@ -166,7 +166,7 @@ impl Case {
 }
 
 /// Simulates all recordings of a case, in parallel.
-pub fn simulate(case: &Case) -> Trial {
+pub fn simulate(case: &TrialCase) -> Trial {
     let parts = [Part::Train1, Part::Train2, Part::Holdout];
     let mut tables: Vec<Table> = parts.par_iter().map(|part| case.recording(*part)).collect();
     let holdout = tables.pop().unwrap_or_default();

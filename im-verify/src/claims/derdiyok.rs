@@ -4,7 +4,7 @@ use im_design::{Plant, sliding};
 use im_model::space_vector::{dot, unit};
 use im_observers::{Basis, Derdiyok, DerdiyokGains, Discretization, Input, Observer};
 
-use crate::claim::{C, Case, Claim, Cost, Found, Paper};
+use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::properties::{Steady, observer};
 use crate::variable::Variable;
 use crate::verdict::Verdict;
@@ -119,13 +119,13 @@ fn published(nu0: f64) -> DerdiyokGains {
 }
 
 /// A_ωλ = (η − jn_pω)λ.
-fn disturbance(case: &Case, omega: f64, flux: C) -> C {
+fn disturbance(case: &ClaimCase, omega: f64, flux: C) -> C {
     let c = case.constants();
     C::new(c.eta, -c.n_p * omega) * flux
 }
 
 /// V̇ from a step of forward Euler, which is the rate at its beginning.
-fn v_falls(case: &Case, nu0: impl Fn(f64) -> f64) -> Verdict {
+fn v_falls(case: &ClaimCase, nu0: impl Fn(f64) -> f64) -> Verdict {
     let [speed, slip, size, angle] = case.values();
     const H: f64 = 1e-6;
     let omega = speed * case.speed();
@@ -149,7 +149,7 @@ fn v_falls(case: &Case, nu0: impl Fn(f64) -> f64) -> Verdict {
     Verdict::at_most("V̇ over βν₀‖s‖₁", dot(s, rate) / size, 1e-14 * truth.current(1).norm() / (H * c.beta * gains.nu0) + 1e-9)
 }
 
-fn slides(case: &Case) -> Verdict {
+fn slides(case: &ClaimCase) -> Verdict {
     let [speed, slip, angle] = case.values();
     let flux = case.rating().rotor_flux_vs;
     let truth = Steady::new(case, speed * case.speed(), slip * case.slip(), flux, 0.0, 1e-4);
@@ -174,7 +174,7 @@ fn slides(case: &Case) -> Verdict {
     Verdict::at_most("residual in sliding over the rated current", worst / case.current(), 1e-6)
 }
 
-fn speed_and_time_constant(case: &Case) -> Verdict {
+fn speed_and_time_constant(case: &ClaimCase) -> Verdict {
     let [speed, slip] = case.values();
     let flux = case.rating().rotor_flux_vs;
     let truth = Steady::new(case, speed * case.speed(), slip * case.slip(), flux, 0.0, 1e-4);
@@ -199,7 +199,7 @@ fn speed_and_time_constant(case: &Case) -> Verdict {
         .and(Verdict::at_most("error of η̂ over √(η² + n_p²ω²)", (eta - c.eta).abs() / size, 0.01))
 }
 
-fn flux_comes_in(case: &Case, anchor_per_s: f64) -> Verdict {
+fn flux_comes_in(case: &ClaimCase, anchor_per_s: f64) -> Verdict {
     let [speed, slip, size, angle] = case.values();
     let flux = case.rating().rotor_flux_vs;
     let truth = Steady::new(case, speed * case.speed(), slip * case.slip(), flux, 0.0, 1e-4);

@@ -4,7 +4,7 @@ use im_identify::online::{Lambda, RegulationParameters, relative_sensitivity, st
 use im_model::space_vector::{dot, j};
 use im_model::{Drive, Machine, Plant, State};
 
-use crate::claim::{C, Case, Claim, Cost, Found, Paper};
+use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::variable::Variable;
 use crate::verdict::Verdict;
 
@@ -219,7 +219,7 @@ const ERRORS: [Variable; 8] = [
 const LOADED: [Variable; 2] =
     [Variable::even("speed_share", 0.02, 1.0).simplest_at(1.0), Variable::even("slip_share", 0.05, 1.0).simplest_at(1.0)];
 
-fn regulation(case: &Case) -> RegulationParameters<f64> {
+fn regulation(case: &ClaimCase) -> RegulationParameters<f64> {
     case.parameters().inverse_gamma().into()
 }
 
@@ -248,7 +248,7 @@ struct At {
     omega_s: f64,
 }
 
-fn at(case: &Case) -> At {
+fn at(case: &ClaimCase) -> At {
     let [flux, flux_angle, current, current_angle, speed, voltage, voltage_angle, frame] = case.values();
     At {
         phi: C::from_polar(flux * case.rating().rotor_flux_vs, flux_angle),
@@ -264,7 +264,7 @@ fn near(what: &str, a: C, b: C, size: f64) -> Verdict {
     Verdict::at_most(what, (a - b).norm() / size, 1e-9)
 }
 
-fn five_in_any_frame(case: &Case) -> Verdict {
+fn five_in_any_frame(case: &ClaimCase) -> Verdict {
     let x = at(case);
     let p = regulation(case);
     let omega_r = case.constants().n_p * x.omega_m;
@@ -282,7 +282,7 @@ fn five_in_any_frame(case: &Case) -> Verdict {
     ))
 }
 
-fn four_are_enough(case: &Case) -> Verdict {
+fn four_are_enough(case: &ClaimCase) -> Verdict {
     let x = at(case);
     let p = case.parameters();
     // Another share of the leakages, from 0.3 to 3.
@@ -301,7 +301,7 @@ fn four_are_enough(case: &Case) -> Verdict {
     ))
 }
 
-fn current_fed_machine(case: &Case) -> Verdict {
+fn current_fed_machine(case: &ClaimCase) -> Verdict {
     let [bandwidth, damping, size, angle, speed_error, load] = case.values();
     let (p, n_p) = (regulation(case), case.constants().n_p);
     let (a, r) = (p.inverse_rotor_time_constant(), p.rotor_resistance_ohm);
@@ -349,7 +349,7 @@ struct Errors {
     rates: [C; 2],
 }
 
-fn errors(case: &Case) -> Errors {
+fn errors(case: &ClaimCase) -> Errors {
     let [flux, flux_angle, current, current_angle, speed, slip, input, ratio] = case.values();
     let (p, n_p) = (regulation(case), case.constants().n_p);
     let (a, r, l_f) = (p.inverse_rotor_time_constant(), p.rotor_resistance_ohm, p.leakage_inductance_h);
@@ -370,7 +370,7 @@ fn errors(case: &Case) -> Errors {
     Errors { delta_phi, delta_i, v_s, lambda, rates: [machine[0] - phi_ref_rate, machine[1] - i_ref_rate] }
 }
 
-fn storage_function(case: &Case) -> Verdict {
+fn storage_function(case: &ClaimCase) -> Verdict {
     let (e, p) = (errors(case), regulation(case));
     let terms = [dot(e.delta_phi, e.rates[0]), e.lambda * p.leakage_inductance_h * dot(e.delta_i, e.rates[1])];
     let resistance = p.stator_resistance_ohm + p.rotor_resistance_ohm;
@@ -387,7 +387,7 @@ fn storage_function(case: &Case) -> Verdict {
     Verdict::at_most("imbalance of (24) over its terms", off.abs() / size, 1e-8)
 }
 
-fn scheduled_lambda(case: &Case) -> Verdict {
+fn scheduled_lambda(case: &ClaimCase) -> Verdict {
     let [speed, acceleration, flux, current] = case.values();
     let (p, n_p) = (regulation(case), case.constants().n_p);
     let (a, r, l_f) = (p.inverse_rotor_time_constant(), p.rotor_resistance_ohm, p.leakage_inductance_h);
@@ -402,7 +402,7 @@ fn scheduled_lambda(case: &Case) -> Verdict {
 }
 
 /// V̇ with v_s by (25) and a last term weight·λ/(2K_I)|η|².
-fn integral_storage(case: &Case, weight: impl Fn(f64) -> f64) -> Verdict {
+fn integral_storage(case: &ClaimCase, weight: impl Fn(f64) -> f64) -> Verdict {
     let (e, p) = (errors(case), regulation(case));
     let l_f = p.leakage_inductance_h;
     // The input is taken for η, as a share of the current; K_P from the place of λ in its range.
@@ -426,7 +426,7 @@ fn integral_storage(case: &Case, weight: impl Fn(f64) -> f64) -> Verdict {
     Verdict::at_most("imbalance of (49) over its terms", off.abs() / size, 1e-8)
 }
 
-fn regressor(case: &Case) -> Verdict {
+fn regressor(case: &ClaimCase) -> Verdict {
     let [speed, slip, r_req, l, r_s, l_f] = case.values();
     let theta = [r_req, l, r_s, l_f];
     let truth = regulation(case);
@@ -455,7 +455,7 @@ fn regressor(case: &Case) -> Verdict {
 }
 
 /// |B|/‖B‖ of the four, outside the dead zone (53).
-fn shares(case: &Case) -> Option<[f64; 4]> {
+fn shares(case: &ClaimCase) -> Option<[f64; 4]> {
     let [speed, slip] = case.values();
     let p = regulation(case);
     let a = p.inverse_rotor_time_constant();

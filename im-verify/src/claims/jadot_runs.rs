@@ -7,7 +7,7 @@ use im_identify::online::{
 };
 use im_model::simulation::Reference;
 
-use crate::claim::{C, Case, Claim, Cost, Found, Paper};
+use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::properties::controller::{Following, Loop, STEP, dc_voltage_v, follows_speed, known, magnetizing_s, run_up_s};
 use crate::properties::{HeldMachine, Operating};
 use crate::variable::Variable;
@@ -188,12 +188,12 @@ const EXCITED: [Variable; 8] = [
     Variable::even("l_f_error", -0.2, 0.2),
 ];
 
-fn truth(case: &Case) -> RegulationParameters<f64> {
+fn truth(case: &ClaimCase) -> RegulationParameters<f64> {
     case.parameters().inverse_gamma().into()
 }
 
 fn controller<A: Adaptation<f64>>(
-    case: &Case,
+    case: &ClaimCase,
     adaptation: A,
     gains: impl FnOnce(JadotGains<f64>) -> JadotGains<f64>,
 ) -> Result<Jadot<f64, A>, Verdict> {
@@ -204,7 +204,7 @@ fn controller<A: Adaptation<f64>>(
 
 /// Without adaptation, with estimates off by factors.
 fn with_gains(
-    case: &Case,
+    case: &ClaimCase,
     factors: [f64; 4],
     at: [f64; 2],
     limits: &Following,
@@ -217,7 +217,7 @@ fn with_gains(
     }
 }
 
-fn regulated(case: &Case, factors: [f64; 4], at: [f64; 2], limits: &Following) -> Verdict {
+fn regulated(case: &ClaimCase, factors: [f64; 4], at: [f64; 2], limits: &Following) -> Verdict {
     with_gains(case, factors, at, limits, |gains| gains)
 }
 
@@ -230,7 +230,7 @@ fn off_or(result: Result<f64, Verdict>, judge: impl FnOnce(f64) -> Verdict) -> V
 
 /// |τ̂/τ − 1| after `settling_s` and more under load; the torque of the load with the friction.
 fn torque_error<A: Adaptation<f64>>(
-    case: &Case,
+    case: &ClaimCase,
     adaptation: A,
     [speed, load]: [f64; 2],
     settling_s: f64,
@@ -256,7 +256,7 @@ fn torque_error<A: Adaptation<f64>>(
     Ok((sum / f64::from(count)).abs())
 }
 
-fn reduced_scheme(case: &Case) -> Verdict {
+fn reduced_scheme(case: &ClaimCase) -> Verdict {
     let [speed, load, r_req, l, r_s, l_f] = case.values();
     let a = truth(case).inverse_rotor_time_constant();
     // Outside the dead zone by a factor of two.
@@ -274,7 +274,7 @@ fn reduced_scheme(case: &Case) -> Verdict {
 
 /// A follower over four points in turn, four rotor time constants each.
 fn all_converge<A: Adaptation<f64>>(
-    case: &Case,
+    case: &ClaimCase,
     adaptation: impl FnOnce(&SchemeSettings<f64>) -> Result<A, im_model::ModelError>,
     rounds: usize,
 ) -> Verdict {

@@ -4,7 +4,7 @@ use im_control::kenne::switching_gain;
 use im_model::space_vector::{cross, dot, j};
 use im_model::{Drive, Plant, State};
 
-use crate::claim::{C, Case, Claim, Cost, Found, Paper};
+use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::variable::Variable;
 use crate::verdict::Verdict;
 
@@ -165,7 +165,7 @@ struct At {
 }
 
 impl At {
-    fn of(case: &Case) -> (Self, f64) {
+    fn of(case: &ClaimCase) -> (Self, f64) {
         let [flux, flux_angle, current, current_angle, speed, voltage, voltage_angle, last] = case.values();
         let c = case.constants();
         let psi_r = C::from_polar(flux * case.rating().rotor_flux_vs, flux_angle);
@@ -203,7 +203,7 @@ fn balance(what: &str, left: f64, terms: &[f64]) -> Verdict {
 }
 
 /// ω̈ with a voltage term made of μ/σL_s and λ × v.
-fn speed_equation(case: &Case, voltage_term: impl Fn(f64, f64) -> f64) -> Verdict {
+fn speed_equation(case: &ClaimCase, voltage_term: impl Fn(f64, f64) -> f64) -> Verdict {
     let (at, _) = At::of(case);
     let (c, p) = (case.constants(), case.parameters());
     let m = p.inertia_kg_m2;
@@ -222,7 +222,7 @@ fn speed_equation(case: &Case, voltage_term: impl Fn(f64, f64) -> f64) -> Verdic
 }
 
 /// d(iᵀλ)/dt by (10), term by term.
-fn product_rate(case: &Case, at: &At) -> [f64; 5] {
+fn product_rate(case: &ClaimCase, at: &At) -> [f64; 5] {
     let (c, p) = (case.constants(), case.parameters());
     let k = p.stator_resistance_ohm / c.sigma_l_s + p.rotor_resistance_ohm / (c.sigma * p.rotor_inductance_h());
     let (lambda, i) = (at.x.psi_r, at.plant.currents(&at.x).i_s);
@@ -235,7 +235,7 @@ fn product_rate(case: &Case, at: &At) -> [f64; 5] {
     ]
 }
 
-fn first_derivatives(case: &Case) -> Verdict {
+fn first_derivatives(case: &ClaimCase) -> Verdict {
     let (at, _) = At::of(case);
     let c = case.constants();
     let i = |x: &State<f64>| at.plant.currents(x).i_s;
@@ -245,7 +245,7 @@ fn first_derivatives(case: &Case) -> Verdict {
     balance("imbalance of (9)", squared, &nine).and(balance("imbalance of (10)", product, &product_rate(case, &at)))
 }
 
-fn flux_equation(case: &Case, sign: f64) -> Verdict {
+fn flux_equation(case: &ClaimCase, sign: f64) -> Verdict {
     let (at, _) = At::of(case);
     let c = case.constants();
     let rate = |x: &State<f64>| 2.0 * dot(x.psi_r, at.rates(x).psi_r);
@@ -255,7 +255,7 @@ fn flux_equation(case: &Case, sign: f64) -> Verdict {
     balance("imbalance of d²‖λ‖²/dt²", second, &terms)
 }
 
-fn surfaces_stand_still(case: &Case) -> Verdict {
+fn surfaces_stand_still(case: &ClaimCase) -> Verdict {
     let (at, _) = At::of(case);
     let (p, c) = (case.parameters(), case.constants());
     let w = p.windings();
@@ -289,7 +289,7 @@ fn surfaces_stand_still(case: &Case) -> Verdict {
     ))
 }
 
-fn gains_enforce_sliding(case: &Case) -> Verdict {
+fn gains_enforce_sliding(case: &ClaimCase) -> Verdict {
     let [b_min, range, place, law_place, bound, error_place, reach, v_hat] = case.values();
     let b = [b_min, b_min * range];
     let within = |place: f64| b_min * (1.0 + (range - 1.0) * place);
@@ -301,7 +301,7 @@ fn gains_enforce_sliding(case: &Case) -> Verdict {
     Verdict::at_least("reaching speed over η", slowest / reach, 1.0 - 1e-9)
 }
 
-fn second_derivative(case: &Case, accelerating: bool) -> Verdict {
+fn second_derivative(case: &ClaimCase, accelerating: bool) -> Verdict {
     let (at, voltage_rate) = At::of(case);
     let (p, c) = (case.parameters(), case.constants());
     // Per second of rated voltage in the direction of the voltage's normal: any.

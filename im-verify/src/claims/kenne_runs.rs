@@ -10,7 +10,7 @@ use im_model::space_vector::j;
 use im_model::{BaseParameter, Machine, ParameterId, WindingParameters};
 use im_observers::{Basis, CurrentModel};
 
-use crate::claim::{C, Case, Claim, Cost, Found, Paper};
+use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::properties::controller::{Following, STEP, dc_voltage_v, follows_speed, known};
 use crate::properties::{HeldMachine, Operating, Steady, observer};
 use crate::variable::Variable;
@@ -193,7 +193,7 @@ const RESISTANCES: [Variable; 4] = [
     Variable::even("rotor_resistance_ratio", 1.0, 2.0).simplest_at(1.0),
 ];
 
-fn flux_observer_converges(case: &Case) -> Verdict {
+fn flux_observer_converges(case: &ClaimCase) -> Verdict {
     let [speed, slip, size, angle] = case.values();
     let flux = case.rating().rotor_flux_vs;
     let truth = Steady::new(case, speed * case.speed(), slip * case.slip(), flux, 0.0, 1e-4);
@@ -220,7 +220,7 @@ fn limits_of_appendix_ii() -> Limits {
 }
 
 /// Speed, flux, current and voltage of a case.
-fn state(case: &Case, most: &Limits) -> (f64, [C; 3]) {
+fn state(case: &ClaimCase, most: &Limits) -> (f64, [C; 3]) {
     let [speed, flux, flux_angle, current, current_angle, voltage, voltage_angle] = case.values();
     let vectors = [
         C::from_polar(flux * most.flux, flux_angle),
@@ -239,7 +239,7 @@ fn f_1(w: &WindingParameters<f64>, pole_pairs: u32, (omega, [lambda, i, u]): (f6
     (u * gamma[1] - i * gamma[2] - i_rate * gamma[3]).norm()
 }
 
-fn designed_bound(case: &Case) -> Verdict {
+fn designed_bound(case: &ClaimCase) -> Verdict {
     let most = Limits {
         speed: case.speed(),
         flux: case.rating().rotor_flux_vs,
@@ -264,7 +264,7 @@ fn designed_bound(case: &Case) -> Verdict {
     Verdict::at_most("|f₁e_Rr| over K", e * f_1(&w, case.machine().pole_pairs(), state(case, &most)) / k, 1.0)
 }
 
-fn theorem_7(case: &Case) -> Verdict {
+fn theorem_7(case: &ClaimCase) -> Verdict {
     let [slip, error, share, slope_1, slope_2] = case.values();
     const H: f64 = 5e-6;
     let r_r = case.parameters().rotor_resistance_ohm;
@@ -315,7 +315,7 @@ fn theorem_7(case: &Case) -> Verdict {
     Verdict::at_most("error beyond the promise over what the filters cost", worst / late, 1.0)
 }
 
-fn f_1_does_not_vanish(case: &Case) -> Verdict {
+fn f_1_does_not_vanish(case: &ClaimCase) -> Verdict {
     let [frequency, slip] = case.values();
     let c = case.constants();
     let omega_e = frequency * 2.0 * core::f64::consts::PI * case.rating().electrical_frequency_hz;
@@ -328,7 +328,7 @@ fn f_1_does_not_vanish(case: &Case) -> Verdict {
     Verdict::at_least("|f₁| over that at rated load", at(slip * case.slip()) / at(case.slip()), 0.01)
 }
 
-fn with_drive(case: &Case, run: impl FnOnce(&mut Kenne<f64>) -> Verdict) -> Verdict {
+fn with_drive(case: &ClaimCase, run: impl FnOnce(&mut Kenne<f64>) -> Verdict) -> Verdict {
     let known = known(case);
     let gains = KenneGains::typical(&known, case.rating().rotor_flux_vs, dc_voltage_v(case), STEP);
     match Kenne::try_new(&known, &gains) {
@@ -352,7 +352,7 @@ impl Controller<f64> for Adaptive<'_> {
     }
 }
 
-fn resistances(case: &Case, limits: &Following) -> Verdict {
+fn resistances(case: &ClaimCase, limits: &Following) -> Verdict {
     let [speed, load, r_s, r_r] = case.values();
     let p = case.parameters();
     let changed = |p: BaseParameter, ohm: f64| (ParameterId::Base(p), ohm);

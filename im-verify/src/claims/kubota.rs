@@ -6,7 +6,7 @@ use im_design::matrix::Matrix;
 use im_model::space_vector::{cross, dot, unit};
 use im_observers::{Basis, Discretization, Input, Kubota, KubotaGains, Observer};
 
-use crate::claim::{C, Case, Claim, Cost, Found, Paper};
+use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::properties::{Steady, observer};
 use crate::variable::Variable;
 use crate::verdict::Verdict;
@@ -119,13 +119,13 @@ const QUADRANTS: [Variable; 2] =
     [Variable::even("speed_share", -0.4, 0.4).simplest_at(0.4), Variable::even("slip_share", -1.5, 1.5).simplest_at(0.0)];
 
 /// The gain of (3) over the speeds of a machine.
-fn gain(case: &Case, rate_per_s: f64, flux_weight: f64) -> Result<KubotaDesign, im_design::DesignError> {
+fn gain(case: &ClaimCase, rate_per_s: f64, flux_weight: f64) -> Result<KubotaDesign, im_design::DesignError> {
     let top = 1.3 * case.speed();
     let request = KubotaRequest { speed_rad_s: [-top, top], rate_per_s, flux_weight };
     Ok(closed_form(Plant::Machine(case.machine().into()), &request)?.0)
 }
 
-fn condition_3_is_feasible(case: &Case) -> Verdict {
+fn condition_3_is_feasible(case: &ClaimCase) -> Verdict {
     let [speed] = case.values();
     let c = case.constants();
     let design = match gain(case, 0.5 * c.eta, 1.0) {
@@ -138,7 +138,7 @@ fn condition_3_is_feasible(case: &Case) -> Verdict {
 }
 
 /// V̇ from the observer's own steps, against −eᵀQe. A step of forward Euler is h times the rates at its beginning: nothing is lost.
-fn v_falls(case: &Case, collinear: bool) -> Verdict {
+fn v_falls(case: &ClaimCase, collinear: bool) -> Verdict {
     let [speed, slip, flux_error, flux_angle, current_error, current_angle, speed_error] = case.values();
     const H: f64 = 1e-6;
     let (c, r) = (case.constants(), case.rating());
@@ -191,7 +191,7 @@ fn v_falls(case: &Case, collinear: bool) -> Verdict {
 /// Sampling time of runs, s.
 const STEP: f64 = 1e-4;
 
-fn errors_decay(case: &Case) -> Verdict {
+fn errors_decay(case: &ClaimCase) -> Verdict {
     let [speed, slip, size, angle] = case.values();
     let (c, r) = (case.constants(), case.rating());
     let rate = 0.5 * c.eta;
@@ -224,7 +224,7 @@ fn errors_decay(case: &Case) -> Verdict {
     Verdict::at_most("‖e‖_P over what the rate allows", worst, 1.0)
 }
 
-fn converges(case: &Case, gains: impl Fn(&Case) -> Result<KubotaGains, String>) -> Verdict {
+fn converges(case: &ClaimCase, gains: impl Fn(&ClaimCase) -> Result<KubotaGains, String>) -> Verdict {
     let [speed, slip] = case.values();
     let truth = Steady::new(case, speed * case.speed(), slip * case.slip(), case.rating().rotor_flux_vs, 0.0, STEP);
     if truth.omega_e.abs() < 0.02 * 2.0 * core::f64::consts::PI * case.rating().electrical_frequency_hz {

@@ -3,7 +3,7 @@
 use im_model::state_space::{StateSpace, kwon_state};
 use im_model::{Drive, Plant, State};
 
-use crate::claim::{C, Case, Claim, Cost, Found, Paper};
+use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::variable::Variable;
 use crate::verdict::Verdict;
 
@@ -33,7 +33,7 @@ const STATE: [Variable; 8] = [
     Variable::even("load_share", -2.0, 2.0),
 ];
 
-fn state_space_is_the_machine(case: &Case) -> Verdict {
+fn state_space_is_the_machine(case: &ClaimCase) -> Verdict {
     let [sa, sb, ra, rb, speed, ua, ub, load] = case.values();
     let machine = case.machine();
     let plant = Plant::new(machine);

@@ -4,7 +4,7 @@ use im_design::mtpa::{AirGap, Aqdm, CurrentLaw, SlipLaw, for_torque};
 use im_model::space_vector::cross;
 use im_model::{Held, Plant, steady_state};
 
-use crate::claim::{Case, Claim, Cost, Found, Paper};
+use crate::claim::{Claim, ClaimCase, Cost, Found, Paper};
 use crate::variable::Variable;
 use crate::verdict::Verdict;
 
@@ -65,7 +65,7 @@ pub const CLAIMS: &[Claim] = &[
     },
 ];
 
-fn torque_is_independent_of_frequency(case: &Case) -> Verdict {
+fn torque_is_independent_of_frequency(case: &ClaimCase) -> Verdict {
     let [slip, frequency] = case.values();
     let plant = Plant::new(case.machine());
     let c = case.constants();
@@ -92,7 +92,7 @@ fn torque_at(circuit: &Aqdm, current: f64, slip: f64) -> f64 {
     circuit.operate(0.5 * (low + high), slip).1
 }
 
-fn slip_law_is_best(case: &Case) -> Verdict {
+fn slip_law_is_best(case: &ClaimCase) -> Verdict {
     let [torque] = case.values();
     let circuit = Aqdm::kwon_table_v();
     // The current that gives the torque at the slip of the law.

@@ -7,7 +7,7 @@ use im_model::space_vector::unit;
 use im_model::state_space::StateSpace;
 use im_observers::{Basis, Estimate, Input, Kubota, KubotaGains, LoadTorqueModel, Observer, Thau, ThauGains};
 
-use crate::claim::{C, Case, Claim, Cost, Found, Paper};
+use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::properties::{RunUp, Steady, observer};
 use crate::variable::Variable;
 use crate::verdict::Verdict;
@@ -128,7 +128,7 @@ pub const CLAIMS: &[Claim] = &[
     },
 ];
 
-fn v_falls_under_15(case: &Case) -> Verdict {
+fn v_falls_under_15(case: &ClaimCase) -> Verdict {
     let v: [f64; 8] = case.values();
     let c = im_design::Machine::from(case.machine()).constants::<f64>();
     let (a, b2) = (model::linear_part(&c), model::bilinear_input(&c));
@@ -145,7 +145,7 @@ fn v_falls_under_15(case: &Case) -> Verdict {
     Verdict::at_most("V̇ over its terms", v_rate / size, 1e-12)
 }
 
-fn condition_15_in_operation(case: &Case) -> Verdict {
+fn condition_15_in_operation(case: &ClaimCase) -> Verdict {
     let [speed, flux, speed_error, flux_error, angle] = case.values();
     let c = im_design::Machine::from(case.machine()).constants::<f64>();
     let Ok(bound) = thau::paper_bound(&model::linear_part(&c), &model::bilinear_input(&c)) else { return Verdict::Outside };
@@ -162,7 +162,7 @@ fn condition_15_in_operation(case: &Case) -> Verdict {
     Verdict::at_most("‖Δu₂‖/‖e‖ over the bound of (15)", change.norm() / size / bound.kappa, 1.0)
 }
 
-fn observer_of(case: &Case, load: LoadTorqueModel, sample_time_s: f64) -> Result<Thau<f64>, Verdict> {
+fn observer_of(case: &ClaimCase, load: LoadTorqueModel, sample_time_s: f64) -> Result<Thau<f64>, Verdict> {
     let basis = Basis::try_new(case.machine(), case.rating(), sample_time_s);
     basis.and_then(|b| Thau::try_new(b, ThauGains::published(), load)).map_err(Verdict::refused)
 }
@@ -170,7 +170,7 @@ fn observer_of(case: &Case, load: LoadTorqueModel, sample_time_s: f64) -> Result
 /// Sampling time of the copy, s.
 const FINE: f64 = 2e-5;
 
-fn follows_from_the_same_state(case: &Case) -> Verdict {
+fn follows_from_the_same_state(case: &ClaimCase) -> Verdict {
     let [load, frequency] = case.values();
     let coefficient_nm_s_per_rad = load * case.rating().torque_nm / case.speed();
     let thau = match observer_of(case, LoadTorqueModel::Proportional { coefficient_nm_s_per_rad }, FINE) {
@@ -187,7 +187,7 @@ fn follows_from_the_same_state(case: &Case) -> Verdict {
     Verdict::at_most("largest speed error over the rated speed", worst / case.speed(), 0.1)
 }
 
-fn tracks_from_rest(case: &Case) -> Verdict {
+fn tracks_from_rest(case: &ClaimCase) -> Verdict {
     let [speed, slip] = case.values();
     let truth = Steady::new(case, speed * case.speed(), slip * case.slip(), case.rating().rotor_flux_vs, 0.0, 1e-4);
     let thau = match observer_of(case, LoadTorqueModel::EqualToTorque, 1e-4) {
@@ -204,7 +204,7 @@ fn tracks_from_rest(case: &Case) -> Verdict {
     Verdict::at_most("speed error after 2 s over the speed", worst / truth.omega_m.abs(), 0.025)
 }
 
-fn differs_from_kubota(case: &Case) -> Verdict {
+fn differs_from_kubota(case: &ClaimCase) -> Verdict {
     let [speed, slip] = case.values();
     let truth = Steady::new(case, speed * case.speed(), slip * case.slip(), case.rating().rotor_flux_vs, 0.0, 1e-4);
     let Ok(thau) = observer_of(case, LoadTorqueModel::Balanced, 1e-4) else { return Verdict::Outside };

@@ -5,7 +5,7 @@ use im_design::sliding::{UtkinRegion, utkin};
 use im_model::space_vector::{cross, unit};
 use im_observers::{Basis, Discretization, Input, Observer, Utkin, UtkinGains};
 
-use crate::claim::{C, Case, Claim, Cost, Found, Paper};
+use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::properties::{Steady, observer};
 use crate::variable::Variable;
 use crate::verdict::Verdict;
@@ -67,7 +67,7 @@ pub const CLAIMS: &[Claim] = &[
 ];
 
 /// s_n ṡ_n from a step of forward Euler, which is the rate at its beginning.
-fn attracts(case: &Case) -> Verdict {
+fn attracts(case: &ClaimCase) -> Verdict {
     let [speed, slip, flux_error, flux_angle, current_error, current_angle] = case.values();
     const H: f64 = 1e-6;
     let (c, r) = (case.constants(), case.rating());
@@ -115,7 +115,7 @@ fn attracts(case: &Case) -> Verdict {
     Verdict::at_most("ṡ_n sign s_n over its terms", rate * s.signum() / size, 1e-9)
 }
 
-fn converges(case: &Case) -> Verdict {
+fn converges(case: &ClaimCase) -> Verdict {
     let [speed, slip] = case.values();
     let truth = Steady::new(case, speed * case.speed(), slip * case.slip(), case.rating().rotor_flux_vs, 0.0, 1e-4);
     if truth.omega_e.abs() < 0.02 * 2.0 * core::f64::consts::PI * case.rating().electrical_frequency_hz {

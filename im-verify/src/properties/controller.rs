@@ -4,7 +4,7 @@ use im_control::MachineData;
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::{Drive, Machine, Plant, State};
 
-use crate::claim::{C, Case};
+use crate::claim::{C, ClaimCase};
 use crate::verdict::Verdict;
 
 /// Sampling time of the loops here, s.
@@ -14,22 +14,22 @@ pub const STEP: f64 = 1e-4;
 pub const OVERLOAD: f64 = 1.5;
 
 /// What a controller may know of a case's machine: everything, 1.5 times the rated current, no delay.
-pub fn known(case: &Case) -> MachineData<f64> {
+pub fn known(case: &ClaimCase) -> MachineData<f64> {
     MachineData::of(case.machine(), OVERLOAD * case.current())
 }
 
 /// A dc link that gives the rated voltage with a twelfth to spare, V.
-pub fn dc_voltage_v(case: &Case) -> f64 {
+pub fn dc_voltage_v(case: &ClaimCase) -> f64 {
     case.rating().phase_voltage_peak_v * 3f64.sqrt() / 0.92
 }
 
 /// Time in which a machine is magnetized, and in which its flux settles: six rotor time constants, 0.3 s at least.
-pub fn magnetizing_s(case: &Case) -> f64 {
+pub fn magnetizing_s(case: &ClaimCase) -> f64 {
     (6.0 / case.constants().eta).max(0.3)
 }
 
 /// Time in which two thirds of rated torque run it up to rated speed, s; at least 0.3 s.
-pub fn run_up_s(case: &Case) -> f64 {
+pub fn run_up_s(case: &ClaimCase) -> f64 {
     (1.5 * case.parameters().inertia_kg_m2 * case.speed() / case.rating().torque_nm).max(0.3)
 }
 
@@ -97,7 +97,7 @@ pub struct Following {
 /// Magnetized, run up to `speed_share` of the rated speed, loaded with `load_share` of the rated torque: speed and flux follow, and the
 /// current stays within its limit. `truth` is the machine under control: the case's, or one that differs from what the controller knows.
 pub fn follows_speed(
-    case: &Case,
+    case: &ClaimCase,
     truth: &Machine<f64>,
     controller: &mut impl Controller<f64>,
     [speed_share, load_share]: [f64; 2],

@@ -4,7 +4,7 @@ use im_model::space_vector::unit;
 use im_model::{Drive, Plant, State};
 use im_observers::Input;
 
-use crate::claim::{C, Case};
+use crate::claim::{C, ClaimCase};
 
 /// From rest, without flux: voltage over frequency constant, with a boost that magnetizes; a load in proportion to speed.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ pub const RAMP_S: f64 = 1.0;
 
 impl RunUp {
     /// Up to a share of the rated frequency against a load torque of `load_nm_s` times the speed (N m s/rad).
-    pub fn new(case: &Case, frequency_share: f64, load_nm_s: f64, sample_time_s: f64) -> Self {
+    pub fn new(case: &ClaimCase, frequency_share: f64, load_nm_s: f64, sample_time_s: f64) -> Self {
         let (p, r) = (case.parameters(), case.rating());
         let rated = 2.0 * core::f64::consts::PI * r.electrical_frequency_hz;
         Self {

@@ -3,7 +3,7 @@
 use im_model::space_vector::unit;
 use im_observers::Input;
 
-use crate::claim::{C, Case};
+use crate::claim::{C, ClaimCase};
 
 /// Flux, current and voltage turn at ω_e = n_pω + slip:
 /// 0 = −(η + j slip)λ + ηL_m i,  u = R_s i + jω_e(σL_s i + (L_m/L_r)λ).
@@ -22,7 +22,7 @@ pub struct Steady {
 
 impl Steady {
     /// At rotor flux `flux_vs`, a mechanical speed and a slip (electrical rad/s); flux at the angle `angle` at the beginning.
-    pub fn new(case: &Case, omega_m: f64, slip: f64, flux_vs: f64, angle: f64, sample_time_s: f64) -> Self {
+    pub fn new(case: &ClaimCase, omega_m: f64, slip: f64, flux_vs: f64, angle: f64, sample_time_s: f64) -> Self {
         let c = case.constants();
         let omega_e = c.n_p * omega_m + slip;
         let flux = unit(angle) * flux_vs;
