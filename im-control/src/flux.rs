@@ -58,7 +58,7 @@ impl<T: Scalar> RotorFluxModel<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use im_model::{Bench, Drive, Machine, State, machines, space_vector::unit};
+    use im_model::{Bench, Machine, PlantInput, State, machines, space_vector::unit};
 
     /// Against the machine itself, thrown onto 300 V while turning, sampled at 100 µs.
     #[test]
@@ -80,7 +80,7 @@ mod tests {
             // The held voltage bends the current within a sample by ωT u T/(12 L_σ) = 0.01 A on average, of 6 A: 1.5e-3 Vs; more
             // that while the first currents flow.
             assert!(e < if k < 1500 { 2.5e-3 } else { 1.7e-3 }, "{k}: {e}");
-            bench.advance(&Drive::new(unit(0.0314 * f64::from(k)) * 300.0, 5.0));
+            bench.advance(&PlantInput::new(unit(0.0314 * f64::from(k)) * 300.0, 5.0));
         }
         assert!(flux.flux_vs.norm() > 0.7);
     }

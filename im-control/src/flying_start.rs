@@ -227,7 +227,7 @@ impl<T: Scalar, C: Reports> Reports for FlyingStart<T, C> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use im_model::{Bench, Drive, Effects, Machine, State as MachineState, machines, space_vector::unit};
+    use im_model::{Bench, Effects, Machine, PlantInput, State as MachineState, machines, space_vector::unit};
 
     /// Keeps what it is told.
     #[derive(Clone, Copy)]
@@ -276,7 +276,7 @@ mod tests {
                 return ((psi - truth).norm() / truth.norm(), peak, 1e-4 * f64::from(step));
             }
             u_s = Complex::new(u.re.value(), u.im.value());
-            bench.advance(&Drive { imposed_speed: Some([speed; 2]), ..Drive::new(u_s, 0.0) });
+            bench.advance(&PlantInput { imposed_speed: Some([speed; 2]), ..PlantInput::new(u_s, 0.0) });
         }
         panic!("it never ends");
     }

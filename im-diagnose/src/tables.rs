@@ -76,7 +76,7 @@ fn experiment(motor: &MotorFile, t: &SteadyTable) -> Experiment {
         u_s: t.rows.iter().map(|r| Complex::new(SQRT_2 * r.phase_voltage_rms_v, 0.0)).collect(),
         tau_load: t.rows.iter().map(|r| r.torque_nm.unwrap_or(0.0)).collect(),
         imposed_speed: (t.kind == TableKind::Locked).then(|| vec![0.0; t.rows.len()]),
-        speed_pull: None,
+        speed_nudge: None,
         channels,
         start: Start::Rest,
     }

@@ -36,7 +36,7 @@ fn main() {
         u_s: rows.iter().map(|r| Complex::new(r[1], r[2])).collect(),
         tau_load: column(6),
         imposed_speed: None,
-        speed_pull: None,
+        speed_nudge: None,
         supply_frequency_hz: None,
         channels: vec![
             channel("i_alpha_A", current(0.0), 3, 0.05),

@@ -8,7 +8,7 @@
 use im_identify::online::{Identifier, KenneRotorResistance, KenneSettings, Range, Sample};
 use im_model::machines::KENNE_APPENDIX_II;
 use im_model::space_vector::unit;
-use im_model::{Complex, Drive, Held, Machine, Plant, WindingParameters, steady_state};
+use im_model::{Complex, Held, Machine, Plant, PlantInput, WindingParameters, steady_state};
 
 /// A case of the table.
 struct Setting {
@@ -80,7 +80,7 @@ fn run(case: &Setting) -> [f64; 3] {
             sums = [sums[0] + 1.0, sums[1] + r, sums[2] + r * r];
         }
         u_s = unit(100.0 * std::f64::consts::PI * case.h * (k as f64 + 0.5)) * 311.0;
-        x = plant.step(&x, &Drive { imposed_speed: Some([omega_m; 2]), ..Drive::new(u_s, 0.0) }, case.h);
+        x = plant.step(&x, &PlantInput { imposed_speed: Some([omega_m; 2]), ..PlantInput::new(u_s, 0.0) }, case.h);
     }
     let mean = sums[1] / sums[0];
     [reached, mean, (sums[2] / sums[0] - mean * mean).max(0.0).sqrt()]

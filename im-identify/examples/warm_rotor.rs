@@ -5,7 +5,7 @@
 
 use im_chart::{Panel, Series, panels};
 use im_identify::online::{Identifier, KenneRotorResistance, KenneSettings, Sample};
-use im_model::{Bench, Complex, Drive, Effects, Machine, State, machines};
+use im_model::{Bench, Complex, Effects, Machine, PlantInput, State, machines};
 
 const H: f64 = 1e-4;
 
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let u = Complex::from_polar(326.6, 314.16 * t);
         // Rated load for twelve seconds, then little: what the rotor does then cannot be seen, and the identifier says so.
         let load_nm = if (1.0..13.0).contains(&t) { 14.0 } else { 0.5 };
-        bench.advance(&Drive::new(u, load_nm));
+        bench.advance(&PlantInput::new(u, load_nm));
         let shown = bench.output();
         let sample = Sample { i_s: single(shown.i_s), u_s: single(u), omega_m: shown.omega_m as f32 };
         let estimate = identifier.step(&mut state, &sample);

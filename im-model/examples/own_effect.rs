@@ -4,7 +4,7 @@
 
 use im_chart::{Series, chart};
 use im_model::effects::{Card, CustomId, Effect, Operating, ParameterInfo, Role, ScaleOf};
-use im_model::{Bench, Bound, Complex, Drive, EffectId, Effects, Machine, Scalar, State, machines, register_effect};
+use im_model::{Bench, Bound, Complex, EffectId, Effects, Machine, PlantInput, Scalar, State, machines, register_effect};
 
 /// A brake in proportion to speed up to a limit: τ = T ω/√(ω² + ω_0²).
 #[derive(Clone, Copy)]
@@ -84,7 +84,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut speed = Vec::new();
         for k in 0..10_000 {
             let (s, c) = (0.0314 * f64::from(k)).sin_cos();
-            bench.advance(&Drive::new(Complex::new(326.6 * c, 326.6 * s), 5.0));
+            bench.advance(&PlantInput::new(Complex::new(326.6 * c, 326.6 * s), 5.0));
             speed.push((1e-4 * f64::from(k), bench.output().omega_m));
         }
         println!("hub {torque} Nm: {:.2} rad/s at 5 Nm of load", bench.output().omega_m);

@@ -5,7 +5,7 @@ use num_traits::Zero;
 
 use crate::effects::EffectId;
 use crate::machine::Machine;
-use crate::plant::{Drive, Plant};
+use crate::plant::{Plant, PlantInput};
 use crate::scalar::Scalar;
 use crate::state::State;
 
@@ -104,27 +104,27 @@ impl<T: Scalar> Bench<T> {
 
     /// Runs one sample with the command and the load torque held.
     #[inline(always)]
-    pub fn advance(&mut self, drive: &Drive<T>) {
-        self.advance_observed(drive, |_, _| ());
+    pub fn advance(&mut self, input: &PlantInput<T>) {
+        self.advance_observed(input, |_, _| ());
     }
 
     /// As [`advance`](Self::advance); `observe` sees every stage with its weight (see [`Plant::step_observed`]).
     #[inline(always)]
-    pub fn advance_observed(&mut self, drive: &Drive<T>, mut observe: impl FnMut(f64, &crate::plant::Evaluation<T>)) {
-        let u_s = if self.delayed { self.late(drive.u_s) } else { drive.u_s };
+    pub fn advance_observed(&mut self, input: &PlantInput<T>, mut observe: impl FnMut(f64, &crate::plant::Evaluation<T>)) {
+        let u_s = if self.delayed { self.late(input.u_s) } else { input.u_s };
         let before = self.state.omega_m;
-        let mut drive = Drive { u_s, ..*drive };
-        if let Some([target, _]) = &mut drive.speed_pull {
-            // The target is what a sensor shows: the speed is drawn by what that sensor would show of it, not by the truth behind it.
+        let mut input = PlantInput { u_s, ..*input };
+        if let Some([target, _]) = &mut input.speed_nudge {
+            // The target is what a sensor shows: the speed is nudged by what that sensor would show of it, not by the truth behind it.
             *target += before - self.speed_seen();
         }
-        let whole = drive.imposed_speed;
+        let whole = input.imposed_speed;
         for k in 0..self.substeps {
             if let Some([a, b]) = whole {
                 let at = |k: u32| a + (b - a).scale(f64::from(k) / f64::from(self.substeps));
-                drive.imposed_speed = Some([at(k), at(k + 1)]);
+                input.imposed_speed = Some([at(k), at(k + 1)]);
             }
-            self.plant.step_observed(&mut self.state, &drive, self.substep, &mut observe);
+            self.plant.step_observed(&mut self.state, &input, self.substep, &mut observe);
         }
         let now = self.state.omega_m;
         self.speed_shown = self.plant.effects().speed_sensor_lag.shown(self.speed_shown, before, now, self.sample_time);

@@ -69,7 +69,7 @@ pub use num_complex::Complex;
 pub use parameters::{
     BaseParameter, DerivedConstants, GammaParameters, InverseGammaParameters, KenneConstants, TParameters, WindingParameters,
 };
-pub use plant::{Drive, Evaluation, Ledger, Plant, Powers};
+pub use plant::{Evaluation, Ledger, Plant, PlantInput, Powers};
 #[cfg(feature = "std")]
 pub use recording::Recording;
 #[cfg(feature = "std")]

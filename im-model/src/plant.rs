@@ -17,22 +17,22 @@ use crate::state::{Parts, State};
 
 /// What drives the machine during a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drive<T> {
+pub struct PlantInput<T> {
     /// Commanded stator voltage, V.
     pub u_s: Complex<T>,
     /// Load torque, Nm, positive against positive rotation.
     pub tau_load: T,
     /// When given, the rotor turns at this speed (rad/s at the start and at the end of the step) whatever the torque.
     pub imposed_speed: Option<[T; 2]>,
-    /// When given as (ω, k), the speed is drawn towards ω, rad/s, at the rate k, 1/s: dω_m/dt gains k(ω − ω_m). Comparing with a
+    /// When given as (ω, k), the speed is nudged towards ω, rad/s, at the rate k, 1/s: dω_m/dt gains k(ω − ω_m). Comparing with a
     /// recording, this keeps a wrong model from pulling out of step, and leaves its torque errors visible as speed errors.
-    pub speed_pull: Option<[T; 2]>,
+    pub speed_nudge: Option<[T; 2]>,
 }
 
-impl<T: Scalar> Drive<T> {
+impl<T: Scalar> PlantInput<T> {
     /// Voltage and load torque, speed free.
     pub fn new(u_s: Complex<T>, tau_load: T) -> Self {
-        Self { u_s, tau_load, imposed_speed: None, speed_pull: None }
+        Self { u_s, tau_load, imposed_speed: None, speed_nudge: None }
     }
 }
 
@@ -175,13 +175,13 @@ impl<T: Scalar> Plant<T> {
     }
 
     /// Rates, torque and powers at a state.
-    pub fn evaluate(&self, x: &State<T>, drive: &Drive<T>) -> Evaluation<T> {
-        if self.plain { self.evaluate_as::<true>(x, drive) } else { self.evaluate_as::<false>(x, drive) }
+    pub fn evaluate(&self, x: &State<T>, input: &PlantInput<T>) -> Evaluation<T> {
+        if self.plain { self.evaluate_as::<true>(x, input) } else { self.evaluate_as::<false>(x, input) }
     }
 
     /// `PLAIN` lets the compiler leave out every place but the flux-current map; the arithmetic that remains is the same.
     #[inline(always)]
-    fn evaluate_as<const PLAIN: bool>(&self, x: &State<T>, drive: &Drive<T>) -> Evaluation<T> {
+    fn evaluate_as<const PLAIN: bool>(&self, x: &State<T>, input: &PlantInput<T>) -> Evaluation<T> {
         let parts = if PLAIN { Parts::default() } else { self.parts };
         let heated = if PLAIN { [false; 2] } else { self.heated };
         let (p, e) = (&self.parameters, &self.effects);
@@ -201,7 +201,7 @@ impl<T: Scalar> Plant<T> {
         let at =
             Operating { i_s, i_r, psi_m, omega_m: x.omega_m, theta_m: x.theta_m, r_s, r_r, n_p: self.n_p(), own: [T::zero(); 2] };
 
-        let u_s = if PLAIN { drive.u_s } else { e.applied_voltage(drive.u_s, i_s) };
+        let u_s = if PLAIN { input.u_s } else { e.applied_voltage(input.u_s, i_s) };
         let stator_drop = if PLAIN { i_s * r_s } else { e.stator_drop(i_s * r_s, &at, &x.own) };
         let mut rotor_drop = if PLAIN { i_r * r_r } else { e.rotor_drop(i_r * r_r, &at, &x.own) };
 
@@ -239,13 +239,13 @@ impl<T: Scalar> Plant<T> {
             let damper = law.damping_nm_s_per_rad(p.inertia_kg_m2) * slide;
             shaft_damping = damper * slide;
             rates.twist = slide;
-            rates.omega_load = (spring + damper - drive.tau_load) * self.inv_load_inertia;
+            rates.omega_load = (spring + damper - input.tau_load) * self.inv_load_inertia;
             (spring + damper, x.omega_load)
         } else {
-            (drive.tau_load, x.omega_m)
+            (input.tau_load, x.omega_m)
         };
         rates.omega_m = (torque - braking - tau_shaft) * self.inv_inertia;
-        if let Some([target, rate]) = drive.speed_pull {
+        if let Some([target, rate]) = input.speed_nudge {
             rates.omega_m += (target - x.omega_m) * rate;
         }
         rates.theta_m = x.omega_m;
@@ -270,34 +270,34 @@ impl<T: Scalar> Plant<T> {
         }
 
         let powers = Powers {
-            electrical_input: dot(drive.u_s, i_s).scale(1.5),
-            inverter_loss: dot(drive.u_s - u_s, i_s).scale(1.5),
+            electrical_input: dot(input.u_s, i_s).scale(1.5),
+            inverter_loss: dot(input.u_s - u_s, i_s).scale(1.5),
             stator_copper,
             rotor_copper,
             iron,
             friction: braking * x.omega_m,
             shaft_damping,
-            load: drive.tau_load * omega_load,
+            load: input.tau_load * omega_load,
         };
         Evaluation { rates, currents, torque, powers }
     }
 
     /// One fourth-order Runge-Kutta step of length `h`, s, with inputs held.
     #[inline]
-    pub fn step(&self, x: &State<T>, drive: &Drive<T>, h: f64) -> State<T> {
+    pub fn step(&self, x: &State<T>, input: &PlantInput<T>, h: f64) -> State<T> {
         let mut next = *x;
-        self.step_observed(&mut next, drive, h, |_, _| ());
+        self.step_observed(&mut next, input, h, |_, _| ());
         next
     }
 
     /// As [`step`](Self::step), in place; `observe(weight, evaluation)` sees the four stages with their quadrature weights (sum
     /// `h`), so that integrals of powers are taken with the same rule as the state.
     #[inline(always)]
-    pub fn step_observed(&self, x: &mut State<T>, drive: &Drive<T>, h: f64, observe: impl FnMut(f64, &Evaluation<T>)) {
-        if self.plain && drive.imposed_speed.is_none() {
-            self.step_as::<true>(x, drive, h, observe);
+    pub fn step_observed(&self, x: &mut State<T>, input: &PlantInput<T>, h: f64, observe: impl FnMut(f64, &Evaluation<T>)) {
+        if self.plain && input.imposed_speed.is_none() {
+            self.step_as::<true>(x, input, h, observe);
         } else {
-            self.step_as::<false>(x, drive, h, observe);
+            self.step_as::<false>(x, input, h, observe);
         }
     }
 
@@ -305,7 +305,7 @@ impl<T: Scalar> Plant<T> {
     fn step_as<const PLAIN: bool>(
         &self,
         x: &mut State<T>,
-        drive: &Drive<T>,
+        input: &PlantInput<T>,
         h: f64,
         mut observe: impl FnMut(f64, &Evaluation<T>),
     ) {
@@ -315,26 +315,26 @@ impl<T: Scalar> Plant<T> {
         let (from, mut at) = (*x, *x);
         // A loop, not four copies: with derivatives a copy fills a processor's instruction cache by itself.
         for (fraction, weight, next) in [(0.0, sixth, half), (0.5, third, half), (0.5, third, h), (1.0, sixth, h)] {
-            if let (false, Some([a, b])) = (PLAIN, drive.imposed_speed) {
+            if let (false, Some([a, b])) = (PLAIN, input.imposed_speed) {
                 at.omega_m = a + (b - a).scale(fraction);
             }
-            let e = self.evaluate_as::<PLAIN>(&at, drive);
+            let e = self.evaluate_as::<PLAIN>(&at, input);
             observe(weight, &e);
             x.accumulate(&e.rates, weight, parts);
             if fraction < 1.0 {
                 at.set_advanced(&from, &e.rates, next, parts);
             }
         }
-        if let (false, Some([_, b])) = (PLAIN, drive.imposed_speed) {
+        if let (false, Some([_, b])) = (PLAIN, input.imposed_speed) {
             x.omega_m = b;
         }
     }
 
     /// Rates in a frame at electrical angle `theta` turning with `omega_k`, rad/s; state and voltage are given in that frame.
-    pub fn rates_in_frame(&self, x: &State<T>, drive: &Drive<T>, theta: T, omega_k: T) -> State<T> {
+    pub fn rates_in_frame(&self, x: &State<T>, input: &PlantInput<T>, theta: T, omega_k: T) -> State<T> {
         let still = x.in_frame(-theta);
-        let drive = Drive { u_s: drive.u_s * unit(theta), ..*drive };
-        let mut rates = self.evaluate(&still, &drive).rates.in_frame(theta);
+        let input = PlantInput { u_s: input.u_s * unit(theta), ..*input };
+        let mut rates = self.evaluate(&still, &input).rates.in_frame(theta);
         rates.psi_s -= j(x.psi_s) * omega_k;
         rates.psi_r -= j(x.psi_r) * omega_k;
         rates.psi_fe -= j(x.psi_fe) * omega_k;

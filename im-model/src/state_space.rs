@@ -76,7 +76,7 @@ pub fn kwon_state<T: Scalar>(machine: &Machine<T>, x: &State<T>) -> SVector<T, 5
 mod tests {
     use super::*;
     use crate::machines::{KWON_PRINTED_MATRICES, KWON_TABLE_IV};
-    use crate::{Drive, Effects, Plant};
+    use crate::{Effects, Plant, PlantInput};
     use num_complex::Complex;
     use proptest::prelude::*;
 
@@ -112,8 +112,8 @@ mod tests {
             let machine = Machine::try_new(p, 2, Effects::none()).unwrap();
             let plant = Plant::new(&machine);
             let x = State { psi_s: Complex::new(f[0], f[1]), psi_r: Complex::new(f[2], f[3]), omega_m: omega, ..State::default() };
-            let drive = Drive::new(Complex::new(u, -0.3 * u), tau);
-            let rates = plant.evaluate(&x, &drive).rates;
+            let input = PlantInput::new(Complex::new(u, -0.3 * u), tau);
+            let rates = plant.evaluate(&x, &input).rates;
             // Currents are linear in the fluxes: di/dt = i(dψ/dt).
             let di = plant.currents(&rates).i_s;
             let expected = SVector::<f64, 5>::new(rates.omega_m, rates.psi_r.re, rates.psi_r.im, di.re, di.im);

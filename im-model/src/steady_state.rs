@@ -10,7 +10,7 @@ use crate::dual::Dual;
 use crate::effects::{EffectId, Role};
 use crate::error::ModelError;
 use crate::machine::Machine;
-use crate::plant::{Drive, Plant};
+use crate::plant::{Plant, PlantInput};
 use crate::space_vector::j;
 use crate::state::State;
 
@@ -95,7 +95,7 @@ fn slip_for_load(machine: &Machine<f64>, u: f64, omega: f64, torque: f64) -> Opt
     // Torque surplus at relative slip s, by the acceleration of the plant.
     let surplus = |s: f64| {
         let x = linear(machine, u, omega, omega * (1.0 - s) / n_p);
-        let e = plant.evaluate(&x, &Drive::new(Complex::from(u), torque));
+        let e = plant.evaluate(&x, &PlantInput::new(Complex::from(u), torque));
         // Against the direction of the field a motoring torque is negative.
         (e.torque - torque) * omega.signum() - e.powers.friction / x.omega_m.abs().max(1e-9)
     };
@@ -124,13 +124,13 @@ fn solve(machine: &Machine<f64>, u: f64, omega: f64, held: Held, start: State<f6
     let plant = Plant::new(&machine.cast::<Dual<N>>());
     let parts = plant.parts();
     let torque = if let Held::Load(t) = held { t } else { 0.0 };
-    let drive = Drive::new(Complex::from(Dual::constant(u)), Dual::constant(torque));
+    let input = PlantInput::new(Complex::from(Dual::constant(u)), Dual::constant(torque));
     let mut x = pack(&start);
     let zero = Dual::<N>::zero();
     let mut before = f64::INFINITY;
     for _ in 0..60 {
         let seeded = unpack(core::array::from_fn(|k| Dual::seeded(x[k], k, 1.0)));
-        let r = plant.rates_in_frame(&seeded, &drive, zero, Dual::constant(omega));
+        let r = plant.rates_in_frame(&seeded, &input, zero, Dual::constant(omega));
         let mut residual = pack(&r);
         // With both masses at one speed: the motor's balance fixes ω_m, the load's fixes the twist.
         residual[9] = if parts.shaft { r.omega_load } else { seeded.twist };
@@ -210,7 +210,7 @@ mod tests {
             let w = 2.0 * core::f64::consts::PI * f;
             let angle = w * h * (f64::from(k) + 0.5);
             let hold = (0.5 * w * h).sin() / (0.5 * w * h);
-            x = plant.step(&x, &Drive::new(crate::space_vector::unit(angle) * u * hold, tau), h);
+            x = plant.step(&x, &PlantInput::new(crate::space_vector::unit(angle) * u * hold, tau), h);
         }
         assert_relative_eq!(x.omega_m, x0.omega_m, max_relative = 2e-6);
         assert_relative_eq!(x.psi_s.norm(), x0.psi_s.norm(), max_relative = 1e-4);

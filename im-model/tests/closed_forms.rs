@@ -4,7 +4,7 @@ use im_model::effects::ScaleOf;
 use im_model::machines::ALL;
 use im_model::simulation::{Scenario, Sensors, Simulation, VoltsPerHertz};
 use im_model::space_vector::unit;
-use im_model::{Bench, Complex, Drive, Effects, Held, Machine, Nameplate, Plant, Rating, State, machines, steady_state};
+use im_model::{Bench, Complex, Effects, Held, Machine, Nameplate, Plant, PlantInput, Rating, State, machines, steady_state};
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 fn near(a: f64, b: f64, tolerance: f64) -> bool {
@@ -189,7 +189,7 @@ fn an_imposed_ramp_turns_the_shaft_by_its_mean() {
         for k in 0..5 {
             let [a, b] = [100.0 + 8.0 * f64::from(k), 108.0 + 8.0 * f64::from(k)];
             let before = bench.state().theta_m;
-            bench.advance(&Drive { imposed_speed: Some([a, b]), ..Drive::new(Complex::new(0.0, 0.0), 0.0) });
+            bench.advance(&PlantInput { imposed_speed: Some([a, b]), ..PlantInput::new(Complex::new(0.0, 0.0), 0.0) });
             assert!(
                 near(bench.state().theta_m - before, 0.5 * (a + b) * 2e-4, 1e-9),
                 "{steps}: {}",
@@ -207,7 +207,7 @@ fn a_sample_is_as_long_in_any_number_of_steps() {
     let after = |steps: u32| {
         let mut bench = Bench::new(&machine, State::default(), 2e-4).with_substeps(steps);
         for k in 0..200 {
-            bench.advance(&Drive::new(unit(0.06 * f64::from(k)) * 300.0, 1.0));
+            bench.advance(&PlantInput::new(unit(0.06 * f64::from(k)) * 300.0, 1.0));
         }
         *bench.state()
     };
@@ -230,7 +230,7 @@ fn a_late_command_acts_in_its_shares() {
         for k in 0..7 {
             let before = bench.state().psi_s;
             let i = bench.output().i_s;
-            bench.advance(&Drive::new(command(k), 0.0));
+            bench.advance(&PlantInput::new(command(k), 0.0));
             let mean = (i + bench.output().i_s) / 2.0;
             let seen = (bench.state().psi_s - before) / 1e-4 + mean * m.parameters().stator_resistance_ohm;
             let expected = command(k - n) * (1.0 - f) + command(k - n - 1) * f;

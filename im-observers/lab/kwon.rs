@@ -48,20 +48,20 @@ pub fn table_v() -> Machine<f64> {
 }
 
 /// Least current: (30), (31), and the regulator of Fig. 5 in front of the delta modulator.
-pub struct Drive {
+pub struct LeastCurrentDrive {
     current: CurrentLaw,
     slip: SlipLaw,
     angle: f64,
     integral: Complex<f64>,
 }
 
-impl Default for Drive {
+impl Default for LeastCurrentDrive {
     fn default() -> Self {
         Self { current: CurrentLaw::KWON, slip: SlipLaw::KWON, angle: 0.0, integral: Complex::new(0.0, 0.0) }
     }
 }
 
-impl Controller<f64> for Drive {
+impl Controller<f64> for LeastCurrentDrive {
     fn step(&mut self, m: &Measured<f64>, reference: &Reference<f64>) -> Command<f64> {
         let torque = reference.torque_nm.max(1e-3);
         let peak = self.current.at(torque) * core::f64::consts::SQRT_2;
@@ -92,7 +92,7 @@ pub fn run(machine: &Machine<f64>, load: f64, imposed: Option<Profile>, duration
         imposed_speed: imposed,
         ..Scenario::direct_on_line(1.0, 60.0, duration_s)
     };
-    let mut drive = Drive::default();
+    let mut drive = LeastCurrentDrive::default();
     let run = Simulation::new(&machine, &scenario).controlled_by(&mut drive).with_internals().run().expect("runs");
     Truth::from_run(run)
 }

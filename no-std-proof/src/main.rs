@@ -10,12 +10,12 @@
 use core::panic::PanicInfo;
 
 use im_control::{
-    BeginsAt, Drive as Looked, DriveLimits, FieldOriented, FieldOrientedGains, FlyingStart, Kenne, KenneGains, MachineData,
+    BeginsAt, Drive, DriveLimits, FieldOriented, FieldOrientedGains, FlyingStart, Kenne, KenneGains, MachineData,
     Reports,
 };
 use im_identify::online::{Identifier, KenneRotorResistance, KenneSettings, Sample};
 use im_model::simulation::{Command, Controller, Measured, Reference};
-use im_model::{Bench, Complex, Drive, Effects, Machine, State, machines};
+use im_model::{Bench, Complex, PlantInput, Effects, Machine, State, machines};
 use im_observers::{
     Basis, CurrentModel, Derdiyok, DerdiyokGains, Input, Kubota, KubotaGains, LoadTorqueModel, Observer, Thau, ThauGains, Utkin,
     UtkinGains,
@@ -45,7 +45,7 @@ fn run_up() -> Option<f32> {
     let turn = im_model::space_vector::unit(0.031_415_927_f32);
     let mut u = Complex::new(326.6, 0.0);
     for _ in 0..10_000 {
-        bench.advance(&Drive::new(u, 1.0));
+        bench.advance(&PlantInput::new(u, 1.0));
         u *= turn;
     }
     Some(bench.output().omega_m)
@@ -72,7 +72,7 @@ fn error(machine: &Machine<f64>, observer: &impl Observer<f32>) -> f32 {
     let mut u = Complex::new(326.6, 0.0);
     let mut error = f32::INFINITY;
     for _ in 0..15_000 {
-        bench.advance(&Drive::new(u, 5.0));
+        bench.advance(&PlantInput::new(u, 5.0));
         let shown = bench.output();
         let estimate = observer.step(&mut state, &Input::new(u, shown.i_s).with_speed(shown.omega_m));
         let off = estimate.omega_m - shown.omega_m;
@@ -98,7 +98,7 @@ fn identified() -> Option<f32> {
     let mut u_s = Complex::new(326.6, 0.0);
     let mut estimate = 0.0;
     for _ in 0..15_000 {
-        bench.advance(&Drive::new(u_s, 14.0));
+        bench.advance(&PlantInput::new(u_s, 14.0));
         let shown = bench.output();
         estimate = identifier.step(&mut state, &Sample { i_s: shown.i_s, u_s, omega_m: shown.omega_m }).values[0];
         u_s *= turn;
@@ -113,7 +113,7 @@ fn controlled<C: Controller<f32> + BeginsAt<f32> + Reports + Clone>(
     controller: C,
 ) -> Option<f32> {
     let controller = FlyingStart::try_new(controller, known, 1e-4).ok()?;
-    let mut drive = Looked::try_new(controller, &DriveLimits::generous(known, 157.0, 0.9)).ok()?;
+    let mut drive = Drive::try_new(controller, &DriveLimits::generous(known, 157.0, 0.9)).ok()?;
     let mut bench = Bench::new(machine, State::default(), 1e-4);
     let mut u_s = Complex::new(0.0, 0.0);
     for _ in 0..10_000 {
@@ -122,7 +122,7 @@ fn controlled<C: Controller<f32> + BeginsAt<f32> + Reports + Clone>(
         let (Command::Voltage(u) | Command::Current(u)) =
             drive.step(&measured, &Reference { omega_m: 100.0, rotor_flux_vs: 0.9, torque_nm: 0.0 });
         u_s = u;
-        bench.advance(&Drive::new(u, 0.0));
+        bench.advance(&PlantInput::new(u, 0.0));
     }
     Some(bench.output().omega_m)
 }

@@ -76,7 +76,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     writeln!(out, "{:<34} {:>10} {:>10}", "", "before", "after")?;
     let mut row = |name: &str, b: f64, a: f64| writeln!(out, "{name:<34} {:>10} {:>10}", rounded(b), rounded(a));
     row("simulated on its own", free.0.chi2_per_sample, free.1.chi2_per_sample)?;
-    row("speed drawn to the measured one", aided.0.chi2_per_sample, aided.1.chi2_per_sample)?;
+    row("speed nudged to the measured one", aided.0.chi2_per_sample, aided.1.chi2_per_sample)?;
     for (name, rms) in &free.0.rmse {
         row(&format!("{name}, rms"), *rms, free.1.rmse[name])?;
     }

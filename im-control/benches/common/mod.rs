@@ -2,12 +2,11 @@
 
 use im_control::jadot::JadotGains;
 use im_control::{
-    Drive as Looked, DriveLimits, FieldOriented, FieldOrientedGains, Jadot, Kenne, KenneGains, MachineData, Mtpa, MtpaGains,
-    MtpaLaw,
+    Drive, DriveLimits, FieldOriented, FieldOrientedGains, Jadot, Kenne, KenneGains, MachineData, Mtpa, MtpaGains, MtpaLaw,
 };
 use im_identify::online::Fixed;
 use im_model::simulation::{Command, Controller, Measured, Reference};
-use im_model::{Bench, Complex, Drive, Machine, Scalar, State, machines};
+use im_model::{Bench, Complex, Machine, PlantInput, Scalar, State, machines};
 
 /// The closed loop.
 pub struct Loop<T, C> {
@@ -26,7 +25,7 @@ impl<T: Scalar, C: Controller<T>> Loop<T, C> {
             let command = self.controller.step(&self.measured, &self.reference);
             let (Command::Voltage(u) | Command::Current(u)) = command;
             if let Some(bench) = &mut self.bench {
-                bench.advance(&Drive::new(u, self.reference.torque_nm));
+                bench.advance(&PlantInput::new(u, self.reference.torque_nm));
                 let shown = bench.output();
                 self.measured = Measured { i_s: shown.i_s, omega_m: shown.omega_m, u_s: u, ..self.measured };
             } else {
@@ -99,7 +98,7 @@ pub fn each<T: Scalar>(closed: bool, with: &mut impl Visit<T>) {
         let law = MtpaLaw { torque_nm: [c(0.5), c(40.0)], ..MtpaLaw::kwon_printed() };
         with.visit("mtpa", looped(Mtpa::try_new(&known, &law, &MtpaGains::typical(&known)).expect("gains"), closed));
     }
-    with.visit("drive(indirect_field_orientation)", looped(Looked::try_new(indirect, &limits).expect("limits"), closed));
+    with.visit("drive(indirect_field_orientation)", looped(Drive::try_new(indirect, &limits).expect("limits"), closed));
 }
 
 /// What is done with each loop.

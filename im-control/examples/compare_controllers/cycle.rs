@@ -10,7 +10,7 @@ use im_design::mtpa::laws::fit_log;
 use im_model::simulation::{
     Bridge, CarrierPwm, Controller, DeltaModulator, Inverter, Load, Profile, References, Scenario, Sensors, Simulation, Source,
 };
-use im_model::{BaseParameter, Complex, Drive, Effects, Machine, ParameterId, Plant, machines};
+use im_model::{BaseParameter, Complex, Effects, Machine, ParameterId, Plant, PlantInput, machines};
 
 /// As `im_control::named` has them.
 pub const NAMES: [&str; 5] = ["indirect_field_orientation", "direct_field_orientation", "kenne", "jadot", "mtpa"];
@@ -128,7 +128,7 @@ impl Figures {
         let error = |k: usize| x.states[k].omega_m - references.speed_rad_s.at(T * k as f64);
         let plant = Plant::new(machine);
         let loss = |k: usize| {
-            let p = plant.evaluate(&x.states[k], &Drive::new(Complex::new(0.0, 0.0), 0.0)).powers;
+            let p = plant.evaluate(&x.states[k], &PlantInput::new(Complex::new(0.0, 0.0), 0.0)).powers;
             p.stator_copper + p.rotor_copper + p.iron
         };
         // Loaded and at speed, settled.

@@ -4,7 +4,7 @@ use im_control::{Jadot, JadotGains, MachineData};
 use im_identify::online::{Adaptation, Fixed, RegulationParameters, SchemeSettings, TimeScale, TimeVarying};
 use im_model::machines::JADOT_TABLE_I;
 use im_model::simulation::{Command, Controller, Measured, Reference};
-use im_model::{Complex, Drive, Machine, Plant, State, TParameters};
+use im_model::{Complex, Machine, Plant, PlantInput, State, TParameters};
 
 /// Sampling time, s. The paper simulates in continuous time.
 const H: f64 = 1e-4;
@@ -133,7 +133,7 @@ impl Study<'_> {
             let reference = Reference { omega_m: speed, rotor_flux_vs: ROTOR_FLUX_VS, torque_nm: 0.0 };
             let Command::Voltage(u) = controller.step(&m, &reference) else { unreachable!("the controller gives voltages") };
             u_s = u;
-            x = plant.step(&x, &Drive::new(u, load), H);
+            x = plant.step(&x, &PlantInput::new(u, load), H);
         }
         rows
     }

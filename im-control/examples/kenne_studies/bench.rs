@@ -6,7 +6,7 @@ use im_design::kenne::KenneRegion;
 use im_identify::online::{Identifier, KenneRotorResistance, KenneSettings, Range, Sample};
 use im_model::machines::KENNE_APPENDIX_II;
 use im_model::simulation::{Command, Controller, Measured, Reference};
-use im_model::{Bench, Complex, Drive, Machine, State};
+use im_model::{Bench, Complex, Machine, PlantInput, State};
 
 /// Largest current, peak, A: what 1.5 times the rated torque needs at the paper's flux.
 pub const CURRENT_A: f64 = 5.0;
@@ -155,7 +155,7 @@ impl Study<'_> {
                 r_r_hat: estimate.values[0],
                 current: shown.i_s.norm(),
             });
-            bench.advance(&Drive::new(u, brake(t)));
+            bench.advance(&PlantInput::new(u, brake(t)));
             (state, u_s) = (*bench.state(), u);
         }
         rows

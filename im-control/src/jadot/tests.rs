@@ -1,6 +1,6 @@
 use super::*;
 use im_identify::online::{Fixed, SchemeSettings, TimeScale};
-use im_model::{Drive, Machine, Plant, State as MachineState, machines};
+use im_model::{Machine, Plant, PlantInput, State as MachineState, machines};
 
 const H: f64 = 1e-4;
 const DC: f64 = 565.0;
@@ -35,7 +35,7 @@ fn run<A: Adaptation<f64>>(
         let Command::Voltage(u) = c.step(&m, &Reference { omega_m, rotor_flux_vs: 0.95, torque_nm: 0.0 }) else { panic!() };
         assert!(u.re.is_finite() && u.im.is_finite() && u.norm() <= DC * 2.0 / 3.0 + 1e-9, "{t}: {u}");
         u_s = u;
-        x = plant.step(&x, &Drive::new(u, load), H);
+        x = plant.step(&x, &PlantInput::new(u, load), H);
     }
     x
 }

@@ -10,7 +10,7 @@ use im_design::{Machine, Plant};
 use im_identify::online::{Fixed, Lambda};
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::space_vector::dot;
-use im_model::{Drive, State};
+use im_model::{PlantInput, State};
 use proptest::prelude::*;
 
 /// Jadot's controller with its machine, the speed held by a brake.
@@ -34,7 +34,7 @@ impl Regulated {
         let reference = Reference { omega_m: speed, rotor_flux_vs: flux_vs, torque_nm: 0.0 };
         let Command::Voltage(u) = self.controller.step(&m, &reference) else { panic!("a voltage") };
         self.u = u;
-        self.x = self.plant.step(&self.x, &Drive::new(u, 0.0), h);
+        self.x = self.plant.step(&self.x, &PlantInput::new(u, 0.0), h);
         error
     }
 }
@@ -152,7 +152,7 @@ proptest! {
                 outside += usize::from(lambda > d.boundary_lambda);
             }
             before = (inside && n >= magnetized).then_some([s_omega.abs(), s_lambda.abs()]);
-            x = model.step(&x, &Drive::new(u, -friction), h);
+            x = model.step(&x, &PlantInput::new(u, -friction), h);
         }
         prop_assert!(checked > 100, "{checked} samples inside the region, {outside} outside the layer");
     }

@@ -217,7 +217,7 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         u_s,
         tau_load: s.tau_load.as_ref().map_or_else(|| vec![0.0; n], |t| t.values[..n].to_vec()),
         imposed_speed: matches!(s.speed, SpeedTrace::Locked).then(|| vec![0.0; n]),
-        speed_pull: None,
+        speed_nudge: None,
         supply_frequency_hz: None,
         channels,
         start: Start::Rest,

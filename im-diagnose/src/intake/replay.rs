@@ -66,7 +66,7 @@ mod tests {
             u_s: vec![Complex::new(0.0, 0.0); n],
             tau_load: vec![0.0; n],
             imposed_speed: None,
-            speed_pull: None,
+            speed_nudge: None,
             channels,
             start: Start::Rest,
         };

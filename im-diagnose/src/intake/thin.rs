@@ -63,7 +63,7 @@ mod tests {
             u_s: (0..n).map(|k| Complex::new(ramp(k), 0.0)).collect(),
             tau_load: vec![1.0; n],
             imposed_speed: None,
-            speed_pull: None,
+            speed_nudge: None,
             channels: vec![Channel {
                 name: "omega_m_rad_s".into(),
                 kind: ChannelKind::Speed,

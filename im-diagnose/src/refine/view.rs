@@ -15,7 +15,7 @@ pub fn pulled(experiments: &[Experiment]) -> Vec<Experiment> {
         .map(|e| {
             let speed = e.channels.iter().find(|c| c.kind == ChannelKind::Speed && c.valid.is_none());
             let speed = speed.filter(|_| !e.is_table());
-            Experiment { speed_pull: speed.map(|c| (c.values.clone(), PULL_PER_S)), ..e.clone() }
+            Experiment { speed_nudge: speed.map(|c| (c.values.clone(), PULL_PER_S)), ..e.clone() }
         })
         .collect()
 }
@@ -28,7 +28,7 @@ pub const UNSTABLE: f64 = 1.2;
 /// unaided, to within `factor` of its aided error, stay unaided.
 pub fn judged(e: &Experiment, machine: &Machine<f64>, start: &State<f64>, factor: f64) -> Experiment {
     let aided = pulled(std::slice::from_ref(e)).remove(0);
-    let stable = aided.speed_pull.is_none() || mean_square(machine, e, start) <= factor * mean_square(machine, &aided, start);
+    let stable = aided.speed_nudge.is_none() || mean_square(machine, e, start) <= factor * mean_square(machine, &aided, start);
     if stable { e.clone() } else { aided }
 }
 

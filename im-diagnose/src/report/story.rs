@@ -62,7 +62,7 @@ impl<'a> Story<'a> {
             .into_par_iter()
             .map(|(e, held_out, starts)| {
                 let experiment = judged(e, &last.machine, &starts[starts.len() - 1], UNSTABLE);
-                let guided = experiment.speed_pull.is_some();
+                let guided = experiment.speed_nudge.is_some();
                 let predictions = models.iter().zip(&starts).map(|(m, x)| predict(&m.machine, &experiment, x)).collect();
                 View { experiment, held_out, guided, predictions }
             })

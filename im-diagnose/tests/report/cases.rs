@@ -6,7 +6,7 @@ use im_diagnose::refine::Options;
 use im_diagnose::report::Comparison;
 use im_model::machines::MOTULATOR_2_2_KW;
 use im_model::space_vector::unit;
-use im_model::{Bench, Complex, Drive, EffectId, Machine, MotorFile, ParameterId, Recording, State};
+use im_model::{Bench, Complex, EffectId, Machine, MotorFile, ParameterId, PlantInput, Recording, State};
 
 struct Noise(u64);
 
@@ -51,7 +51,7 @@ fn recording(machine: &Machine<f64>, name: &str, seed: u64, ripple: f64) -> Reco
         r.i_s.push(out.i_s + along * turn + Complex::new(noise.next(), noise.next()) * 0.03);
         r.omega_m.push(out.omega_m + 0.05 * noise.next());
         r.tau_load.as_mut().unwrap().push(load);
-        bench.advance(&Drive::new(u, load));
+        bench.advance(&PlantInput::new(u, load));
     }
     r
 }

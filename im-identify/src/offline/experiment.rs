@@ -1,6 +1,6 @@
 //! One run as the fitting sees it.
 
-use im_model::{Complex, Drive, Recording, State};
+use im_model::{Complex, PlantInput, Recording, State};
 use thiserror::Error;
 
 /// What a channel shows.
@@ -86,8 +86,8 @@ pub struct Experiment {
     pub tau_load: Vec<f64>,
     /// Speed imposed on the rotor, rad/s: the mechanics are then not simulated.
     pub imposed_speed: Option<Vec<f64>>,
-    /// Draws the simulated speed towards these values, rad/s, at a rate, 1/s ([`Drive::speed_pull`](im_model::Drive)).
-    pub speed_pull: Option<(Vec<f64>, f64)>,
+    /// Nudges the simulated speed towards these values, rad/s, at a rate, 1/s ([`PlantInput::speed_nudge`](im_model::PlantInput)).
+    pub speed_nudge: Option<(Vec<f64>, f64)>,
     /// What was measured.
     pub channels: Vec<Channel>,
     /// How it starts.
@@ -139,7 +139,7 @@ impl Experiment {
             u_s: r.u_s.clone(),
             tau_load: r.tau_load.clone().unwrap_or_else(|| vec![0.0; r.len()]),
             imposed_speed: None,
-            speed_pull: None,
+            speed_nudge: None,
             channels: vec![
                 channel("i_alpha_A", current(0.0), r.i_s.iter().map(|i| i.re).collect(), sigma_current_a[0]),
                 channel(
@@ -176,11 +176,11 @@ impl Experiment {
     }
 
     /// What drives the machine over the sample that begins at row `k`.
-    pub fn drive(&self, k: usize) -> Drive<f64> {
-        let mut drive = Drive::new(self.u_s[k], self.tau_load[k]);
-        drive.speed_pull = self.speed_pull.as_ref().map(|(w, rate)| [w[k], *rate]);
-        drive.imposed_speed = self.imposed_speed.as_ref().map(|w| [w[k], w[(k + 1).min(w.len() - 1)]]);
-        drive
+    pub fn input(&self, k: usize) -> PlantInput<f64> {
+        let mut input = PlantInput::new(self.u_s[k], self.tau_load[k]);
+        input.speed_nudge = self.speed_nudge.as_ref().map(|(w, rate)| [w[k], *rate]);
+        input.imposed_speed = self.imposed_speed.as_ref().map(|w| [w[k], w[(k + 1).min(w.len() - 1)]]);
+        input
     }
 
     /// Whether the rows are steady states of their own, not samples of one run.
@@ -218,8 +218,8 @@ impl Experiment {
         if let Some(w) = &self.imposed_speed {
             length("imposed speed", w.len())?;
         }
-        if let Some((w, _)) = &self.speed_pull {
-            length("speed pull", w.len())?;
+        if let Some((w, _)) = &self.speed_nudge {
+            length("nudged speed", w.len())?;
         }
         for c in &self.channels {
             length(&c.name, c.values.len())?;

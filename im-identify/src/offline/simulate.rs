@@ -1,6 +1,6 @@
 //! Predicted outputs of an experiment, with or without sensitivities.
 
-use im_model::{Bench, Complex, Drive, Dual, Machine, ParameterId, Scalar, State};
+use im_model::{Bench, Complex, Dual, Machine, ParameterId, PlantInput, Scalar, State};
 use rayon::prelude::*;
 
 use super::experiment::{ChannelKind, Experiment, Start};
@@ -33,7 +33,7 @@ fn run<T: Scalar>(
         }
     }
     if let (Start::Estimated(_), Some((&u, &tau))) = (experiment.start, u.first().zip(tau.first())) {
-        settle(&mut bench, &Drive::new(constant(u), T::from_f64(tau)));
+        settle(&mut bench, &PlantInput::new(constant(u), T::from_f64(tau)));
     }
     for k in 0..rows {
         let out = bench.output();
@@ -47,26 +47,26 @@ fn run<T: Scalar>(
             };
             sink(k, c, y);
         }
-        let mut drive = Drive::new(constant(u[k]), T::from_f64(tau[k]));
+        let mut input = PlantInput::new(constant(u[k]), T::from_f64(tau[k]));
         if let Some(w) = &experiment.imposed_speed {
             let next = w[(k + 1).min(w.len() - 1)];
-            drive.imposed_speed = Some([T::from_f64(w[k]), T::from_f64(next)]);
+            input.imposed_speed = Some([T::from_f64(w[k]), T::from_f64(next)]);
         }
-        if let Some((w, rate)) = &experiment.speed_pull {
-            drive.speed_pull = Some([T::from_f64(w[k]), T::from_f64(*rate)]);
+        if let Some((w, rate)) = &experiment.speed_nudge {
+            input.speed_nudge = Some([T::from_f64(w[k]), T::from_f64(*rate)]);
         }
-        bench.advance(&drive);
+        bench.advance(&input);
     }
 }
 
 /// States that follow the fluxes within microseconds (iron) or milliseconds (skin effect) are not unknowns of a start in motion: they
 /// begin where they settle, the iron's flux ψ_fe = ψ_m − τ dψ_m/dt with the stator's rate for that of ψ_m. At zero it would kick the first
 /// current by ψ_m G/τ, tens of amperes.
-fn settle<T: Scalar>(bench: &mut Bench<T>, drive: &Drive<T>) {
+fn settle<T: Scalar>(bench: &mut Bench<T>, input: &PlantInput<T>) {
     // It pulls at ψ_m by a few per cent of what the leakages do: each round leaves that share of the error.
     for _ in 0..6 {
         let lag = bench.plant().effects().iron_loss.diffusion_time_s;
-        let e = bench.plant().evaluate(bench.state(), drive);
+        let e = bench.plant().evaluate(bench.state(), input);
         let x = bench.state_mut();
         (x.psi_fe, x.i_bar) = (e.currents.psi_m - e.rates.psi_s * lag, e.currents.i_r);
     }

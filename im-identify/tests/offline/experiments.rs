@@ -40,7 +40,7 @@ fn an_experiment_that_does_not_fit_together_is_named() {
     let mut bad = vec![
         ("tau_load_Nm", Experiment { tau_load: short(), ..e.clone() }),
         ("imposed speed", Experiment { imposed_speed: Some(short()), ..e.clone() }),
-        ("speed pull", Experiment { speed_pull: Some((short(), 1.0)), ..e.clone() }),
+        ("nudged speed", Experiment { speed_nudge: Some((short(), 1.0)), ..e.clone() }),
         ("no channel", Experiment { channels: Vec::new(), ..e.clone() }),
     ];
     for sigma in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -77,7 +77,7 @@ fn an_experiment_from_a_recording_has_its_signals() {
         assert_eq!(e.channels.iter().map(|c| c.values[k]).collect::<Vec<_>>(), [i.re, i.im, r.omega_m[k]]);
     }
     assert!(e.u_s == r.u_s && Some(&e.tau_load) == r.tau_load.as_ref() && e.sample_time_s == r.sample_time_s);
-    assert!(e.start == Start::Rest && !e.is_table() && e.imposed_speed.is_none() && e.speed_pull.is_none());
+    assert!(e.start == Start::Rest && !e.is_table() && e.imposed_speed.is_none() && e.speed_nudge.is_none());
     let unloaded = Experiment::from_recording(&Recording { tau_load: None, ..r }, [1.0; 2], 1.0);
     assert!(unloaded.validate().is_ok() && unloaded.tau_load.iter().all(|t| *t == 0.0));
     assert!(!e.is_empty() && Experiment { u_s: Vec::new(), ..e }.is_empty());

@@ -60,7 +60,7 @@ pub(crate) fn id(p: BaseParameter) -> ParameterId {
     ParameterId::Base(p)
 }
 
-/// A channel of each kind of use: phase b in place of β, rows that do not count, a speed that draws or is imposed, motion at the start.
+/// A channel of each kind of use: phase b in place of β, rows that do not count, a speed that is nudged or imposed, motion at the start.
 pub(crate) fn odd() -> (Experiment, State<f64>) {
     let r = recording(false);
     let mut e = experiment(&r);

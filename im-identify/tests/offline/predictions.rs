@@ -18,9 +18,9 @@ fn slopes_are_the_derivatives_of_the_predictions() {
     ]
     .concat();
     assert!(all.len() > 12, "{}", all.len());
-    let pulled = Experiment { speed_pull: Some((vec![40.0; e.len()], 50.0)), ..e.clone() };
+    let nudged = Experiment { speed_nudge: Some((vec![40.0; e.len()], 50.0)), ..e.clone() };
     let imposed = Experiment { imposed_speed: Some((0..e.len()).map(|k| 30.0 + 0.1 * k as f64).collect()), ..e.clone() };
-    for (name, e) in [("free", &e), ("pulled", &pulled), ("imposed", &imposed)] {
+    for (name, e) in [("free", &e), ("nudged", &nudged), ("imposed", &imposed)] {
         let whole = linearize(&machine, e, &start, 0, &all);
         for (a, b) in whole.residuals.iter().flatten().zip(residuals(&machine, e, &start).iter().flatten()) {
             assert!((a - b).abs() <= 1e-9 * (1.0 + b.abs()), "{name}: {a} {b}");
@@ -100,15 +100,15 @@ fn an_imposed_speed_is_what_the_machine_turns_at_and_a_pulled_one_comes_near() {
     let imposed = Experiment { imposed_speed: Some(wanted.clone()), ..e.clone() };
     let shown = &predict(&truth(), &imposed, &start)[2];
     assert!(shown.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-9));
-    assert_eq!(imposed.drive(7).imposed_speed, Some([wanted[7], wanted[8]]));
-    assert_eq!(imposed.drive(e.len() - 1).imposed_speed, Some([wanted[e.len() - 1]; 2]));
-    // The pull lags the ramp of 250 rad/s² by its inverse rate, 2.5 ms, and what torque there is moves it by τ/J over the rate.
-    let pulled = Experiment { speed_pull: Some((wanted.clone(), 400.0)), ..e };
-    let shown = &predict(&truth(), &pulled, &start)[2];
-    let free = &predict(&truth(), &Experiment { speed_pull: None, ..pulled.clone() }, &start)[2];
+    assert_eq!(imposed.input(7).imposed_speed, Some([wanted[7], wanted[8]]));
+    assert_eq!(imposed.input(e.len() - 1).imposed_speed, Some([wanted[e.len() - 1]; 2]));
+    // The nudge lags the ramp of 250 rad/s² by its inverse rate, 2.5 ms, and what torque there is moves it by τ/J over the rate.
+    let nudged = Experiment { speed_nudge: Some((wanted.clone(), 400.0)), ..e };
+    let shown = &predict(&truth(), &nudged, &start)[2];
+    let free = &predict(&truth(), &Experiment { speed_nudge: None, ..nudged.clone() }, &start)[2];
     let off = |y: &[f64]| y[200..].iter().zip(&wanted[200..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(off(shown) < 0.3 * off(free), "{} {}", off(shown), off(free));
-    assert_eq!(pulled.drive(7).speed_pull, Some([wanted[7], 400.0]));
+    assert_eq!(nudged.input(7).speed_nudge, Some([wanted[7], 400.0]));
 }
 
 /// A delayed voltage before a recording that begins magnetized is the one it begins with, along either axis; before one from rest it is none.

@@ -23,7 +23,7 @@ fn a_table_of_steady_states_shows_the_circuit_and_gives_it_back() {
             u_s: rows.iter().map(|(u, _)| Complex::new(0.0, scale * u)).collect(),
             tau_load: rows.iter().map(|r| r.1).collect(),
             imposed_speed: locked.then(|| vec![0.0; rows.len()]),
-            speed_pull: None,
+            speed_nudge: None,
             channels: kinds
                 .map(|(name, kind, sigma)| Channel { name: name.into(), kind, values: vec![0.0; rows.len()], valid: None, sigma })
                 .to_vec(),
@@ -89,7 +89,7 @@ fn shown(machine: &Machine<f64>, loads: &[f64], speed: Option<f64>) -> Experimen
         u_s: vec![Complex::new(326.6, 0.0); n],
         tau_load: loads.to_vec(),
         imposed_speed: speed.map(|w| vec![w; n]),
-        speed_pull: None,
+        speed_nudge: None,
         channels: kinds.map(channel).to_vec(),
         start: Start::Rest,
     };

@@ -2,7 +2,7 @@
 
 use im_identify::online::{RegulationParameters, Sample};
 use im_model::space_vector::unit;
-use im_model::{BaseParameter, Complex, Drive, Machine, ParameterId, Plant, State, TParameters};
+use im_model::{BaseParameter, Complex, Machine, ParameterId, Plant, PlantInput, State, TParameters};
 
 /// Where the machine runs: electrical speed and slip, rad/s, flux φ = (L_m/L_r)ψ_r, Vs.
 #[derive(Clone, Copy, Debug)]
@@ -99,7 +99,7 @@ impl Bench {
         self.u_s = here.voltage(&self.truth) * unit(self.angle + 0.5 * turn);
         self.angle += turn;
         let imposed_speed = Some([self.omega_m, now / self.n_p]);
-        self.state = self.plant.step(&self.state, &Drive { imposed_speed, ..Drive::new(self.u_s, 0.0) }, h);
+        self.state = self.plant.step(&self.state, &PlantInput { imposed_speed, ..PlantInput::new(self.u_s, 0.0) }, h);
         self.omega_m = now / self.n_p;
     }
 

@@ -1,6 +1,8 @@
 //! The machines whose steps are timed: shared by the benchmark and by the example that instruction counts are taken from.
 
-use im_model::{BaseParameter, Bench, Complex, Drive, Dual, Effects, Held, Machine, ParameterId, Scalar, machines, steady_state};
+use im_model::{
+    BaseParameter, Bench, Complex, Dual, Effects, Held, Machine, ParameterId, PlantInput, Scalar, machines, steady_state,
+};
 
 /// Sampling time, s: 10 kHz.
 pub const SAMPLE_TIME_S: f64 = 1e-4;
@@ -91,7 +93,7 @@ pub fn voltage<T: Scalar>() -> Vec<Complex<T>> {
 pub fn run<T: Scalar>(bench: &mut Bench<T>, voltage: &[Complex<T>]) -> T {
     let tau = std::hint::black_box(T::from_f64(LOAD_NM));
     for &u in voltage {
-        bench.advance(&Drive::new(u, tau));
+        bench.advance(&PlantInput::new(u, tau));
     }
     let y = bench.output();
     y.i_s.re + y.omega_m

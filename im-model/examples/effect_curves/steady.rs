@@ -1,6 +1,6 @@
 //! Effects that a sinusoidal steady state shows.
 
-use im_model::{Drive, Evaluation, Held, Machine, ModelError, Plant, State, steady_state};
+use im_model::{Evaluation, Held, Machine, ModelError, Plant, PlantInput, State, steady_state};
 
 use super::{Picture, Studio, pair};
 
@@ -17,7 +17,7 @@ fn curve(
             let x = range[0] + (range[1] - range[0]) * f64::from(k) / 60.0;
             let (voltage, frequency, held) = supply(x);
             let state = steady_state(machine, voltage, frequency, held)?;
-            let e = plant.evaluate(&state, &Drive::new(im_model::Complex::new(voltage, 0.0), 0.0));
+            let e = plant.evaluate(&state, &PlantInput::new(im_model::Complex::new(voltage, 0.0), 0.0));
             Ok((x, read(&e, &state)))
         })
         .collect()
@@ -79,7 +79,7 @@ fn brake(machine: &Machine<f64>, range: [f64; 2]) -> Vec<(f64, f64)> {
     let plant = Plant::new(machine);
     let speeds = (0..=400).map(|k| range[0] + (range[1] - range[0]) * f64::from(k) / 400.0);
     let at = |omega_m: f64| {
-        let e = plant.evaluate(&State { omega_m, ..State::default() }, &Drive::new(im_model::Complex::new(0.0, 0.0), 0.0));
+        let e = plant.evaluate(&State { omega_m, ..State::default() }, &PlantInput::new(im_model::Complex::new(0.0, 0.0), 0.0));
         (omega_m, e.powers.friction / omega_m)
     };
     speeds.filter(|w| w.abs() > 1e-6).map(at).collect()

@@ -8,7 +8,7 @@ use crate::bench::Bench;
 use crate::effects::EffectId;
 use crate::error::ModelError;
 use crate::machine::Machine;
-use crate::plant::{Drive, Plant};
+use crate::plant::{Plant, PlantInput};
 use crate::recording::Recording;
 use crate::simulation::bridge::{Bridge, Fed, Legs};
 use crate::simulation::carrier_pwm::CarrierPwm;
@@ -193,24 +193,24 @@ impl<'a> Simulation<'a> {
                     controller.step(&measured, &references.at(t))
                 }
             };
-            let drive = |u_s| Drive { imposed_speed, ..Drive::new(u_s, tau_load) };
+            let input = |u_s| PlantInput { imposed_speed, ..PlantInput::new(u_s, tau_load) };
             let applied = match (&s.source, s.inverter, command) {
                 (Source::Mains(mains), _, Command::Voltage(u)) => {
                     let delay = bench.plant().effects().voltage_delay.delay_s;
                     let steps = (t_s * mains.frequency_hz.abs() * STEPS_PER_TURN).ceil().max(1.0) as u32;
                     let steps = steps.max(bench.substeps());
-                    bench.advance_with(u, |plant, x, _| along_mains(plant, x, mains, t - delay, t_s, steps, &drive(u)));
+                    bench.advance_with(u, |plant, x, _| along_mains(plant, x, mains, t - delay, t_s, steps, &input(u)));
                     u
                 }
                 (_, Inverter::Averaged { dc_voltage_v }, Command::Voltage(u)) => {
                     let u = dc_voltage_v.map_or(u, |v| Bridge::ideal(v).limited(u));
-                    bench.advance(&drive(u));
+                    bench.advance(&input(u));
                     u
                 }
                 (_, Inverter::CarrierPwm(pwm, bridge), Command::Voltage(u)) => {
                     let limited = bridge.limited(u);
                     bench.advance_with(limited, |plant, x, late| {
-                        let mut fed = FedMachine::new(plant, x, drive(late), t_s);
+                        let mut fed = FedMachine::new(plant, x, input(late), t_s);
                         let duty = CarrierPwm::duty_cycles(&bridge, late);
                         for half in 0..periods {
                             pwm.half_period(&bridge, &mut legs, duty, (k * periods + half).is_multiple_of(2), &mut fed);
@@ -220,7 +220,7 @@ impl<'a> Simulation<'a> {
                 }
                 (_, Inverter::DeltaModulation(delta, bridge), Command::Current(wanted)) => {
                     bench.advance_with(Complex::zero(), |plant, x, _| {
-                        let mut fed = FedMachine::new(plant, x, drive(Complex::zero()), t_s);
+                        let mut fed = FedMachine::new(plant, x, input(Complex::zero()), t_s);
                         for _ in 0..periods {
                             delta.period(&bridge, &mut legs, wanted, &mut fed, |i| plant.effects().measured_current(i));
                         }
@@ -295,13 +295,21 @@ fn periods(s: &Scenario) -> Result<usize, SimulationError> {
 }
 
 /// Integrates over a sample with the mains' voltage at its mean over each step.
-fn along_mains(plant: &Plant<f64>, x: &mut State<f64>, mains: &Mains<f64>, t: f64, t_s: f64, steps: u32, drive: &Drive<f64>) {
+fn along_mains(
+    plant: &Plant<f64>,
+    x: &mut State<f64>,
+    mains: &Mains<f64>,
+    t: f64,
+    t_s: f64,
+    steps: u32,
+    input: &PlantInput<f64>,
+) {
     let h = t_s / f64::from(steps);
     for k in 0..steps {
         let begin = t + h * f64::from(k);
         let share = [f64::from(k) / f64::from(steps), f64::from(k + 1) / f64::from(steps)];
-        let imposed_speed = drive.imposed_speed.map(|[a, b]| share.map(|s| a + (b - a) * s));
-        *x = plant.step(x, &Drive { u_s: mains.mean(begin, begin + h), imposed_speed, ..*drive }, h);
+        let imposed_speed = input.imposed_speed.map(|[a, b]| share.map(|s| a + (b - a) * s));
+        *x = plant.step(x, &PlantInput { u_s: mains.mean(begin, begin + h), imposed_speed, ..*input }, h);
     }
 }
 
@@ -309,20 +317,20 @@ fn along_mains(plant: &Plant<f64>, x: &mut State<f64>, mains: &Mains<f64>, t: f6
 struct FedMachine<'a> {
     plant: &'a Plant<f64>,
     state: &'a mut State<f64>,
-    drive: Drive<f64>,
+    input: PlantInput<f64>,
     elapsed_s: f64,
     sample_time_s: f64,
 }
 
 impl<'a> FedMachine<'a> {
-    fn new(plant: &'a Plant<f64>, state: &'a mut State<f64>, drive: Drive<f64>, sample_time_s: f64) -> Self {
-        Self { plant, state, drive, elapsed_s: 0.0, sample_time_s }
+    fn new(plant: &'a Plant<f64>, state: &'a mut State<f64>, input: PlantInput<f64>, sample_time_s: f64) -> Self {
+        Self { plant, state, input, elapsed_s: 0.0, sample_time_s }
     }
 
     fn step(&mut self, u_s: Complex<f64>, h: f64) {
         let share = [self.elapsed_s, self.elapsed_s + h].map(|t| t / self.sample_time_s);
-        let imposed_speed = self.drive.imposed_speed.map(|[a, b]| share.map(|s| a + (b - a) * s));
-        *self.state = self.plant.step(self.state, &Drive { u_s, imposed_speed, ..self.drive }, h);
+        let imposed_speed = self.input.imposed_speed.map(|[a, b]| share.map(|s| a + (b - a) * s));
+        *self.state = self.plant.step(self.state, &PlantInput { u_s, imposed_speed, ..self.input }, h);
         self.elapsed_s += h;
     }
 }
@@ -351,8 +359,8 @@ mod tests {
         let machine = Machine::try_new(M.parameters(), M.pole_pairs, Effects::none()).unwrap();
         let plant = Plant::new(&machine);
         let mut x = State::default();
-        let drive = Drive { imposed_speed: Some([10.0, 14.0]), ..Drive::new(Complex::default(), 0.0) };
-        let mut fed = FedMachine::new(&plant, &mut x, drive, 1e-4);
+        let input = PlantInput { imposed_speed: Some([10.0, 14.0]), ..PlantInput::new(Complex::default(), 0.0) };
+        let mut fed = FedMachine::new(&plant, &mut x, input, 1e-4);
         for (duration, speed) in [(0.25e-4, 11.0), (0.5e-4, 13.0), (0.25e-4, 14.0)] {
             fed.hold(Complex::default(), duration);
             assert!((fed.state.omega_m - speed).abs() < 1e-12, "{} {speed}", fed.state.omega_m);

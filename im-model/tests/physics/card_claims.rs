@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use im_model::{Bench, Complex, Drive, EffectId, Effects, Machine, State};
+use im_model::{Bench, Complex, EffectId, Effects, Machine, PlantInput, State};
 
 use crate::lab::{self, RATED_V, SYNCHRONOUS, Shaft, Supply, T};
 
@@ -179,7 +179,7 @@ fn flux_against_no_flux(iron: &Machine<f64>, friction: &Machine<f64>) {
 
 fn coasting(m: &Machine<f64>, omega_m: f64) -> f64 {
     let mut bench = Bench::new(m, State { omega_m, ..State::default() }, T);
-    bench.advance(&Drive::new(Complex::new(0.0, 0.0), 0.0));
+    bench.advance(&PlantInput::new(Complex::new(0.0, 0.0), 0.0));
     (omega_m - bench.output().omega_m) / T
 }
 
@@ -236,7 +236,7 @@ fn sign_kept_against_sign_changed(offset: &Machine<f64>, dead_time: &Machine<f64
         let i = |m: &Machine<f64>| {
             let mut bench = Bench::new(m, State::default(), T);
             for _ in 0..20_000 {
-                bench.advance(&Drive { imposed_speed: Some([0.0; 2]), ..Drive::new(Complex::new(volts, 0.0), 0.0) });
+                bench.advance(&PlantInput { imposed_speed: Some([0.0; 2]), ..PlantInput::new(Complex::new(volts, 0.0), 0.0) });
             }
             bench.output().i_s.re
         };

@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use im_model::{Bench, Complex, Drive, EffectId, Effects, Machine, State};
+use im_model::{Bench, Complex, EffectId, Effects, Machine, PlantInput, State};
 use proptest::prelude::*;
 
 use crate::lab::{self, Shaft, Supply, T};
@@ -21,7 +21,7 @@ fn at(id: EffectId, place: f64) -> (Machine<f64>, f64) {
 fn coasting(m: &Machine<f64>, omega_m: f64) -> f64 {
     let mut bench = Bench::new(m, State { omega_m, omega_load: omega_m, ..State::default() }, T);
     for _ in 0..10 {
-        bench.advance(&Drive::new(Complex::new(0.0, 0.0), 0.0));
+        bench.advance(&PlantInput::new(Complex::new(0.0, 0.0), 0.0));
     }
     (omega_m - bench.output().omega_m) / (10.0 * T)
 }
@@ -181,7 +181,7 @@ proptest! {
         let acceleration = 500.0;
         let ramp = |k: u32| acceleration * T * f64::from(k);
         for k in 0..3000 {
-            bench.advance(&Drive { imposed_speed: Some([ramp(k), ramp(k + 1)]), ..Drive::new(Complex::new(0.0, 0.0), 0.0) });
+            bench.advance(&PlantInput { imposed_speed: Some([ramp(k), ramp(k + 1)]), ..PlantInput::new(Complex::new(0.0, 0.0), 0.0) });
         }
         // The lags of filters in series add.
         let ratio = m.effects().speed_sensor_lag.pole_ratio;
@@ -219,7 +219,7 @@ proptest! {
         let mut crossings = vec![];
         let mut before = 0.0;
         for k in 0..5000 {
-            bench.advance(&Drive::new(Complex::new(0.0, 0.0), 0.0));
+            bench.advance(&PlantInput::new(Complex::new(0.0, 0.0), 0.0));
             let now = bench.output().omega_m;
             if before * now < 0.0 {
                 crossings.push(T * (f64::from(k) + before / (before - now)));

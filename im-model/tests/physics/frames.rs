@@ -1,7 +1,7 @@
 //! The equations in a rotating frame and in the stator's describe one motion.
 
 use im_model::space_vector::unit;
-use im_model::{Drive, EffectId, Plant, State};
+use im_model::{EffectId, Plant, PlantInput, State};
 use proptest::prelude::*;
 
 use crate::lab;
@@ -36,15 +36,15 @@ proptest! {
         });
         let plant = Plant::new(&m);
         let u = unit(0.4) * 200.0;
-        let drive = Drive::new(u, tau);
+        let input = PlantInput::new(u, tau);
         let h = 0.02 / plant.fastest_rate().max(2000.0);
         let steps = (5e-3 / h).ceil() as u32;
         let (mut still, mut turning) = (State::default(), State::default());
         for k in 0..steps {
-            still = plant.step(&still, &drive, h);
+            still = plant.step(&still, &input, h);
             let rates = |x: &State<f64>, at: f64| {
                 let theta = omega_k * at;
-                plant.rates_in_frame(x, &Drive { u_s: u * unit(-theta), ..drive }, theta, omega_k)
+                plant.rates_in_frame(x, &PlantInput { u_s: u * unit(-theta), ..input }, theta, omega_k)
             };
             let (t, x) = (f64::from(k) * h, turning);
             let k1 = rates(&x, t);

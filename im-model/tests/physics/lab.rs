@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 use im_model::effects::Role;
 use im_model::machines::{MOTULATOR_2_2_KW, NamedMachine};
 use im_model::space_vector::unit;
-use im_model::{Bench, Complex, Drive, EffectId, Effects, Held, Machine, Output, State, steady_state};
+use im_model::{Bench, Complex, EffectId, Effects, Held, Machine, Output, PlantInput, State, steady_state};
 
 pub const MACHINE: NamedMachine = MOTULATOR_2_2_KW;
 /// Sampling time, s.
@@ -111,7 +111,7 @@ pub fn run_from(m: &Machine<f64>, x: State<f64>, supply: Supply, shaft: Shaft, s
             Shaft::Load(t) => (t, None),
             Shaft::Speed(w) => (0.0, Some([w, w])),
         };
-        bench.advance(&Drive { tau_load, imposed_speed, ..Drive::new(u, 0.0) });
+        bench.advance(&PlantInput { tau_load, imposed_speed, ..PlantInput::new(u, 0.0) });
     }
     trace.state = *bench.state();
     trace

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use im_model::machines::MODELICA_IMC_DOL;
 use im_model::space_vector::{from_phases, unit};
-use im_model::{Drive, Effects, Machine, Plant, State};
+use im_model::{Effects, Machine, Plant, PlantInput, State};
 
 #[test]
 fn the_modelica_start_is_followed() {
@@ -43,7 +43,7 @@ fn the_modelica_start_is_followed() {
     for row in rows.iter().filter(|r| r[time] >= 0.1) {
         while f64::from(k) * h < row[time] - 0.5 * h {
             let u = unit(angle + w * h * (f64::from(k) + 0.5)) * (m.rating.phase_voltage_peak_v * hold);
-            x = plant.step(&x, &Drive::new(u, 0.0), h);
+            x = plant.step(&x, &PlantInput::new(u, 0.0), h);
             k += 1;
         }
         worst_speed = worst_speed.max((x.omega_m - row[speed]).abs());

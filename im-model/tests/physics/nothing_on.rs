@@ -1,7 +1,7 @@
 //! Effects that are off leave the base machine alone, bit for bit; single precision follows double.
 
 use im_model::effects::Role;
-use im_model::{Bench, Complex, Drive, EffectId, Machine, Scalar, State};
+use im_model::{Bench, Complex, EffectId, Machine, PlantInput, Scalar, State};
 use proptest::prelude::*;
 
 use crate::lab::{self, Supply};
@@ -13,7 +13,7 @@ fn start<T: Scalar>(m: &Machine<T>, samples: usize) -> Vec<[f64; 3]> {
     let each = |k| {
         let u = supply.mean(k);
         let tau = if k < samples / 2 { 1.0 } else { 8.0 };
-        bench.advance(&Drive::new(Complex::new(T::from_f64(u.re), T::from_f64(u.im)), T::from_f64(tau)));
+        bench.advance(&PlantInput::new(Complex::new(T::from_f64(u.re), T::from_f64(u.im)), T::from_f64(tau)));
         let y = bench.output();
         [y.i_s.re.value(), y.i_s.im.value(), y.omega_m.value()]
     };
@@ -71,7 +71,7 @@ fn effects_fixed_to_the_shaft_say_so() {
         let run = |theta_m: f64| {
             let mut bench = Bench::new(&m, State { theta_m, ..State::default() }, lab::T);
             let supply = Supply::rated_flux(50.0);
-            (0..1000).for_each(|k| bench.advance(&Drive::new(supply.mean(k), 5.0)));
+            (0..1000).for_each(|k| bench.advance(&PlantInput::new(supply.mean(k), 5.0)));
             let y = bench.output();
             (y.i_s, y.omega_m)
         };

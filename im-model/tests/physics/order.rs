@@ -1,6 +1,6 @@
 //! The fixed step against an adaptive solver of a library, and its order.
 
-use im_model::{Complex, Drive, Effects, Machine, Plant, State};
+use im_model::{Complex, Effects, Machine, Plant, PlantInput, State};
 use ode_solvers::{Dop853, OutputType, SVector, System};
 
 use crate::lab;
@@ -42,7 +42,7 @@ fn unpack(v: &Vector) -> State<f64> {
     }
 }
 
-struct Held<'a>(&'a Plant<f64>, Drive<f64>);
+struct Held<'a>(&'a Plant<f64>, PlantInput<f64>);
 
 impl System<f64, Vector> for Held<'_> {
     fn system(&self, _t: f64, y: &Vector, dy: &mut Vector) {
@@ -50,12 +50,12 @@ impl System<f64, Vector> for Held<'_> {
     }
 }
 
-/// The solver's answer after `t` seconds with the drive held, to twelve digits.
-fn adaptive(plant: &Plant<f64>, x: &State<f64>, drive: Drive<f64>, t: f64) -> State<f64> {
+/// The solver's answer after `t` seconds with the input held, to twelve digits.
+fn adaptive(plant: &Plant<f64>, x: &State<f64>, input: PlantInput<f64>, t: f64) -> State<f64> {
     // Sparse output: the solver's own steps, not its interpolation, which is of lower order.
     let (rtol, atol, h_max, steps) = (1e-12, 1e-13, t, 100_000);
     let (safety, beta, least, most, first) = (0.9, 0.0, 0.333, 6.0, 0.0);
-    let (f, y) = (Held(plant, drive), pack(x));
+    let (f, y) = (Held(plant, input), pack(x));
     let mut solver =
         Dop853::from_param(f, 0.0, t, t, y, rtol, atol, safety, beta, least, most, h_max, first, steps, 1000, OutputType::Sparse);
     solver.integrate().unwrap();
@@ -86,26 +86,26 @@ fn everything_smooth() -> Machine<f64> {
 }
 
 /// A start, with the voltage turned once per millisecond and held between.
-fn run(mut advance: impl FnMut(&State<f64>, Drive<f64>) -> State<f64>) -> State<f64> {
+fn run(mut advance: impl FnMut(&State<f64>, PlantInput<f64>) -> State<f64>) -> State<f64> {
     let mut x = State::default();
     for k in 0..100 {
         let u = im_model::space_vector::unit(0.314 * f64::from(k)) * lab::RATED_V;
-        x = advance(&x, Drive::new(u, if k < 50 { 0.0 } else { 5.0 }));
+        x = advance(&x, PlantInput::new(u, if k < 50 { 0.0 } else { 5.0 }));
     }
     x
 }
 
-fn fixed(plant: &Plant<f64>, x: &State<f64>, drive: Drive<f64>, steps: u32) -> State<f64> {
+fn fixed(plant: &Plant<f64>, x: &State<f64>, input: PlantInput<f64>, steps: u32) -> State<f64> {
     let h = 1e-3 / f64::from(steps);
-    (0..steps).fold(*x, |x, _| plant.step(&x, &drive, h))
+    (0..steps).fold(*x, |x, _| plant.step(&x, &input, h))
 }
 
 #[test]
 fn fixed_steps_agree_with_an_adaptive_solver() {
     for machine in [lab::base(), everything_smooth()] {
         let plant = Plant::new(&machine);
-        let exact = run(|x, drive| adaptive(&plant, x, drive, 1e-3));
-        let ours = run(|x, drive| fixed(&plant, x, drive, 400));
+        let exact = run(|x, input| adaptive(&plant, x, input, 1e-3));
+        let ours = run(|x, input| fixed(&plant, x, input, 400));
         // h = 2.5 µs and λ = 5000 1/s, the iron's diffusion: (λh)⁴/120 is 2e-10.
         let error = distance(&ours, &exact);
         assert!(error < 1e-9, "{error:e}");
@@ -116,8 +116,8 @@ fn fixed_steps_agree_with_an_adaptive_solver() {
 fn the_order_is_four() {
     for machine in [lab::base(), everything_smooth()] {
         let plant = Plant::new(&machine);
-        let exact = run(|x, drive| adaptive(&plant, x, drive, 1e-3));
-        let error = |steps| distance(&run(|x, drive| fixed(&plant, x, drive, steps)), &exact);
+        let exact = run(|x, input| adaptive(&plant, x, input, 1e-3));
+        let error = |steps| distance(&run(|x, input| fixed(&plant, x, input, steps)), &exact);
         let (coarse, fine) = (error(20), error(80));
         let order = (coarse / fine).log2() / 2.0;
         // Higher orders of the error add to 4, knees of the saturation grid take away.

@@ -2,7 +2,7 @@
 
 use im_model::effects::{Card, CustomId, Effect, Operating, ParameterInfo, Role, ScaleOf};
 use im_model::{
-    Bench, Bound, Complex, Drive, Dual, EffectId, Effects, Ledger, Machine, ParameterId, Scalar, State, register_effect,
+    Bench, Bound, Complex, Dual, EffectId, Effects, Ledger, Machine, ParameterId, PlantInput, Scalar, State, register_effect,
 };
 
 use crate::lab;
@@ -110,8 +110,8 @@ fn start<T: Scalar>(m: &Machine<T>) -> (Vec<[T; 3]>, f64) {
     let rows = (0..2000)
         .map(|k| {
             let u = supply.mean(k);
-            let drive = Drive::new(Complex::new(T::from_f64(u.re), T::from_f64(u.im)), T::from_f64(5.0));
-            bench.advance_observed(&drive, |w, e| ledger.add(w, e));
+            let input = PlantInput::new(Complex::new(T::from_f64(u.re), T::from_f64(u.im)), T::from_f64(5.0));
+            bench.advance_observed(&input, |w, e| ledger.add(w, e));
             let y = bench.output();
             [y.i_s.re, y.i_s.im, y.omega_m]
         })

@@ -2,7 +2,7 @@
 
 use im_model::machines::{JADOT_TABLE_I, KENNE_APPENDIX_II};
 use im_model::space_vector::j;
-use im_model::{Complex, Drive, Held, Machine, Plant, State, steady_state};
+use im_model::{Complex, Held, Machine, Plant, PlantInput, State, steady_state};
 use proptest::prelude::*;
 
 fn state(f: [f64; 4], omega_m: f64) -> State<f64> {
@@ -29,8 +29,8 @@ proptest! {
         let plant = Plant::new(&Machine::base(m.parameters(), m.pole_pairs).unwrap());
         let (v_s, dv_s) = (Complex::new(v[0], v[1]), Complex::new(v[2], v[3]) * 100.0);
         let x = state(f, omega_m);
-        let first = State { omega_m, ..plant.evaluate(&x, &Drive::new(v_s, 0.0)).rates };
-        let second = plant.evaluate(&first, &Drive::new(dv_s, 0.0)).rates;
+        let first = State { omega_m, ..plant.evaluate(&x, &PlantInput::new(v_s, 0.0)).rates };
+        let second = plant.evaluate(&first, &PlantInput::new(dv_s, 0.0)).rates;
         let (i_s, di, ddi) = (plant.currents(&x).i_s, plant.currents(&first).i_s, plant.currents(&second).i_s);
         let c = m.windings.kenne(m.pole_pairs);
         let ([beta_1, beta_2, beta_3], [gamma_1, gamma_2, gamma_3, gamma_4]) = (c.beta, c.gamma);
@@ -50,7 +50,7 @@ proptest! {
         let p = m.parameters();
         let plant = Plant::new(&Machine::base(p, m.pole_pairs).unwrap());
         let (x, u_s) = (state(f, omega_m), Complex::new(u, 0.4 * u));
-        let rates = plant.rates_in_frame(&x, &Drive::new(u_s, 0.0), 0.0, omega_s);
+        let rates = plant.rates_in_frame(&x, &PlantInput::new(u_s, 0.0), 0.0, omega_s);
         let k = p.magnetizing_inductance_h / p.rotor_inductance_h();
         let four = p.inverse_gamma();
         let (r_req, l_f, inv_t_r) = (four.rotor_resistance_ohm, four.leakage_inductance_h, four.inverse_rotor_time_constant());

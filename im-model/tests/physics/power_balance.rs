@@ -2,7 +2,7 @@
 
 use im_model::effects::Role;
 use im_model::space_vector::unit;
-use im_model::{Bench, Complex, Drive, EffectId, Effects, Ledger, Machine, TParameters, machines};
+use im_model::{Bench, Complex, EffectId, Effects, Ledger, Machine, PlantInput, TParameters, machines};
 use proptest::prelude::*;
 
 /// A machine: one of the named ones with every parameter changed by up to a factor of two either way, and each effect on with an
@@ -66,8 +66,8 @@ proptest! {
             let (amplitude, frequency, phase) = voltage[part];
             angle += frequency * rating.electrical_frequency_hz * 2.0 * std::f64::consts::PI * sample;
             let u: Complex<f64> = unit(angle + phase) * (amplitude * rating.phase_voltage_peak_v);
-            let drive = Drive::new(u, load[part] * rating.torque_nm);
-            bench.advance_observed(&drive, |weight, e| {
+            let held = PlantInput::new(u, load[part] * rating.torque_nm);
+            bench.advance_observed(&held, |weight, e| {
                 ledger.add(weight, e);
                 // Energy comes in through the terminals, or through the shaft when the load drives.
                 input += weight * (e.powers.electrical_input.max(0.0) + (-e.powers.load).max(0.0));

@@ -1,7 +1,7 @@
 //! Derivatives carried by dual numbers are those of the simulation.
 
 use im_model::effects::Role;
-use im_model::{BaseParameter, Bench, Bound, Complex, Drive, Dual, EffectId, Machine, ParameterId, Scalar, State};
+use im_model::{BaseParameter, Bench, Bound, Complex, Dual, EffectId, Machine, ParameterId, PlantInput, Scalar, State};
 
 use crate::lab::{self, Supply};
 
@@ -15,7 +15,7 @@ fn outputs<T: Scalar>(m: &Machine<T>, substeps: u32) -> Vec<[T; 3]> {
     let each = |k| {
         let u = supply.mean(k) * if k < 150 { 1.0 } else { 0.7 };
         let tau = if k < 150 { 5.0 } else { -5.0 };
-        bench.advance(&Drive::new(Complex::new(T::from_f64(u.re), T::from_f64(u.im)), T::from_f64(tau)));
+        bench.advance(&PlantInput::new(Complex::new(T::from_f64(u.re), T::from_f64(u.im)), T::from_f64(tau)));
         let y = bench.output();
         [y.i_s.re, y.i_s.im, y.omega_m]
     };

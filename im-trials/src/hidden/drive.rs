@@ -14,7 +14,7 @@ pub struct Measured {
 }
 
 /// A drive: from what is wanted and measured to the voltage of the next sample.
-pub trait Drive {
+pub trait VoltageSource {
     /// Average phase voltage to apply over sample `k`, as it is sent to the inverter.
     fn voltage(&mut self, k: usize, measured: Measured) -> Vector;
 }
@@ -27,7 +27,7 @@ pub struct Playback<'a> {
     pub beta_v: &'a [f64],
 }
 
-impl Drive for Playback<'_> {
+impl VoltageSource for Playback<'_> {
     fn voltage(&mut self, k: usize, _: Measured) -> Vector {
         Vector::new(self.alpha_v[k], self.beta_v[k])
     }
@@ -53,7 +53,7 @@ pub struct VoltsPerHertz<'a> {
     pub angle_rad: f64,
 }
 
-impl Drive for VoltsPerHertz<'_> {
+impl VoltageSource for VoltsPerHertz<'_> {
     fn voltage(&mut self, k: usize, _: Measured) -> Vector {
         let f = self.frequency_hz[k];
         let part = f.abs() / self.rated_hz;
@@ -97,7 +97,7 @@ impl<'a> VectorControl<'a> {
     }
 }
 
-impl Drive for VectorControl<'_> {
+impl VoltageSource for VectorControl<'_> {
     fn voltage(&mut self, k: usize, measured: Measured) -> Vector {
         let m = &self.machine;
         let (n_p, dt) = (f64::from(m.pole_pairs), self.sample_s);

@@ -1,7 +1,7 @@
 //! Manoeuvres: what a recording asks of the drive and of the load.
 
 use super::chance::Chance;
-use super::drive::{Drive, VectorControl, VoltsPerHertz};
+use super::drive::{VectorControl, VoltageSource, VoltsPerHertz};
 use super::machine::Machine;
 use super::plane::Vector;
 
@@ -246,7 +246,7 @@ impl Manoeuvre {
     }
 
     /// The drive that carries the manoeuvre out.
-    pub fn drive(&self) -> Box<dyn Drive + '_> {
+    pub fn drive(&self) -> Box<dyn VoltageSource + '_> {
         let m = &self.believed;
         match &self.wish {
             Wish::VoltsPerHertz { frequency_hz, factor } => Box::new(VoltsPerHertz {

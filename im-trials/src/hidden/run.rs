@@ -1,6 +1,6 @@
 //! One run: drive, inverter, machine, sensors, sample by sample.
 
-use super::drive::{Drive, Measured};
+use super::drive::{Measured, VoltageSource};
 use super::integrator::DormandPrince;
 use super::machine::Machine;
 use super::outfit::Outfit;
@@ -56,7 +56,7 @@ impl<'a> Motion<'a> {
 pub fn record(
     machine: &Machine,
     outfit: &Outfit,
-    drive: &mut dyn Drive,
+    drive: &mut dyn VoltageSource,
     load_nm: &[f64],
     sample_s: f64,
     mut noise: Option<NoiseSource>,

@@ -2,7 +2,7 @@
 
 use im_identify::online::{Lambda, RegulationParameters, relative_sensitivity, steady_regressor};
 use im_model::space_vector::{dot, j};
-use im_model::{Drive, Machine, Plant, State};
+use im_model::{Machine, Plant, PlantInput, State};
 
 use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::variable::Variable;
@@ -236,7 +236,7 @@ fn rates(machine: &Machine<f64>, [phi, i]: [C; 2], omega_m: f64, u: C, omega_s: 
     let p = machine.parameters();
     let k = p.magnetizing_inductance_h / p.rotor_inductance_h();
     let plant = Plant::new(machine);
-    let rates = plant.rates_in_frame(&state(machine, phi, i, omega_m), &Drive::new(u, 0.0), 0.0, omega_s);
+    let rates = plant.rates_in_frame(&state(machine, phi, i, omega_m), &PlantInput::new(u, 0.0), 0.0, omega_s);
     [rates.psi_r * k, plant.currents(&rates).i_s]
 }
 

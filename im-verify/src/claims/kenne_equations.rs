@@ -2,7 +2,7 @@
 
 use im_control::kenne::switching_gain;
 use im_model::space_vector::{cross, dot, j};
-use im_model::{Drive, Plant, State};
+use im_model::{Plant, PlantInput, State};
 
 use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::variable::Variable;
@@ -177,7 +177,7 @@ impl At {
     }
 
     fn rates(&self, x: &State<f64>) -> State<f64> {
-        self.plant.evaluate(x, &Drive::new(self.u, self.load)).rates
+        self.plant.evaluate(x, &PlantInput::new(self.u, self.load)).rates
     }
 
     /// The derivative along the flow of something quadratic in the state: its central difference has no error but rounding.
@@ -310,7 +310,7 @@ fn second_derivative(case: &ClaimCase, accelerating: bool) -> Verdict {
     let ([beta_1, beta_2, beta_3], [gamma_1, gamma_2, gamma_3, gamma_4]) = (k.beta, k.gamma);
     let first = State { omega_m: at.x.omega_m, ..at.rates(&at.x) };
     // The equations are linear in the fluxes: at constant speed the second derivative is the equation of motion of the first.
-    let second = at.plant.evaluate(&first, &Drive::new(du, 0.0)).rates;
+    let second = at.plant.evaluate(&first, &PlantInput::new(du, 0.0)).rates;
     let currents = |x: &State<f64>| at.plant.currents(x);
     let (i, di, mut ddi) = (currents(&at.x).i_s, currents(&first).i_s, currents(&second).i_s);
     if accelerating {

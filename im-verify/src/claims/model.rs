@@ -1,7 +1,7 @@
 //! The model (1) of Kwon et al.
 
 use im_model::state_space::{StateSpace, kwon_state};
-use im_model::{Drive, Plant, State};
+use im_model::{Plant, PlantInput, State};
 
 use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::variable::Variable;
@@ -39,7 +39,7 @@ fn state_space_is_the_machine(case: &ClaimCase) -> Verdict {
     let plant = Plant::new(machine);
     let x = State { psi_s: C::new(sa, sb), psi_r: C::new(ra, rb), omega_m: speed * case.speed(), ..State::default() };
     let load = load * case.rating().torque_nm;
-    let rates = plant.evaluate(&x, &Drive::new(C::new(ua, ub), load)).rates;
+    let rates = plant.evaluate(&x, &PlantInput::new(C::new(ua, ub), load)).rates;
     // Currents are linear in the fluxes: di/dt = i(dψ/dt).
     let di = plant.currents(&rates).i_s;
     let expected = [rates.omega_m, rates.psi_r.re, rates.psi_r.im, di.re, di.im];

@@ -2,7 +2,7 @@
 
 use im_control::MachineData;
 use im_model::simulation::{Command, Controller, Measured, Reference};
-use im_model::{Drive, Machine, Plant, State};
+use im_model::{Machine, Plant, PlantInput, State};
 
 use crate::claim::{C, ClaimCase};
 use crate::verdict::Verdict;
@@ -79,7 +79,7 @@ impl Loop {
             Command::Voltage(u) => u,
             Command::Current(_) => C::new(0.0, 0.0),
         };
-        self.state = self.plant.step(&self.state, &Drive::new(self.u_s, load_nm), self.sample_time_s);
+        self.state = self.plant.step(&self.state, &PlantInput::new(self.u_s, load_nm), self.sample_time_s);
     }
 }
 

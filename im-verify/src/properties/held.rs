@@ -3,7 +3,7 @@
 
 use im_identify::online::{RegulationParameters, Sample};
 use im_model::space_vector::unit;
-use im_model::{BaseParameter, Drive, Machine, ParameterId, Plant, State};
+use im_model::{BaseParameter, Machine, ParameterId, Plant, PlantInput, State};
 
 use crate::claim::C;
 
@@ -94,7 +94,7 @@ impl HeldMachine {
         self.u_s = here.voltage(&self.truth) * unit(self.angle + 0.5 * turn);
         self.angle = (self.angle + turn) % (2.0 * core::f64::consts::PI);
         let imposed_speed = Some([before / self.n_p, now / self.n_p]);
-        self.state = self.plant.step(&self.state, &Drive { imposed_speed, ..Drive::new(self.u_s, 0.0) }, h);
+        self.state = self.plant.step(&self.state, &PlantInput { imposed_speed, ..PlantInput::new(self.u_s, 0.0) }, h);
         self.state.omega_m = now / self.n_p;
     }
 }

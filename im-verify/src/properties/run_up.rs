@@ -1,7 +1,7 @@
 //! A machine run up on a ramp of voltage and frequency: transients with the truth beside them.
 
 use im_model::space_vector::unit;
-use im_model::{Drive, Plant, State};
+use im_model::{Plant, PlantInput, State};
 use im_observers::Input;
 
 use crate::claim::{C, ClaimCase};
@@ -48,7 +48,7 @@ impl RunUp {
             let omega = self.omega_e * ((k as f64 * h) / RAMP_S).min(1.0);
             u = unit(angle + 0.5 * omega * h) * (self.boost_v + self.flux_vs * omega);
             angle += omega * h;
-            x = self.plant.step(&x, &Drive::new(u, self.load_nm_s * x.omega_m), h);
+            x = self.plant.step(&x, &PlantInput::new(u, self.load_nm_s * x.omega_m), h);
         }
     }
 }

@@ -182,7 +182,7 @@ impl<T: Scalar> CurrentModel<T> {
 mod tests {
     use super::*;
     use im_model::space_vector::unit;
-    use im_model::{Drive, Held, Machine, Plant, State, machines, steady_state};
+    use im_model::{Held, Machine, Plant, PlantInput, State, machines, steady_state};
 
     /// (27) holds to the interpolation error for the simulated machine at constant speed, at any period, whatever the filter.
     #[test]
@@ -210,7 +210,7 @@ mod tests {
                     size = size.max((f_1 * r_r).norm());
                 }
                 u = unit(w * h * (k as f64 + 0.5)) * volts;
-                let drive = Drive { imposed_speed: Some([omega; 2]), ..Drive::new(u, 0.0) };
+                let drive = PlantInput { imposed_speed: Some([omega; 2]), ..PlantInput::new(u, 0.0) };
                 x = plant.step(&x, &drive, h);
             }
             assert!(worst < tolerance * size, "{h} s, {gain} 1/s: {worst} of {size}");
@@ -251,7 +251,7 @@ mod tests {
                     }
                     let omega_s = n_p * (omega + 0.5 * rate * h) + omega_g;
                     u = (i_s * r_s + j(psi_s) * omega_s) * unit(angle + 0.5 * omega_s * h);
-                    let drive = Drive { imposed_speed: Some([omega, omega + rate * h]), ..Drive::new(u, 0.0) };
+                    let drive = PlantInput { imposed_speed: Some([omega, omega + rate * h]), ..PlantInput::new(u, 0.0) };
                     (x, angle, omega) = (plant.step(&x, &drive, h), angle + omega_s * h, omega + rate * h);
                 }
                 // The flux turns by ω_sh = 2 % in a sample, and by ω_e'/Γ² while it is filtered, 0.1 %.
