@@ -59,7 +59,7 @@ pub fn known() -> Machine<f64> {
 type State = [Complex<f64>; 3];
 
 /// The machine.
-pub struct Plant {
+pub struct AqdmPlant {
     circuit: Aqdm,
     /// y and L of the branches.
     branches: [[f64; 2]; 2],
@@ -88,7 +88,7 @@ impl Seen {
     }
 }
 
-impl Plant {
+impl AqdmPlant {
     pub fn new(speed_rad_s: f64) -> Self {
         let circuit = Aqdm::kwon_table_v();
         let [[y1, tau1], [y2, tau2], [y3, _]] = circuit.rotor;
@@ -157,7 +157,7 @@ impl Plant {
 }
 
 /// On a star's voltages and line currents.
-impl Fed<f64> for Plant {
+impl Fed<f64> for AqdmPlant {
     fn i_s(&self) -> Complex<f64> {
         Connection::Delta.line_current(self.seen(&self.state).i_s)
     }
@@ -222,7 +222,7 @@ pub fn run(law: &MtpaLaw<f64>, slip_factor: f64, torque_nm: f64, speed: &mut imp
     let data = im_control::MachineData::of(&known(), 150.0);
     let gains = MtpaGains { slip_factor, connection: Connection::Delta, ..MtpaGains::typical(&data) };
     let mut drive = Mtpa::try_new(&data, law, &gains).expect("a law");
-    let (mut plant, mut legs, modulator) = (Plant::new(SPEED_RAD_S), Legs::default(), DeltaModulator { period_s: H });
+    let (mut plant, mut legs, modulator) = (AqdmPlant::new(SPEED_RAD_S), Legs::default(), DeltaModulator { period_s: H });
     let (samples, last) = ((duration_s / H).round() as usize, (0.5 / H) as usize);
     let mut error = 0.0;
     for k in 0..samples {

@@ -5,11 +5,11 @@ use im_design::kubota::{KubotaRequest, least_norm};
 use im_design::mtpa::{self, Aqdm, Circuit, LawKind, MtpaRequest};
 use im_design::sampled::over_box;
 use im_design::thau_box::{BoxRegion, design};
-use im_design::{Machine, Plant, thau};
+use im_design::{DesignModel, LinearMachine, thau};
 use std::hint::black_box;
 
 fn designs(criterion: &mut Criterion) {
-    let plant = Plant::Machine(Machine::kwon_table_iv());
+    let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
     criterion.bench_function("thau, 5 states, optimum and centred gain", |b| {
         b.iter(|| thau::maximize(black_box(plant), 1e-3));
     });
@@ -18,7 +18,7 @@ fn designs(criterion: &mut Criterion) {
     criterion.bench_function("kubota, 4 states, least-norm schedule", |b| {
         b.iter(|| least_norm(black_box(plant), &request));
     });
-    let plant = Plant::Machine(Machine::jadot_table_i());
+    let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
     let region = BoxRegion {
         frame_rad_s: [150.0, 314.0],
         slip_rad_s: [-5.0, 5.0],
@@ -43,7 +43,7 @@ fn designs(criterion: &mut Criterion) {
         points: 25,
         aqdm: None,
     };
-    let kwon = Plant::Machine(Machine::kwon_table_iv());
+    let kwon = DesignModel::Machine(LinearMachine::kwon_table_iv());
     criterion.bench_function("mtpa of Table V, 25 torques, with proof", |b| {
         b.iter(|| mtpa::design(black_box(kwon), circuit, &law));
     });

@@ -7,11 +7,11 @@ mod simulation;
 
 use im_design::plot::{Series, chart};
 use im_design::thau_box::{BoxRegion, fastest};
-use im_design::{Machine, Plant, thau};
+use im_design::{DesignModel, LinearMachine, thau};
 use simulation::{fifth_order, times, turning};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let plant = Plant::Machine(Machine::kwon_table_iv());
+    let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
     let c = plant.constants::<f64>();
     let region = BoxRegion {
         frame_rad_s: [100.0, 300.0],

@@ -8,7 +8,7 @@ use im_design::mtpa::{Aqdm, CurrentLaw, LogLaw, SlipLaw, for_torque, laws};
 use im_design::request::{Kind, Period, design_sampled};
 use im_design::sliding::{UtkinRegion, derdiyok, utkin};
 use im_design::thau_box::{BoxRegion, any_box, fastest, largest_box};
-use im_design::{DesignError, Machine, Plant, jadot, kenne, model, sampled, thau};
+use im_design::{DesignError, DesignModel, LinearMachine, jadot, kenne, model, sampled, thau};
 
 fn main() -> Result<(), DesignError> {
     thau_figures()?;
@@ -28,14 +28,15 @@ fn thau_figures() -> Result<(), DesignError> {
     (a[(3, 1)], a[(4, 2)]) = (1169.869, 1169.869);
     println!("paper's bound (15), printed A and B2: kappa < {:.6e}", thau::paper_bound(&a, &thau::printed_b2())?.kappa);
     println!("limit (D/J)/mu: {:.6}", thau::limit(&c));
-    let (design, _) = thau::maximize(Plant::Constants(c), 1e-4)?;
+    let (design, _) = thau::maximize(DesignModel::Constants(c), 1e-4)?;
     println!("LMI, proven exactly: kappa = {:.6}, |L| = {:.1}", design.lipschitz, design.gain.norm());
 
-    let plant = Plant::Machine(Machine::kwon_table_iv());
+    let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
     let (design, _) = any_box(plant, 400.0, 2.0, 0.23)?;
     println!("frame at rest, |omega| <= 400 rad/s, |flux| <= 2 Wb per axis: rate {:.3} 1/s", design.rate_per_s);
     println!("turning frame (machine | frame rad/s | slip rad/s | flux d Wb | flux q Wb | proven rate 1/s | |L| at the top):");
-    for (name, machine) in [("kwon_table_iv", Machine::kwon_table_iv()), ("jadot_table_i", Machine::jadot_table_i())] {
+    for (name, machine) in [("kwon_table_iv", LinearMachine::kwon_table_iv()), ("jadot_table_i", LinearMachine::jadot_table_i())]
+    {
         for frame in [[30.0, 400.0], [60.0, 400.0], [100.0, 400.0], [200.0, 400.0]] {
             for (slip, flux) in [(8.0, [0.8, 1.1]), (4.0, [0.9, 1.0])] {
                 let region = BoxRegion {
@@ -46,7 +47,7 @@ fn thau_figures() -> Result<(), DesignError> {
                     current_d_a: [0.0; 2],
                     current_q_a: [0.0; 2],
                 };
-                match fastest(Plant::Machine(machine), &region, 2000.0, 1e4) {
+                match fastest(DesignModel::Machine(machine), &region, 2000.0, 1e4) {
                     Ok((d, _)) => {
                         let gain = &d.gain + &d.gain_per_frame_speed.scaled(&frame[1]);
                         println!("{name} | {frame:?} | ±{slip} | {flux:?} | ±0.05 | {:.2} | {:.0}", d.rate_per_s, gain.norm());
@@ -64,7 +65,7 @@ fn thau_figures() -> Result<(), DesignError> {
             current_q_a: [0.0; 2],
         };
         for rate in [0.5, 1.0, 2.0] {
-            if let Ok((d, _)) = largest_box(Plant::Machine(machine), &centre, 12.0, rate, 1e4) {
+            if let Ok((d, _)) = largest_box(DesignModel::Machine(machine), &centre, 12.0, rate, 1e4) {
                 let r = d.region;
                 println!(
                     "{name}: largest box of rate {rate}: frame {:.0?}, slip {:.1?}, flux d {:.3?}, flux q {:.3?}",
@@ -79,8 +80,9 @@ fn thau_figures() -> Result<(), DesignError> {
 fn kubota_figures() -> Result<(), DesignError> {
     println!("\n## Kubota, ±190 rad/s, half of eta");
     println!("machine | norm | gain | |L(190)| | rate with its own best P | Euler period, us");
-    for (name, machine) in [("kwon_table_iv", Machine::kwon_table_iv()), ("jadot_table_i", Machine::jadot_table_i())] {
-        let plant = Plant::Machine(machine);
+    for (name, machine) in [("kwon_table_iv", LinearMachine::kwon_table_iv()), ("jadot_table_i", LinearMachine::jadot_table_i())]
+    {
+        let plant = DesignModel::Machine(machine);
         let c = plant.constants::<f64>();
         for (norm, flux_weight) in [("I", 1.0), ("diag(b²,b²,1,1)", c.beta * c.beta)] {
             let request = KubotaRequest { speed_rad_s: [-190.0, 190.0], rate_per_s: 0.5 * c.eta, flux_weight };
@@ -99,7 +101,7 @@ fn kubota_figures() -> Result<(), DesignError> {
 
 fn loop_figures() -> Result<(), DesignError> {
     println!("\n## Kubota's adaptive loop, Jadot's machine, 0.9 Wb, K_P = 0.05, K_I = 20: decay rate, 1/s");
-    let plant = Plant::Machine(Machine::jadot_table_i());
+    let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
     println!(
         "unstable without feedback for stator frequency between 0 and {:.4} of the rotor's",
         unstable_fraction(&plant.constants())
@@ -123,7 +125,7 @@ fn loop_figures() -> Result<(), DesignError> {
 
 fn sliding_figures() -> Result<(), DesignError> {
     println!("\n## Sliding modes, Kwon's machine to 190 rad/s");
-    let plant = Plant::Machine(Machine::kwon_table_iv());
+    let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
     let (d, _) = derdiyok(plant, 190.0, 1.1, 1.0)?;
     let (sampled, _) = sampled::derdiyok(plant, 190.0, 1.1, 1.0, None, Some(1e-4))?;
     println!("Derdiyok: nu0 = {:.2} V to 1.1 Wb; boundary layer at 100 us: {:.2} A", d.nu0, sampled.boundary_layer_a);
@@ -146,7 +148,7 @@ fn controller_figures() -> Result<(), DesignError> {
         rotor_resistance_rate_per_s: 5.0,
         ..kenne::KenneRegion::certain(150.0, [0.24, 0.27], 5.0, 311.0)
     };
-    let (d, _) = kenne::design(Plant::Machine(Machine::kenne_appendix_ii()), &region, 0.05)?;
+    let (d, _) = kenne::design(DesignModel::Machine(LinearMachine::kenne_appendix_ii()), &region, 0.05)?;
     println!("Kenné: k_sq = {:.1} V, k_sd = {:.1} V, K = {:.0} A/s², k_Rr = {:.2} 1/s", d.k_sq, d.k_sd, d.k_x, d.k_rr_per_s);
     println!("Kenné: high-gain observer at 106 us: {:.0?} 1/s", kenne::high_gain_limits(106e-6));
     for current in [400.0, 837.0, 1500.0] {
@@ -158,7 +160,7 @@ fn controller_figures() -> Result<(), DesignError> {
             speed_bandwidth_rad_s: 20.0,
             damping: std::f64::consts::FRAC_1_SQRT_2,
         };
-        let (d, _) = jadot::design(Plant::Machine(Machine::jadot_table_i()), &request)?;
+        let (d, _) = jadot::design(DesignModel::Machine(LinearMachine::jadot_table_i()), &request)?;
         println!(
             "Jadot, {current} rad/s: K_P = {:.3}, K_I = {:.1}, k_p = {:.4}, k_i = {:.3}, rates {:.2} and {:.2} 1/s",
             d.current_proportional_ohm,
@@ -175,7 +177,7 @@ fn controller_figures() -> Result<(), DesignError> {
 /// Each design of its example region for the machine of Table I, continuous and at two periods.
 fn sampled_figures() -> Result<(), DesignError> {
     println!("\n## Sampled, Jadot's machine, example regions");
-    let plant = Plant::Machine(Machine::jadot_table_i());
+    let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
     println!("design | period us | gains and layers, or rates in 1/s");
     for period in [10e-6, 50e-6] {
         let at = |kind: Kind| design_sampled(kind, plant, kind.example_region(), Period::At(period));

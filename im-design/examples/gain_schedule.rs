@@ -5,10 +5,10 @@
 
 use im_chart::{Panel, Series, panels};
 use im_design::kubota::{KubotaRequest, closed_form, least_norm};
-use im_design::{Machine, Plant};
+use im_design::{DesignModel, LinearMachine};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let plant = Plant::Machine(Machine::jadot_table_i());
+    let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
     let c = plant.constants::<f64>();
     let speed_rad_s = [-165.0, 165.0];
     println!("no rate of {:.2} 1/s or more can be had: the fluxes decay at R_r/L_r", c.eta);

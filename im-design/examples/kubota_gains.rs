@@ -6,7 +6,7 @@
 use im_design::certificate::{Certificate, Design};
 use im_design::gains::GainSet;
 use im_design::request::{Kind, design};
-use im_design::{Machine, Plant, plot};
+use im_design::{DesignModel, LinearMachine, plot};
 
 /// Regenerating at low speed, where the observer without feedback loses the machine.
 const REGION: &str = "
@@ -19,7 +19,7 @@ flux_vs = 0.9
 ";
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let plant = Plant::Machine(Machine::jadot_table_i());
+    let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
     let certificate = design(Kind::KubotaLoop, plant, REGION)?;
 
     // What goes into a file, and what anybody checks without the solver: every number a fraction, every obligation decided exactly.

@@ -272,12 +272,12 @@ impl GainSet {
 mod tests {
     use super::*;
     use crate::kubota::{KubotaRequest, closed_form};
-    use crate::{Machine, Plant};
+    use crate::{DesignModel, LinearMachine};
 
     #[test]
     fn toml_reads_back_and_rust_has_the_shape() {
         let request = KubotaRequest { speed_rad_s: [-100.0, 100.0], rate_per_s: 1.0, flux_weight: 1.0 };
-        let (design, certificate) = closed_form(Plant::Machine(Machine::kwon_table_iv()), &request).unwrap();
+        let (design, certificate) = closed_form(DesignModel::Machine(LinearMachine::kwon_table_iv()), &request).unwrap();
         let set = GainSet::from(&certificate.design);
         let table: toml::Table = set.to_toml().parse().unwrap();
         let back = table["kubota"]["gain"][0][0].as_float().unwrap();

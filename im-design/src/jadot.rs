@@ -19,7 +19,7 @@
 //! The first drives the second and not the other way round, so a P for each proves the cascade. λ has the unit H:
 //! the paper's value (R_req/L_f)√(T_r⁻² + ω_r²) has not; R_req/√(T_r⁻² + ω_r²), used here at the highest speed, has.
 
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, ordered, positive};
 use crate::exact::Field;
 use crate::feasible::{largest_share, range, shrunk};
@@ -194,7 +194,7 @@ impl Claim for JadotDesign {
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] when the current bandwidth is below what the resistances alone give, or no common P.
-pub fn design(plant: Plant, request: &JadotRequest) -> Result<(JadotDesign, Certificate), DesignError> {
+pub fn design(plant: DesignModel, request: &JadotRequest) -> Result<(JadotDesign, Certificate), DesignError> {
     let r = request;
     positive("flux_vs", r.flux_vs)?;
     positive("damping", r.damping)?;
@@ -277,10 +277,10 @@ fn instead(e: DesignError, of: &str, feasible: String) -> DesignError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
 
-    fn plant() -> Plant {
-        Plant::Machine(Machine::jadot_table_i())
+    fn plant() -> DesignModel {
+        DesignModel::Machine(LinearMachine::jadot_table_i())
     }
 
     pub(crate) fn request() -> JadotRequest {

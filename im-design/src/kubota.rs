@@ -16,7 +16,7 @@
 //!
 //! The same null space shows that no gain reaches a rate above η with P = I.
 
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, not_negative, ordered, positive};
 use crate::exact::Field;
 use crate::lmi::{Affine, Problem};
@@ -109,7 +109,7 @@ impl Claim for KubotaDesign {
 ///
 /// # Errors
 /// A rate at or above η, or a range that is not one.
-pub fn closed_form(plant: Plant, request: &KubotaRequest) -> Result<(KubotaDesign, Certificate), DesignError> {
+pub fn closed_form(plant: DesignModel, request: &KubotaRequest) -> Result<(KubotaDesign, Certificate), DesignError> {
     let c = plant.constants::<f64>();
     request.validate(&c)?;
     let k = c.beta / request.flux_weight;
@@ -125,7 +125,7 @@ pub fn closed_form(plant: Plant, request: &KubotaRequest) -> Result<(KubotaDesig
 ///
 /// # Errors
 /// A rate at or above η, a range that is not one, solver failures.
-pub fn least_norm(plant: Plant, request: &KubotaRequest) -> Result<(KubotaDesign, Certificate), DesignError> {
+pub fn least_norm(plant: DesignModel, request: &KubotaRequest) -> Result<(KubotaDesign, Certificate), DesignError> {
     let c = plant.constants::<f64>();
     request.validate(&c)?;
     let [low, high] = request.speed_rad_s;
@@ -165,7 +165,7 @@ pub fn least_norm(plant: Plant, request: &KubotaRequest) -> Result<(KubotaDesign
 }
 
 fn seal(
-    plant: Plant,
+    plant: DesignModel,
     request: &KubotaRequest,
     gain: Matrix<f64>,
     gain_per_speed: Matrix<f64>,
@@ -180,7 +180,7 @@ fn seal(
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] when no common P exists at all.
-pub fn best_rate(plant: Plant, design: &KubotaDesign) -> Result<(KubotaDesign, Certificate), DesignError> {
+pub fn best_rate(plant: DesignModel, design: &KubotaDesign) -> Result<(KubotaDesign, Certificate), DesignError> {
     let c = plant.constants::<f64>();
     let ends = design.speed_rad_s.map(|speed| design.error_matrix(&c, speed));
     let scale = Matrix::diagonal(&[1.0 / c.beta, 1.0 / c.beta, 1.0, 1.0]);
@@ -248,7 +248,7 @@ pub fn common_decay(vertices: &[Matrix<f64>], scale: &Matrix<f64>) -> Result<(f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
 
     fn request(rate_per_s: f64) -> KubotaRequest {
         KubotaRequest { speed_rad_s: [-190.0, 190.0], rate_per_s, flux_weight: 1.0 }
@@ -271,7 +271,7 @@ mod tests {
 
     #[test]
     fn closed_form_is_feasible_and_block_diagonal() {
-        let plant = Plant::Machine(Machine::kwon_table_iv());
+        let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
         let (design, certificate) = closed_form(plant, &request(1.0)).unwrap();
         certificate.check().unwrap();
         let c = plant.constants::<f64>();
@@ -282,7 +282,7 @@ mod tests {
 
     #[test]
     fn least_norm_agrees_with_complex_analysis() {
-        let plant = Plant::Machine(Machine::kwon_table_iv());
+        let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
         let c = plant.constants::<f64>();
         for (speed, rate) in [(0.0, 0.5), (150.0, 0.5), (-60.0, 1.2)] {
             let request = KubotaRequest { speed_rad_s: [speed; 2], rate_per_s: rate, flux_weight: 1.0 };
@@ -295,7 +295,7 @@ mod tests {
 
     #[test]
     fn scheduled_gain_is_smaller_than_the_closed_form_and_proven() {
-        let plant = Plant::Machine(Machine::kwon_table_iv());
+        let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
         let (closed, _) = closed_form(plant, &request(0.8)).unwrap();
         let (least, certificate) = least_norm(plant, &request(0.8)).unwrap();
         certificate.check().unwrap();
@@ -304,14 +304,14 @@ mod tests {
 
     #[test]
     fn a_rate_of_eta_is_refused_with_what_is_feasible() {
-        let plant = Plant::Machine(Machine::kwon_table_iv());
+        let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
         let error = closed_form(plant, &request(2.0)).unwrap_err();
         assert!(error.to_string().contains("1.66"), "{error}");
     }
 
     #[test]
     fn best_rate_improves_on_the_identity() {
-        let plant = Plant::Machine(Machine::kwon_table_iv());
+        let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
         let (design, _) = closed_form(plant, &request(1.0)).unwrap();
         let (better, certificate) = best_rate(plant, &design).unwrap();
         certificate.check().unwrap();

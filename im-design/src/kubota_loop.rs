@@ -17,7 +17,7 @@
 //!   In time domain V = |e_i|² + ρ|e_i + βe_λ|² obeys V̇ = −2D|e_i|², and Δω enters e_i only, so that V + Δω²/α needs no
 //!   assumption (5), λ_aλ̂_b = λ̂_aλ_b.
 
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, not_negative, ordered, positive};
 use crate::exact::Field;
 use crate::feasible::{largest_share, range, shrunk};
@@ -63,7 +63,7 @@ pub fn no_feedback(proportional: f64, integral: f64) -> LoopGains {
 ///
 /// # Errors
 /// ρ or l₂ out of range.
-pub fn mended(plant: Plant, rho: f64, l2: f64, proportional: f64, integral: f64) -> Result<LoopGains, DesignError> {
+pub fn mended(plant: DesignModel, rho: f64, l2: f64, proportional: f64, integral: f64) -> Result<LoopGains, DesignError> {
     let c = plant.constants::<f64>();
     if !(rho > 0.0 && rho.is_finite() && l2 > -c.gamma - c.eta && l2.is_finite()) {
         let least = -c.gamma - c.eta;
@@ -114,12 +114,12 @@ impl LoopGains {
     }
 
     /// Decay rate of the linearized loop at a point, 1/s; negative where it is unstable.
-    pub fn decay(&self, plant: Plant, at: Point) -> f64 {
+    pub fn decay(&self, plant: DesignModel, at: Point) -> f64 {
         -linalg::spectral_abscissa(&self.closed_loop(&plant.constants::<f64>(), at))
     }
 
     /// The map: decay rate (1/s, negative is unstable) over speeds (rows) and slip frequencies (columns).
-    pub fn map(&self, plant: Plant, speeds: &[f64], slips: &[f64], flux_vs: f64) -> Vec<Vec<f64>> {
+    pub fn map(&self, plant: DesignModel, speeds: &[f64], slips: &[f64], flux_vs: f64) -> Vec<Vec<f64>> {
         let point = |speed_rad_s, slip_rad_s| Point { speed_rad_s, slip_rad_s, flux_vs };
         speeds.iter().map(|&w| slips.iter().map(|&s| self.decay(plant, point(w, s))).collect()).collect()
     }
@@ -188,7 +188,7 @@ impl Claim for LoopDesign {
 /// [`DesignError::Infeasible`] with the first cell that stays unproven, unstable or not, and with a smaller region that is
 /// not.
 pub fn certify(
-    plant: Plant,
+    plant: DesignModel,
     gains: &LoopGains,
     speed_rad_s: [f64; 2],
     slip_rad_s: [f64; 2],
@@ -286,10 +286,10 @@ pub fn unstable_fraction(c: &Constants<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
 
-    fn plant() -> Plant {
-        Plant::Machine(Machine::jadot_table_i())
+    fn plant() -> DesignModel {
+        DesignModel::Machine(LinearMachine::jadot_table_i())
     }
 
     fn point(speed: f64, stator_frequency: f64) -> Point {

@@ -47,9 +47,9 @@ pub mod thau;
 pub mod thau_box;
 mod tiles;
 
-pub use certificate::{Certificate, Plant};
+pub use certificate::{Certificate, DesignModel};
 pub use error::DesignError;
-pub use machine::Machine;
+pub use machine::LinearMachine;
 
 // Link the BLAS and LAPACK symbols that the solver calls.
 use im_lapack as _;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Parameters of a linear induction machine, as certificates record them. SI units, star equivalent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Machine {
+pub struct LinearMachine {
     /// R_s, Ω.
     pub stator_resistance_ohm: f64,
     /// R_r, Ω.
@@ -26,7 +26,7 @@ pub struct Machine {
     pub viscous_friction_n_m_s: f64,
 }
 
-impl Machine {
+impl LinearMachine {
     /// Check every parameter's physical range.
     ///
     /// # Errors
@@ -102,7 +102,7 @@ impl Machine {
     }
 
     fn from_windings(w: &im_model::WindingParameters<f64>, pole_pairs: u32) -> Self {
-        Machine {
+        LinearMachine {
             stator_resistance_ohm: w.stator_resistance_ohm,
             rotor_resistance_ohm: w.rotor_resistance_ohm,
             stator_inductance_h: w.stator_inductance_h,
@@ -115,16 +115,16 @@ impl Machine {
     }
 }
 
-impl From<&im_model::machines::NamedMachine> for Machine {
+impl From<&im_model::machines::NamedMachine> for LinearMachine {
     fn from(named: &im_model::machines::NamedMachine) -> Self {
-        Machine::from_windings(&named.windings, named.pole_pairs)
+        LinearMachine::from_windings(&named.windings, named.pole_pairs)
     }
 }
 
-impl From<&im_model::Machine<f64>> for Machine {
+impl From<&im_model::Machine<f64>> for LinearMachine {
     /// The linear machine under the effects: gains are designed for the base model.
     fn from(machine: &im_model::Machine<f64>) -> Self {
-        Machine::from_windings(&machine.parameters().windings(), machine.pole_pairs())
+        LinearMachine::from_windings(&machine.parameters().windings(), machine.pole_pairs())
     }
 }
 
@@ -193,13 +193,13 @@ mod tests {
 
     #[test]
     fn stator_rate_is_gamma_less_beta_eta_l_m_exactly() {
-        let c = Machine::kwon_table_iv().constants::<Rational>();
+        let c = LinearMachine::kwon_table_iv().constants::<Rational>();
         assert_eq!(c.stator_rate, c.gamma - c.beta * c.eta_l_m);
     }
 
     #[test]
     fn impossible_machines_are_refused_by_name() {
-        let mut m = Machine::jadot_table_i();
+        let mut m = LinearMachine::jadot_table_i();
         m.mutual_inductance_h = 0.16;
         assert!(matches!(m.validate(), Err(DesignError::Machine { field: "mutual_inductance_h", .. })));
     }

@@ -71,11 +71,11 @@ pub fn derivative(c: &Constants<f64>, x: &[f64; 5], u: [f64; 2], load_rate: f64)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::Machine;
+    use crate::machine::LinearMachine;
 
     #[test]
     fn linear_part_and_bilinear_input_make_up_the_machine() {
-        let c = Machine::kwon_table_iv().constants::<f64>();
+        let c = LinearMachine::kwon_table_iv().constants::<f64>();
         let x = [90.0, 0.3, -0.5, 12.0, -7.0];
         let column = Matrix::from_fn(5, 1, |i, _| x[i]);
         let u2 = Matrix::from_rows(&[[x[1] * x[4] - x[2] * x[3]], [x[0] * x[2]], [x[0] * x[1]]]);

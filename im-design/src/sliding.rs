@@ -23,7 +23,7 @@
 //! ω₀ > [β(n_pω_max λ_min + δ_λ√(η² + n_p²ω_max²)) + ηL_m I e/λ_min] / (n_p(βλ_min − e)).
 //! ```
 
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, not_negative, positive};
 use crate::exact::Field;
 use crate::machine::Constants;
@@ -65,7 +65,7 @@ impl Claim for DerdiyokDesign {
 /// # Errors
 /// A region or reserve that is not positive and finite.
 pub fn derdiyok(
-    plant: Plant,
+    plant: DesignModel,
     speed_max_rad_s: f64,
     flux_max_vs: f64,
     reserve: f64,
@@ -139,7 +139,7 @@ impl Claim for UtkinDesign {
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] when the current error may exceed βλ_min: no amplitude reaches the surface then.
-pub fn utkin(plant: Plant, region: &UtkinRegion) -> Result<(UtkinDesign, Certificate), DesignError> {
+pub fn utkin(plant: DesignModel, region: &UtkinRegion) -> Result<(UtkinDesign, Certificate), DesignError> {
     positive("speed_max_rad_s", region.speed_max_rad_s)?;
     positive("flux_min_vs", region.flux_min_vs)?;
     not_negative("flux_error_max_vs", region.flux_error_max_vs)?;
@@ -170,10 +170,10 @@ pub(crate) fn utkin_bound(c: &Constants<f64>, region: &UtkinRegion) -> Option<(f
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
 
-    fn plant() -> Plant {
-        Plant::Machine(Machine::kwon_table_iv())
+    fn plant() -> DesignModel {
+        DesignModel::Machine(LinearMachine::kwon_table_iv())
     }
 
     /// V̇ of Derdiyok's observer by the model, at one state.

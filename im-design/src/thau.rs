@@ -15,7 +15,7 @@
 //!
 //! The SDP reaches this limit. For the machine of Kwon et al. the speed binds: (D/J)/μ = 0.0485.
 
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, proportion};
 use crate::exact::Field;
 use crate::linalg;
@@ -98,7 +98,7 @@ pub fn limit(c: &Constants<f64>) -> f64 {
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] without friction (the limit is then zero); solver failures.
-pub fn maximize(plant: Plant, slack: f64) -> Result<(ThauDesign, Certificate), DesignError> {
+pub fn maximize(plant: DesignModel, slack: f64) -> Result<(ThauDesign, Certificate), DesignError> {
     let c = plant.constants::<f64>();
     proportion("slack", slack)?;
     needs_friction(&c)?;
@@ -201,11 +201,11 @@ mod tests {
     #[test]
     fn lmi_reaches_the_limit_and_cannot_pass_it() {
         let c = Constants::kwon_printed();
-        let (design, certificate) = maximize(Plant::Constants(c), 1e-3).unwrap();
+        let (design, certificate) = maximize(DesignModel::Constants(c), 1e-3).unwrap();
         assert!((limit(&c) - 0.0485).abs() < 5e-5);
         assert!(design.lipschitz > 0.995 * limit(&c) && design.lipschitz < limit(&c), "{}", design.lipschitz);
         certificate.check().unwrap();
         let beyond = ThauDesign { lipschitz: 1.0001 * limit(&c), ..design };
-        assert!(Certificate::seal(Plant::Constants(c), beyond).is_err());
+        assert!(Certificate::seal(DesignModel::Constants(c), beyond).is_err());
     }
 }

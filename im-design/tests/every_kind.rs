@@ -10,14 +10,14 @@ use im_design::certificate::{Certificate, Design};
 use im_design::matrix::Matrix;
 use im_design::mtpa::{AirGap, Circuit, TCircuit};
 use im_design::request::{Kind, Period, design, design_for, design_sampled};
-use im_design::{DesignError, Machine, Plant, model};
+use im_design::{DesignError, DesignModel, LinearMachine, model};
 use proptest::prelude::*;
 use support::{cases, decay, machine, region, t_parameters};
 
 /// The box gain for a sampled observer. Not every machine need have one over the whole box at this period:
 /// such a machine is rejected, and `cases` bounds how many may be.
-fn sampled_box(machine: &Machine) -> Result<Certificate, TestCaseError> {
-    let plant = Plant::Machine(*machine);
+fn sampled_box(machine: &LinearMachine) -> Result<Certificate, TestCaseError> {
+    let plant = DesignModel::Machine(*machine);
     let c = plant.constants::<f64>();
     let text = region(Kind::ThauBox, machine) + &format!("\nrate_per_s = {}", 0.2 * c.eta);
     match design_sampled(Kind::ThauBox, plant, &text, short_period(machine)) {
@@ -27,8 +27,8 @@ fn sampled_box(machine: &Machine) -> Result<Certificate, TestCaseError> {
 }
 
 /// 20 us, or less where the currents are too fast for forward Euler.
-fn short_period(machine: &Machine) -> Period {
-    Period::At(2e-5_f64.min(0.2 / Plant::Machine(*machine).constants::<f64>().gamma))
+fn short_period(machine: &LinearMachine) -> Period {
+    Period::At(2e-5_f64.min(0.2 / DesignModel::Machine(*machine).constants::<f64>().gamma))
 }
 
 /// The adaptive loop's, of Jadot's machine: of any machine not every region has a sampled proof.
@@ -36,14 +36,15 @@ fn sampled_adaptive() -> &'static Certificate {
     static MADE: LazyLock<Certificate> = LazyLock::new(|| {
         let text =
             "speed_rad_s = [8.0, 20.0]\nslip_rad_s = [-8.0, 8.0]\nflux_vs = 0.9\nproportional = 0.05\nintegral = 20.0\nrho = 0.2";
-        design_sampled(Kind::KubotaLoop, Plant::Machine(Machine::jadot_table_i()), text, Period::At(5e-5)).expect("feasible")
+        design_sampled(Kind::KubotaLoop, DesignModel::Machine(LinearMachine::jadot_table_i()), text, Period::At(5e-5))
+            .expect("feasible")
     });
     &MADE
 }
 
 /// A certificate of each kind, and of each that is made for a sampling period.
-fn every(machine: &Machine) -> Result<Vec<(String, Certificate)>, TestCaseError> {
-    let plant = Plant::Machine(*machine);
+fn every(machine: &LinearMachine) -> Result<Vec<(String, Certificate)>, TestCaseError> {
+    let plant = DesignModel::Machine(*machine);
     let named = |name: &str, made: Result<Certificate, DesignError>| {
         (name.to_owned(), made.unwrap_or_else(|e| panic!("{name}: {e} on {machine:?}")))
     };
@@ -226,7 +227,7 @@ proptest! {
     fn utkins_surface_attracts_from_random_states(
         machine in machine(), states in prop::collection::vec((prop::array::uniform8(-1.0..1.0f64), 0.0..1.0f64), 200)
     ) {
-        let certificate = design(Kind::Utkin, Plant::Machine(machine), &region(Kind::Utkin, &machine)).unwrap();
+        let certificate = design(Kind::Utkin, DesignModel::Machine(machine), &region(Kind::Utkin, &machine)).unwrap();
         let Design::Utkin(d) = &certificate.design else { unreachable!() };
         let c = certificate.plant.constants::<f64>();
         for ([speed, angle, flux, dx, dy, along, ix, iy], side) in states {
@@ -256,7 +257,7 @@ proptest! {
     fn nonlinear_states_in_the_box_contract_at_the_certified_rate(
         machine in machine(), start in prop::array::uniform5(-1.0..1.0f64), at in prop::array::uniform2(0.2..0.8f64)
     ) {
-        let certificate = design(Kind::ThauBox, Plant::Machine(machine), &region(Kind::ThauBox, &machine)).unwrap();
+        let certificate = design(Kind::ThauBox, DesignModel::Machine(machine), &region(Kind::ThauBox, &machine)).unwrap();
         let Design::ThauBox(d) = &certificate.design else { unreachable!() };
         let c = certificate.plant.constants::<f64>();
         let between = |[low, high]: [f64; 2], x: f64| low + x * (high - low);
@@ -312,7 +313,7 @@ proptest! {
     fn jadots_electrical_errors_decay_at_the_certified_rate_while_speed_jumps(
         machine in machine(), start in prop::array::uniform6(-1.0..1.0f64), jumps in prop::collection::vec((0.0..1.0f64, 0.0..1.0f64), 4)
     ) {
-        let certificate = design(Kind::Jadot, Plant::Machine(machine), &region(Kind::Jadot, &machine)).unwrap();
+        let certificate = design(Kind::Jadot, DesignModel::Machine(machine), &region(Kind::Jadot, &machine)).unwrap();
         let Design::Jadot(d) = &certificate.design else { unreachable!() };
         let c = certificate.plant.constants::<f64>();
         let mut e = Matrix::from_fn(6, 1, |i, _| start[i]);

@@ -5,7 +5,7 @@ mod simulation;
 mod support;
 
 use im_design::kenne::{KenneDesign, KenneRegion, design};
-use im_design::{Certificate, Machine, Plant, model};
+use im_design::{Certificate, DesignModel, LinearMachine, model};
 use im_model::{Complex, WindingParameters};
 use proptest::prelude::*;
 use simulation::{rk4, steady_voltage};
@@ -21,13 +21,13 @@ fn region(speed: f64, flux: [f64; 2], current: f64, voltage: f64, r_s: [f64; 2],
 }
 
 /// The machine with its resistances times these.
-fn warm(m: &Machine, r_s: f64, r_r: f64) -> Machine {
+fn warm(m: &LinearMachine, r_s: f64, r_r: f64) -> LinearMachine {
     let (stator_resistance_ohm, rotor_resistance_ohm) = (r_s * m.stator_resistance_ohm, r_r * m.rotor_resistance_ohm);
-    Machine { stator_resistance_ohm, rotor_resistance_ohm, ..*m }
+    LinearMachine { stator_resistance_ohm, rotor_resistance_ohm, ..*m }
 }
 
 /// f₁ = u/(σL_sL_r) − R_s i/(σL_sL_r) − (1/σL_r) di/dt of (27), with the derivative that the machine has, A/s²/Ω.
-fn f_1(m: &Machine, x: &[f64; 5], u: [f64; 2]) -> f64 {
+fn f_1(m: &LinearMachine, x: &[f64; 5], u: [f64; 2]) -> f64 {
     let windings = WindingParameters {
         stator_resistance_ohm: m.stator_resistance_ohm,
         rotor_resistance_ohm: m.rotor_resistance_ohm,
@@ -44,7 +44,7 @@ fn f_1(m: &Machine, x: &[f64; 5], u: [f64; 2]) -> f64 {
 }
 
 /// K as it was until the M di_s/dt in f₁ = (β/L_r)(dλ/dt − M di_s/dt) was noticed: |e_Rr|(β/L_r) max|dλ/dt|.
-fn without_the_currents_derivative(m: &Machine, r: &KenneRegion) -> f64 {
+fn without_the_currents_derivative(m: &LinearMachine, r: &KenneRegion) -> f64 {
     let c = m.constants::<f64>();
     let [low, high] = r.rotor_resistance_ratio;
     let flux_rate =
@@ -59,7 +59,7 @@ fn norm([a, b]: [f64; 2]) -> f64 {
 /// The machine of Appendix II, hot, in its steady state at rated torque: a bound on dλ/dt alone is not one on f₁.
 #[test]
 fn rated_torque_exceeds_the_bound_without_the_currents_derivative() {
-    let nominal = Machine::kenne_appendix_ii();
+    let nominal = LinearMachine::kenne_appendix_ii();
     let r = region(150.0, [0.24, 0.27], 5.0, 311.0, [0.5, 1.5], [0.5, 2.0]);
     let hot = warm(&nominal, 1.0, 2.0);
     let c = hot.constants::<f64>();
@@ -77,14 +77,14 @@ fn rated_torque_exceeds_the_bound_without_the_currents_derivative() {
         rk4(&mut x, h, |x| model::derivative(&c, x, u, torque / hot.inertia_kg_m2));
     }
     let old = without_the_currents_derivative(&nominal, &r);
-    let (new, _) = design(Plant::Machine(nominal), &r, 0.05).unwrap();
+    let (new, _) = design(DesignModel::Machine(nominal), &r, 0.05).unwrap();
     // The figures of docs/errata-design.md, to their digits.
     for (is, printed) in [(old, 4.55e4), (worst, 9.86e4), (new.k_x / 1.05, 8.40e5)] {
         assert!((is / printed - 1.0).abs() < 2e-3, "{is} {printed}");
     }
     assert!(least > 2.0 * old && worst < new.k_x, "{old} {least} {worst} {}", new.k_x);
     let claim = KenneDesign { k_x: 1.05 * old, ..new };
-    assert!(Certificate::seal(Plant::Machine(nominal), claim).is_err(), "what was certified before is refused");
+    assert!(Certificate::seal(DesignModel::Machine(nominal), claim).is_err(), "what was certified before is refused");
 }
 
 /// A ratio from 0.5 to 2 and a range around it.
@@ -118,7 +118,7 @@ proptest! {
             }
         }
         let r = region(speed, flux, current, voltage, stator, rotor);
-        let (d, certificate) = design(Plant::Machine(nominal), &r, 1e-6).unwrap();
+        let (d, certificate) = design(DesignModel::Machine(nominal), &r, 1e-6).unwrap();
         certificate.check().unwrap();
         let error = (r_r - rotor[0]).max(rotor[1] - r_r) * nominal.rotor_resistance_ohm;
         prop_assert!(worst * error <= d.k_x, "{} of {}", worst * error, d.k_x);
@@ -131,7 +131,7 @@ proptest! {
         (speed, flux, current, voltage) in (0.0..400.0f64, 0.1..2.0f64, 0.1..100.0f64, 0.0..800.0f64),
     ) {
         let r = region(speed, [0.5 * flux, flux], current, voltage, stator, rotor);
-        let (d, _) = design(Plant::Machine(nominal), &r, 1e-6).unwrap();
+        let (d, _) = design(DesignModel::Machine(nominal), &r, 1e-6).unwrap();
         let truth = warm(&nominal, stator[1], rotor[1]);
         let c = truth.constants::<f64>();
         let l = Complex::from_polar(flux, angle);
@@ -142,6 +142,6 @@ proptest! {
         let reached = error * f_1(&truth, &[speed, l.re, l.im, i.re, i.im], [u.re, u.im]);
         prop_assert!((d.k_x / reached - 1.0 - 1e-6).abs() < 1e-8, "{} {reached}", d.k_x);
         let smaller = KenneDesign { k_x: reached * (1.0 - 1e-9), ..d };
-        prop_assert!(Certificate::seal(Plant::Machine(nominal), smaller).is_err());
+        prop_assert!(Certificate::seal(DesignModel::Machine(nominal), smaller).is_err());
     }
 }

@@ -6,7 +6,7 @@ use im_design::certificate::{Certificate, Claim, Design, Obligation};
 use im_design::kubota::{KubotaRequest, best_rate, closed_form, least_norm};
 use im_design::matrix::Matrix;
 use im_design::sliding::{UtkinRegion, derdiyok, utkin};
-use im_design::{Machine, Plant, jadot, kubota_loop, linalg, sampled, thau, thau_box};
+use im_design::{DesignModel, LinearMachine, jadot, kubota_loop, linalg, sampled, thau, thau_box};
 use proptest::prelude::*;
 use support::{cases, decay, machine, top_speed};
 
@@ -22,7 +22,7 @@ proptest! {
 
     #[test]
     fn kubotas_condition_is_always_feasible(machine in machine(), share in 0.0..0.95f64) {
-        let plant = Plant::Machine(machine);
+        let plant = DesignModel::Machine(machine);
         let c = plant.constants::<f64>();
         let w = top_speed(&machine);
         let request = KubotaRequest { speed_rad_s: [-w, w], rate_per_s: share * c.eta, flux_weight: 1.0 };
@@ -39,7 +39,7 @@ proptest! {
     fn errors_decay_at_least_at_the_certified_rate_while_speed_jumps(
         machine in machine(), start in prop::array::uniform4(-1.0..1.0f64), jumps in prop::collection::vec(-1.0..1.0f64, 4)
     ) {
-        let plant = Plant::Machine(machine);
+        let plant = DesignModel::Machine(machine);
         let c = plant.constants::<f64>();
         let w = top_speed(&machine);
         let request = KubotaRequest { speed_rad_s: [-w, w], rate_per_s: 0.5 * c.eta, flux_weight: c.beta * c.beta };
@@ -55,7 +55,7 @@ proptest! {
 
     #[test]
     fn altered_certificates_are_refused(machine in machine(), which in 0usize..8, relative in 1e-12..1e-3f64) {
-        let plant = Plant::Machine(machine);
+        let plant = DesignModel::Machine(machine);
         let c = plant.constants::<f64>();
         let request = KubotaRequest { speed_rad_s: [-100.0, 100.0], rate_per_s: 0.9 * c.eta, flux_weight: 1.0 };
         let (design, certificate) = closed_form(plant, &request).unwrap();
@@ -71,7 +71,7 @@ proptest! {
 
     #[test]
     fn switching_gains_are_proven(machine in machine(), flux in 0.3..1.5f64, error in 0.0..0.3f64) {
-        let plant = Plant::Machine(machine);
+        let plant = DesignModel::Machine(machine);
         let c = plant.constants::<f64>();
         let w = top_speed(&machine);
         reread(&derdiyok(plant, w, flux, 1.0).unwrap().1);
@@ -89,7 +89,7 @@ proptest! {
 
     #[test]
     fn thau_reaches_the_limit_and_never_passes_it(machine in machine()) {
-        let plant = Plant::Machine(machine);
+        let plant = DesignModel::Machine(machine);
         let c = plant.constants::<f64>();
         let (design, certificate) = thau::maximize(plant, 1e-2).unwrap();
         reread(&certificate);
@@ -101,7 +101,7 @@ proptest! {
 
     #[test]
     fn any_box_below_friction(machine in machine(), flux in 0.1..3.0f64, share in 0.1..0.9f64) {
-        let plant = Plant::Machine(machine);
+        let plant = DesignModel::Machine(machine);
         let c = plant.constants::<f64>();
         let rate = share * c.friction_rate.min(c.eta);
         reread(&thau_box::any_box(plant, 2.0 * top_speed(&machine), flux, rate).unwrap().1);
@@ -111,7 +111,7 @@ proptest! {
     fn mended_loop_is_stable_at_random_points(
         machine in machine(), speed in -1.0..1.0f64, slip in -1.0..1.0f64, gain in 0.01..10.0f64, rho in 0.02..10.0f64
     ) {
-        let plant = Plant::Machine(machine);
+        let plant = DesignModel::Machine(machine);
         let c = plant.constants::<f64>();
         let at = kubota_loop::Point {
             speed_rad_s: speed * top_speed(&machine),
@@ -131,7 +131,7 @@ proptest! {
 
     #[test]
     fn a_gain_for_a_period_contracts(machine in machine()) {
-        let plant = Plant::Machine(machine);
+        let plant = DesignModel::Machine(machine);
         let c = plant.constants::<f64>();
         let w = top_speed(&machine);
         // A flux error turns at n_pω and decays at η: forward Euler needs h well below 2η/(n_pω)².
@@ -145,7 +145,7 @@ proptest! {
 
     #[test]
     fn passivity_based_loop_is_proven(machine in machine()) {
-        let plant = Plant::Machine(machine);
+        let plant = DesignModel::Machine(machine);
         let c = plant.constants::<f64>();
         let w = c.n_p * top_speed(&machine);
         let request = jadot::JadotRequest {
@@ -163,7 +163,7 @@ proptest! {
 
     #[test]
     fn a_turning_box_is_certified(machine in machine()) {
-        let plant = Plant::Machine(machine);
+        let plant = DesignModel::Machine(machine);
         let c = plant.constants::<f64>();
         let w = c.n_p * top_speed(&machine);
         let region = thau_box::BoxRegion {
@@ -183,7 +183,7 @@ proptest! {
 /// A common P also proves more than the P of the design: the best rate is never below it.
 #[test]
 fn best_rate_is_at_least_the_one_designed_for() {
-    let plant = Plant::Machine(Machine::jadot_table_i());
+    let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
     let c = plant.constants::<f64>();
     let request = KubotaRequest { speed_rad_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: c.beta * c.beta };
     let (design, _) = closed_form(plant, &request).unwrap();
@@ -195,7 +195,7 @@ fn best_rate_is_at_least_the_one_designed_for() {
 /// The obligations over floats and over rationals are the same matrices.
 #[test]
 fn floats_and_rationals_state_the_same() {
-    let plant = Plant::Machine(Machine::jadot_table_i());
+    let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
     let request = KubotaRequest { speed_rad_s: [-160.0, 160.0], rate_per_s: 3.0, flux_weight: 1.0 };
     let design: Design = closed_form(plant, &request).unwrap().0.into();
     let floats = design.obligations(&plant.constants::<f64>()).unwrap();

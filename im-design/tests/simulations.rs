@@ -6,7 +6,7 @@ mod simulation;
 use im_design::kubota_loop::{LoopGains, mended, no_feedback};
 use im_design::machine::Constants;
 use im_design::thau_box::{BoxRegion, fastest};
-use im_design::{Machine, Plant, model, thau};
+use im_design::{DesignModel, LinearMachine, model, thau};
 use simulation::{fifth_order, rk4, steady_voltage, times, turning};
 
 /// Kubota's nonlinear adaptive observer at constant true speed; returns the speed error after `time`.
@@ -40,7 +40,7 @@ fn adaptive_speed_error(c: &Constants<f64>, gains: &LoopGains, speed: f64, slip:
 
 #[test]
 fn regenerating_at_low_speed_fails_without_feedback_and_works_mended() {
-    let plant = Plant::Machine(Machine::jadot_table_i());
+    let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
     let c = plant.constants::<f64>();
     // Speed 20 rad/s, slip −28 rad/s: stator frequency 12 rad/s, inside the unstable band.
     let (speed, slip) = (20.0, -28.0);
@@ -52,7 +52,7 @@ fn regenerating_at_low_speed_fails_without_feedback_and_works_mended() {
 
 #[test]
 fn box_gain_converges_where_lipschitz_gains_wait_for_friction() {
-    let plant = Plant::Machine(Machine::kwon_table_iv());
+    let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
     let c = plant.constants::<f64>();
     let region = BoxRegion {
         frame_rad_s: [100.0, 300.0],

@@ -5,7 +5,7 @@ mod lab;
 
 use im_design::kubota::{KubotaRequest, closed_form};
 use im_design::matrix::Matrix;
-use im_design::{Machine as DesignMachine, Plant, kubota_loop, sliding, thau_box};
+use im_design::{DesignModel, LinearMachine, kubota_loop, sliding, thau_box};
 use im_model::machines::{JADOT_TABLE_I, KWON_TABLE_IV, MOTULATOR_2_2_KW, NamedMachine};
 use im_model::simulation::{Profile, Scenario};
 use im_model::space_vector::{cross, unit};
@@ -18,9 +18,9 @@ const H: f64 = 1e-4;
 const MACHINES: [NamedMachine; 3] = [KWON_TABLE_IV, JADOT_TABLE_I, MOTULATOR_2_2_KW];
 
 /// The design crate's machine with the parameters that an observer derives its constants from.
-fn plant(m: &Machine<f64>) -> Plant {
+fn plant(m: &Machine<f64>) -> DesignModel {
     let w = m.parameters().windings();
-    Plant::Machine(DesignMachine {
+    DesignModel::Machine(LinearMachine {
         stator_resistance_ohm: w.stator_resistance_ohm,
         rotor_resistance_ohm: w.rotor_resistance_ohm,
         stator_inductance_h: w.stator_inductance_h,

@@ -11,7 +11,7 @@ use im_model::{Complex, EffectId, MotorFile, Recording};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::hidden::{EffectKind, Excitation, Machine, Noise, Part, Strength, Table, Trial, TrialCase, simulate};
+use crate::hidden::{CatalogueMachine, EffectKind, Excitation, Noise, Part, Strength, Table, Trial, TrialCase, simulate};
 
 /// A table as the tool reads it.
 pub fn recording(name: &str, t: &Table) -> Recording {
@@ -169,16 +169,16 @@ pub fn plan(seeds: u64) -> Vec<Planned> {
     let strengths = [("strong", Strength::Strong), ("medium", Strength::Medium), ("weak", Strength::Weak)];
     let mut out = Vec::new();
     for seed in 0..seeds {
-        let machine = |k: usize, stride: usize| (k * stride + 3 * seed as usize) % Machine::COUNT;
+        let machine = |k: usize, stride: usize| (k * stride + 3 * seed as usize) % CatalogueMachine::COUNT;
         let mut add = |group, name: String, case| out.push(Planned { index: out.len(), group, name, case });
         for (k, kind) in EffectKind::ALL.iter().enumerate() {
             for (group, strength) in strengths {
                 let m = machine(k, 5) + group.len();
-                let case = TrialCase::new(m % Machine::COUNT, &[(*kind, strength)], 100 + seed);
+                let case = TrialCase::new(m % CatalogueMachine::COUNT, &[(*kind, strength)], 100 + seed);
                 add(if kind.in_library() { group } else { "outside" }, format!("{} {group}", kind.name()), case);
             }
         }
-        for m in 0..Machine::COUNT {
+        for m in 0..CatalogueMachine::COUNT {
             add("clean", "nothing".into(), TrialCase::new(m, &[], 300 + seed));
             let mut case = TrialCase::new(m, &[], 400 + seed);
             case.noise = Noise::coloured(0.9);

@@ -2,7 +2,7 @@
 //!
 //! `effect_sizes [SEEDS]`: for each effect and strength, the rms change of current and speed over machines and seeds.
 
-use im_tests::hidden::{EffectKind, Machine, Part, Strength, TrialCase};
+use im_tests::hidden::{CatalogueMachine, EffectKind, Part, Strength, TrialCase};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -15,7 +15,7 @@ fn main() {
     for &kind in EffectKind::ALL {
         for (name, strength) in [("weak", Strength::Weak), ("medium", Strength::Medium), ("strong", Strength::Strong)] {
             let start = Instant::now();
-            let cases: Vec<TrialCase> = (0..Machine::COUNT)
+            let cases: Vec<TrialCase> = (0..CatalogueMachine::COUNT)
                 .flat_map(|machine| (0..seeds).map(move |seed| TrialCase::new(machine, &[(kind, strength)], seed)))
                 .collect();
             let parts = cases.iter().flat_map(|case| [Part::Train1, Part::Train2].map(|part| (case, part)));

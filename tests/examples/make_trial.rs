@@ -4,7 +4,7 @@
 //!
 //! EFFECTS: identifiers joined by commas, or `none`, or `list` alone to print them. STRENGTH: weak, medium, strong or a multiple of strong.
 
-use im_tests::hidden::{EffectKind, Excitation, Machine, Noise, Sampling, Strength, TrialCase, simulate};
+use im_tests::hidden::{CatalogueMachine, EffectKind, Excitation, Noise, Sampling, Strength, TrialCase, simulate};
 use std::error::Error;
 use std::path::Path;
 
@@ -14,8 +14,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         for (index, kind) in EffectKind::ALL.iter().enumerate() {
             println!("{index:2} {kind}{}", if kind.in_library() { "" } else { " (outside the library)" });
         }
-        for index in 0..Machine::COUNT {
-            println!("machine {index:2}: {}", Machine::catalogue(index).name);
+        for index in 0..CatalogueMachine::COUNT {
+            println!("machine {index:2}: {}", CatalogueMachine::catalogue(index).name);
         }
         return Ok(());
     }
@@ -26,8 +26,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let kinds = effects.split(',').filter(|name| *name != "none").map(str::parse::<EffectKind>);
     let effects = kinds.map(|kind| Ok((kind?, strength))).collect::<Result<Vec<_>, Box<dyn Error>>>()?;
     let machine: usize = machine.parse()?;
-    if machine >= Machine::COUNT {
-        return Err(format!("machine {machine}: there are {}, from 0", Machine::COUNT).into());
+    if machine >= CatalogueMachine::COUNT {
+        return Err(format!("machine {machine}: there are {}, from 0", CatalogueMachine::COUNT).into());
     }
     let mut case = TrialCase::new(machine, &effects, seed.parse()?);
     for word in more {

@@ -62,7 +62,7 @@ pub fn designed_gains() -> [f64; 2] {
         acceleration_max_rad_s2: 500.0,
         ..KenneRegion::certain(155.0, [0.9 * flux, 1.1 * flux], CURRENT_A, 400.0)
     };
-    let plant = im_design::Plant::Machine(im_design::Machine::from(&KENNE_APPENDIX_II));
+    let plant = im_design::DesignModel::Machine(im_design::LinearMachine::from(&KENNE_APPENDIX_II));
     let (design, certificate) = im_design::kenne::design(plant, &region, 0.05).expect("a region");
     certificate.check().expect("what was just proven");
     [design.k_sq, design.k_sd]

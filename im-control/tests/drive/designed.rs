@@ -2,7 +2,7 @@
 
 use im_control::kenne::{input_gains, switching_gain};
 use im_control::{Kenne, KenneGains};
-use im_design::Plant;
+use im_design::DesignModel;
 use im_design::kenne::{KenneRegion, design};
 use im_model::simulation::Simulation;
 use im_model::{BaseParameter, Machine, ParameterId, machines};
@@ -29,7 +29,7 @@ fn designed_gains_hold_on_the_corners_of_their_region() {
     let m = machines::JADOT_TABLE_I;
     let base = Machine::base(m.parameters(), m.pole_pairs).unwrap();
     let case = DriveCase::new(&base, &m.rating, 0.0);
-    let (proven, certificate) = design(Plant::Machine(im_design::Machine::jadot_table_i()), &region(), 0.05).unwrap();
+    let (proven, certificate) = design(DesignModel::Machine(im_design::LinearMachine::jadot_table_i()), &region(), 0.05).unwrap();
     certificate.check().unwrap();
     let mut gains = KenneGains::typical(&case.known, 0.9, case.dc_voltage_v, case.sample_time_s);
     (gains.k_sq, gains.k_sd) = (proven.k_sq, proven.k_sd);
@@ -59,7 +59,7 @@ fn the_condition_of_the_controller_is_that_of_the_design() {
         load_rate_rad_s3: 0.0,
         ..region()
     };
-    let (proven, _) = design(Plant::Machine(im_design::Machine::jadot_table_i()), &exact, 0.05).unwrap();
+    let (proven, _) = design(DesignModel::Machine(im_design::LinearMachine::jadot_table_i()), &exact, 0.05).unwrap();
     let [b_omega, b_lambda] = input_gains(&case.known, exact.flux_vs[0]);
     let k_sq = switching_gain(0.0, exact.reach_omega, [b_omega; 2], 1e3);
     let k_sd = switching_gain(0.0, exact.reach_lambda, [b_lambda; 2], 1e3);

@@ -85,7 +85,7 @@ fn seal<D>(of: Result<(D, im_design::Certificate), im_design::DesignError>) -> D
 fn designed(machine: &Machine<f64>, case: &DriveCase) -> [(&'static str, Box<dyn Supervised>); 2] {
     let (known, rating) = (&case.known, &case.rating);
     let (n_p, w) = (f64::from(known.pole_pairs), 0.75 * case.speed_rad_s());
-    let plant = || im_design::Plant::Machine(im_design::Machine::from(machine));
+    let plant = || im_design::DesignModel::Machine(im_design::LinearMachine::from(machine));
     let windings = &known.windings;
     let k_r = windings.mutual_inductance_h / windings.rotor_inductance_h;
     let flux = 0.95 * rating.rotor_flux_vs;

@@ -4,13 +4,13 @@ use im_control::MtpaLaw;
 use im_design::mtpa::{AirGap, Aqdm, for_torque};
 use im_model::space_vector::unit;
 
-use crate::aqdm::{Plant, SOURCES, SPEED_RAD_S, fitted, run_with};
+use crate::aqdm::{AqdmPlant, SOURCES, SPEED_RAD_S, fitted, run_with};
 
 /// On a rotating voltage, in steady state: Fig. 6 with (24).
 #[test]
 fn the_machine_of_table_v_settles_on_its_circuit() {
     for (voltage, slip) in [(330.0, 1.0), (330.0, 2.7), (150.0, 4.0), (330.0, 20.0)] {
-        let mut plant = Plant::new(SPEED_RAD_S);
+        let mut plant = AqdmPlant::new(SPEED_RAD_S);
         let (omega, h) = (2.0 * SPEED_RAD_S + slip, 1e-4);
         for k in 0..80_000 {
             // The mean of a turning voltage over a step.

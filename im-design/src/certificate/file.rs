@@ -3,26 +3,26 @@
 use super::check::{CheckError, Margin, Obligation, decide};
 use crate::error::DesignError;
 use crate::exact::{Field, Rational};
-use crate::machine::{Constants, Machine};
+use crate::machine::{Constants, LinearMachine};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 /// What a design was made for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Plant {
+pub enum DesignModel {
     /// A machine by its parameters; the checker derives the constants exactly.
-    Machine(Machine),
+    Machine(LinearMachine),
     /// The derived constants themselves, e.g. those a paper prints.
     Constants(Constants<f64>),
 }
 
-impl Plant {
+impl DesignModel {
     /// The derived constants, exact over the rationals.
     pub fn constants<F: Field>(&self) -> Constants<F> {
         match self {
-            Plant::Machine(machine) => machine.constants(),
-            Plant::Constants(constants) => constants.over(),
+            DesignModel::Machine(machine) => machine.constants(),
+            DesignModel::Constants(constants) => constants.over(),
         }
     }
 }
@@ -104,7 +104,7 @@ pub struct Certificate {
     /// SHA-256 of everything else, in canonical text.
     pub digest: String,
     /// What the design is for.
-    pub plant: Plant,
+    pub plant: DesignModel,
     /// Region, gains and proof.
     pub design: Design,
     /// How clearly each obligation holds.
@@ -116,7 +116,7 @@ impl Certificate {
     ///
     /// # Errors
     /// [`DesignError::Unproven`] when an obligation is false in exact arithmetic.
-    pub fn seal(plant: Plant, design: impl Into<Design>) -> Result<Self, DesignError> {
+    pub fn seal(plant: DesignModel, design: impl Into<Design>) -> Result<Self, DesignError> {
         let mut certificate = Certificate { schema: 1, digest: String::new(), plant, design: design.into(), margins: Vec::new() };
         certificate.margins = certificate.prove()?;
         certificate.digest = certificate.content_digest()?;
@@ -128,7 +128,7 @@ impl Certificate {
     /// # Errors
     /// The first obligation that is false.
     pub fn prove(&self) -> Result<Vec<Margin>, CheckError> {
-        if let Plant::Machine(machine) = &self.plant {
+        if let DesignModel::Machine(machine) = &self.plant {
             machine.validate().map_err(|e| CheckError::Malformed(e.to_string()))?;
         }
         let table = toml::Value::try_from(self).map_err(|e| CheckError::Malformed(e.to_string()))?;
@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn numbers_without_a_value_and_negative_rates_are_refused() {
-        let plant = Plant::Machine(Machine::jadot_table_i());
+        let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
         let request = KubotaRequest { speed_rad_s: [-100.0, 100.0], rate_per_s: 1.0, flux_weight: 1.0 };
         let (design, _) = closed_form(plant, &request).unwrap();
         for rate_per_s in [f64::NAN, f64::NEG_INFINITY, -1.0] {
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn a_file_with_unknown_or_missing_fields_is_not_a_certificate() {
-        let plant = Plant::Machine(Machine::jadot_table_i());
+        let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
         let request = KubotaRequest { speed_rad_s: [-100.0, 100.0], rate_per_s: 1.0, flux_weight: 1.0 };
         let text = closed_form(plant, &request).unwrap().1.to_text().unwrap();
         assert!(Certificate::check_text(&text).is_ok());

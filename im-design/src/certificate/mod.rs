@@ -10,4 +10,4 @@ mod file;
 
 pub(crate) use check::decide;
 pub use check::{CheckError, Margin, Obligation};
-pub use file::{Certificate, Claim, Design, Plant};
+pub use file::{Certificate, Claim, Design, DesignModel};

@@ -23,7 +23,7 @@
 mod rates;
 mod region;
 
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::machine::Constants;
@@ -107,7 +107,7 @@ impl Claim for KenneDesign {
 ///
 /// # Errors
 /// A region that is not one.
-pub fn design(plant: Plant, region: &KenneRegion, reserve: f64) -> Result<(KenneDesign, Certificate), DesignError> {
+pub fn design(plant: DesignModel, region: &KenneRegion, reserve: f64) -> Result<(KenneDesign, Certificate), DesignError> {
     if let Some(complaint) = region.complaint() {
         return Err(DesignError::request(complaint));
     }
@@ -136,10 +136,10 @@ pub fn high_gain_limits(period_s: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Machine, model};
+    use crate::{LinearMachine, model};
 
-    fn plant() -> Plant {
-        Plant::Machine(Machine::kenne_appendix_ii())
+    fn plant() -> DesignModel {
+        DesignModel::Machine(LinearMachine::kenne_appendix_ii())
     }
 
     pub(crate) fn region() -> KenneRegion {

@@ -179,15 +179,15 @@ mod tests {
     use super::super::request::{LawKind, MtpaRequest, design};
     use super::super::t_circuit::TCircuit;
     use super::*;
-    use crate::{Certificate, DesignError, Machine, Plant};
+    use crate::{Certificate, DesignError, DesignModel, LinearMachine};
 
     fn request(torque_n_m: [f64; 2]) -> MtpaRequest {
         let (tolerance, slip_max_rad_s) = (0.01, 500.0);
         MtpaRequest { torque_n_m, tolerance, law: LawKind::Series, slip_max_rad_s, points: 9, aqdm: None }
     }
 
-    fn plant() -> Plant {
-        Plant::Machine(Machine::kwon_table_iv())
+    fn plant() -> DesignModel {
+        DesignModel::Machine(LinearMachine::kwon_table_iv())
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::law::Law;
 use super::laws;
 use super::optimum::for_torque;
 use super::proof::{MtpaDesign, Witness};
-use crate::certificate::{Certificate, Plant};
+use crate::certificate::{Certificate, DesignModel};
 use crate::error::{DesignError, positive};
 use serde::Deserialize;
 
@@ -76,7 +76,7 @@ const LEAST_TOLERANCE: f64 = 1e-3;
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] with the torque in reach, or with the tolerance that the laws keep.
-pub fn design(plant: Plant, circuit: Circuit, request: &MtpaRequest) -> Result<(MtpaDesign, Certificate), DesignError> {
+pub fn design(plant: DesignModel, circuit: Circuit, request: &MtpaRequest) -> Result<(MtpaDesign, Certificate), DesignError> {
     if let Some(complaint) = circuit.complaint() {
         return Err(DesignError::request(complaint));
     }

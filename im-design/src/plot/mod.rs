@@ -5,7 +5,7 @@ mod picture;
 pub use im_chart::{Series, chart, chart_within, curves};
 pub use picture::picture;
 
-use crate::certificate::Plant;
+use crate::certificate::DesignModel;
 use crate::kubota::KubotaDesign;
 use crate::kubota_loop::LoopGains;
 use crate::linalg;
@@ -15,7 +15,13 @@ use im_chart::{COLOURS, HEIGHT, MARGIN, WIDTH, axes, stacked};
 
 /// Where the adaptive loop is stable (blue, darker is faster) and unstable (red), over slip and speed, around a region [speeds, slips];
 /// certified cells are outlined.
-pub fn stability_map(plant: Plant, gains: &LoopGains, region: [[f64; 2]; 2], flux_vs: f64, cells: &[[[f64; 2]; 2]]) -> String {
+pub fn stability_map(
+    plant: DesignModel,
+    gains: &LoopGains,
+    region: [[f64; 2]; 2],
+    flux_vs: f64,
+    cells: &[[[f64; 2]; 2]],
+) -> String {
     const N: usize = 32;
     let [speed, slip] = region.map(|[low, high]| {
         let around = if low < high { 0.4 * (high - low) } else { 0.1 * low.abs().max(10.0) };
@@ -60,7 +66,7 @@ pub fn stability_map(plant: Plant, gains: &LoopGains, region: [[f64; 2]; 2], flu
 }
 
 /// Poles of the error dynamics of Kubota's observer over its speed range.
-pub fn pole_map(plant: Plant, design: &KubotaDesign) -> String {
+pub fn pole_map(plant: DesignModel, design: &KubotaDesign) -> String {
     let c = plant.constants::<f64>();
     let [low, high] = design.speed_rad_s;
     let speeds = (0..=24).map(|k| low + (high - low) * f64::from(k) / 24.0);
@@ -72,13 +78,13 @@ pub fn pole_map(plant: Plant, design: &KubotaDesign) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
     use crate::kubota::{KubotaRequest, closed_form};
     use crate::kubota_loop::{certify, mended, no_feedback};
 
     #[test]
     fn pictures_are_closed_and_show_both_colours() {
-        let plant = Plant::Machine(Machine::jadot_table_i());
+        let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
         let gains = mended(plant, 0.2, 0.0, 0.05, 20.0).unwrap();
         let region = [[5.0, 10.0], [-8.0, -2.0]];
         let (design, _) = certify(plant, &gains, region[0], region[1], 0.9, 4).unwrap();

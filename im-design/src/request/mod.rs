@@ -1,14 +1,14 @@
 //! Designs asked for by name and a region file: what a command line needs.
 //!
 //! ```
-//! use im_design::{Machine, Plant, request::{Kind, design}};
+//! use im_design::{LinearMachine, DesignModel, request::{Kind, design}};
 //! let region = "speed_rad_s = [-190.0, 190.0]\nrate_per_s = 0.8\n";
-//! let certificate = design("kubota".parse().unwrap(), Plant::Machine(Machine::kwon_table_iv()), region).unwrap();
+//! let certificate = design("kubota".parse().unwrap(), DesignModel::Machine(LinearMachine::kwon_table_iv()), region).unwrap();
 //! certificate.check().unwrap();
 //! assert_eq!(Kind::ALL.len(), 10);
 //! ```
 
-use crate::certificate::{Certificate, Plant};
+use crate::certificate::{Certificate, DesignModel};
 use crate::error::DesignError;
 use crate::mtpa::{Aqdm, Circuit, TCircuit};
 use crate::{jadot, kenne, kubota, kubota_loop, mtpa, sampled, sliding, thau, thau_box};
@@ -94,8 +94,8 @@ impl FromStr for Kind {
 ///
 /// # Errors
 /// A region file that does not fit the design, with line and key; whatever the design itself refuses.
-pub fn design(kind: Kind, plant: Plant, region: &str) -> Result<Certificate, DesignError> {
-    if let Plant::Machine(machine) = &plant {
+pub fn design(kind: Kind, plant: DesignModel, region: &str) -> Result<Certificate, DesignError> {
+    if let DesignModel::Machine(machine) = &plant {
         machine.validate()?;
     }
     match kind {
@@ -136,11 +136,11 @@ pub fn design(kind: Kind, plant: Plant, region: &str) -> Result<Certificate, Des
             sampled::design(plant, r.speed_rad_s, r.period_s, r.rate_per_s).map(|d| d.1)
         }
         Kind::Mtpa => match plant {
-            Plant::Machine(m) => {
+            DesignModel::Machine(m) => {
                 let [l_r, l_m] = [m.rotor_inductance_h, m.mutual_inductance_h];
                 maximum_torque(plant, TCircuit::linear(m.rotor_resistance_ohm, l_r - l_m, l_m, m.pole_pairs), region)
             }
-            Plant::Constants(_) => Err(DesignError::request("mtpa needs a machine, not derived constants")),
+            DesignModel::Constants(_) => Err(DesignError::request("mtpa needs a machine, not derived constants")),
         },
     }
 }
@@ -150,7 +150,7 @@ pub fn design(kind: Kind, plant: Plant, region: &str) -> Result<Certificate, Des
 /// # Errors
 /// As [`design`].
 pub fn design_for(kind: Kind, machine: &im_model::Machine<f64>, region: &str) -> Result<Certificate, DesignError> {
-    let plant = Plant::Machine(crate::Machine::from(machine));
+    let plant = DesignModel::Machine(crate::LinearMachine::from(machine));
     match kind {
         Kind::Mtpa => maximum_torque(plant, TCircuit::from(machine), region),
         kind => design(kind, plant, region),
@@ -181,8 +181,8 @@ impl FromStr for Period {
 ///
 /// # Errors
 /// As [`design`]; a kind without a sampled proof; the largest period when the one asked for is too long.
-pub fn design_sampled(kind: Kind, plant: Plant, region: &str, period: Period) -> Result<Certificate, DesignError> {
-    if let Plant::Machine(machine) = &plant {
+pub fn design_sampled(kind: Kind, plant: DesignModel, region: &str, period: Period) -> Result<Certificate, DesignError> {
+    if let DesignModel::Machine(machine) = &plant {
         machine.validate()?;
     }
     let at = match period {
@@ -245,7 +245,7 @@ fn with_layer<T>(key: &str, layer: Option<T>, period_s: Option<f64>) -> Result<(
 }
 
 /// Laws for the circuit of the region file, or else for the machine's own.
-fn maximum_torque(plant: Plant, own: TCircuit, region: &str) -> Result<Certificate, DesignError> {
+fn maximum_torque(plant: DesignModel, own: TCircuit, region: &str) -> Result<Certificate, DesignError> {
     let request: mtpa::MtpaRequest = read(region)?;
     let circuit = request.aqdm.map_or(Circuit::T(own), |t| {
         let mtpa::AqdmTable { rotor_leakage, magnetizing, rotor } = t;
@@ -257,11 +257,11 @@ fn maximum_torque(plant: Plant, own: TCircuit, region: &str) -> Result<Certifica
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
 
     /// The machine of `examples/motor.toml`.
-    fn plant() -> Plant {
-        Plant::Machine(Machine {
+    fn plant() -> DesignModel {
+        DesignModel::Machine(LinearMachine {
             stator_resistance_ohm: 1.5,
             rotor_resistance_ohm: 0.9,
             stator_inductance_h: 0.16,

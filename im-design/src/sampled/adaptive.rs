@@ -23,7 +23,7 @@
 //! in the direction of ω_e; the cells cover that.
 
 use super::{longest_from, no_period};
-use crate::certificate::{Certificate, Claim, Obligation, Plant, decide};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation, decide};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::kubota_loop::{LoopGains, scales, validate};
@@ -141,7 +141,7 @@ impl SampledCell {
     }
 
     /// Whether the exact check confirms the cell.
-    fn holds(&self, plant: Plant, d: &SampledLoopDesign) -> bool {
+    fn holds(&self, plant: DesignModel, d: &SampledLoopDesign) -> bool {
         self.obligations(&plant.constants(), d, 0).is_ok_and(|obligations| decide(&obligations).is_ok())
     }
 }
@@ -165,7 +165,7 @@ fn slip_room<F: Field>(c: &Constants<F>, d: &SampledLoopDesign) -> [F; 3] {
 }
 
 /// P and G of a cell that contracts by e^(−αh), if there are any.
-fn prove(plant: Plant, d: &SampledLoopDesign, speed: [f64; 2], slip: [f64; 2], rate: f64) -> Option<SampledCell> {
+fn prove(plant: DesignModel, d: &SampledLoopDesign, speed: [f64; 2], slip: [f64; 2], rate: f64) -> Option<SampledCell> {
     let c = plant.constants::<f64>();
     let (h, scale) = (d.period_s, scales(&c, &d.gains, d.flux_vs));
     let inverse = scale.inverse_diagonal();
@@ -203,7 +203,7 @@ fn prove(plant: Plant, d: &SampledLoopDesign, speed: [f64; 2], slip: [f64; 2], r
 }
 
 /// The cell's proof at the fastest rate, to a tenth.
-fn fastest(plant: Plant, d: &SampledLoopDesign, cell: SampledCell) -> SampledCell {
+fn fastest(plant: DesignModel, d: &SampledLoopDesign, cell: SampledCell) -> SampledCell {
     let c = plant.constants::<f64>();
     let (speed, slip, h) = (cell.speed_rad_s, cell.sampled_slip_rad_s, d.period_s);
     let pole = |at| {
@@ -230,7 +230,7 @@ fn fastest(plant: Plant, d: &SampledLoopDesign, cell: SampledCell) -> SampledCel
 /// [`DesignError::Infeasible`] with the largest period.
 #[allow(clippy::too_many_arguments)] // the region, the gains, what is wanted
 pub fn adaptive(
-    plant: Plant,
+    plant: DesignModel,
     gains: &LoopGains,
     speed_rad_s: [f64; 2],
     slip_rad_s: [f64; 2],
@@ -285,14 +285,14 @@ pub fn adaptive(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
     use crate::kubota_loop::{mended, no_feedback};
 
     const REGION: ([f64; 2], [f64; 2]) = ([5.0, 10.0], [-8.0, -2.0]);
 
     #[test]
     fn a_regenerating_region_is_certified_sampled_and_only_mended() {
-        let plant = Plant::Machine(Machine::jadot_table_i());
+        let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
         let gains = mended(plant, 0.2, 0.0, 0.05, 20.0).unwrap();
         let at = |gains: &LoopGains, depth| adaptive(plant, gains, REGION.0, REGION.1, 0.9, depth, 0.2, Some(1e-4));
         let (d, certificate) = at(&gains, 2).unwrap();

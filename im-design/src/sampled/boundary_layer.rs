@@ -10,7 +10,7 @@
 //! |s_k⁺| ≤ a|s_k| + hβb with a = 1 − hγ − hβν₀/φ in (0, 1): it stays, and ends within b/(γ/β + ν₀/φ) < φ.
 
 use super::meaningful;
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::machine::Constants;
@@ -51,7 +51,7 @@ impl Claim for SampledDerdiyokDesign {
 /// [`DesignError::Infeasible`] from the period on at which forward Euler turns the current error's own decay round, or at which the
 /// layer is too narrow.
 pub fn derdiyok(
-    plant: Plant,
+    plant: DesignModel,
     speed_max_rad_s: f64,
     flux_max_vs: f64,
     reserve: f64,
@@ -89,11 +89,11 @@ pub fn derdiyok(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
 
     #[test]
     fn sampled_sliding_enters_its_layer_and_stays() {
-        let plant = Plant::Machine(Machine::kwon_table_iv());
+        let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
         let c = plant.constants::<f64>();
         let (d, certificate) = derdiyok(plant, 190.0, 1.1, 5.0, None, Some(100e-6)).unwrap();
         certificate.check().unwrap();

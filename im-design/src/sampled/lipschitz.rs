@@ -11,7 +11,7 @@
 //! (V⁺ − ρ²V + h(κ²‖e‖² − ‖Δu₂‖²) < 0, its Schur complement divided by h); h → 0 gives the continuous inequality.
 
 use super::{longest, longest_meaningful_s, meaningful, no_period};
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, proportion};
 use crate::exact::Field;
 use crate::lmi::{Affine, Problem};
@@ -70,7 +70,7 @@ impl Claim for SampledThauDesign {
 }
 
 /// The gain of largest κ at a period, with a contraction that costs a hundredth of the friction's own.
-fn at_period(plant: Plant, period_s: f64, slack: f64) -> Option<(SampledThauDesign, Certificate)> {
+fn at_period(plant: DesignModel, period_s: f64, slack: f64) -> Option<(SampledThauDesign, Certificate)> {
     let c = plant.constants::<f64>();
     let contraction = (-0.01 * c.friction_rate.min(c.eta) * period_s).exp();
     let (q, ..) = solve(&c, period_s, contraction, None)?;
@@ -109,7 +109,7 @@ fn solve(c: &Constants<f64>, h: f64, rho: f64, q: Option<f64>) -> Option<Found> 
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] without friction, or with the largest period.
-pub fn thau(plant: Plant, slack: f64, period_s: Option<f64>) -> Result<(SampledThauDesign, Certificate), DesignError> {
+pub fn thau(plant: DesignModel, slack: f64, period_s: Option<f64>) -> Result<(SampledThauDesign, Certificate), DesignError> {
     let c = plant.constants::<f64>();
     proportion("slack", slack)?;
     needs_friction(&c)?;
@@ -131,12 +131,12 @@ pub fn thau(plant: Plant, slack: f64, period_s: Option<f64>) -> Result<(SampledT
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
 
     /// A machine that a thousand random ones brought up: 20 us was refused though twice the period is feasible.
     #[test]
     fn what_is_feasible_is_not_refused_for_rounding() {
-        let plant = Plant::Machine(Machine {
+        let plant = DesignModel::Machine(LinearMachine {
             stator_resistance_ohm: 0.02406690028057762,
             rotor_resistance_ohm: 0.025036713882788636,
             stator_inductance_h: 0.021078431435378794,
@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn short_periods_cost_little_and_no_period_passes_the_limit() {
-        let plant = Plant::Machine(Machine::kwon_table_iv());
+        let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
         let c = plant.constants::<f64>();
         let (design, certificate) = thau(plant, 1e-3, Some(50e-6)).unwrap();
         certificate.check().unwrap();

@@ -27,7 +27,7 @@ pub use switching::{SampledKenneDesign, switching};
 pub use turning::{SampledBoxDesign, over_box};
 pub use utkin::{SampledUtkinDesign, utkin};
 
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, ordered, positive};
 use crate::exact::Field;
 use crate::kubota::KubotaDesign;
@@ -223,7 +223,13 @@ pub(crate) fn longest_from<T>(least_s: f64, most_s: f64, attempt: impl Fn(f64) -
 }
 
 /// A proven design for one period and rate, if there is one.
-fn attempt(plant: Plant, speed_rad_s: [f64; 2], period_s: f64, rate_per_s: f64, fixed: Option<&KubotaDesign>) -> Option<Sealed> {
+fn attempt(
+    plant: DesignModel,
+    speed_rad_s: [f64; 2],
+    period_s: f64,
+    rate_per_s: f64,
+    fixed: Option<&KubotaDesign>,
+) -> Option<Sealed> {
     let contraction = (-rate_per_s * period_s).exp();
     let fixed = fixed.map(|d| (&d.gain, &d.gain_per_speed));
     let polytope = full_order(&plant.constants::<f64>(), speed_rad_s);
@@ -239,7 +245,7 @@ fn attempt(plant: Plant, speed_rad_s: [f64; 2], period_s: f64, rate_per_s: f64, 
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] with the largest period at which the rate can be had.
-pub fn design(plant: Plant, speed_rad_s: [f64; 2], period_s: f64, rate_per_s: f64) -> Result<Sealed, DesignError> {
+pub fn design(plant: DesignModel, speed_rad_s: [f64; 2], period_s: f64, rate_per_s: f64) -> Result<Sealed, DesignError> {
     positive("period_s", period_s)?;
     positive("rate_per_s", rate_per_s)?;
     ordered("speed_rad_s", speed_rad_s)?;
@@ -259,7 +265,7 @@ pub fn design(plant: Plant, speed_rad_s: [f64; 2], period_s: f64, rate_per_s: f6
 /// # Errors
 /// [`DesignError::Infeasible`] when none is found from `most_s` down to a millionth of it.
 pub fn design_for_largest_period(
-    plant: Plant,
+    plant: DesignModel,
     speed_rad_s: [f64; 2],
     rate_per_s: f64,
     most_s: f64,
@@ -303,7 +309,7 @@ pub(crate) fn no_period(rate_per_s: f64, most_s: f64) -> DesignError {
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] when no period up to `most_s` down to a millionth of it works.
-pub fn largest_period(plant: Plant, design: &KubotaDesign, rate_per_s: f64, most_s: f64) -> Result<Sealed, DesignError> {
+pub fn largest_period(plant: DesignModel, design: &KubotaDesign, rate_per_s: f64, most_s: f64) -> Result<Sealed, DesignError> {
     positive("most_s", most_s)?;
     positive("rate_per_s", rate_per_s)?;
     longest(most_s, |h| attempt(plant, design.speed_rad_s, h, rate_per_s, Some(design)))
@@ -313,11 +319,11 @@ pub fn largest_period(plant: Plant, design: &KubotaDesign, rate_per_s: f64, most
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
     use crate::kubota::{KubotaRequest, closed_form};
 
-    fn plant() -> Plant {
-        Plant::Machine(Machine::jadot_table_i())
+    fn plant() -> DesignModel {
+        DesignModel::Machine(LinearMachine::jadot_table_i())
     }
 
     #[test]

@@ -23,7 +23,7 @@
 //! delay of the voltage; what holding the feedforward over a sample does, which is a disturbance and no error dynamics.
 
 use super::longest_from;
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::jadot::{JadotDesign, JadotRequest};
@@ -236,7 +236,7 @@ const DEPTH: u32 = 2;
 /// # Errors
 /// As [`crate::jadot::design`]; [`DesignError::Infeasible`] with the largest period.
 pub fn regulation(
-    plant: Plant,
+    plant: DesignModel,
     request: &JadotRequest,
     period_s: Option<f64>,
 ) -> Result<(SampledJadotDesign, Certificate), DesignError> {
@@ -289,7 +289,7 @@ pub fn regulation(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
 
     fn request() -> JadotRequest {
         JadotRequest {
@@ -316,7 +316,7 @@ mod tests {
 
     #[test]
     fn held_control_is_proven_and_its_parts_are_those_of_the_continuous_loops() {
-        let plant = Plant::Machine(Machine::jadot_table_i());
+        let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
         let c = plant.constants::<f64>();
         let (d, certificate) = regulation(plant, &request(), Some(4e-5)).unwrap();
         certificate.check().unwrap();
@@ -344,7 +344,7 @@ mod tests {
 
     #[test]
     fn a_period_too_long_is_refused_with_one_that_is_not() {
-        let plant = Plant::Machine(Machine::jadot_table_i());
+        let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
         let fast = JadotRequest { electrical_speed_rad_s: [280.0, 320.0], slip_rad_s: [-1.0, 1.0], ..request() };
         let own = 1.0 / fast.current_bandwidth_rad_s;
         let error = regulation(plant, &fast, Some(own)).unwrap_err().to_string();

@@ -20,7 +20,7 @@
 //! implicitly as in `im-identify`, needs no more at any period: |e| falls by (k_Rr − |Ṙ_r|)h per sample, to |Ṙ_r|h.
 
 use super::longest;
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::kenne::{self, KenneDesign, KenneRegion, Rates};
@@ -87,7 +87,7 @@ impl Claim for SampledKenneDesign {
 /// # Errors
 /// As [`kenne::design`]; [`DesignError::Infeasible`] with the largest period for the layers.
 pub fn switching(
-    plant: Plant,
+    plant: DesignModel,
     region: &KenneRegion,
     reserve: f64,
     wanted: Option<[f64; 2]>,
@@ -131,7 +131,7 @@ pub fn switching(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
 
     fn region() -> KenneRegion {
         KenneRegion {
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn gains_go_to_the_continuous_ones_and_layers_to_zero_with_the_period() {
-        let plant = Plant::Machine(Machine::kenne_appendix_ii());
+        let plant = DesignModel::Machine(LinearMachine::kenne_appendix_ii());
         let (continuous, _) = kenne::design(plant, &region(), 0.05).unwrap();
         let (short, certificate) = switching(plant, &region(), 0.05, None, Some(1e-9)).unwrap();
         certificate.check().unwrap();

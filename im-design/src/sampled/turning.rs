@@ -6,7 +6,7 @@
 //! the frame of one sample ends where that of the next begins.
 
 use super::{Polytope, longest, longest_meaningful_s, meaningful, no_period};
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::machine::Constants;
@@ -73,7 +73,7 @@ impl Claim for SampledBoxDesign {
 /// # Errors
 /// [`DesignError::Infeasible`] with the largest period at which the rate can be had.
 pub fn over_box(
-    plant: Plant,
+    plant: DesignModel,
     region: &BoxRegion,
     period_s: Option<f64>,
     rate_per_s: f64,
@@ -115,11 +115,11 @@ pub fn over_box(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Machine, linalg};
+    use crate::{LinearMachine, linalg};
 
     #[test]
     fn a_gain_for_the_largest_period_contracts_and_longer_ones_are_refused() {
-        let plant = Plant::Machine(Machine::jadot_table_i());
+        let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
         let region = BoxRegion {
             frame_rad_s: [150.0, 250.0],
             slip_rad_s: [-5.0, 5.0],

@@ -22,7 +22,7 @@
 //! is claimed holds while the errors are those of the region, as for the continuous observer.
 
 use super::longest;
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
 use crate::machine::Constants;
@@ -118,7 +118,7 @@ impl Claim for SampledUtkinDesign {
 /// # Errors
 /// [`DesignError::Infeasible`] where no ω₀ overcomes what a sample adds, or the layer is too narrow, with the largest period.
 pub fn utkin(
-    plant: Plant,
+    plant: DesignModel,
     region: &UtkinRegion,
     [flux_max_vs, voltage_max_v]: [f64; 2],
     layer_avs: Option<f64>,
@@ -170,11 +170,11 @@ pub fn utkin(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
 
     #[test]
     fn the_layer_goes_with_the_period_and_the_amplitude_approaches_the_continuous_one() {
-        let plant = Plant::Machine(Machine::kwon_table_iv());
+        let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
         let region = crate::sliding::tests::region();
         let at = |h: f64| utkin(plant, &region, [1.1, 400.0], None, Some(h)).unwrap();
         let (continuous, _) = crate::sliding::utkin(plant, &region).unwrap();

@@ -24,7 +24,7 @@
 
 mod region;
 
-use crate::certificate::{Certificate, Claim, Obligation, Plant};
+use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, not_negative, positive};
 use crate::exact::Field;
 use crate::feasible::range;
@@ -144,7 +144,7 @@ pub(crate) fn at_rate(c: &Constants<f64>, region: &BoxRegion, rate: f64, gain_li
 /// # Errors
 /// [`DesignError::Infeasible`] with the highest feasible rate for that box, to 2 %.
 pub fn design(
-    plant: Plant,
+    plant: DesignModel,
     region: &BoxRegion,
     rate_per_s: f64,
     gain_limit_per_s: f64,
@@ -164,12 +164,12 @@ pub fn design(
 type Sealed = (BoxDesign, Certificate);
 
 /// A gain at a rate, if there is one that the exact check confirms.
-fn proven(plant: Plant, region: &BoxRegion, rate_per_s: f64, gain_limit: f64) -> Option<Sealed> {
+fn proven(plant: DesignModel, region: &BoxRegion, rate_per_s: f64, gain_limit: f64) -> Option<Sealed> {
     seal(plant, region, rate_per_s, at_rate(&plant.constants(), region, rate_per_s, gain_limit)?).ok()
 }
 
 fn seal(
-    plant: Plant,
+    plant: DesignModel,
     region: &BoxRegion,
     rate_per_s: f64,
     (p, gain, gain_per_frame_speed): Found,
@@ -180,7 +180,7 @@ fn seal(
 }
 
 /// A box about the same centre over which some rate is feasible, for people.
-fn smaller(plant: Plant, region: &BoxRegion, gain_limit: f64) -> String {
+fn smaller(plant: DesignModel, region: &BoxRegion, gain_limit: f64) -> String {
     match crate::feasible::largest_share(|share| proven(plant, &region.scaled(share), 0.0, gain_limit).is_some()) {
         Some(share) => {
             let r = region.scaled(share);
@@ -192,7 +192,7 @@ fn smaller(plant: Plant, region: &BoxRegion, gain_limit: f64) -> String {
 }
 
 /// A gain at the highest provable rate below `upper`, to 2 %.
-fn highest_rate(plant: Plant, region: &BoxRegion, upper: f64, gain_limit: f64) -> Option<Sealed> {
+fn highest_rate(plant: DesignModel, region: &BoxRegion, upper: f64, gain_limit: f64) -> Option<Sealed> {
     let (mut low, mut high) = (0.0, upper);
     let mut best = proven(plant, region, 0.0, gain_limit)?;
     while high - low > 0.02 * high && high > 1e-3 {
@@ -210,7 +210,7 @@ fn highest_rate(plant: Plant, region: &BoxRegion, upper: f64, gain_limit: f64) -
 /// # Errors
 /// [`DesignError::Infeasible`] when no rate is feasible.
 pub fn fastest(
-    plant: Plant,
+    plant: DesignModel,
     region: &BoxRegion,
     upper_rate_per_s: f64,
     gain_limit_per_s: f64,
@@ -228,7 +228,7 @@ pub fn fastest(
 /// # Errors
 /// [`DesignError::Infeasible`] when not even the centre has the rate.
 pub fn largest_box(
-    plant: Plant,
+    plant: DesignModel,
     region: &BoxRegion,
     most: f64,
     rate_per_s: f64,
@@ -261,7 +261,12 @@ pub fn largest_box(
 ///
 /// # Errors
 /// [`DesignError::Infeasible`] without friction, or a rate above the limit.
-pub fn any_box(plant: Plant, speed_rad_s: f64, flux_vs: f64, rate_per_s: f64) -> Result<(BoxDesign, Certificate), DesignError> {
+pub fn any_box(
+    plant: DesignModel,
+    speed_rad_s: f64,
+    flux_vs: f64,
+    rate_per_s: f64,
+) -> Result<(BoxDesign, Certificate), DesignError> {
     let c = plant.constants::<f64>();
     let limit = c.friction_rate.min(c.eta);
     if rate_per_s.is_nan() || rate_per_s >= limit {
@@ -297,7 +302,7 @@ pub fn any_box(plant: Plant, speed_rad_s: f64, flux_vs: f64, rate_per_s: f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Machine;
+    use crate::LinearMachine;
 
     /// From 30 % to 100 % speed, ±10 % flux, ±rated slip and some misalignment.
     pub(crate) fn region() -> BoxRegion {
@@ -313,7 +318,7 @@ mod tests {
 
     #[test]
     fn jacobian_at_the_mean_is_the_exact_difference() {
-        let c = Machine::jadot_table_i().constants::<f64>();
+        let c = LinearMachine::jadot_table_i().constants::<f64>();
         let (x, y) = ([80.0, 0.9, 0.1, 5.0, 12.0], [95.0, 0.7, -0.2, 9.0, -3.0]);
         let (fx, fy) = (model::derivative(&c, &x, [0.0; 2], 0.0), model::derivative(&c, &y, [0.0; 2], 0.0));
         let mean: Vec<f64> = (0..5).map(|k| 0.5 * (x[k] + y[k])).collect();
@@ -326,7 +331,7 @@ mod tests {
 
     #[test]
     fn a_wide_box_beats_friction_by_orders_of_magnitude() {
-        let plant = Plant::Machine(Machine::jadot_table_i());
+        let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
         let (design, certificate) = fastest(plant, &region(), 100.0, 1e5).unwrap();
         certificate.check().unwrap();
         assert!(design.rate_per_s > 1.0, "{}", design.rate_per_s);
@@ -334,7 +339,7 @@ mod tests {
 
     #[test]
     fn any_box_is_feasible_below_friction() {
-        let plant = Plant::Machine(Machine::kwon_table_iv());
+        let plant = DesignModel::Machine(LinearMachine::kwon_table_iv());
         let (_, certificate) = any_box(plant, 200.0, 1.5, 0.2).unwrap();
         certificate.check().unwrap();
         let (_, certificate) = any_box(plant, 2000.0, 50.0, 0.23).unwrap();
@@ -344,7 +349,7 @@ mod tests {
 
     #[test]
     fn the_largest_box_at_a_rate_is_wider_than_the_one_asked_for() {
-        let plant = Plant::Machine(Machine::jadot_table_i());
+        let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
         let small = region().scaled(0.2);
         let (design, certificate) = largest_box(plant, &small, 20.0, 1.0, 1e5).unwrap();
         certificate.check().unwrap();
@@ -354,7 +359,7 @@ mod tests {
 
     #[test]
     fn the_torque_may_be_modelled_with_the_measured_current() {
-        let plant = Plant::Machine(Machine::jadot_table_i());
+        let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
         let region = BoxRegion {
             frame_rad_s: [200.0, 300.0],
             slip_rad_s: [-4.0, 4.0],
@@ -371,7 +376,7 @@ mod tests {
 
     #[test]
     fn an_impossible_rate_says_what_is_possible() {
-        let plant = Plant::Machine(Machine::jadot_table_i());
+        let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
         let error = design(plant, &region(), 1e4, 1e5).unwrap_err();
         assert!(error.to_string().contains("up to"), "{error}");
     }

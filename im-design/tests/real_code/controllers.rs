@@ -6,7 +6,7 @@ use im_control::kenne::LoadTorqueSource;
 use im_control::{Jadot, JadotGains, Kenne, KenneGains, MachineData};
 use im_design::certificate::Design;
 use im_design::request::{Kind, Period, design_sampled};
-use im_design::{Machine, Plant};
+use im_design::{DesignModel, LinearMachine};
 use im_identify::online::{Fixed, Lambda};
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::space_vector::dot;
@@ -45,7 +45,7 @@ proptest! {
     /// `jadot`, sampled: two machines under two controllers, one pushed off; what stands between their errors has no part of the feedforward.
     #[test]
     fn jadots_electrical_errors(m in machine(), at in -0.9..0.9f64, push in prop::array::uniform4(-1.0..1.0f64)) {
-        let plant = Plant::Machine(m);
+        let plant = DesignModel::Machine(m);
         let c = plant.constants::<f64>();
         let h = 5e-5_f64.min(0.05 / c.gamma);
         let text = region(Kind::Jadot, &m);
@@ -95,7 +95,7 @@ proptest! {
     /// `kenne`, sampled: outside its layer the flux's surface falls by hη per sample, inside both stay, on a machine whose R_s is not the law's.
     #[test]
     fn kennes_surfaces(m in machine(), at in -0.5..0.5f64, r_s in 0.9..1.1f64, down in 0.02..0.06f64) {
-        let plant = Plant::Machine(m);
+        let plant = DesignModel::Machine(m);
         let c = plant.constants::<f64>();
         let h = 1e-5_f64.min(0.02 / c.gamma);
         let text = region(Kind::Kenne, &m)
@@ -105,7 +105,7 @@ proptest! {
         let made = design_sampled(Kind::Kenne, plant, &text, Period::At(h)).unwrap();
         let Design::SampledKenne(d) = &made.design else { unreachable!() };
         let (k, region) = (&d.continuous, &d.continuous.region);
-        let truth = modelled(&Machine { stator_resistance_ohm: r_s * m.stator_resistance_ohm, ..m });
+        let truth = modelled(&LinearMachine { stator_resistance_ohm: r_s * m.stator_resistance_ohm, ..m });
         let known = MachineData::of(&modelled(&m), 1e4);
         let typical = KenneGains::typical(&known, 0.95, 1e5, h);
         let gains = KenneGains {

@@ -6,7 +6,7 @@ use im_design::certificate::Design;
 use im_design::machine::Constants;
 use im_design::matrix::Matrix;
 use im_design::request::{Kind, Period, design, design_sampled};
-use im_design::{DesignError, Machine, Plant, linalg, model};
+use im_design::{DesignError, DesignModel, LinearMachine, linalg, model};
 use im_model::Rating;
 use im_model::space_vector::{cross, unit};
 use im_observers::{
@@ -16,10 +16,10 @@ use im_observers::{
 use proptest::prelude::*;
 
 /// Machines about that of Jadot et al.: of any machine not every region of the adaptive loop has a proof.
-fn near_jadots() -> impl Strategy<Value = Machine> {
+fn near_jadots() -> impl Strategy<Value = LinearMachine> {
     prop::array::uniform4(0.8..1.25f64).prop_map(|[r_s, r_r, l, j]| {
-        let m = Machine::jadot_table_i();
-        Machine {
+        let m = LinearMachine::jadot_table_i();
+        LinearMachine {
             stator_resistance_ohm: r_s * m.stator_resistance_ohm,
             rotor_resistance_ohm: r_r * m.rotor_resistance_ohm,
             stator_inductance_h: l * m.stator_inductance_h,
@@ -32,7 +32,7 @@ fn near_jadots() -> impl Strategy<Value = Machine> {
 }
 
 /// What an observer is built on, with limits that nothing here reaches.
-fn basis(m: &Machine, h: f64, flux_max_vs: f64) -> Basis<f64> {
+fn basis(m: &LinearMachine, h: f64, flux_max_vs: f64) -> Basis<f64> {
     let machine = modelled(m);
     let rating = Rating::guess(machine.parameters(), m.pole_pairs);
     let limits = Limits {
@@ -127,7 +127,7 @@ proptest! {
     /// `kubota` (short steps) and `sampled` (every sample of its own): the observer, its speed held at the machine's.
     #[test]
     fn kubotas_flux_and_current_errors(m in machine(), at in -1.0..1.0f64, slip in -2.0..2.0f64, start in prop::array::uniform4(-1.0..1.0f64)) {
-        let plant = Plant::Machine(m);
+        let plant = DesignModel::Machine(m);
         let c = plant.constants::<f64>();
         let speed = at * top_speed(&m);
         let error = |i: usize| C::new(start[i], start[i + 1]);
@@ -159,7 +159,7 @@ proptest! {
     /// `kubota-loop`, sampled and (at short steps) continuous: the adaptive observer near its machine, the speed law at work.
     #[test]
     fn the_adaptive_loop(m in near_jadots(), at in prop::array::uniform2(0.0..1.0f64), start in prop::array::uniform5(-1.0..1.0f64)) {
-        let plant = Plant::Machine(m);
+        let plant = DesignModel::Machine(m);
         let c = plant.constants::<f64>();
         let text = "speed_rad_s = [8.0, 20.0]\nslip_rad_s = [-8.0, 8.0]\nflux_vs = 0.9\nproportional = 0.05\nintegral = 20.0\nrho = 0.2";
         let run = |gains: &im_design::kubota_loop::LoopGains, p: &Matrix<f64>, flux: f64, h: f64, [speed, slip]: [f64; 2], samples| -> Vec<f64> {
@@ -199,7 +199,7 @@ proptest! {
     /// `derdiyok`: with the layer of its period the current error enters it, per sample by hβδ and within ‖s(0)‖/(βδ), and stays.
     #[test]
     fn derdiyoks_current_error(m in machine(), at in -1.0..1.0f64, slip in -2.0..2.0f64, start in prop::array::uniform2(-1.0..1.0f64), h in 5e-6..5e-5f64) {
-        let plant = Plant::Machine(m);
+        let plant = DesignModel::Machine(m);
         let c = plant.constants::<f64>();
         let h = h.min(0.2 / c.gamma);
         let text = region(Kind::Derdiyok, &m).replace("reserve = 1.0", "reserve = 20.0");
@@ -228,7 +228,7 @@ proptest! {
     /// `utkin`, on the machine in continuous time: outside its layer |s| falls every sample, inside it stays, while the errors are those of the region.
     #[test]
     fn utkins_surface(m in machine(), at in -1.0..1.0f64, slip in -1.0..1.0f64, start in prop::array::uniform4(-1.0..1.0f64), h in 2e-6..2e-5f64) {
-        let plant = Plant::Machine(m);
+        let plant = DesignModel::Machine(m);
         let c = plant.constants::<f64>();
         let h = h.min(0.05 / c.gamma);
         let made = design_sampled(Kind::Utkin, plant, &region(Kind::Utkin, &m), Period::At(h)).unwrap();
@@ -270,7 +270,7 @@ proptest! {
     /// `thau`: where the states are so small that u₂ has the certified Lipschitz constant, the distance of machine and observer only falls.
     #[test]
     fn thaus_error_where_its_bound_holds(m in machine(), start in prop::array::uniform5(-1.0..1.0f64), off in prop::array::uniform5(-1.0..1.0f64)) {
-        let plant = Plant::Machine(m);
+        let plant = DesignModel::Machine(m);
         let c = plant.constants::<f64>();
         let h = 2e-5_f64.min(0.2 / c.gamma);
         let made = design_sampled(Kind::Thau, plant, "slack = 0.01", Period::At(h)).unwrap();
@@ -303,7 +303,7 @@ proptest! {
     /// `thau-box`: the observer in the frame of its own flux, on the machine at constant speed.
     #[test]
     fn the_box_observers_error(m in machine(), start in prop::array::uniform5(-1.0..1.0f64), at in prop::array::uniform2(0.3..0.7f64)) {
-        let plant = Plant::Machine(m);
+        let plant = DesignModel::Machine(m);
         let c = plant.constants::<f64>();
         let made = design(Kind::ThauBox, plant, &region(Kind::ThauBox, &m)).unwrap();
         let Design::ThauBox(d) = &made.design else { unreachable!() };
@@ -341,7 +341,7 @@ proptest! {
     /// `thau-box`, sampled: every sample the error of the observer's own step falls by the certified factor, on a machine stepped alike.
     #[test]
     fn the_sampled_box_observers_error(m in machine(), start in prop::array::uniform5(-1.0..1.0f64), at in prop::array::uniform2(0.3..0.7f64)) {
-        let plant = Plant::Machine(m);
+        let plant = DesignModel::Machine(m);
         let c = plant.constants::<f64>();
         let h = 2e-5_f64.min(0.2 / c.gamma);
         let text = region(Kind::ThauBox, &m) + &format!("\nrate_per_s = {}", 0.2 * c.eta);

@@ -6,7 +6,7 @@ mod region;
 
 pub use region::region;
 
-use im_design::Machine;
+use im_design::LinearMachine;
 use im_design::matrix::Matrix;
 use im_model::TParameters;
 use proptest::prelude::*;
@@ -20,7 +20,7 @@ pub fn cases(few: u32) -> ProptestConfig {
 }
 
 /// Per-unit parameters of standard induction machines, scaled to a power at 400 V, 50 Hz.
-pub fn machine() -> impl Strategy<Value = Machine> {
+pub fn machine() -> impl Strategy<Value = LinearMachine> {
     let power = (400f64.ln()..75e3f64.ln()).prop_map(f64::exp);
     (power, 1u32..=4, 0.0..1.0f64, 0.0..1.0f64, 0.0..1.0f64, 0.06..0.14f64, 1.5..4.0f64, 0.3..3.0f64).prop_map(
         |(power, pole_pairs, a, b, friction, leakage, magnetizing, inertia)| {
@@ -31,7 +31,7 @@ pub fn machine() -> impl Strategy<Value = Machine> {
             let (l_m, l_leak) = (magnetizing * l, leakage * l);
             let speed = 2.0 * std::f64::consts::PI * 50.0 / f64::from(pole_pairs);
             let inertia_kg_m2 = inertia * 0.2 * power / (speed * speed);
-            Machine {
+            LinearMachine {
                 stator_resistance_ohm: z * small * (0.02 + 0.06 * a),
                 rotor_resistance_ohm: z * small * (0.02 + 0.05 * b),
                 stator_inductance_h: l_m + l_leak,
@@ -46,7 +46,7 @@ pub fn machine() -> impl Strategy<Value = Machine> {
 }
 
 /// The same machine as parameters of the T circuit.
-pub fn t_parameters(m: &Machine) -> TParameters<f64> {
+pub fn t_parameters(m: &LinearMachine) -> TParameters<f64> {
     TParameters {
         stator_resistance_ohm: m.stator_resistance_ohm,
         rotor_resistance_ohm: m.rotor_resistance_ohm,
@@ -59,11 +59,11 @@ pub fn t_parameters(m: &Machine) -> TParameters<f64> {
 }
 
 /// The same machine as a model.
-pub fn modelled(m: &Machine) -> im_model::Machine<f64> {
+pub fn modelled(m: &LinearMachine) -> im_model::Machine<f64> {
     im_model::Machine::base(t_parameters(m), m.pole_pairs).unwrap()
 }
 
-pub fn top_speed(machine: &Machine) -> f64 {
+pub fn top_speed(machine: &LinearMachine) -> f64 {
     1.1 * 2.0 * std::f64::consts::PI * 50.0 / f64::from(machine.pole_pairs)
 }
 

@@ -2,11 +2,11 @@
 
 use super::top_speed;
 use im_design::request::Kind;
-use im_design::{Machine, Plant};
+use im_design::{DesignModel, LinearMachine};
 
 /// A region that fits a machine, as a user would write it.
-pub fn region(kind: Kind, m: &Machine) -> String {
-    let plant = Plant::Machine(*m);
+pub fn region(kind: Kind, m: &LinearMachine) -> String {
+    let plant = DesignModel::Machine(*m);
     let c = plant.constants::<f64>();
     let w = top_speed(m);
     let we = c.n_p * w;

@@ -1,7 +1,7 @@
 //! What is measured of an observer, and on which runs.
 
 use im_design::thau_box;
-use im_design::{Machine as DesignMachine, Plant};
+use im_design::{DesignModel, LinearMachine};
 use im_model::machines::{JADOT_TABLE_I, KENNE_APPENDIX_II, KWON_TABLE_IV, MOTULATOR_2_2_KW, NamedMachine};
 use im_model::simulation::{Scenario, Sensors};
 use im_model::{BaseParameter, Machine, ParameterId, Rating};
@@ -66,7 +66,7 @@ pub struct Maker {
 impl Maker {
     pub fn new(m: &NamedMachine) -> Self {
         let w = m.parameters().windings();
-        let plant = Plant::Machine(DesignMachine {
+        let plant = DesignModel::Machine(LinearMachine {
             stator_resistance_ohm: w.stator_resistance_ohm,
             rotor_resistance_ohm: w.rotor_resistance_ohm,
             stator_inductance_h: w.stator_inductance_h,

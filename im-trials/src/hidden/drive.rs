@@ -1,6 +1,6 @@
 //! Drives: open-loop voltage over frequency, and vector control of the rotor flux.
 
-use super::machine::Machine;
+use super::machine::CatalogueMachine;
 use super::plane::Vector;
 use std::f64::consts::TAU;
 
@@ -71,7 +71,7 @@ pub struct VectorControl<'a> {
     flux_ref: &'a [f64],
     excitation: &'a [Vector],
     sample_s: f64,
-    machine: Machine,
+    machine: CatalogueMachine,
     current_limit_a: f64,
     angle_rad: f64,
     flux_vs: f64,
@@ -81,7 +81,13 @@ pub struct VectorControl<'a> {
 
 impl<'a> VectorControl<'a> {
     /// A controller tuned from the (wrong) parameters it believes in.
-    pub fn new(believed: &Machine, speed_ref: &'a [f64], flux_ref: &'a [f64], excitation: &'a [Vector], sample_s: f64) -> Self {
+    pub fn new(
+        believed: &CatalogueMachine,
+        speed_ref: &'a [f64],
+        flux_ref: &'a [f64],
+        excitation: &'a [Vector],
+        sample_s: f64,
+    ) -> Self {
         Self {
             speed_ref,
             flux_ref,

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 /// Parameters of a machine without hidden effects, and its rating.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Machine {
+pub struct CatalogueMachine {
     /// Name for people.
     pub name: String,
     /// Pole pairs.
@@ -51,14 +51,14 @@ const MACHINES: [Row; 11] = [
     ("50 kW 2-pole", 1, [0.062, 0.045, 0.0007, 0.0007, 0.034, 0.34, 0.006, 161.0, 50.0, 325.0, 0.98]),
 ];
 
-impl Machine {
+impl CatalogueMachine {
     /// How many machines there are.
     pub const COUNT: usize = MACHINES.len();
 
     /// The machine of the list, as the catalogue has it.
     ///
     /// # Panics
-    /// If `index` is not below [`Machine::COUNT`].
+    /// If `index` is not below [`CatalogueMachine::COUNT`].
     pub fn catalogue(index: usize) -> Self {
         let (name, pole_pairs, [r_s, r_r, l_ls, l_lr, l_m, j, b, torque, frequency, voltage, flux]) = MACHINES[index];
         Self {
@@ -164,8 +164,8 @@ mod tests {
 
     #[test]
     fn every_machine_pulls_out_at_about_two_to_four_times_its_rated_torque() {
-        for index in 0..Machine::COUNT {
-            let m = Machine::catalogue(index);
+        for index in 0..CatalogueMachine::COUNT {
+            let m = CatalogueMachine::catalogue(index);
             let torque = |slip: f64| steady_state(&m, m.rated_voltage_v, m.rated_electrical_rad_s(), slip).torque_nm;
             let pull_out = (1..400).map(|k| torque(f64::from(k) / 400.0)).fold(0.0, f64::max);
             let ratio = pull_out / m.rated_torque_nm;
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn scatter_stays_inside_its_bounds() {
-        let m = Machine::catalogue(3);
+        let m = CatalogueMachine::catalogue(3);
         let mut other = m.scattered(0.1, &mut Chance::new(3, "machine"));
         let mut base = m.clone();
         for (a, b) in other.parameters_mut().into_iter().zip(base.parameters_mut()) {

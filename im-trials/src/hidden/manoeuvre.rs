@@ -2,7 +2,7 @@
 
 use super::chance::Chance;
 use super::drive::{VectorControl, VoltageSource, VoltsPerHertz};
-use super::machine::Machine;
+use super::machine::CatalogueMachine;
 use super::plane::Vector;
 
 /// How much a recording excites the machine.
@@ -65,7 +65,7 @@ pub struct Manoeuvre {
     pub sample_s: f64,
     excitation: Vec<Vector>,
     wish: Wish,
-    believed: Machine,
+    believed: CatalogueMachine,
 }
 
 /// A step function: times in parts of the whole, and values.
@@ -106,7 +106,7 @@ fn ramped(wish: Vec<f64>, first: f64, per_sample: f64) -> Vec<f64> {
 
 impl Manoeuvre {
     /// The manoeuvre of one recording. The machine is the one the drive believes in.
-    pub fn new(believed: &Machine, part: Part, excitation: Excitation, sampling: Sampling, seed: u64) -> Self {
+    pub fn new(believed: &CatalogueMachine, part: Part, excitation: Excitation, sampling: Sampling, seed: u64) -> Self {
         let name = match part {
             Part::Train1 => "train1",
             Part::Train2 => "train2",
@@ -130,7 +130,7 @@ impl Manoeuvre {
         made
     }
 
-    fn volts_per_hertz(m: &Machine, part: Part, sampling: Sampling, slow: bool, chance: &mut Chance) -> Self {
+    fn volts_per_hertz(m: &CatalogueMachine, part: Part, sampling: Sampling, slow: bool, chance: &mut Chance) -> Self {
         let rows = sampling.rows();
         let rated_hz = m.rated_frequency_hz;
         // The ramp takes at most 60 % of rated torque.
@@ -177,7 +177,7 @@ impl Manoeuvre {
         }
     }
 
-    fn vector(m: &Machine, sampling: Sampling, chance: &mut Chance) -> Self {
+    fn vector(m: &CatalogueMachine, sampling: Sampling, chance: &mut Chance) -> Self {
         let rows = sampling.rows();
         let top = m.synchronous_speed_rad_s();
         let first = top * chance.between(-0.2, 0.5);
@@ -219,7 +219,7 @@ impl Manoeuvre {
     }
 
     /// One frequency, one load: the same in all recordings of a trial.
-    fn constant(m: &Machine, excitation: Excitation, sampling: Sampling, seed: u64) -> Self {
+    fn constant(m: &CatalogueMachine, excitation: Excitation, sampling: Sampling, seed: u64) -> Self {
         let mut chance = Chance::new(seed, "constant");
         let settling_s = if excitation == Excitation::Steady { 2.0 } else { 0.0 };
         let settling_rows = (settling_s / sampling.sample_s).round() as usize;

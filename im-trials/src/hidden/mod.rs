@@ -35,7 +35,7 @@ pub mod trial;
 mod physics;
 
 pub use effect::{EffectKind, Strength};
-pub use machine::Machine;
+pub use machine::CatalogueMachine;
 pub use manoeuvre::{Excitation, Part, Sampling};
 pub use outfit::HiddenEffect;
 pub use sensors::Noise;

@@ -3,10 +3,10 @@
 use super::chance::Chance;
 use super::curve::{FluxCurve, Shape, random_leakage_shape, random_main_shape};
 use super::effect::{EffectKind, Strength};
-use super::machine::Machine;
+use super::machine::CatalogueMachine;
 use super::plane::{Symmetric, Vector};
 use super::plant::{
-    Cage, DryFriction, Heating, Hysteresis, Inverter, Plant, Ripple, Shaft, Slots, SpeedFilter, StrayLoad, Windage,
+    Cage, DryFriction, Heating, HiddenPlant, Hysteresis, Inverter, Ripple, Shaft, Slots, SpeedFilter, StrayLoad, Windage,
 };
 use super::sensors::Sensors;
 use super::smooth_sign::SmoothSign;
@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outfit {
     /// The machine.
-    pub plant: Plant,
+    pub plant: HiddenPlant,
     /// Factor from commanded to applied voltage.
     pub voltage_gain: f64,
     /// Samples by which the voltage is late.
@@ -44,10 +44,10 @@ pub struct HiddenEffect {
 
 impl Outfit {
     /// The machine without effects.
-    pub fn base(machine: &Machine) -> Self {
+    pub fn base(machine: &CatalogueMachine) -> Self {
         let own = 0.2;
         let cage = Cage { resistance_ohm: machine.rotor_resistance_ohm, leakage_h: own * machine.rotor_leakage_h };
-        let plant = Plant {
+        let plant = HiddenPlant {
             pole_pairs: f64::from(machine.pole_pairs),
             stator_resistance: Symmetric::isotropic(machine.stator_resistance_ohm),
             stator_leakage: FluxCurve::linear(machine.stator_leakage_h),
@@ -84,7 +84,7 @@ impl Outfit {
     }
 
     /// The machine with effects. Forms and sizes vary with the seed, sizes by ±15 %.
-    pub fn new(machine: &Machine, effects: &[(EffectKind, Strength)], seed: u64) -> Self {
+    pub fn new(machine: &CatalogueMachine, effects: &[(EffectKind, Strength)], seed: u64) -> Self {
         let mut outfit = Self::base(machine);
         // Skin effect divides the rotor leakage anew and comes before what builds on that.
         let mut ordered = effects.to_vec();
@@ -100,7 +100,7 @@ impl Outfit {
         outfit
     }
 
-    fn add(&mut self, m: &Machine, kind: EffectKind, size: f64, chance: &mut Chance) {
+    fn add(&mut self, m: &CatalogueMachine, kind: EffectKind, size: f64, chance: &mut Chance) {
         let (form, parameters) = match kind {
             EffectKind::MainFluxSaturation => self.main_saturation(m, size, chance),
             EffectKind::LeakageFluxSaturation => self.leakage_saturation(m, size, chance),
@@ -261,7 +261,7 @@ impl Outfit {
         if self.sensors.two_phases { "two sensors" } else { "three sensors" }
     }
 
-    fn main_saturation(&mut self, m: &Machine, size: f64, chance: &mut Chance) -> Drawn {
+    fn main_saturation(&mut self, m: &CatalogueMachine, size: f64, chance: &mut Chance) -> Drawn {
         let (shape, final_slope) = random_main_shape(chance);
         // At rated flux the magnetizing current is larger by as much as the inductance is smaller.
         let at_a = m.rated_magnetizing_a() / (1.0 - size);
@@ -270,7 +270,7 @@ impl Outfit {
         (shape.name(), curve_parameters(&curve))
     }
 
-    fn leakage_saturation(&mut self, m: &Machine, size: f64, chance: &mut Chance) -> Drawn {
+    fn leakage_saturation(&mut self, m: &CatalogueMachine, size: f64, chance: &mut Chance) -> Drawn {
         let (shape, final_slope) = random_leakage_shape(chance);
         let at_a = 2.0 * m.rated_current_a();
         let bent = |inductance_h: f64, drop: f64, shape: Shape| {
@@ -284,7 +284,7 @@ impl Outfit {
         (shape.name(), curve_parameters(&stator))
     }
 
-    fn skin(&mut self, m: &Machine, size: f64, chance: &mut Chance) -> Drawn {
+    fn skin(&mut self, m: &CatalogueMachine, size: f64, chance: &mut Chance) -> Drawn {
         // Two cages whose conductances add up to 1/R_r and whose leakage at low slip is L_lr.
         let own_h = chance.between(0.5, 0.65) * m.rotor_leakage_h;
         let outer_h = 0.05 * own_h;
@@ -305,7 +305,7 @@ impl Outfit {
         )
     }
 
-    fn dry_friction(&mut self, m: &Machine, size: f64, chance: &mut Chance) -> Drawn {
+    fn dry_friction(&mut self, m: &CatalogueMachine, size: f64, chance: &mut Chance) -> Drawn {
         let dry = DryFriction {
             torque_nm: size * m.rated_torque_nm,
             sign_width_rad_s: m.synchronous_speed_rad_s() * chance.between(0.002, 0.006),
@@ -326,7 +326,7 @@ impl Outfit {
         )
     }
 
-    fn shaft(&mut self, m: &Machine, size: f64, chance: &mut Chance) -> Drawn {
+    fn shaft(&mut self, m: &CatalogueMachine, size: f64, chance: &mut Chance) -> Drawn {
         let load = chance.between(0.35, 0.65) * m.inertia_kg_m2;
         let reduced = load * (m.inertia_kg_m2 - load) / m.inertia_kg_m2;
         let resonance_rad_s = TAU * 20.0 / size.sqrt();

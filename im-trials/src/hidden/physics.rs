@@ -2,11 +2,11 @@
 
 use super::drive::Playback;
 use super::effect::{EffectKind as E, Strength};
-use super::machine::Machine;
+use super::machine::CatalogueMachine;
 use super::manoeuvre::{Excitation, Part, Sampling};
 use super::outfit::Outfit;
 use super::plane::Vector;
-use super::plant::{Plant, Power, Windage, at};
+use super::plant::{HiddenPlant, Power, Windage, at};
 use super::run::{Motion, record};
 use super::sensors::Noise;
 use super::steady::steady_state;
@@ -56,16 +56,16 @@ impl Supply {
     }
 }
 
-fn rated(m: &Machine) -> Supply {
+fn rated(m: &CatalogueMachine) -> Supply {
     Supply { voltage_v: m.rated_voltage_v, hz: m.rated_frequency_hz, start_rad: 0.0 }
 }
 
-fn with(m: &Machine, kind: E, strength: Strength) -> Plant {
+fn with(m: &CatalogueMachine, kind: E, strength: Strength) -> HiddenPlant {
     Outfit::new(m, &[(kind, strength)], 5).plant
 }
 
 /// A machine that keeps a speed.
-fn at_speed<'a>(m: &Machine, plant: &'a mut Plant, speed: f64) -> Motion<'a> {
+fn at_speed<'a>(m: &CatalogueMachine, plant: &'a mut HiddenPlant, speed: f64) -> Motion<'a> {
     plant.inertia_kg_m2 = 1e9;
     let mut motion = Motion::at_rest(m, plant);
     motion.x[at::SPEED] = speed;
@@ -76,7 +76,7 @@ fn at_speed<'a>(m: &Machine, plant: &'a mut Plant, speed: f64) -> Motion<'a> {
 #[test]
 fn steady_state_is_that_of_the_equivalent_circuit() {
     for index in [0, 2, 8, 10] {
-        let m = Machine::catalogue(index);
+        let m = CatalogueMachine::catalogue(index);
         let mut plant = Outfit::base(&m).plant;
         let supply = rated(&m);
         let slip = 0.03;
@@ -87,14 +87,14 @@ fn steady_state_is_that_of_the_equivalent_circuit() {
         let expected = steady_state(&m, supply.voltage_v, TAU * supply.hz, slip);
         // Two seconds leave less than 1e-6 of the start; holding the voltage leaves a ripple.
         assert!((torque / expected.torque_nm - 1.0).abs() < 1e-4, "{}: {torque} {expected:?}", m.name);
-        let current = Plant::stator_current(&motion.x).length();
+        let current = HiddenPlant::stator_current(&motion.x).length();
         assert!((current / expected.current.length() - 1.0).abs() < 2e-3, "{}", m.name);
     }
 }
 
 #[test]
 fn power_balance_closes_for_any_circuit_effects() {
-    let m = Machine::catalogue(3);
+    let m = CatalogueMachine::catalogue(3);
     let sets: [&[E]; 10] = [
         &[],
         &[E::MainFluxSaturation],
@@ -132,7 +132,7 @@ fn power_balance_closes_for_any_circuit_effects() {
 
 #[test]
 fn recordings_do_not_depend_on_the_integrator() {
-    let m = Machine::catalogue(4);
+    let m = CatalogueMachine::catalogue(4);
     for kind in [E::IronLoss, E::MainFluxSaturation, E::InverterNonlinearity] {
         let plant = with(&m, kind, Strength::Strong);
         let mut coarse = Motion::at_rest(&m, &plant);
@@ -140,7 +140,7 @@ fn recordings_do_not_depend_on_the_integrator() {
         let supply = rated(&m);
         supply.run(&mut coarse, 0.0, 0..10_000);
         supply.run(&mut fine, 0.0, 0..10_000);
-        let error = (Plant::stator_current(&coarse.x) - Plant::stator_current(&fine.x)).length();
+        let error = (HiddenPlant::stator_current(&coarse.x) - HiddenPlant::stator_current(&fine.x)).length();
         // A hundredth of the noise.
         assert!(error < 3e-5 * m.rated_current_a(), "{kind}: {error}");
     }
@@ -175,15 +175,15 @@ fn effects_show_and_grow_with_strength() {
 
 #[test]
 fn saturation_takes_more_current_for_the_same_flux() {
-    let m = Machine::catalogue(5);
+    let m = CatalogueMachine::catalogue(5);
     let mut plain = Outfit::base(&m).plant;
     let mut bent = with(&m, E::MainFluxSaturation, Strength::Strong);
     // No load: no slip.
     let supply = rated(&m);
-    let current = |plant: &mut Plant| {
+    let current = |plant: &mut HiddenPlant| {
         let mut motion = at_speed(&m, plant, m.synchronous_speed_rad_s());
         supply.run(&mut motion, 0.0, 0..100_000);
-        supply.mean(&mut motion, 0.0, 100_000, |motion, _| [Plant::stator_current(&motion.x).length()])[0]
+        supply.mean(&mut motion, 0.0, 100_000, |motion, _| [HiddenPlant::stator_current(&motion.x).length()])[0]
     };
     let (plain_a, bent_a) = (current(&mut plain), current(&mut bent));
     let chord = bent.main.at(bent_a).chord_h / m.magnetizing_h;
@@ -195,7 +195,7 @@ fn saturation_takes_more_current_for_the_same_flux() {
 }
 
 /// Resistance and inductance of the locked machine at the terminals.
-fn locked(m: &Machine, plant: &mut Plant, hz: f64, current_a: f64) -> (f64, f64) {
+fn locked(m: &CatalogueMachine, plant: &mut HiddenPlant, hz: f64, current_a: f64) -> (f64, f64) {
     let z = m.stator_resistance_ohm + m.rotor_resistance_ohm;
     let x = TAU * hz * (m.stator_leakage_h + m.rotor_leakage_h);
     let supply = Supply { voltage_v: current_a * z.hypot(x), hz, start_rad: 0.0 };
@@ -204,7 +204,7 @@ fn locked(m: &Machine, plant: &mut Plant, hz: f64, current_a: f64) -> (f64, f64)
     supply.run(&mut motion, 0.0, 0..steps);
     let half = 0.5 * TAU * hz * STEP_S;
     let [active, reactive, square] = supply.mean(&mut motion, 0.0, steps, |motion, u| {
-        let i = Plant::stator_current(&motion.x);
+        let i = HiddenPlant::stator_current(&motion.x);
         // From the middle of the step, where the voltage belongs, to its end.
         let u = u.turn((half.cos(), half.sin()));
         [u.dot(i), i.cross(u), i.dot(i)]
@@ -214,7 +214,7 @@ fn locked(m: &Machine, plant: &mut Plant, hz: f64, current_a: f64) -> (f64, f64)
 
 #[test]
 fn skin_effect_raises_the_locked_resistance_with_frequency() {
-    let m = Machine::catalogue(7);
+    let m = CatalogueMachine::catalogue(7);
     let i = m.rated_current_a();
     let (flat_r, flat_l) = locked(&m, &mut Outfit::base(&m).plant, 50.0, i);
     let mut skin = with(&m, E::RotorSkinEffect, Strength::Strong);
@@ -227,7 +227,7 @@ fn skin_effect_raises_the_locked_resistance_with_frequency() {
 
 #[test]
 fn leakage_falls_with_current() {
-    let m = Machine::catalogue(4);
+    let m = CatalogueMachine::catalogue(4);
     let mut plant = with(&m, E::LeakageFluxSaturation, Strength::Strong);
     let (_, small) = locked(&m, &mut plant, 50.0, 0.1 * m.rated_current_a());
     let (_, large) = locked(&m, &mut plant, 50.0, 2.0 * m.rated_current_a());
@@ -235,13 +235,13 @@ fn leakage_falls_with_current() {
 }
 
 /// Power taken without load at synchronous speed, less copper loss.
-fn no_load_iron_w(m: &Machine, plant: &mut Plant, hz: f64) -> f64 {
+fn no_load_iron_w(m: &CatalogueMachine, plant: &mut HiddenPlant, hz: f64) -> f64 {
     let supply = Supply { voltage_v: m.rated_voltage_v * hz / m.rated_frequency_hz, hz, start_rad: 0.0 };
     let mut motion = at_speed(m, plant, TAU * hz / f64::from(m.pole_pairs));
     supply.run(&mut motion, 0.0, 0..150_000);
     let half = std::f64::consts::PI * hz * STEP_S;
     let [w] = supply.mean(&mut motion, 0.0, 150_000, |motion, u| {
-        let i = Plant::stator_current(&motion.x);
+        let i = HiddenPlant::stator_current(&motion.x);
         let u = u.turn((half.cos(), half.sin()));
         [1.5 * (u.dot(i) - m.stator_resistance_ohm * i.dot(i))]
     });
@@ -250,7 +250,7 @@ fn no_load_iron_w(m: &Machine, plant: &mut Plant, hz: f64) -> f64 {
 
 #[test]
 fn iron_loss_goes_with_the_square_of_frequency_and_hysteresis_with_frequency() {
-    let m = Machine::catalogue(7);
+    let m = CatalogueMachine::catalogue(7);
     let ratio = |kind| {
         let mut plant = with(&m, kind, Strength::Strong);
         no_load_iron_w(&m, &mut plant, 50.0) / no_load_iron_w(&m, &mut plant, 25.0)
@@ -266,7 +266,7 @@ fn iron_loss_goes_with_the_square_of_frequency_and_hysteresis_with_frequency() {
 
 #[test]
 fn a_whole_sample_of_delay_shifts_the_voltage_by_a_row() {
-    let m = Machine::catalogue(3);
+    let m = CatalogueMachine::catalogue(3);
     let (alpha, load) = ([50.0, 20.0, -30.0, 10.0, 5.0, 0.0], [0.0; 6]);
     let mut shifted = alpha;
     shifted.rotate_right(1);
@@ -286,7 +286,7 @@ fn a_whole_sample_of_delay_shifts_the_voltage_by_a_row() {
 
 #[test]
 fn sensed_speed_lags_a_ramp_by_the_stated_time() {
-    let m = Machine { friction_nm_s: 0.0, ..Machine::catalogue(3) };
+    let m = CatalogueMachine { friction_nm_s: 0.0, ..CatalogueMachine::catalogue(3) };
     let rows = 3000;
     let (zero, load) = (vec![0.0; rows], vec![-0.2 * m.rated_torque_nm; rows]);
     for seed in 0..8 {
@@ -301,7 +301,7 @@ fn sensed_speed_lags_a_ramp_by_the_stated_time() {
 
 #[test]
 fn a_compliant_shaft_rings_at_its_resonance() {
-    let m = Machine { friction_nm_s: 0.0, ..Machine::catalogue(3) };
+    let m = CatalogueMachine { friction_nm_s: 0.0, ..CatalogueMachine::catalogue(3) };
     let outfit = Outfit::new(&m, &[(E::ShaftCompliance, Strength::Strong)], 1);
     let shaft = outfit.plant.shaft.unwrap();
     let rows = 5000;
@@ -334,7 +334,7 @@ fn a_steady_recording_holds_nothing_but_the_steady_state() {
 
 #[test]
 fn recordings_stay_within_reach() {
-    for machine in 0..Machine::COUNT {
+    for machine in 0..CatalogueMachine::COUNT {
         for seed in 0..2 {
             let case = TrialCase::new(machine, &[], seed);
             let m = case.true_machine();
@@ -369,7 +369,7 @@ fn follows_the_modelica_run() {
     // Per winding of the delta; data from the library's own files.
     let (coupling, omega) = ((1.0_f64 - 0.0667).sqrt(), TAU * 50.0);
     let leakage_h = 3.0 * (1.0 - coupling) / omega;
-    let m = Machine {
+    let m = CatalogueMachine {
         stator_resistance_ohm: 0.03,
         rotor_resistance_ohm: 0.04,
         stator_leakage_h: leakage_h,
@@ -378,7 +378,7 @@ fn follows_the_modelica_run() {
         inertia_kg_m2: 0.58,
         friction_nm_s: 0.0,
         rated_torque_nm: 161.4,
-        ..Machine::catalogue(7)
+        ..CatalogueMachine::catalogue(7)
     };
     let mut plant = Outfit::base(&m).plant;
     let rated_speed = 1440.45 * TAU / 60.0;
@@ -394,7 +394,7 @@ fn follows_the_modelica_run() {
         step = end;
         let expected = Vector::from_phases(currents.map(|c| row[c]));
         speed_error = speed_error.max((motion.x[at::SPEED] - row[speed]).abs());
-        current_error = current_error.max((Plant::stator_current(&motion.x) - expected).length());
+        current_error = current_error.max((HiddenPlant::stator_current(&motion.x) - expected).length());
         current_peak = current_peak.max(expected.length());
     }
     println!("largest difference: {speed_error:.2e} rad/s, {current_error:.2e} A of {current_peak:.0} A");
@@ -408,7 +408,7 @@ fn any_three_strong_effects_run_together() {
     let mut chance = super::chance::Chance::new(9, "triples");
     for seed in 0..24 {
         let kinds = [(); 3].map(|()| (E::ALL[chance.one_of(E::ALL.len())], Strength::Strong));
-        let mut case = TrialCase::new(chance.one_of(Machine::COUNT), &kinds, seed);
+        let mut case = TrialCase::new(chance.one_of(CatalogueMachine::COUNT), &kinds, seed);
         case.sampling = Some(Sampling { sample_s: 1e-4, duration_s: 0.6 });
         let limit = 8.0 * case.true_machine().rated_current_a();
         for part in [Part::Train1, Part::Train2] {

@@ -178,7 +178,7 @@ pub enum SpeedFilter {
 /// Everything that is constant during a run.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "each field is named like the type or parameter it holds")]
-pub struct Plant {
+pub struct HiddenPlant {
     pub pole_pairs: f64,
     /// Stator resistance at the start, Ω.
     pub stator_resistance: Symmetric,
@@ -243,7 +243,7 @@ struct MainFlux {
     coenergy_j: f64,
 }
 
-impl Plant {
+impl HiddenPlant {
     fn main_flux(&self, current: Vector, angle: f64) -> MainFlux {
         let (mut flux, mut incremental, coenergy_j);
         if self.main.saturation.is_none() && self.main_stretch.is_none() {

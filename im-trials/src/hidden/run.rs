@@ -2,15 +2,15 @@
 
 use super::drive::{Measured, VoltageSource};
 use super::integrator::DormandPrince;
-use super::machine::Machine;
+use super::machine::CatalogueMachine;
 use super::outfit::Outfit;
 use super::plane::Vector;
-use super::plant::{Plant, STATES, State, at};
+use super::plant::{HiddenPlant, STATES, State, at};
 use super::sensors::NoiseSource;
 use super::table::Table;
 
 /// Tolerated error of each state per step: far below what sensors resolve.
-fn tolerances(machine: &Machine) -> [f64; STATES] {
+fn tolerances(machine: &CatalogueMachine) -> [f64; STATES] {
     let current = 2e-6 * machine.rated_current_a();
     let speed = 1e-6 * machine.synchronous_speed_rad_s();
     let mut tolerance = [current; STATES];
@@ -27,7 +27,7 @@ fn tolerances(machine: &Machine) -> [f64; STATES] {
 
 /// The machine in time: integrator and state.
 pub struct Motion<'a> {
-    plant: &'a Plant,
+    plant: &'a HiddenPlant,
     integrator: DormandPrince<STATES>,
     /// The state.
     pub x: State,
@@ -35,7 +35,7 @@ pub struct Motion<'a> {
 
 impl<'a> Motion<'a> {
     /// At rest and unmagnetized.
-    pub fn at_rest(machine: &Machine, plant: &'a Plant) -> Self {
+    pub fn at_rest(machine: &CatalogueMachine, plant: &'a HiddenPlant) -> Self {
         Self { plant, integrator: DormandPrince::new(tolerances(machine), 2e-5), x: [0.0; STATES] }
     }
 
@@ -54,7 +54,7 @@ impl<'a> Motion<'a> {
 
 /// Runs a drive against a machine and records it.
 pub fn record(
-    machine: &Machine,
+    machine: &CatalogueMachine,
     outfit: &Outfit,
     drive: &mut dyn VoltageSource,
     load_nm: &[f64],
@@ -71,7 +71,7 @@ pub fn record(
     let mut angles: Vec<f64> = Vec::with_capacity(load_nm.len());
     for (k, &load) in load_nm.iter().enumerate() {
         angles.push(motion.x[at::ANGLE]);
-        let current = outfit.sensors.current(Plant::stator_current(&motion.x));
+        let current = outfit.sensors.current(HiddenPlant::stator_current(&motion.x));
         let speed = match outfit.sensors.encoder_window_s {
             None => outfit.plant.sensed_speed(&motion.x),
             Some(window) => (angles[k] - earlier(&angles, k as f64 - window / sample_s)) / window,

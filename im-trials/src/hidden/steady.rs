@@ -1,6 +1,6 @@
 //! Closed-form steady state of the T circuit, to check the simulator against.
 
-use super::machine::Machine;
+use super::machine::CatalogueMachine;
 use super::plane::Vector;
 
 /// Steady state at constant voltage, frequency and slip.
@@ -21,7 +21,7 @@ fn over(a: Vector, b: Vector) -> Vector {
 }
 
 /// Solves the T circuit with phasors: stator impedance, then magnetizing reactance beside R_r/s + jωL_lr.
-pub fn steady_state(machine: &Machine, voltage_v: f64, electrical_rad_s: f64, slip: f64) -> SteadyState {
+pub fn steady_state(machine: &CatalogueMachine, voltage_v: f64, electrical_rad_s: f64, slip: f64) -> SteadyState {
     let w = electrical_rad_s;
     let stator = Vector::new(machine.stator_resistance_ohm, w * machine.stator_leakage_h);
     let rotor = Vector::new(machine.rotor_resistance_ohm / slip, w * machine.rotor_leakage_h);

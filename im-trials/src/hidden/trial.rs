@@ -3,7 +3,7 @@
 use super::chance::Chance;
 use super::drive::Playback;
 use super::effect::{EffectKind, Strength};
-use super::machine::Machine;
+use super::machine::CatalogueMachine;
 use super::manoeuvre::{Excitation, Manoeuvre, Part, Sampling};
 use super::outfit::{HiddenEffect, Outfit};
 use super::run::record;
@@ -17,7 +17,7 @@ use std::path::Path;
 /// What to simulate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrialCase {
-    /// Index of the machine, below [`Machine::COUNT`].
+    /// Index of the machine, below [`CatalogueMachine::COUNT`].
     pub machine: usize,
     /// The hidden effects; any combination.
     pub effects: Vec<(EffectKind, Strength)>,
@@ -48,7 +48,7 @@ pub struct Trial {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
     /// The true machine without its effects.
-    pub machine: Machine,
+    pub machine: CatalogueMachine,
     /// The effects.
     pub effects: Vec<HiddenEffect>,
     /// Standard deviation of the noise on each current axis, A.
@@ -88,12 +88,12 @@ impl TrialCase {
     }
 
     /// The true machine without its effects.
-    pub fn true_machine(&self) -> Machine {
-        Machine::catalogue(self.machine).scattered(0.1, &mut self.chance("machine"))
+    pub fn true_machine(&self) -> CatalogueMachine {
+        CatalogueMachine::catalogue(self.machine).scattered(0.1, &mut self.chance("machine"))
     }
 
     /// The machine as its nameplate has it, each parameter up to 15 % wrong.
-    pub fn nameplate(&self) -> Machine {
+    pub fn nameplate(&self) -> CatalogueMachine {
         self.true_machine().scattered(0.15, &mut self.chance("nameplate"))
     }
 

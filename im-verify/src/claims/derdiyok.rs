@@ -1,6 +1,6 @@
 //! The sliding-mode observer of Derdiyok et al. (Kwon et al., Section IV), through the code of `im-observers`.
 
-use im_design::{Plant, sliding};
+use im_design::{DesignModel, sliding};
 use im_model::space_vector::{dot, unit};
 use im_observers::{Basis, Derdiyok, DerdiyokGains, Discretization, Input, Observer};
 
@@ -154,7 +154,7 @@ fn slides(case: &ClaimCase) -> Verdict {
     let flux = case.rating().rotor_flux_vs;
     let truth = Steady::new(case, speed * case.speed(), slip * case.slip(), flux, 0.0, 1e-4);
     let top = speed.abs().max(0.01) * case.speed();
-    let plant = Plant::Machine(case.machine().into());
+    let plant = DesignModel::Machine(case.machine().into());
     let observer = sliding::derdiyok(plant, top, 1.1 * flux, 1e-3 * flux).map_err(|e| e.to_string()).and_then(|(design, _)| {
         let basis = Basis::try_new(case.machine(), case.rating(), 1e-4);
         basis.and_then(|b| Derdiyok::try_new(b, published(design.nu0))).map_err(|e| e.to_string())

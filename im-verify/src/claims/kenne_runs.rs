@@ -1,7 +1,7 @@
 //! Kenné et al. in motion: observers, identifier and the closed loop, through the code of `im-control`, `im-identify` and `im-observers`.
 
 use im_control::{Kenne, KenneGains};
-use im_design::Plant;
+use im_design::DesignModel;
 use im_design::kenne::{KenneRegion, design};
 use im_identify::online::{Identifier, IdentifierStatus, KenneRotorResistance, KenneSettings, Range, Sample};
 use im_model::machines::KENNE_APPENDIX_II;
@@ -251,7 +251,7 @@ fn designed_bound(case: &ClaimCase) -> Verdict {
         rotor_resistance_ratio: [0.5, 2.0],
         ..KenneRegion::certain(most.speed, [0.2 * most.flux, most.flux], most.current, most.voltage)
     };
-    let k = match design(Plant::Machine(case.machine().into()), &region, 1e-6) {
+    let k = match design(DesignModel::Machine(case.machine().into()), &region, 1e-6) {
         Ok((design, _)) => design.k_x,
         Err(e) => return Verdict::refused(e),
     };

@@ -1,6 +1,6 @@
 //! Kubota's adaptive observer (Kwon et al., Section III), through the code of `im-observers`.
 
-use im_design::Plant;
+use im_design::DesignModel;
 use im_design::kubota::{KubotaDesign, KubotaRequest, closed_form};
 use im_design::matrix::Matrix;
 use im_model::space_vector::{cross, dot, unit};
@@ -122,7 +122,7 @@ const QUADRANTS: [Variable; 2] =
 fn gain(case: &ClaimCase, rate_per_s: f64, flux_weight: f64) -> Result<KubotaDesign, im_design::DesignError> {
     let top = 1.3 * case.speed();
     let request = KubotaRequest { speed_rad_s: [-top, top], rate_per_s, flux_weight };
-    Ok(closed_form(Plant::Machine(case.machine().into()), &request)?.0)
+    Ok(closed_form(DesignModel::Machine(case.machine().into()), &request)?.0)
 }
 
 fn condition_3_is_feasible(case: &ClaimCase) -> Verdict {
@@ -132,7 +132,7 @@ fn condition_3_is_feasible(case: &ClaimCase) -> Verdict {
         Ok(design) => design,
         Err(e) => return Verdict::refused(e),
     };
-    let error = design.error_matrix(&im_design::Machine::from(case.machine()).constants::<f64>(), speed * case.speed());
+    let error = design.error_matrix(&im_design::LinearMachine::from(case.machine()).constants::<f64>(), speed * case.speed());
     let largest = *im_design::linalg::symmetric_eigenvalues(&error.plus_transpose()).last().unwrap_or(&f64::NAN);
     Verdict::at_least("least decay over 2η", -largest / (2.0 * c.eta), 1.0 - 1e-6)
 }

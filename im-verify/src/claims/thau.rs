@@ -130,7 +130,7 @@ pub const CLAIMS: &[Claim] = &[
 
 fn v_falls_under_15(case: &ClaimCase) -> Verdict {
     let v: [f64; 8] = case.values();
-    let c = im_design::Machine::from(case.machine()).constants::<f64>();
+    let c = im_design::LinearMachine::from(case.machine()).constants::<f64>();
     let (a, b2) = (model::linear_part(&c), model::bilinear_input(&c));
     // Without friction A is not stable.
     let Ok(bound) = thau::paper_bound(&a, &b2) else { return Verdict::Outside };
@@ -147,7 +147,7 @@ fn v_falls_under_15(case: &ClaimCase) -> Verdict {
 
 fn condition_15_in_operation(case: &ClaimCase) -> Verdict {
     let [speed, flux, speed_error, flux_error, angle] = case.values();
-    let c = im_design::Machine::from(case.machine()).constants::<f64>();
+    let c = im_design::LinearMachine::from(case.machine()).constants::<f64>();
     let Ok(bound) = thau::paper_bound(&model::linear_part(&c), &model::bilinear_input(&c)) else { return Verdict::Outside };
     let rated = case.rating().rotor_flux_vs;
     let space = StateSpace::new(&case.parameters().windings(), case.machine().pole_pairs());

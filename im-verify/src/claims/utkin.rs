@@ -1,6 +1,6 @@
 //! The sliding-mode observer of Utkin, Guldner and Shi (Kwon et al., Section V), through the code of `im-observers`.
 
-use im_design::Plant;
+use im_design::DesignModel;
 use im_design::sliding::{UtkinRegion, utkin};
 use im_model::space_vector::{cross, unit};
 use im_observers::{Basis, Discretization, Input, Observer, Utkin, UtkinGains};
@@ -84,16 +84,17 @@ fn attracts(case: &ClaimCase) -> Verdict {
         current_error_max_a: grown * e,
         current_max_a: grown * truth.current(0).norm(),
     };
-    let observer = utkin(Plant::Machine(case.machine().into()), &region).map_err(|e| e.to_string()).and_then(|(design, _)| {
-        let gains = UtkinGains {
-            // What the current error adds to i in î is not in the design's |i|.
-            omega0_rad_s: grown * design.omega0_rad_s + 1e-3,
-            boundary_layer_avs: 0.0,
-            filter_rad_s: 0.0,
-        };
-        let basis = Basis::try_new(case.machine(), r, H);
-        basis.and_then(|b| Utkin::discretized(b, gains, Discretization::ForwardEuler)).map_err(|e| e.to_string())
-    });
+    let observer =
+        utkin(DesignModel::Machine(case.machine().into()), &region).map_err(|e| e.to_string()).and_then(|(design, _)| {
+            let gains = UtkinGains {
+                // What the current error adds to i in î is not in the design's |i|.
+                omega0_rad_s: grown * design.omega0_rad_s + 1e-3,
+                boundary_layer_avs: 0.0,
+                filter_rad_s: 0.0,
+            };
+            let basis = Basis::try_new(case.machine(), r, H);
+            basis.and_then(|b| Utkin::discretized(b, gains, Discretization::ForwardEuler)).map_err(|e| e.to_string())
+        });
     let observer = match observer {
         Ok(observer) => observer,
         Err(e) => return Verdict::refused(e),

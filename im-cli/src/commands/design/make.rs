@@ -8,7 +8,7 @@ use im_design::certificate::Design;
 use im_design::gains::{GainSet, Value};
 use im_design::mtpa::TCircuit;
 use im_design::request::{Kind, Period, design_for, design_sampled};
-use im_design::{Certificate, DesignError, Plant, plot};
+use im_design::{Certificate, DesignError, DesignModel, plot};
 use im_model::{EffectId, FileError, MotorFile, Problem, write_atomically};
 use serde_json::json;
 
@@ -57,7 +57,7 @@ pub fn run(kind: Kind, args: &Args) -> Result<(), Failure> {
     let motor = MotorFile::read(&args.motor)?;
     let region_file = args.region.display().to_string();
     let region = std::fs::read_to_string(&args.region).map_err(|e| FileError::io(&region_file, "read", &e))?;
-    let plant = Plant::Machine(im_design::Machine::from(&motor.machine));
+    let plant = DesignModel::Machine(im_design::LinearMachine::from(&motor.machine));
     let made = spinning("designing and proving", || match args.period {
         Some(period) => design_sampled(kind, plant, &region, period),
         None => design_for(kind, &motor.machine, &region),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use im_trials::campaign::{Finished, GROUPS, Planned, plan, run_all};
-use im_trials::hidden::Machine;
+use im_trials::hidden::CatalogueMachine;
 use im_verify::Shard;
 
 use super::kept;
@@ -19,7 +19,7 @@ pub fn chosen(seeds: u64, wishes: &[String]) -> Result<Vec<Planned>, Failure> {
             "--trials {nothing}: there is no such trial; expected groups ({}), effects (im effects lists them) or machines (m0 to m{}), \
              commas between words that must all apply",
             GROUPS.join(", "),
-            Machine::COUNT - 1
+            CatalogueMachine::COUNT - 1
         )));
     }
     Ok(all.into_iter().filter(|p| wishes.is_empty() || wishes.iter().any(|w| fits(p, w))).collect())
