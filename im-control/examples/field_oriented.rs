@@ -1,6 +1,6 @@
 //! Field orientation on a drive: up to speed, a load step.
 //!
-//!     cargo run --release -p imkit-control --example field_oriented -- field_oriented.svg
+//!     cargo run --release -p im-control --example field_oriented -- field_oriented.svg
 
 use im_chart::{Panel, Series, panels};
 use im_control::{Drive, DriveLimits, FieldOriented, FieldOrientedGains, MachineData, Reports};

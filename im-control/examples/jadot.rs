@@ -1,6 +1,6 @@
 //! Passivity-based control of Jadot et al. with the time-scale adaptation, on the paper's machine with parameters 25 % wrong.
 //!
-//!     cargo run --release -p imkit-control --example jadot -- jadot.svg
+//!     cargo run --release -p im-control --example jadot -- jadot.svg
 
 use im_chart::{Panel, Series, panels};
 use im_control::{Drive, DriveLimits, FlyingStart, Jadot, JadotGains, MachineData};

@@ -1,6 +1,6 @@
 //! Kenné et al.'s sliding modes on a drive, in single precision as in firmware.
 //!
-//!     cargo run --release -p imkit-control --example kenne -- kenne.svg
+//!     cargo run --release -p im-control --example kenne -- kenne.svg
 
 use im_chart::{Panel, Series, panels};
 use im_control::{Drive, DriveLimits, Kenne, KenneGains, MachineData};

@@ -1,7 +1,7 @@
 //! The least-current drive of Kwon et al. (2005) on the machine of their Table V: Fig. 7 with what the drive settles at, and Fig. 12.
 //!
 //! ```text
-//! cargo run --release -p imkit-control --example kwon_studies [FOLDER]
+//! cargo run --release -p im-control --example kwon_studies [FOLDER]
 //! ```
 //!
 //! Prints the tables of docs/controllers.md; with a folder, draws the curves into it. The speed is measured, or estimated by an observer that

@@ -1,6 +1,6 @@
 //! The drive of Kwon et al. for least current: law from the machine's circuit, delta modulation at 100 µs with dead time.
 //!
-//!     cargo run --release -p imkit-control --example mtpa -- mtpa.svg
+//!     cargo run --release -p im-control --example mtpa -- mtpa.svg
 
 use im_chart::{Series, chart};
 use im_control::{MachineData, Mtpa, MtpaGains, MtpaLaw};

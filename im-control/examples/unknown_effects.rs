@@ -1,6 +1,6 @@
 //! A drive whose machine has effects that the controller does not know: what each of them costs.
 //!
-//!     cargo run --release -p imkit-control --example unknown_effects -- unknown_effects.svg
+//!     cargo run --release -p im-control --example unknown_effects -- unknown_effects.svg
 
 use im_chart::{Series, chart};
 use im_control::MachineData;

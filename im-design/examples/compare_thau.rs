@@ -1,6 +1,6 @@
 //! Three gains for the observer of Kwon et al., Section VI, side by side: speed error after a wrong start.
 //!
-//! `cargo run --release -p imkit-design --example compare_thau -- docs/images/design/thau-comparison.svg`
+//! `cargo run --release -p im-design --example compare_thau -- docs/images/design/thau-comparison.svg`
 
 #[path = "../tests/support/simulation.rs"]
 mod simulation;

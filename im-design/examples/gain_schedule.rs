@@ -1,7 +1,7 @@
 //! A gain scheduled over speed for a full-order flux observer, as small as the rate allows, for three rates. Prints the least gain beside
 //! that of the closed form, and draws how gain and slowest pole go with speed:
 //!
-//!     cargo run --release -p imkit-design --example gain_schedule -- gain_schedule.svg
+//!     cargo run --release -p im-design --example gain_schedule -- gain_schedule.svg
 
 use im_chart::{Panel, Series, panels};
 use im_design::kubota::{KubotaRequest, closed_form, least_norm};

@@ -1,7 +1,7 @@
 //! Gains for Kubota's adaptive observer that are stable where the published ones are not, with a proof that is checked in exact arithmetic; then the
 //! certificate is altered, and refused. Prints the margins and the gains as Rust, and draws where the loop is stable:
 //!
-//!     cargo run --release -p imkit-design --example kubota_gains -- kubota_gains.svg
+//!     cargo run --release -p im-design --example kubota_gains -- kubota_gains.svg
 
 use im_design::certificate::{Certificate, Design};
 use im_design::gains::GainSet;

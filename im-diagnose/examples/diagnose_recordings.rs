@@ -1,7 +1,7 @@
 //! The loop from Rust, with typed results: what is missing from a motor model, how sure that is, what the parameters became. The data are those
 //! of `im demo`. Prints the answer, and draws the error from step to step:
 //!
-//!     cargo run --release -p imkit-diagnose --example diagnose_recordings -- diagnosis.svg
+//!     cargo run --release -p im-diagnose --example diagnose_recordings -- diagnosis.svg
 
 use im_chart::{Series, chart};
 use im_diagnose::case::Case;

@@ -1,7 +1,7 @@
 //! Which test would settle it? Two effects that brake alike, and the manoeuvres that would tell them apart within limits of current, speed and
 //! torque. Prints what each is worth, writes the best as a scenario to standard output, and draws it:
 //!
-//!     cargo run --release -p imkit-diagnose --example next_test -- next_test.svg
+//!     cargo run --release -p im-diagnose --example next_test -- next_test.svg
 
 use im_chart::{Panel, Series, panels};
 use im_diagnose::next_test::{Limits, propose};

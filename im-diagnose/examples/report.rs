@@ -1,5 +1,5 @@
 //! Diagnoses case folders (`motor.toml`, `train*.csv`, `holdout.csv`) and writes their reports:
-//! `cargo run --release -p imkit-diagnose --example report -- OUT CASE…` makes `OUT/<case>/report.html` and tells the story.
+//! `cargo run --release -p im-diagnose --example report -- OUT CASE…` makes `OUT/<case>/report.html` and tells the story.
 use std::error::Error;
 use std::path::Path;
 

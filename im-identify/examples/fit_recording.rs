@@ -1,7 +1,7 @@
 //! Parameters from a recording: a start, a load step and a reversal, with noise; the fit begins 30 to 60 % off. Prints each parameter with its standard
 //! deviation and the truth, and draws the recording with both models:
 //!
-//!     cargo run --release -p imkit-identify --example fit_recording -- fit.svg
+//!     cargo run --release -p im-identify --example fit_recording -- fit.svg
 
 use im_chart::{Panel, Series, panels};
 use im_identify::offline::{Experiment, FitOptions, base_parameters, fit, predict};

@@ -1,4 +1,4 @@
-//! What a speed that varies does to R̂_r and R̂_s of Kenné et al., under load: `cargo run --release -p imkit-identify --example kenne_ramp`.
+//! What a speed that varies does to R̂_r and R̂_s of Kenné et al., under load: `cargo run --release -p im-identify --example kenne_ramp`.
 //!
 //! The range of the estimates over a run up a ramp and down again, and beside it where they would come to rest on these ramps if (27) were
 //! taken for constant speed, as in the paper (first order, unlimited): `tests/online/ramp.rs`.

@@ -1,4 +1,4 @@
-//! What sampling, noise and wrong inductances leave of Theorem 7 of Kenné et al.: `cargo run --release -p imkit-identify --example
+//! What sampling, noise and wrong inductances leave of Theorem 7 of Kenné et al.: `cargo run --release -p im-identify --example
 //! kenne_sampling`.
 //!
 //! The machine of Appendix II in the steady state at 50 Hz, 6.89 Nm; R̂_r starts at zero, k = 9.5 Ω/s in the paper's reference (0.7 Ω),

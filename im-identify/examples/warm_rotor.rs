@@ -1,7 +1,7 @@
 //! A rotor that warms, and an identifier that sees it: the rotor resistance by the method of Kenné et al., sample by sample, in single precision as in
 //! firmware. Prints estimate and truth, and draws them:
 //!
-//!     cargo run --release -p imkit-identify --example warm_rotor -- warm_rotor.svg
+//!     cargo run --release -p im-identify --example warm_rotor -- warm_rotor.svg
 
 use im_chart::{Panel, Series, panels};
 use im_identify::online::{Identifier, KenneRotorResistance, KenneSettings, Sample};

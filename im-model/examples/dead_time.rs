@@ -1,7 +1,7 @@
 //! What dead time does to the current at low speed: a bridge that switches, with 4 µs of dead time, against one without, and against the
 //! averaged effect `inverter_nonlinearity` that stands for it in the model. Prints current and mean speed, and draws one period:
 //!
-//!     cargo run --release -p imkit-model --example dead_time -- dead_time.svg
+//!     cargo run --release -p im-model --example dead_time -- dead_time.svg
 
 use im_chart::{Panel, Series, panels};
 use im_model::simulation::{Bridge, CarrierPwm, Inverter, Scenario, Simulation, Source, Start, VoltsPerHertz};

@@ -1,6 +1,6 @@
 //! A machine switched onto the mains with a fan on its shaft: torque, current and speed. Prints where the speed settles, and draws the start:
 //!
-//!     cargo run --release -p imkit-model --example direct_on_line -- start.svg
+//!     cargo run --release -p im-model --example direct_on_line -- start.svg
 
 use im_chart::{Panel, Series, panels};
 use im_model::simulation::{Load, Scenario, Simulation};

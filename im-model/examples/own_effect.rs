@@ -1,6 +1,6 @@
 //! An effect of one's own: a fan whose hub slips. Defined here, switched on, simulated; the library is not changed.
 //!
-//! cargo run --release -p imkit-model --example own_effect -- own_effect.svg
+//! cargo run --release -p im-model --example own_effect -- own_effect.svg
 
 use im_chart::{Series, chart};
 use im_model::effects::{Card, CustomId, Effect, Operating, ParameterInfo, Role, ScaleOf};

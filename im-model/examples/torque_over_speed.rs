@@ -1,7 +1,7 @@
 //! Torque and current over speed in steady operation, and what saturated leakages and skin effect do to them. No simulation: each point is a
 //! steady state, solved as such. Prints starting and pull-out torque, and draws the curves:
 //!
-//!     cargo run --release -p imkit-model --example torque_over_speed -- torque.svg
+//!     cargo run --release -p im-model --example torque_over_speed -- torque.svg
 
 use im_chart::{Panel, Series, panels};
 use im_model::{Effects, Held, Machine, ModelError, Plant, machines, steady_state};

@@ -1,6 +1,6 @@
 //! Kwon et al., Figure 11: the speed is driven between 500 and 900 rpm, 150 Nm asked for, load torque equal to the estimated torque.
 //!
-//!     cargo run --release -p imkit-observers --example kwon_figure_11
+//!     cargo run --release -p im-observers --example kwon_figure_11
 //!
 //! The paper, on its test bench: "the estimated speed follows the measured speed very closely during the steady state, and even during the
 //! transient"; in steady state (Fig. 10) within 2.5 %.

@@ -1,6 +1,6 @@
 //! Kwon et al., Figure 8: 150 Nm from rest against a load proportional to the speed, machine and observer from zero; L = 0.
 //!
-//!     cargo run --release -p imkit-observers --example kwon_figure_8
+//!     cargo run --release -p im-observers --example kwon_figure_8
 //!
 //! The paper sees "approximately 10 % speed error one second into the simulation, which then decreases". With the same machine in plant and
 //! observer there is none; with the circuit that the paper fitted to the real motor (Table V) as the plant there is.

@@ -1,6 +1,6 @@
 //! Kwon et al., Figure 9: driven at 900 rpm, 150 Nm asked for, the observer from zero with the load torque equal to the estimated torque.
 //!
-//!     cargo run --release -p imkit-observers --example kwon_figure_9
+//!     cargo run --release -p im-observers --example kwon_figure_9
 //!
 //! The paper: "starts to track the actual speed closely in under 2 seconds".
 

@@ -1,7 +1,7 @@
 //! A recording through two observers, without the speed sensor: what they would have said on that drive. The data are those of `im demo`, whose
 //! machine has effects that the observers do not know. Prints the error against the speed sensor, and draws both estimates:
 //!
-//!     cargo run --release -p imkit-observers --example replay_recording -- replay.svg
+//!     cargo run --release -p im-observers --example replay_recording -- replay.svg
 
 use im_chart::{Panel, Series, panels};
 use im_model::{MotorFile, Recording};

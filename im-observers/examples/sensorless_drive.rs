@@ -1,6 +1,6 @@
 //! A sensorless drive: indirect field orientation on the flux and speed that Kubota's observer estimates; no speed sensor is read.
 //!
-//!     cargo run --release -p imkit-observers --example sensorless_drive -- sensorless.svg
+//!     cargo run --release -p im-observers --example sensorless_drive -- sensorless.svg
 
 use im_chart::{Panel, Series, panels};
 use im_model::machines::MOTULATOR_2_2_KW;

@@ -1,4 +1,4 @@
-//! Draws the claims that fail: `cargo run --release -p imkit-verify --example claim_pictures docs/images/claims`.
+//! Draws the claims that fail: `cargo run --release -p im-verify --example claim_pictures docs/images/claims`.
 //!
 //! From the simplest counterexample (`tests/counterexamples`) one variable is taken through its range, the others staying: how far is what
 //! is over what is allowed? Where another claim mends it, its curve stands beside. The axis is linear where the ratio stays small, and

@@ -1,6 +1,6 @@
 //! A flux observer of one's own, put through the properties that the published ones are put through:
 //!
-//!     cargo run --release -p imkit-verify --example verify_my_observer -- margins.svg
+//!     cargo run --release -p im-verify --example verify_my_observer -- margins.svg
 
 use im_design::plot::{Series, chart};
 use im_model::Complex;

@@ -1,7 +1,7 @@
 //! An effect that the library does not hold: the loop says `unexplained` and shows on what the leftover depends; one writes the effect
 //! (`im_tests::own_effect`, thirty lines), gives it to the loop, and it is named, sized and judged like a built-in one.
 //!
-//! cargo run --release -p imkit-tests --example own_effect_in_the_loop -- own_effect_in_the_loop.svg
+//! cargo run --release -p im-tests --example own_effect_in_the_loop -- own_effect_in_the_loop.svg
 
 use im_chart::{Series, chart};
 use im_diagnose::diagnosis::{Diagnosis, diagnose};

@@ -1,4 +1,4 @@
-//! All controllers on the same drive cycle: `cargo run --release -p imkit-control --example compare_controllers`.
+//! All controllers on the same drive cycle: `cargo run --release -p im-control --example compare_controllers`.
 //!
 //! Prints the table of docs/controllers.md. The machine of Jadot et al., Table I, on a bridge with dead time, with noise; every controller
 //! knows the base machine. Four truths: that machine; 50 % more rotor resistance; 50 % more stator resistance; saturated iron.

@@ -1,11 +1,11 @@
 //! The simulation studies of Jadot et al. (2009), one command each:
 //!
 //! ```text
-//! cargo run --release -p imkit-control --example jadot_studies -- trajectory   # Figs. 3–5
-//! cargo run --release -p imkit-control --example jadot_studies -- drift        # Figs. 6, 7
-//! cargo run --release -p imkit-control --example jadot_studies -- reduced      # Figs. 9–11
-//! cargo run --release -p imkit-control --example jadot_studies -- experiment   # Figs. 13, 14, in simulation
-//! cargo run --release -p imkit-control --example jadot_studies -- thermal      # Figs. 15, 16, in simulation
+//! cargo run --release -p im-control --example jadot_studies -- trajectory   # Figs. 3–5
+//! cargo run --release -p im-control --example jadot_studies -- drift        # Figs. 6, 7
+//! cargo run --release -p im-control --example jadot_studies -- reduced      # Figs. 9–11
+//! cargo run --release -p im-control --example jadot_studies -- experiment   # Figs. 13, 14, in simulation
+//! cargo run --release -p im-control --example jadot_studies -- thermal      # Figs. 15, 16, in simulation
 //! ```
 //!
 //! Without a name all are run; `--out DIR` writes the figures as SVG. Fig. 3 is described in words only and rebuilt here: high speed

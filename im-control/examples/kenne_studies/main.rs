@@ -1,4 +1,4 @@
-//! The two simulation studies of Kenné et al. (2005), Section IV: `cargo run --release -p imkit-control --example kenne_studies [FOLDER]`.
+//! The two simulation studies of Kenné et al. (2005), Section IV: `cargo run --release -p im-control --example kenne_studies [FOLDER]`.
 //!
 //! Prints the figures of docs/controllers.md; with a folder, draws the curves of the paper's Fig. 1 and Fig. 2 into it.
 

@@ -1,7 +1,7 @@
 //! Tracking, limits and disturbance rejection over random machines with effects that the controllers do not know, with typical gains and with
 //! those of the design crate.
 //!
-//! More cases: `PROPTEST_CASES=600 cargo test -p imkit-control --test drive random`.
+//! More cases: `PROPTEST_CASES=600 cargo test -p im-control --test drive random`.
 
 use im_control::named::Supervised;
 use im_control::{Drive, Jadot, JadotGains, Kenne, KenneGains};

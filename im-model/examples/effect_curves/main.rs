@@ -1,6 +1,6 @@
 //! The curves of `docs/effects.md`, one for each effect, drawn from the model itself: the machine without the effect, and with a large usual size of it.
 //!
-//!     cargo run --release -p imkit-model --example effect_curves -- docs/images/effects
+//!     cargo run --release -p im-model --example effect_curves -- docs/images/effects
 
 mod runs;
 mod steady;

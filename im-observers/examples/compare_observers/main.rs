@@ -1,6 +1,6 @@
 //! The observers on the same recordings: tables and plots of docs/observers.md.
 //!
-//!     cargo run --release -p imkit-observers --example compare_observers -- [--docs docs] [--measured DIRECTORY]
+//!     cargo run --release -p im-observers --example compare_observers -- [--docs docs] [--measured DIRECTORY]
 //!
 //! Writes the parts of `observers.md` between their markers and the pictures beside it. With `--measured` also the table of a start of a real
 //! 4-kW machine (the folder `direct_on_line_4kw`; no sample of it is written); without, that table stays as it is.
