@@ -6,7 +6,7 @@
 use im_chart::{Series, chart};
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::{Verdict, diagnose};
-use im_diagnose::refine::Options;
+use im_diagnose::search::Options;
 use im_model::{MotorFile, Recording};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     match d.verdict {
         Verdict::Adequate => println!("the model explains the recordings"),
         Verdict::MissingEffects => println!("missing: {:?}", d.effects.iter().map(|e| e.name()).collect::<Vec<_>>()),
-        Verdict::Confounded => println!("missing, but not to be told apart: {:?} or {:?}", d.effects, d.alternatives),
+        Verdict::Confounded => println!("missing, but confounded: {:?} or {:?}", d.effects, d.alternatives),
         Verdict::Inconclusive => println!("the recordings do not show enough: see `im_diagnose::next_test`"),
         Verdict::Unexplained => println!("nothing in the library explains it; what is left depends on {:?}", d.leftover.first()),
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::diagnose;
-use im_diagnose::refine::Options;
+use im_diagnose::search::Options;
 use im_model::{MotorFile, Recording};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -21,7 +21,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for (model, round) in d.course.models.iter().zip(&d.course.rounds) {
             println!("  {:?}: train {:.4}, held out {:.4}", model.effects, model.train(), model.holdout.unwrap_or(f64::NAN));
             for s in round.scores.iter().take(5) {
-                println!("    {:<26} score {:>9.1} keep {:.3} size {:.4?}", s.effect.name(), s.score, s.keep, s.predicted);
+                println!(
+                    "    {:<26} score {:>9.1} explained share {:.3} size {:.4?}",
+                    s.effect.name(),
+                    s.score,
+                    s.explained_share,
+                    s.predicted
+                );
             }
             for t in &round.trials {
                 println!("      with {:<26} train {:.4}", t.effect.name(), t.model.train());

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::diagnose;
-use im_diagnose::refine::Options;
 use im_diagnose::report::{Meta, terminal, write};
+use im_diagnose::search::Options;
 use im_model::{MotorFile, Recording};
 
 fn read(path: &Path) -> Result<Recording, Box<dyn Error>> {

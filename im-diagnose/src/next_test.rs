@@ -8,9 +8,8 @@ use im_model::simulation::{Scenario, Simulation};
 use im_model::{EffectId, MotorFile, Recording};
 use rayon::prelude::*;
 
-use crate::refine::pulled;
-use crate::report::ProfileTrace;
-use crate::score::{Score, ScoreContext, closest};
+use crate::residuals::nudged;
+use crate::search::score::{Score, ScoreContext, closest};
 
 /// What the machine and its supply may be asked to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +51,7 @@ pub struct Proposal {
 
 /// Proposals within the limits, best first.
 ///
-/// `open` are the effects in question: rivals to be told apart, or effects that the recordings so far could not show. `noise` is that
+/// `open` are the effects in question: rivals to be separated, or effects that the recordings so far could not show. `noise` is that
 /// of the currents, A, and of the speed, rad/s.
 ///
 /// # Errors
@@ -92,7 +91,7 @@ fn proposal(
     if !(current <= limits.current * rated && speed <= limits.speed * top) {
         return None;
     }
-    let experiments: Vec<Experiment> = pulled(&[Experiment::from_recording(r, [noise.0; 2], noise.1)]);
+    let experiments: Vec<Experiment> = nudged(&[Experiment::from_recording(r, [noise.0; 2], noise.1)]);
     let free = base_parameters(&machine);
     let fitted = fit(&machine, &experiments, &free, &FitOptions { iterations: 3, ..FitOptions::near() }).ok()?;
     let context = ScoreContext::new(&fitted.machine, &fitted.starts, &experiments, &motor.rating, &free);
@@ -100,7 +99,7 @@ fn proposal(
     let detectable: Vec<(EffectId, f64)> = scores
         .iter()
         .map(|s| {
-            let info = &s.effect.parameters()[crate::score::strengths(s.effect)[0]];
+            let info = &s.effect.parameters()[crate::search::score::strengths(s.effect)[0]];
             let usual = info.typical.1 * motor.rating.unit_of(info.scale, machine.parameters(), machine.pole_pairs());
             (s.effect, s.detectable / usual)
         })
@@ -125,6 +124,17 @@ fn proposal(
         merit,
         profile: profile(r),
     })
+}
+
+/// One commanded signal of a test.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProfileTrace {
+    /// Name.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Time in s, value.
+    pub points: Vec<[f64; 2]>,
 }
 
 /// The manoeuvre over time, in as many points as a small picture shows.

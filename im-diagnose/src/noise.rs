@@ -1,5 +1,7 @@
 //! Sensor noise from the data alone, and whitening of coloured residuals.
 
+use im_identify::offline::Experiment;
+
 /// Standard deviation of white noise on a smooth signal, from fourth differences: Var(Δ⁴e) = 70 σ², while a sine of 50 Hz sampled
 /// at 10 kHz leaves a millionth of itself. Median-based, so that steps and spikes do not count.
 pub fn white_sigma(values: &[f64]) -> f64 {
@@ -81,6 +83,32 @@ impl Whitener {
     pub fn slow_gain(&self) -> f64 {
         1.0 / (1.0 - self.coefficients.iter().sum::<f64>()).powi(2)
     }
+}
+
+/// Highest order of the noise model.
+pub const NOISE_ORDER: usize = 8;
+
+/// Noise models per experiment and channel from residuals; channels of the same kind over all experiments share one.
+pub fn whiteners(experiments: &[Experiment], residuals: &[Vec<Vec<f64>>]) -> Vec<Vec<Whitener>> {
+    experiments
+        .iter()
+        .map(|e| {
+            e.channels
+                .iter()
+                .map(|c| {
+                    let alike: Vec<&[f64]> = experiments
+                        .iter()
+                        .zip(residuals)
+                        .flat_map(|(e2, r)| {
+                            e2.channels.iter().zip(r).filter(|(c2, _)| c2.name == c.name).map(|(_, r)| r.as_slice())
+                        })
+                        .collect();
+                    // Rows of a table do not follow one another.
+                    Whitener::fit(&alike, if e.is_table() { 0 } else { NOISE_ORDER })
+                })
+                .collect()
+        })
+        .collect()
 }
 
 #[cfg(test)]

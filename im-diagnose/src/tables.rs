@@ -27,7 +27,7 @@ const TACHOMETER: f64 = 0.002;
 const WRONG_SCALE: f64 = 0.004;
 
 /// The tables as a case, at the rated frequency of the motor; the scale of the speed sensor is checked against the no-load test, where
-/// the slip is next to nothing, and mended where it is wrong.
+/// the slip is next to nothing, and corrected where it is wrong.
 ///
 /// # Errors
 /// As [`fit`] says.
@@ -41,7 +41,7 @@ pub fn case(motor: MotorFile, tables: &[SteadyTable]) -> Result<(Case, Vec<Findi
             c.values.iter_mut().for_each(|w| *w /= scale);
         }
         let sentence = format!(
-            "The speed without load is {:.1} % {} than a machine on {} Hz can run: the sensor's scale was taken as {scale:.4} and mended",
+            "The speed without load is {:.1} % {} than a machine on {} Hz can run: the sensor's scale was taken as {scale:.4} and corrected",
             100.0 * (scale - 1.0).abs(),
             if scale < 1.0 { "lower" } else { "higher" },
             motor.rating.electrical_frequency_hz

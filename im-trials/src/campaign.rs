@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::{Diagnosis, Step, Verdict, diagnose};
-use im_diagnose::refine::Options;
+use im_diagnose::search::Options;
 use im_model::{Complex, EffectId, MotorFile, Recording};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

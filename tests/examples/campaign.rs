@@ -56,8 +56,8 @@ fn why(answer: &Diagnosis) {
         for s in r.scores.iter().take(5) {
             let name = s.effect.name();
             println!(
-                "         {name:<26} score {:>9.1} keep {:.3} {:?} detectable {:.2e}",
-                s.score, s.keep, s.predicted, s.detectable
+                "         {name:<26} score {:>9.1} explained share {:.3} {:?} detectable {:.2e}",
+                s.score, s.explained_share, s.predicted, s.detectable
             );
         }
         for t in &r.trials {

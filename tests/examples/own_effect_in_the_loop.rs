@@ -5,7 +5,7 @@
 
 use im_chart::{Series, chart};
 use im_diagnose::diagnosis::{Diagnosis, diagnose};
-use im_diagnose::refine::Options;
+use im_diagnose::search::Options;
 use im_model::effects::CustomId;
 use im_model::{EffectId, ParameterId};
 use im_tests::campaign::case_of;

@@ -1,7 +1,7 @@
 //! A short hidden-effect campaign: what the tool must get right on data it has not seen. The long one is `im verify`'s.
 
 use im_diagnose::diagnosis::diagnose;
-use im_diagnose::refine::Options;
+use im_diagnose::search::Options;
 use im_model::effects::CustomId;
 use im_model::{EffectId, ParameterId};
 use im_tests::campaign::{case_of, run};

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::{Verdict, diagnose};
 use im_diagnose::intake::{Intake, SteadyTable, read};
-use im_diagnose::refine::{Options, Refinement};
+use im_diagnose::search::{Options, Refinement};
 use im_diagnose::tables;
 use im_identify::offline::{ChannelKind, Experiment, predict, start_on};
 use im_model::{Complex, EffectId, Held, Machine, MotorFile, Plant, Rating, State, steady_state};

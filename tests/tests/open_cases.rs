@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::{Diagnosis, diagnose};
-use im_diagnose::refine::Options;
+use im_diagnose::search::Options;
 use im_model::{MotorFile, Recording};
 
 fn folder() -> Option<PathBuf> {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use im_diagnose::case::Case;
 use im_diagnose::intake::Finding;
-use im_diagnose::refine::{Model, Refinement};
+use im_diagnose::search::{Model, Refinement};
 use im_model::effects::Role;
 use im_model::{EffectId, Machine, MotorFile, ParameterId};
 use serde_json::{Map, json};

@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use im_diagnose::agreement;
 use im_diagnose::case::Case;
+use im_diagnose::consistency;
 use im_diagnose::report::{Comparison, Meta, compare_html, compare_terminal};
 use im_model::{MotorFile, write_atomically};
 use serde_json::json;
@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (data, guessed) = recordings_or_drafts(&args.data, args.mapping.as_deref(), &motor, args.out.as_deref())?;
     let mut noticed = findings(data.iter());
     let case = Case::from_intake(motor.clone(), data, None);
-    noticed.extend(spinning("comparing the recordings", || agreement::check(&case)));
+    noticed.extend(spinning("comparing the recordings", || consistency::check(&case)));
     let comparison = spinning("looking where the model fails", || Comparison::new(motor, case.train));
     let program = concat!("im ", env!("CARGO_PKG_VERSION")).into();
     let meta = Meta { program, quality: quality(&noticed), ..Meta::default() };

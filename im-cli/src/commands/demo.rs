@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::diagnose;
-use im_diagnose::refine::Options;
+use im_diagnose::search::Options;
 use im_model::{MotorFile, Recording, write_atomically};
 
 use super::inputs::refused;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
 use im_diagnose::next_test::{Limits, propose};
-use im_diagnose::refine::Options;
 use im_diagnose::report::{self, Meta, NextTest};
+use im_diagnose::search::Options;
 
 use super::inputs::{Data, quality, refused, write_quality};
 use crate::failure::Failure;

@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use im_diagnose::diagnosis::errors;
-use im_diagnose::refine::Refinement;
+use im_diagnose::residuals::errors;
+use im_diagnose::search::Refinement;
 use im_model::MotorFile;
 use serde_json::json;
 
@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.output {
         after.write(path)?;
     }
-    let train = errors(&fit.machine, refinement.pulled(), &fit.starts);
+    let train = errors(&fit.machine, refinement.nudged(), &fit.starts);
     let std = fit.standard_deviations();
     let weak = fit.undetermined(UNDETERMINED);
     let mut out = io::stdout().lock();

@@ -3,10 +3,10 @@
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use im_diagnose::agreement;
 use im_diagnose::case::Case;
+use im_diagnose::consistency;
 use im_diagnose::intake::{self, Draft, Finding, FindingKind, Intake, IntakeError, Severity, SteadyTable};
-use im_diagnose::refine::Options;
+use im_diagnose::search::Options;
 use im_diagnose::tables;
 use im_identify::offline::FitError;
 use im_model::{MotorFile, Recording};
@@ -55,7 +55,7 @@ impl Data {
         let holdout = self.holdout.as_deref().map(|p| recording(p, mapping, &motor)).transpose()?;
         let mut findings = findings(train.iter().chain(&holdout));
         let case = Case::from_intake(motor, train, holdout);
-        findings.extend(spinning("comparing the recordings", || agreement::check(&case)));
+        findings.extend(spinning("comparing the recordings", || consistency::check(&case)));
         // What makes all that follows doubtful is said before it, and once more in its place.
         for f in findings.iter().filter(|f| f.severity == Severity::Serious) {
             eprint!("{}", wrapped("! ", &f.line()));

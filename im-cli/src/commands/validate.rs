@@ -4,8 +4,8 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use im_diagnose::case::Case;
-use im_diagnose::diagnosis::errors;
-use im_diagnose::refine::pulled;
+use im_diagnose::residuals::errors;
+use im_diagnose::residuals::nudged;
 use im_identify::offline::{residuals, start_on};
 use im_model::MotorFile;
 use serde_json::json;
@@ -53,17 +53,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let taken = recording(&args.data, args.mapping.as_deref(), &after)?;
     let noticed = taken.findings.clone();
     let mut case = Case::from_intake(after.clone(), vec![taken], None);
-    let drawn = pulled(&case.train);
+    let drawn = nudged(&case.train);
     let starts = |m: &MotorFile| drawn.iter().map(|e| start_on(&m.machine, e, &m.rating)).collect::<Vec<_>>();
     let (start_before, start_after) = (starts(&before), starts(&after));
     let left: Vec<_> = drawn.iter().zip(&start_after).map(|(e, x)| residuals(&after.machine, e, x)).collect();
     case.set_noise_from(&drawn, &left);
     let pair = |e: &[_]| (errors(&before.machine, e, &start_before), errors(&after.machine, e, &start_after));
-    let (free, aided) = (pair(&case.train), pair(&pulled(&case.train)));
+    let (free, aided) = (pair(&case.train), pair(&nudged(&case.train)));
     let mut out = io::stdout().lock();
     if args.json {
-        let pair = |p: &(im_diagnose::diagnosis::Errors, im_diagnose::diagnosis::Errors)| {
-            let one = |e: &im_diagnose::diagnosis::Errors| json!({"chi2_per_sample": e.chi2_per_sample, "rmse": e.rmse});
+        let pair = |p: &(im_diagnose::residuals::Errors, im_diagnose::residuals::Errors)| {
+            let one = |e: &im_diagnose::residuals::Errors| json!({"chi2_per_sample": e.chi2_per_sample, "rmse": e.rmse});
             json!({"before": one(&p.0), "after": one(&p.1)})
         };
         writeln!(out, "{}", json!({"schema": 1, "data_quality": noticed, "unaided": pair(&free), "speed_drawn": pair(&aided)}))?;

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use im_model::EffectId;
 use serde_json::{Value, json};
 
-use super::{Diagnosis, Errors};
+use super::Diagnosis;
+use crate::residuals::Errors;
 
 impl Diagnosis {
     /// `diagnosis.json`, in the shape that others read.
@@ -26,7 +27,8 @@ impl Diagnosis {
                 "score": finite(c.score),
                 "threshold": finite(c.threshold),
                 "predicted_size": finite(c.predicted_size),
-                "keep": finite(c.keep),
+                "keep": finite(c.explained_share),
+                "explained_share": finite(c.explained_share),
                 "detectable_size": finite(c.detectable_size),
                 "unit": c.unit,
                 "conclusion": c.conclusion,

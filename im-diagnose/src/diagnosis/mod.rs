@@ -11,11 +11,11 @@ use im_identify::offline::FitError;
 use im_model::{EffectId, MotorFile, ParameterId};
 
 use crate::case::Case;
-use crate::leftover::{Dependence, dependences};
-use crate::refine::{Course, Model, Options, Refinement};
+use crate::residual_tests::{Dependence, dependences};
+use crate::search::{Course, Model, Options, Refinement};
 pub use ranking::Candidate;
 use ranking::ranking;
-pub use steps::{Errors, Step, errors};
+pub use steps::Step;
 use steps::{keep_confirmed, steps};
 pub use verdict::{Remainder, Verdict};
 use verdict::{caused, explained, remainder, verdict, verdict_of};
@@ -115,7 +115,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
 
 fn leftover_of(loop_: &Refinement, course: &Course) -> Vec<Dependence> {
     let last = &course.models[course.models.len() - 1];
-    dependences(&last.fit.machine, &last.fit.starts, loop_.pulled())
+    dependences(&last.fit.machine, &last.fit.starts, loop_.nudged())
 }
 
 fn changes(before: &MotorFile, after: &MotorFile, last: &Model) -> Vec<ParameterChange> {

@@ -3,8 +3,9 @@
 use im_model::EffectId;
 
 use super::Remainder;
-use crate::refine::{Course, Refinement};
-use crate::score::{LEAST_KEEP, Score, cosine, strengths, threshold};
+use crate::search::score::{LEAST_EXPLAINED_SHARE, Score, strengths};
+use crate::search::{Course, Refinement};
+use crate::statistics::{cosine, threshold};
 
 /// How a candidate stands after the first round.
 #[derive(Clone, Debug)]
@@ -18,7 +19,7 @@ pub struct Candidate {
     /// Size predicted, in the unit of the leading strength.
     pub predicted_size: f64,
     /// What of it a refit cannot imitate, 0 to 1.
-    pub keep: f64,
+    pub explained_share: f64,
     /// Smallest size that would be found, in the same unit.
     pub detectable_size: f64,
     /// Largest usual size, in the same unit.
@@ -57,7 +58,7 @@ pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, re
                 .max_by(|a, b| a.1.total_cmp(&b.1));
             let conclusion = if let Some(k) = last.effects.iter().position(|e| *e == s.effect) {
                 let rivals: Vec<&str> = course.alternatives[k].iter().map(|e| e.name()).collect();
-                if rivals.is_empty() { "added".into() } else { format!("added; cannot be told from {}", rivals.join(", ")) }
+                if rivals.is_empty() { "added".into() } else { format!("added; confounded with {}", rivals.join(", ")) }
             } else if course.alternatives.iter().flatten().any(|e| *e == s.effect) {
                 "explains the data as well as an effect added".into()
             } else if remainder.is_some_and(|r| r.suspect == Some(s.effect)) {
@@ -78,7 +79,7 @@ pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, re
                 score: s.score,
                 threshold,
                 predicted_size: lead.1,
-                keep: s.keep,
+                explained_share: s.explained_share,
                 detectable_size: s.detectable,
                 usual_size: usual,
                 excited: shown(s, usual, threshold),
@@ -92,5 +93,5 @@ pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, re
 
 /// Whether the recordings show an effect, or would at its largest usual size.
 fn shown(s: &Score, usual: f64, threshold: f64) -> bool {
-    s.score > threshold || (s.detectable <= usual && s.keep >= LEAST_KEEP)
+    s.score > threshold || (s.detectable <= usual && s.explained_share >= LEAST_EXPLAINED_SHARE)
 }

@@ -5,8 +5,8 @@ use im_model::{BaseParameter, EffectId, ParameterId};
 use serde::{Deserialize, Serialize};
 
 use super::Candidate;
-use crate::leftover::Dependence;
-use crate::refine::{Course, Model, NEGLIGIBLE, Round, likelier};
+use crate::residual_tests::Dependence;
+use crate::search::{Course, Model, NEGLIGIBLE, Round, likelier};
 
 /// What the data say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -146,7 +146,7 @@ fn time_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) -> Opti
         d.guesses.push(format!(
             "{} is the time ({why}), sampled at {} Hz",
             s.name,
-            crate::report::number(1.0 / (step * unit), 4)
+            crate::format::number(1.0 / (step * unit), 4)
         ));
     }
     let _ = writeln!(text);

@@ -58,7 +58,7 @@ pub enum Severity {
     Note,
     /// May distort what is found.
     Warning,
-    /// Makes what is found doubtful until it is mended.
+    /// Makes what is found doubtful until it is corrected.
     Serious,
 }
 

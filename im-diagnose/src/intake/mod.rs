@@ -2,6 +2,7 @@
 //!
 //! file → [`raw`] columns → ([`mapping`]) → [`signals`] in SI units → ([`quality`]) → [`Intake`].
 
+mod decimate;
 pub mod draft;
 mod error;
 pub mod finding;
@@ -15,7 +16,6 @@ mod replay;
 pub mod signals;
 pub mod sniff;
 pub mod steady_table;
-mod thin;
 pub mod unit;
 
 use std::path::{Path, PathBuf};
@@ -87,7 +87,7 @@ fn read_one(path: &Path, mapping: Option<Mapping>, motor: &MotorFile) -> Result<
         checked.findings.push(finding);
     }
     let mut taken = Intake { draft, ..assemble(&signals, checked, mapping.begin) };
-    if let Some(mut finding) = thin::thin(&mut taken.experiment, motor.rating.electrical_frequency_hz) {
+    if let Some(mut finding) = decimate::decimate(&mut taken.experiment, motor.rating.electrical_frequency_hz) {
         finding.recording.clone_from(&signals.name);
         taken.findings.push(finding);
     }

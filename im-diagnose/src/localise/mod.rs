@@ -129,7 +129,7 @@ impl Localisation {
 
 /// A number for sentences: three significant digits.
 pub(crate) fn say(x: f64) -> String {
-    crate::report::number(x, 3)
+    crate::format::number(x, 3)
 }
 
 /// Joins words as in speech.

@@ -9,11 +9,12 @@ use super::page::{Section, page, table, term};
 use super::sections::{head, place, provenance};
 use super::story::{Shown, View};
 use super::terminal::{Text, place as place_text};
-use super::words::{escape, floors, number, sentence};
+use super::words::{escape, floors};
 use super::{DataFile, Meta};
-use crate::diagnosis::{Errors, errors};
+use crate::format::{number, sentence};
 use crate::localise::{Signals, localise};
-use crate::refine::pulled;
+use crate::residuals::nudged;
+use crate::residuals::{Errors, errors};
 
 /// A model beside recordings: what it predicts, how far off it is, and where.
 pub struct Comparison {
@@ -31,18 +32,18 @@ pub struct Comparison {
 
 impl Comparison {
     /// Simulates the model on the recordings. Where there is a measured speed, the places of failure are sought with the simulated
-    /// speed drawn towards it; errors and pictures are of the unaided model.
+    /// speed nudged towards it; errors and pictures are without nudging.
     pub fn new(motor: MotorFile, experiments: Vec<Experiment>) -> Self {
         let m = &motor.machine;
         let starts: Vec<State<f64>> = experiments.iter().map(|e| start_on(m, e, &motor.rating)).collect();
         let views = experiments
             .par_iter()
             .zip(&starts)
-            .map(|(e, x)| View { experiment: e.clone(), held_out: false, guided: false, predictions: vec![predict(m, e, x)] })
+            .map(|(e, x)| View { experiment: e.clone(), held_out: false, nudged: false, predictions: vec![predict(m, e, x)] })
             .collect();
         let each =
             experiments.iter().zip(&starts).map(|(e, x)| errors(m, std::slice::from_ref(e), std::slice::from_ref(x))).collect();
-        let place = localise(&Signals::of(m, &pulled(&experiments), &starts));
+        let place = localise(&Signals::of(m, &nudged(&experiments), &starts));
         let total = errors(m, &experiments, &starts);
         Self { errors: each, total, views, shown: vec![Shown { name: "model", class: "refined", place }], experiments, motor }
     }

@@ -8,7 +8,7 @@ mod curves;
 mod overlay;
 mod page;
 mod sections;
-mod side;
+mod side_by_side;
 mod story;
 mod svg;
 mod terminal;
@@ -19,11 +19,12 @@ mod write;
 use im_identify::offline::Experiment;
 
 use crate::diagnosis::Diagnosis;
+use crate::next_test::ProfileTrace;
 
+pub use crate::format::{number, quantity};
 pub use compare::{Comparison, compare_html, compare_terminal};
-pub use side::{SideBySide, side_by_side, side_by_side_terminal};
+pub use side_by_side::{SideBySide, side_by_side, side_by_side_terminal};
 pub use terminal::terminal;
-pub use words::{number, quantity};
 pub use write::{Written, write};
 
 /// What a report tells besides the result: where it comes from, and what others found.
@@ -69,17 +70,6 @@ pub struct NextTest {
     pub settles: Vec<String>,
     /// What to command, over time.
     pub profile: Vec<ProfileTrace>,
-}
-
-/// One commanded signal of a test.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ProfileTrace {
-    /// Name.
-    pub name: String,
-    /// Unit.
-    pub unit: String,
-    /// Time in s, value.
-    pub points: Vec<[f64; 2]>,
 }
 
 /// The page: a string of HTML that needs nothing else.

@@ -6,7 +6,8 @@ use serde_json::{Value, json};
 use super::page::{figure, legend, term};
 use super::story::{Shown, View};
 use super::svg::{Axis, Chart};
-use super::words::{channel_name, escape, number};
+use super::words::{channel_name, escape};
+use crate::format::number;
 use crate::localise::Window;
 
 /// Bytes that the numbers may take.
@@ -91,8 +92,8 @@ fn extremes(x: &[f64], stride: usize) -> Vec<f64> {
         .collect()
 }
 
-/// A thinned run: the errors too, since extremes of two signals do not subtract.
-fn thinned(view: &View, stride: usize) -> Value {
+/// A decimated run: the errors too, since extremes of two signals do not subtract.
+fn decimated(view: &View, stride: usize) -> Value {
     let n = view.experiment.len();
     let mut rows = 0;
     let channels: Vec<Value> = (0..view.experiment.channels.len())
@@ -106,7 +107,7 @@ fn thinned(view: &View, stride: usize) -> Value {
             json!({"m": packed(&m), "p": p, "e": e})
         })
         .collect();
-    json!({"from": 0.0, "step": view.experiment.sample_time_s * stride as f64 / 2.0, "n": rows, "thinned": true, "channels": channels})
+    json!({"from": 0.0, "step": view.experiment.sample_time_s * stride as f64 / 2.0, "n": rows, "decimated": true, "channels": channels})
 }
 
 /// The tenth of a second with the largest error of the first model within a window.
@@ -179,7 +180,7 @@ pub(crate) fn data(views: &[View], models: &Models, worst: &Window) -> String {
     let per_row = |v: &View, series: usize| v.experiment.channels.len() as f64 * series as f64 * BYTES;
     let everything: f64 = views.iter().map(|v| v.experiment.len() as f64 * per_row(v, 1 + models.len())).sum();
     let fits = everything <= BUDGET as f64;
-    // What thinned runs cost per row over the stride, after the worst stretch has had a quarter of the budget.
+    // What decimated runs cost per row over the stride, after the worst stretch has had a quarter of the budget.
     let dense: f64 = views.iter().map(|v| v.experiment.len() as f64 * 2.0 * per_row(v, 1 + 2 * models.len())).sum();
     let stride = (dense / (0.75 * BUDGET as f64)).ceil().max(4.0) as usize;
     let runs: Vec<Value> = views
@@ -206,7 +207,7 @@ pub(crate) fn data(views: &[View], models: &Models, worst: &Window) -> String {
                     };
                     levels.push(full(v, from, to));
                 }
-                levels.push(thinned(v, stride));
+                levels.push(decimated(v, stride));
                 levels
             };
             let channels: Vec<Value> = v
@@ -275,18 +276,18 @@ pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> String {
         ("right", "later ▶"),
     ];
     let zoom: String = zoom.iter().map(|(k, w)| format!(r#"<button data-zoom="{k}">{w}</button>"#)).collect();
-    let guided: Vec<String> = views.iter().filter(|v| v.guided).map(label).collect();
-    let guided = if guided.is_empty() {
+    let nudged: Vec<String> = views.iter().filter(|v| v.nudged).map(label).collect();
+    let nudged = if nudged.is_empty() {
         String::new()
     } else {
         format!(
             "<p>{} for: {}.</p>",
-            super::words::sentence(&term("guided", "Guided speed")).trim_end_matches('.'),
-            escape(&guided.join(", "))
+            crate::format::sentence(&term("nudged_speed", "Nudged speed")).trim_end_matches('.'),
+            escape(&nudged.join(", "))
         )
     };
     format!(
-        r#"<p>The worst second is {} s to {} s of {}: the error there is {} times the noise, against {} times over all recordings. Drag across a picture to zoom, double-click to zoom out; with the picture in focus the keys ←, →, + and − work too.</p>{guided}
+        r#"<p>The worst second is {} s to {} s of {}: the error there is {} times the noise, against {} times over all recordings. Drag across a picture to zoom, double-click to zoom out; with the picture in focus the keys ←, →, + and − work too.</p>{nudged}
 {}<div class="tools no-print" id="runs">{runs}</div><div class="tools no-print">{zoom}</div><p><b id="span"></b></p>
 <div class="zoom" id="zoom" tabindex="0" aria-label="Measured and modelled signals over time">{}</div><output class="read" id="read">Move over a picture to read the values.</output>"#,
         number(worst.from_s, 3),

@@ -42,7 +42,7 @@ const GLOSSARY: &[(&str, &str, &str)] = &[
     (
         "alike",
         "look alike",
-        "Cosine between the traces that two effects leave in these recordings after a refit: 1.00 means that they cannot be told apart here, 0 that they have nothing in common.",
+        "Cosine between the traces that two effects leave in these recordings after a refit: 1.00 means that these recordings do not distinguish them, 0 that they have nothing in common.",
     ),
     (
         "interval",
@@ -52,9 +52,9 @@ const GLOSSARY: &[(&str, &str, &str)] = &[
     ("base", "base model", "The linear machine with its parameters refitted, before any effect is added."),
     ("refined", "refined model", "The machine with the effects found, everything refitted."),
     (
-        "guided",
-        "guided speed",
-        "A recording that the simulation cannot follow by itself (voltage replayed without the drive that made it) is judged with the simulated speed drawn gently towards the measured one, for all models alike.",
+        "nudged_speed",
+        "nudged speed",
+        "A recording that the simulation cannot follow by itself (voltage replayed without the drive that made it) is judged with the simulated speed nudged towards the measured one, for all models alike.",
     ),
     ("slip", "slip frequency", "By how much the rotor flux turns faster than the rotor, electrical."),
     ("flux", "flux", "Magnitude of the magnetizing flux linkage (peak, star-equivalent), as the model has it."),

@@ -4,12 +4,14 @@ use im_identify::offline::{Channel, Experiment, predict, start_on};
 use im_model::{EffectId, MotorFile, State};
 use rayon::prelude::*;
 
-use super::words::{effect_name, floors, number, quantity, short_effect_name};
+use super::words::{effect_name, floors, short_effect_name};
 use super::{DataFile, Meta};
-use crate::diagnosis::{Candidate, Diagnosis, Errors, Step, Verdict, errors};
-use crate::leftover::Dependence;
+use crate::diagnosis::{Candidate, Diagnosis, Step, Verdict};
+use crate::format::{number, quantity};
 use crate::localise::{Localisation, Signals, join, localise};
-use crate::refine::{UNSTABLE, judged, pulled};
+use crate::residual_tests::Dependence;
+use crate::residuals::{Errors, errors};
+use crate::residuals::{UNSTABLE, judged, nudged};
 
 /// A model in the pictures.
 #[derive(Clone, Debug)]
@@ -29,8 +31,8 @@ pub(crate) struct View {
     pub experiment: Experiment,
     /// Whether no fit has seen it.
     pub held_out: bool,
-    /// Whether the simulated speed is drawn towards the measured one.
-    pub guided: bool,
+    /// Whether the simulated speed is nudged towards the measured one.
+    pub nudged: bool,
     /// Per model, per channel.
     pub predictions: Vec<Vec<Vec<f64>>>,
 }
@@ -62,13 +64,13 @@ impl<'a> Story<'a> {
             .into_par_iter()
             .map(|(e, held_out, starts)| {
                 let experiment = judged(e, &last.machine, &starts[starts.len() - 1], UNSTABLE);
-                let guided = experiment.speed_nudge.is_some();
+                let nudged = experiment.speed_nudge.is_some();
                 let predictions = models.iter().zip(&starts).map(|(m, x)| predict(&m.machine, &experiment, x)).collect();
-                View { experiment, held_out, guided, predictions }
+                View { experiment, held_out, nudged, predictions }
             })
             .collect();
-        // Where a model fails is looked for with the speed guided, so that one error does not hide behind another.
-        let guided = pulled(&d.case.train);
+        // Where a model fails is looked for with the speed nudged, so that one error does not hide behind another.
+        let nudged_runs = nudged(&d.case.train);
         let course = [&d.course.models[0], &d.course.models[d.course.models.len() - 1]];
         let names: &[(&str, &str)] = if models.len() > 1 {
             &[("base model", "base"), ("refined model", "refined")]
@@ -81,7 +83,7 @@ impl<'a> Story<'a> {
             .map(|(&(name, class), m)| Shown {
                 name,
                 class,
-                place: localise(&Signals::of(&m.fit.machine, &guided, &m.fit.starts)),
+                place: localise(&Signals::of(&m.fit.machine, &nudged_runs, &m.fit.starts)),
             })
             .collect();
         let (tables, views): (Vec<View>, Vec<View>) = views.into_iter().partition(|v| v.experiment.is_table());
@@ -155,7 +157,7 @@ pub(crate) fn verdict_words(v: Verdict) -> (&'static str, &'static str) {
     match v {
         Verdict::Adequate => ("✓", "adequate"),
         Verdict::MissingEffects => ("◆", "missing effect found"),
-        Verdict::Confounded => ("◇", "cannot be told apart"),
+        Verdict::Confounded => ("◇", "confounded"),
         Verdict::Inconclusive => ("?", "inconclusive"),
         Verdict::Unexplained => ("!", "unexplained"),
     }
@@ -177,7 +179,7 @@ fn names(effects: &[EffectId]) -> String {
 
 /// What a leftover depends on, as a phrase.
 pub(crate) fn dependence_words(x: &Dependence) -> String {
-    use crate::leftover::Variable as V;
+    use crate::residual_tests::Variable as V;
     let part = x.part.label().split(',').next().unwrap_or_default().to_owned();
     let unit = x.part.label().rsplit(", ").next().unwrap_or_default();
     let on = match x.variable {
@@ -191,7 +193,7 @@ pub(crate) fn dependence_words(x: &Dependence) -> String {
 /// Of what is surely there, the dependence that makes up the largest error against the sensor's noise.
 pub(crate) fn main_leftover(d: &Diagnosis) -> Option<&Dependence> {
     let noise = |x: &Dependence| {
-        let speed = x.part == crate::leftover::Part::Speed;
+        let speed = x.part == crate::residual_tests::Part::Speed;
         let of = d.noise.iter().filter(|(name, _)| name.starts_with("omega") == speed).map(|(_, s)| *s);
         of.fold(0.0, f64::max).max(1e-300)
     };
@@ -262,7 +264,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
     };
     for (k, &e) in d.effects.iter().enumerate() {
         let Some(round) = d.course.rounds.get(k) else { continue };
-        let mut words = format!("{}: ", super::words::sentence(&short_effect_name(e)).trim_end_matches('.'));
+        let mut words = format!("{}: ", crate::format::sentence(&short_effect_name(e)).trim_end_matches('.'));
         if let Some(score) = round.scores.iter().find(|x| x.effect == e) {
             let threshold = d.ranking.iter().find(|c| c.effect == e).map_or(f64::NAN, |c| c.threshold);
             words += &format!("its score is {} where chance reaches {}", number(score.score, 3), number(threshold, 2));
@@ -333,7 +335,10 @@ pub(crate) fn summary(s: &Story) -> Summary {
                 floors(after)
             ));
             if let Some(x) = main_leftover(d) {
-                sure.push(format!("that the dependence is chance has a probability of {}", super::words::power_of_ten(-x.log_p)));
+                sure.push(format!(
+                    "that the dependence is chance has a probability of {}",
+                    crate::format::power_of_ten(-x.log_p)
+                ));
             }
             refute.push("An effect written by you, with the shape shown below, that brings the error down to the noise floor on the held-out recording too.".into());
         }
@@ -341,14 +346,14 @@ pub(crate) fn summary(s: &Story) -> Summary {
             for c in s.unexcited().into_iter().take(6) {
                 refute.push(format!(
                     "{}: {}",
-                    super::words::sentence(&short_effect_name(c.effect)).trim_end_matches('.'),
+                    crate::format::sentence(&short_effect_name(c.effect)).trim_end_matches('.'),
                     c.effect.card().test
                 ));
             }
         }
         _ => {}
     }
-    Summary { cause: super::words::sentence(&cause), sure: sure.iter().map(|t| super::words::sentence(t)).collect(), refute }
+    Summary { cause: crate::format::sentence(&cause), sure: sure.iter().map(|t| crate::format::sentence(t)).collect(), refute }
 }
 
 /// Said after what was found, where the error that stays is more than noise.
@@ -367,5 +372,5 @@ fn rest(d: &Diagnosis) -> String {
 }
 
 fn test_of(e: EffectId) -> String {
-    format!("{}: {}", super::words::sentence(&short_effect_name(e)).trim_end_matches('.'), e.card().test)
+    format!("{}: {}", crate::format::sentence(&short_effect_name(e)).trim_end_matches('.'), e.card().test)
 }

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::words::{escape, number};
+use super::words::escape;
+use crate::format::number;
 
 /// One axis of a chart.
 #[derive(Clone, Debug)]

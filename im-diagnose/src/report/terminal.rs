@@ -5,8 +5,9 @@ use super::overlay::channel_words;
 use super::sections::{fall_rows, parameter_warning};
 use super::story::{Shown, Story, summary, verdict_words};
 use super::text_plot::{columns, log_bar, spark, wrapped};
-use super::words::{floors, interval, number, parameter_name, percent_change, quantity, sentence, short_effect_name};
+use super::words::{floors, parameter_name, short_effect_name};
 use crate::diagnosis::{Diagnosis, Verdict};
+use crate::format::{interval, number, percent_change, quantity, sentence};
 use crate::localise::{ProfileOver, Quantity};
 
 /// The report as text, at most `width` (40 to 100) characters wide.
@@ -130,14 +131,14 @@ fn errors(out: &mut Text, s: &Story) {
     out.table(&table, &[false, false, true, false]);
     out.gap();
     let judged =
-        |e: &(String, crate::diagnosis::Errors, Option<crate::diagnosis::Errors>)| e.2.clone().unwrap_or_else(|| e.1.clone());
+        |e: &(String, crate::residuals::Errors, Option<crate::residuals::Errors>)| e.2.clone().unwrap_or_else(|| e.1.clone());
     let which = if rows[0].2.is_some() { "held-out" } else { "training" };
     let mut table = vec![vec![format!("{which} rms error"), "first".into(), "last".into(), "sensor noise".into()]];
     if let (Some(first), Some(last)) = (rows.first().map(judged), rows.last().map(judged)) {
         for c in s.channels() {
             let (name, unit) = channel_words(&c.name, c.kind);
             let of =
-                |e: &crate::diagnosis::Errors| e.rmse.get(&c.name).map_or("–".into(), |x| format!("{} {unit}", number(*x, 3)));
+                |e: &crate::residuals::Errors| e.rmse.get(&c.name).map_or("–".into(), |x| format!("{} {unit}", number(*x, 3)));
             table.push(vec![name, of(&first), of(&last), format!("{} {unit}", number(c.sigma, 3))]);
         }
     }

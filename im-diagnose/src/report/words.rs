@@ -1,106 +1,9 @@
-//! Numbers and names as people read them.
+//! Names of effects, parameters and channels as people read them.
 
+use crate::format::number;
 /// Text for HTML.
 pub use im_chart::escape;
 use im_model::{BaseParameter, EffectId, ParameterId};
-
-/// A number with so many significant digits, without needless zeros: 0.0371, 12.4, 1.4·10⁻⁵.
-pub fn number(x: f64, digits: usize) -> String {
-    if x == 0.0 {
-        return "0".into();
-    }
-    if !x.is_finite() {
-        return "–".into();
-    }
-    let exponent = x.abs().log10().floor() as i32;
-    if !(-4..6).contains(&exponent) {
-        let mut e = exponent;
-        let mut m = format!("{:.*}", digits.saturating_sub(1), x / 10f64.powi(e));
-        // 9.996 rounds to 10.0.
-        if m.trim_start_matches('-').starts_with("10") {
-            e += 1;
-            m = format!("{:.*}", digits.saturating_sub(1), x / 10f64.powi(e));
-        }
-        return format!("{}·10{}", trimmed(m), superscript(e)).replace('-', "−");
-    }
-    let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
-    let text = format!("{x:.decimals$}");
-    let text = if decimals > 0 { trimmed(text) } else { text };
-    text.replace('-', "−")
-}
-
-fn trimmed(s: String) -> String {
-    if s.contains('.') { s.trim_end_matches('0').trim_end_matches('.').to_owned() } else { s }
-}
-
-/// A power of ten as probabilities are told: 10⁻²⁶.
-pub fn power_of_ten(e: f64) -> String {
-    format!("10{}", superscript(e.round() as i32))
-}
-
-fn superscript(e: i32) -> String {
-    e.to_string()
-        .chars()
-        .map(|c| match c {
-            '-' => '⁻',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            d => char::from_u32('⁰' as u32 + d.to_digit(10).unwrap_or(0)).unwrap_or(d),
-        })
-        .collect()
-}
-
-/// A number with its unit, with a prefix where the unit takes one: 3.47 mH.
-pub fn quantity(x: f64, unit: &str, digits: usize) -> String {
-    let (factor, prefix) = prefix(x.abs(), unit);
-    let gap = if unit.is_empty() { "" } else { "\u{a0}" };
-    format!("{}{gap}{prefix}{unit}", number(x * factor, digits))
-}
-
-/// A value with the half width of its interval in the same prefix: 3.47 ± 0.02 mH.
-pub fn interval(x: f64, half: f64, unit: &str) -> String {
-    let (factor, prefix) = prefix(x.abs(), unit);
-    let gap = if unit.is_empty() { "" } else { "\u{a0}" };
-    if !half.is_finite() || half <= 0.0 {
-        return quantity(x, unit, 4);
-    }
-    // Two digits of the interval, and the value to the same place, with at most seven digits.
-    let exponent = (half * factor).log10().floor() as i32;
-    let decimals = (1 - exponent).clamp(0, 7) as usize;
-    let value = format!("{:.decimals$}", x * factor);
-    let text = if value.trim_start_matches('-').len() > 9 {
-        format!("{} ± {}", number(x * factor, 6), number(half * factor, 2))
-    } else {
-        format!("{value} ± {:.decimals$}", half * factor)
-    };
-    format!("{}{gap}{prefix}{unit}", text.replace('-', "−"))
-}
-
-fn prefix(x: f64, unit: &str) -> (f64, &'static str) {
-    if !["Ω", "H", "s", "S", "V"].contains(&unit) || x == 0.0 || !x.is_finite() {
-        (1.0, "")
-    } else if x < 0.9e-4 {
-        (1e6, "µ")
-    } else if x < 0.09 {
-        (1e3, "m")
-    } else {
-        (1.0, "")
-    }
-}
-
-/// A ratio as percent with a sign.
-pub fn percent_change(before: f64, after: f64) -> String {
-    let p = 100.0 * (after / before - 1.0);
-    if !p.is_finite() {
-        return "new".into();
-    }
-    if p.abs() < 0.05 {
-        return "±0\u{a0}%".into();
-    }
-    let text = if p.abs() >= 10.0 { format!("{p:+.0}") } else { format!("{p:+.1}") };
-    format!("{}\u{a0}%", text.replace('-', "−"))
-}
 
 /// An effect's name in a sentence: "main-flux saturation".
 pub fn effect_name(e: EffectId) -> String {
@@ -200,33 +103,12 @@ pub fn floors(chi2: f64) -> String {
     number((chi2 / place).round() * place, 3)
 }
 
-/// The first letter large.
-pub fn sentence(s: &str) -> String {
-    let mut c = s.chars();
-    let mut out: String = c.next().map_or(String::new(), |f| f.to_uppercase().chain(c).collect());
-    if !out.is_empty() && !out.ends_with(['.', '?', '!', ':']) {
-        out.push('.');
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn numbers_read_well() {
-        assert_eq!(number(0.0371234, 3), "0.0371");
-        assert_eq!(number(12.0, 3), "12");
-        assert_eq!(number(-445.51, 3), "−446");
-        assert_eq!(number(1200.0, 3), "1200");
-        assert_eq!(number(1.41e-5, 3), "1.41·10⁻⁵");
-        assert_eq!(number(f64::NAN, 3), "–");
-        assert_eq!(quantity(0.00347, "H", 3), "3.47\u{a0}mH");
-        assert_eq!(interval(0.00347, 5e-5, "H"), "3.470 ± 0.050\u{a0}mH");
-        assert_eq!(interval(1.46622, 5.56e-5, "Ω"), "1.466220 ± 0.000056\u{a0}Ω");
-        assert_eq!(percent_change(1.0, 1.35), "+35\u{a0}%");
-        assert_eq!(percent_change(0.0, 1.0), "new");
+    fn errors_keep_three_digits() {
         assert_eq!([1.0, 10.04, 102.4, 10_013.0].map(floors), ["1.00", "10", "102", "10000"]);
     }
 

@@ -2,8 +2,8 @@
 
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
-use im_diagnose::refine::Options;
 use im_diagnose::report::Comparison;
+use im_diagnose::search::Options;
 use im_model::machines::MOTULATOR_2_2_KW;
 use im_model::space_vector::unit;
 use im_model::{Bench, Complex, EffectId, Machine, MotorFile, ParameterId, PlantInput, Recording, State};

@@ -1,7 +1,8 @@
 use im_diagnose::diagnosis::{Diagnosis, Verdict};
+use im_diagnose::next_test::ProfileTrace;
 use im_diagnose::report::{
-    Comparison, Meta, NextTest, ProfileTrace, SideBySide, compare_html, compare_terminal, html, side_by_side,
-    side_by_side_terminal, terminal, write,
+    Comparison, Meta, NextTest, SideBySide, compare_html, compare_terminal, html, side_by_side, side_by_side_terminal, terminal,
+    write,
 };
 use im_model::EffectId;
 
@@ -150,7 +151,7 @@ fn rivals_are_told_as_a_set_with_the_test_between_them() {
     assert!(page.contains("<h1>Something is missing that these recordings do not let us name alone: either main-flux saturation or iron loss. Adding any one of them brings"));
     assert!(page.contains("Against iron loss: adds current in phase with the voltage"));
     assert!(page.contains("could be this instead"));
-    assert!(text.contains("cannot be told apart"), "{text}");
+    assert!(text.contains("confounded"), "{text}");
 }
 
 #[test]

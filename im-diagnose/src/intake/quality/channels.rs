@@ -4,10 +4,10 @@ use im_model::MotorFile;
 
 use super::clip::flat_tops;
 use super::steady::Steady;
+use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
 use crate::intake::mapping::VoltageForm;
 use crate::intake::signals::{Signals, SpeedTrace, Trace};
-use crate::report::number;
 
 /// How far beyond the rating a value is beyond belief; and how far below it, for the largest of a recording.
 const BEYOND: [f64; 3] = [4.0, 40.0, 6.0];

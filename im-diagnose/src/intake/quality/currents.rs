@@ -2,11 +2,11 @@
 
 use super::Checked;
 use super::clip::{Clipped, flat_tops, redundant, saturation};
+use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
 use crate::intake::mapping::CurrentForm;
 use crate::intake::signals::Signals;
 use crate::noise::white_sigma;
-use crate::report::number;
 
 /// Chooses among second sensors, finds clipped rows, and looks at the sum.
 pub fn check(s: &Signals) -> Checked {

@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_3, PI};
 use im_model::{Complex, MotorFile};
 
 use super::steady::{ImpedanceFit, Steady, fit_slip};
+use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity};
-use crate::report::number;
 
 /// Beyond this |ln(Z/Z_model)| the impedance does not fit: half or one and a half times, or thirty degrees.
 const MISFIT: f64 = 0.5;

@@ -1,4 +1,4 @@
-//! What is wrong with a recording, told before anything is fitted to it, and mended where that is safe.
+//! What is wrong with a recording, reported before anything is fitted to it, and corrected where that is safe.
 
 mod channels;
 pub mod clip;

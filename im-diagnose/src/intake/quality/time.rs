@@ -3,9 +3,9 @@
 use im_model::TParameters;
 
 use super::steady::Steady;
+use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
 use crate::intake::signals::Signals;
-use crate::report::number;
 
 /// Looks at the sampling.
 pub fn check(s: &Signals, steady: &[Steady], p: &TParameters<f64>) -> Vec<Finding> {
@@ -21,7 +21,7 @@ pub fn check(s: &Signals, steady: &[Steady], p: &TParameters<f64>) -> Vec<Findin
     if !missing.is_empty() {
         let count = s.filled.iter().filter(|f| **f).count();
         let text =
-            format!("{count} rows are missing; the voltage is drawn straight across, the rows are left out of the comparison");
+            format!("{count} rows are missing; the voltage is interpolated linearly, the rows are left out of the comparison");
         out.push(Finding::new(FindingKind::Gap, Severity::Warning, text, "").at(missing));
     }
     if let Some(fastest) = steady.iter().map(|s| s.omega.abs()).reduce(f64::max) {

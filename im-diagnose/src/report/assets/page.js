@@ -131,7 +131,7 @@
     });
     box.innerHTML = html;
     document.getElementById("span").textContent = `${data.runs[view.run].name}, ${format(view.from, 4)} s to ${format(view.to, 4)} s` +
-      (l.thinned ? " (extremes of short stretches; zoom in for every sample)" : "");
+      (l.decimated ? " (extremes of short stretches; zoom in for every sample)" : "");
     document.querySelectorAll("[data-run]").forEach((b) => b.setAttribute("aria-pressed", String(+b.dataset.run === view.run)));
   };
   const show = (from, to) => {

@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 
 use im_model::EffectId;
 
-use crate::score::cosine;
+use crate::statistics::cosine;
 
 use super::super::page::{Section, figure, scale, shade, table, term};
 use super::super::story::Story;
 use super::super::svg::short;
-use super::super::words::{escape, number, quantity, short_effect_name};
+use super::super::words::{escape, short_effect_name};
+use crate::format::{number, quantity};
 
 pub(crate) fn section(s: &Story) -> Section {
     let d = s.d;
@@ -36,7 +37,7 @@ pub(crate) fn section(s: &Story) -> Section {
                     number(c.threshold, 3),
                     size(c.predicted_size),
                     size(c.detectable_size),
-                    format!("{}\u{a0}%", number(100.0 * c.keep, 2)),
+                    format!("{}\u{a0}%", number(100.0 * c.explained_share, 2)),
                     escape(&c.conclusion),
                 ],
             )

@@ -8,7 +8,8 @@ use super::super::curves::curve;
 use super::super::page::{Section, figure, table};
 use super::super::story::Story;
 use super::super::svg::{Axis, Chart};
-use super::super::words::{escape, quantity, sentence, short_effect_name};
+use super::super::words::{escape, short_effect_name};
+use crate::format::{quantity, sentence};
 
 /// Nothing where no effect was found.
 pub(crate) fn section(s: &Story) -> Option<Section> {

@@ -6,8 +6,9 @@ use super::super::overlay::channel_words;
 use super::super::page::{Section, figure, legend, table, term};
 use super::super::story::Story;
 use super::super::svg::short;
-use super::super::words::{escape, floors, number, sentence, short_effect_name};
-use crate::diagnosis::Errors;
+use super::super::words::{escape, floors, short_effect_name};
+use crate::format::{number, sentence};
+use crate::residuals::Errors;
 
 /// One row of the waterfall.
 pub(crate) struct Fall {

@@ -3,10 +3,10 @@
 mod candidates;
 mod cards;
 mod errors;
-mod leftover;
 mod parameters;
 pub(super) mod place;
 pub(super) mod provenance;
+mod residual_tests;
 mod top;
 
 use super::overlay;
@@ -32,7 +32,7 @@ pub(super) fn whole(s: &Story) -> String {
         sections.push(place::section(&s.shown));
     }
     let unexplained = s.d.verdict == Verdict::Unexplained;
-    sections.extend(leftover::section(s, unexplained));
+    sections.extend(residual_tests::section(s, unexplained));
     sections.push(candidates::section(s));
     sections.push(parameters::section(s));
     sections.extend(cards::section(s));

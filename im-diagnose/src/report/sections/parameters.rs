@@ -4,8 +4,9 @@ use im_model::ParameterId;
 
 use super::super::page::{Section, table, term};
 use super::super::story::Story;
-use super::super::words::{escape, interval, parameter_name, percent_change, quantity};
+use super::super::words::{escape, parameter_name};
 use crate::diagnosis::ParameterChange;
+use crate::format::{interval, percent_change, quantity};
 
 /// A base parameter that moved by more than this factor is suspicious: nameplates and catalogues are better than that.
 const SUSPICIOUS: f64 = 1.5;
@@ -79,7 +80,7 @@ pub(crate) fn section(s: &Story) -> Section {
         .parameters
         .iter()
         .filter_map(|p| warning(p, d))
-        .map(|w| format!("<p class=\"warn\">⚠ {}</p>", escape(&super::super::words::sentence(&w))))
+        .map(|w| format!("<p class=\"warn\">⚠ {}</p>", escape(&crate::format::sentence(&w))))
         .collect();
     let absorbed = absorbed(s).map_or(String::new(), |t| format!("<p>{}</p>", escape(&t)));
     Section {

@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use super::super::page::{Section, figure, legend, scale, shade, table, term};
 use super::super::story::Shown;
 use super::super::svg::{Axis, Chart};
-use super::super::words::{escape, number, sentence};
+use super::super::words::escape;
+use crate::format::{number, sentence};
 use crate::localise::{Plane, Profile, ProfileOver, Quantity};
 
 /// The section; the first model is the one that fails.
@@ -18,7 +19,7 @@ pub(crate) fn section(shown: &[Shown]) -> Section {
     } else {
         format!("<p class=\"say\">{}</p>", findings.iter().take(3).map(|f| escape(&sentence(f))).collect::<Vec<_>>().join(" "))
     };
-    body += "<p>For this section the simulated speed is drawn gently towards the measured one, so that one error does not hide behind another. Training recordings only.</p>";
+    body += "<p>For this section the simulated speed is nudged towards the measured one, so that one error does not hide behind another. Training recordings only.</p>";
     let mut entries: Vec<(&str, String)> = shown.iter().map(|s| (s.class, s.name.to_owned())).collect();
     entries.push(("floor", term("noise", "sensor noise")));
     body += &legend(&entries);

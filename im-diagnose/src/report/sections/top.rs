@@ -2,7 +2,8 @@
 
 use super::super::page::list;
 use super::super::story::{Story, summary, verdict_words};
-use super::super::words::{escape, sentence};
+use super::super::words::escape;
+use crate::format::sentence;
 
 /// Name of the motor, light or dark, then the answers.
 pub(crate) fn top(s: &Story) -> String {

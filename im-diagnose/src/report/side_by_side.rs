@@ -8,7 +8,8 @@ use serde_json::Value;
 use super::page::{Section, figure, legend, page, table, term};
 use super::sections::{Fall, head, waterfall};
 use super::terminal::Text;
-use super::words::{channel_name, escape, floors, interval, number, percent_change, quantity, sentence, short_effect_name};
+use super::words::{channel_name, escape, floors, short_effect_name};
+use crate::format::{interval, number, percent_change, quantity, sentence};
 
 /// A diagnosis as read from its file.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,9 +11,9 @@ use im_model::effects::Role;
 use im_model::{EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use crate::noise::Whitener;
+use crate::noise::{Whitener, whiteners};
+use crate::statistics::{closest_of, log_p, orthonormal, threshold};
 
 /// Score of one effect at its best shape.
 #[derive(Clone, Debug)]
@@ -27,16 +27,16 @@ pub struct Score {
     /// −log₁₀ of the p-value, corrected for the shapes tried.
     pub log_p: f64,
     /// What of the signature a refit of the present parameters cannot imitate: ‖PG‖²/‖G‖² of the leading strength.
-    pub keep: f64,
+    pub explained_share: f64,
     /// Sizes that the score predicts, one per strength, in the parameter's unit.
     pub predicted: Vec<f64>,
     /// Smallest size of the leading strength that would be found, in its unit.
     pub detectable: f64,
     /// The shape it was found at: parameter index and value.
     pub shape: Vec<(usize, f64)>,
-    /// What the effect explains of the residual at the sizes predicted, projected and thinned, for comparing effects.
+    /// What the effect explains of the residual at the sizes predicted, projected and decimated, for comparing effects.
     pub signature: Vec<f64>,
-    /// The projected signature of each strength by itself, thinned alike.
+    /// The projected signature of each strength by itself, decimated alike.
     pub directions: Vec<Vec<f64>>,
     /// By how many σ a unit of each strength changes the outputs, per shape tried: where the next score looks for sizes that matter.
     pub sensitivity: Vec<Vec<f64>>,
@@ -61,36 +61,10 @@ pub struct ScoreContext<'a> {
 
 /// Least part of a signature that a refit must not be able to imitate for its size to mean anything: below it, what tells it apart is
 /// smaller than what the linear projection neglects.
-pub const LEAST_KEEP: f64 = 1e-3;
+pub const LEAST_EXPLAINED_SHARE: f64 = 1e-3;
 
 /// A change of the outputs of more than so many times the residual is too large for a secant.
 const FAR: f64 = 4.0;
-
-/// Highest order of the noise model.
-pub const NOISE_ORDER: usize = 8;
-
-/// Noise models per experiment and channel from residuals; channels of the same kind over all experiments share one.
-pub fn whiteners(experiments: &[Experiment], residuals: &[Vec<Vec<f64>>]) -> Vec<Vec<Whitener>> {
-    experiments
-        .iter()
-        .map(|e| {
-            e.channels
-                .iter()
-                .map(|c| {
-                    let alike: Vec<&[f64]> = experiments
-                        .iter()
-                        .zip(residuals)
-                        .flat_map(|(e2, r)| {
-                            e2.channels.iter().zip(r).filter(|(c2, _)| c2.name == c.name).map(|(_, r)| r.as_slice())
-                        })
-                        .collect();
-                    // Rows of a table do not follow one another.
-                    Whitener::fit(&alike, if e.is_table() { 0 } else { NOISE_ORDER })
-                })
-                .collect()
-        })
-        .collect()
-}
 
 /// Whitens per channel and strings everything into one column.
 fn column(signals: &[Vec<Vec<f64>>], whiteners: &[Vec<Whitener>]) -> Vec<f64> {
@@ -247,7 +221,7 @@ impl<'a> ScoreContext<'a> {
         let kept = |least: f64| -> Vec<usize> {
             (0..columns.len()).filter(|&k| dot(&columns[k], &columns[k]) > least * norms[k]).collect()
         };
-        let used = Some(kept(LEAST_KEEP)).filter(|u| !u.is_empty()).unwrap_or_else(|| kept(1e-12));
+        let used = Some(kept(LEAST_EXPLAINED_SHARE)).filter(|u| !u.is_empty()).unwrap_or_else(|| kept(1e-12));
         let n = used.len();
         if n == 0 {
             return None;
@@ -265,28 +239,21 @@ impl<'a> ScoreContext<'a> {
         let size = |k: usize| used.iter().position(|u| *u == run * strengths.len() + k).map_or(0.0, |p| x[p]);
         let threshold = threshold(n, 0.01 / (EffectId::ALL.len() * tried) as f64);
         let rows = self.residual.len();
-        let thin = |at: &dyn Fn(usize) -> f64| (0..rows).step_by((rows / 4000).max(1)).map(at).collect::<Vec<f64>>();
+        let decimated = |at: &dyn Fn(usize) -> f64| (0..rows).step_by((rows / 4000).max(1)).map(at).collect::<Vec<f64>>();
         Some(Score {
             effect,
             score,
             freedom: n,
             log_p: (log_p(score, n) - (tried as f64).log10()).max(0.0),
-            keep: seen / all_of(strength).map(|k| norms[k]).sum::<f64>(),
+            explained_share: seen / all_of(strength).map(|k| norms[k]).sum::<f64>(),
             predicted: (0..strengths.len()).map(size).collect(),
             detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / seen.sqrt(),
             shape,
-            signature: thin(&|n| (0..used.len()).map(|p| x[p] * columns[used[p]][n]).sum()),
-            directions: (0..strengths.len()).map(|k| thin(&|n| all_of(k).map(|c| columns[c][n]).sum())).collect(),
+            signature: decimated(&|n| (0..used.len()).map(|p| x[p] * columns[used[p]][n]).sum()),
+            directions: (0..strengths.len()).map(|k| decimated(&|n| all_of(k).map(|c| columns[c][n]).sum())).collect(),
             sensitivity: Vec::new(),
         })
     }
-}
-
-/// Cosine of the angle between two signatures, without sign.
-pub fn cosine(a: &[f64], b: &[f64]) -> f64 {
-    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(p, q)| p * q).sum::<f64>();
-    let both = (dot(a, a) * dot(b, b)).sqrt();
-    if a.len() == b.len() && both > 0.0 { (dot(a, b) / both).abs() } else { 0.0 }
 }
 
 /// Cosine of the least angle between what two effects can do, at whatever sizes.
@@ -296,13 +263,6 @@ pub fn closest(a: &Score, b: &Score) -> f64 {
         return 0.0;
     }
     closest_of(&a.directions, &b.directions, rows)
-}
-
-/// Largest cosine of the principal angles between two spans.
-fn closest_of(a: &[Vec<f64>], b: &[Vec<f64>], rows: usize) -> f64 {
-    let span = |columns: &[Vec<f64>]| orthonormal(columns.to_vec(), rows);
-    let between = span(a).tr_mul(&span(b));
-    if between.is_empty() { 0.0 } else { between.singular_values().max() }
 }
 
 /// Indices of the strengths of an effect.
@@ -333,60 +293,4 @@ fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating) -> Vec<Vec<
         vec![(lo * middle).sqrt(), middle, (hi * middle).sqrt()]
     };
     points.into_iter().map(|x| vec![(k, x)]).collect()
-}
-
-/// −log₁₀ P(χ²_k > x), also far beyond where the tail underflows.
-pub fn log_p(x: f64, freedom: usize) -> f64 {
-    let k = freedom as f64;
-    let tail = ChiSquared::new(k).map_or(1.0, |d| d.sf(x));
-    if tail > 1e-250 {
-        return -tail.log10();
-    }
-    // Leading term of the tail: (x/2)^{k/2−1} e^{−x/2}/Γ(k/2).
-    let half = 0.5 * x;
-    (half - (0.5 * k - 1.0) * half.ln() + statrs::function::gamma::ln_gamma(0.5 * k)) / std::f64::consts::LN_10
-}
-
-/// The value that χ²_k exceeds with probability `p`.
-pub fn threshold(freedom: usize, p: f64) -> f64 {
-    ChiSquared::new(freedom as f64).map_or(f64::INFINITY, |d| d.inverse_cdf(1.0 - p))
-}
-
-/// Modified Gram-Schmidt with normalization; columns that vanish are dropped.
-fn orthonormal(columns: Vec<Vec<f64>>, rows: usize) -> DMatrix<f64> {
-    let mut kept: Vec<DVector<f64>> = Vec::new();
-    for c in columns {
-        let mut v = DVector::from_vec(c);
-        let before = v.norm();
-        // Twice is enough for orthogonality to rounding.
-        for _ in 0..2 {
-            for q in &kept {
-                let d = q.dot(&v);
-                v.axpy(-d, q, 1.0);
-            }
-        }
-        let norm = v.norm();
-        if norm > 1e-9 * before && norm > 0.0 {
-            kept.push(v / norm);
-        }
-    }
-    if kept.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&kept) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn effects_are_as_close_as_the_nearest_things_that_they_can_do() {
-        let (x, y, z) = (vec![1.0, 0.0, 0.0], vec![0.0, 2.0, 0.0], vec![0.0, 0.0, 3.0]);
-        let between = vec![0.0, 1.0, 1.0];
-        let near = |a: &[&Vec<f64>], b: &[&Vec<f64>]| {
-            let owned = |v: &[&Vec<f64>]| v.iter().map(|v| (*v).clone()).collect::<Vec<_>>();
-            closest_of(&owned(a), &owned(b), 3)
-        };
-        assert!(near(&[&x], &[&y]) < 1e-12 && (near(&[&x, &y], &[&y, &z]) - 1.0).abs() < 1e-12);
-        assert!((near(&[&x, &y], &[&between]) - 0.5f64.sqrt()).abs() < 1e-12);
-        assert_eq!((near(&[], &[&x]), cosine(&x, &[0.0; 3]), cosine(&y, &[0.0, -1.0, 0.0])), (0.0, 0.0, 1.0));
-    }
 }

@@ -9,7 +9,8 @@ use im_model::space_vector::unit;
 use im_model::{Bench, Complex, Machine, State};
 
 use crate::localise::slip_hz;
-use crate::score::{log_p, whiteners};
+use crate::noise::whiteners;
+use crate::statistics::log_p;
 
 /// What a residual may depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,8 +4,9 @@ use im_identify::offline::{FitError, FitOptions};
 use im_model::EffectId;
 use rayon::prelude::*;
 
+use super::score::Score;
 use super::{Model, NEGLIGIBLE, Refinement};
-use crate::score::{Score, cosine};
+use crate::statistics::cosine;
 
 /// By how much −2 log L must speak for a model in place of another: one in a hundred and fifty.
 const LIKELIER: f64 = 10.0;

@@ -3,8 +3,9 @@
 use super::super::page::{Section, figure, list};
 use super::super::story::{Story, dependence_words};
 use super::super::svg::{Axis, Chart};
-use super::super::words::{escape, power_of_ten, sentence};
-use crate::leftover::{Dependence, Variable};
+use super::super::words::escape;
+use crate::format::{power_of_ten, sentence};
+use crate::residual_tests::{Dependence, Variable};
 
 /// Nothing where nothing is left.
 pub(crate) fn section(s: &Story, unexplained: bool) -> Option<Section> {

@@ -1,16 +1,16 @@
 //! Whether recordings are of one machine: fitted to each alone, it must come out about the same.
 //!
 //! A missing effect moves the fitted parameters from recording to recording, too, but by less: in the open cases by up to a factor
-//! 1.44 in one or two of them, while a machine of another size differs in nearly all. Machines of nearly the same size are not told apart.
+//! 1.44 in one or two of them, while a machine of another size differs in nearly all. Machines of nearly the same size are not distinguished.
 
 use im_identify::offline::{Experiment, Fit, FitOptions, base_parameters, fit, start_parameters};
 use im_model::Machine;
 use rayon::prelude::*;
 
 use crate::case::Case;
+use crate::format::number;
 use crate::intake::{Finding, FindingKind, Severity};
-use crate::refine::pulled;
-use crate::report::number;
+use crate::residuals::nudged;
 
 /// Values of a parameter this far apart are of two machines …
 const FACTOR: f64 = 1.6;
@@ -30,7 +30,7 @@ pub fn check(case: &Case) -> Option<Finding> {
     if all.len() < 2 {
         return None;
     }
-    let all = pulled(&all);
+    let all = nudged(&all);
     let one_for = |from: &Machine<f64>, experiments: &[Experiment], options: &FitOptions| -> Option<Fit> {
         let mut free = base_parameters(from);
         free.extend(start_parameters(experiments, &case.motor.rating, from.effects().any_fixed_to_shaft()));

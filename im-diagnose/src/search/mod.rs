@@ -1,9 +1,9 @@
 //! The loop: fit, score, refit the leading candidates, add, drop, swap, validate, decide.
 //!
-//! Here: fits of a model with given effects, and the scores of others. `course`: which are added. `view`: how recordings are looked at.
+//! Here: fits of a model with given effects, and the scores of others. `course`: which are added. `score`: which nominate.
 
 mod course;
-mod view;
+pub mod score;
 
 use im_identify::offline::{
     Experiment, Fit, FitError, FitOptions, Free, angle_on, base_parameters_in, effect_parameters, fit_from, start_on,
@@ -13,11 +13,11 @@ use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
 
 use crate::case::Case;
-use crate::score::{Score, ScoreContext, strengths};
+use crate::residuals::{errors, evidence, mean_square, nudged};
+use score::{Score, ScoreContext, strengths};
 
 pub(crate) use course::likelier;
 pub use course::{Course, Round, Trial};
-pub use view::{UNSTABLE, evidence, judged, mean_square, pulled};
 
 /// What the loop may do.
 #[derive(Clone, Debug)]
@@ -88,8 +88,8 @@ impl Model {
 /// Runs the loop on a case.
 pub struct Refinement {
     case: Case,
-    /// The training recordings with the speed drawn towards the measured one: what is fitted and scored while the model may be wrong.
-    pulled: Vec<Experiment>,
+    /// The training recordings with the speed nudged towards the measured one: what is fitted and scored while the model may be wrong.
+    nudged: Vec<Experiment>,
     options: Options,
     rating: Rating,
     base: Machine<f64>,
@@ -111,12 +111,12 @@ impl Refinement {
         let candidates = if options.candidates.is_empty() { effects.ids().collect() } else { options.candidates.clone() };
         let base = machine.with_effects(effects)?;
         case.estimate_noise();
-        let mut me = Self { pulled: pulled(&case.train), case, options, rating, base, candidates };
-        let starts = me.starts(&me.base, &me.pulled);
+        let mut me = Self { nudged: nudged(&case.train), case, options, rating, base, candidates };
+        let starts = me.starts(&me.base, &me.nudged);
         let first = me.model(&me.base, &starts, &[], &FitOptions { tolerance: 1e-5, ..FitOptions::default() })?;
         // The voltage's own roughness shows in the currents: only in the residual is the roughness all noise.
-        me.case.set_noise_from(&me.pulled, &first.fit.residuals);
-        me.pulled = pulled(&me.case.train);
+        me.case.set_noise_from(&me.nudged, &first.fit.residuals);
+        me.nudged = nudged(&me.case.train);
         let model = me.model(&first.fit.machine, &first.fit.starts, &[], &FitOptions::near())?;
         Ok((me, model))
     }
@@ -128,8 +128,8 @@ impl Refinement {
 
     /// Takes the root mean square of a model's residuals as the noise of each channel: right when nothing in them has a cause.
     pub fn set_noise_to_residual(&mut self, fit: &Fit) {
-        let sums = crate::diagnosis::errors(&fit.machine, &self.pulled, &fit.starts).rmse;
-        let all = self.case.train.iter_mut().chain(&mut self.case.holdout).chain(&mut self.pulled);
+        let sums = errors(&fit.machine, &self.nudged, &fit.starts).rmse;
+        let all = self.case.train.iter_mut().chain(&mut self.case.holdout).chain(&mut self.nudged);
         for c in all.flat_map(|e| &mut e.channels) {
             if let Some(s) = sums.get(&c.name) {
                 c.sigma = *s;
@@ -142,9 +142,9 @@ impl Refinement {
         &self.case
     }
 
-    /// The training recordings with the speed drawn towards the measured one.
-    pub fn pulled(&self) -> &[Experiment] {
-        &self.pulled
+    /// The training recordings with the speed nudged towards the measured one.
+    pub fn nudged(&self) -> &[Experiment] {
+        &self.nudged
     }
 
     /// The machine's own measure of a scale.
@@ -183,10 +183,10 @@ impl Refinement {
         effects: &[EffectId],
         options: &FitOptions,
     ) -> Result<Model, FitError> {
-        let fit = self.fit_to(&self.pulled, machine, starts, effects, options)?;
-        let evidence = evidence(&self.pulled, &fit.residuals);
+        let fit = self.fit_to(&self.nudged, machine, starts, effects, options)?;
+        let evidence = evidence(&self.nudged, &fit.residuals);
         let holdout = self.case.holdout.as_ref().map(|h| {
-            let h = &pulled(std::slice::from_ref(h))[0];
+            let h = &nudged(std::slice::from_ref(h))[0];
             mean_square(&fit.machine, h, &start_on(&fit.machine, h, &self.rating))
         });
         Ok(Model { effects: effects.to_vec(), fit, evidence, holdout })
@@ -195,7 +195,7 @@ impl Refinement {
     /// Scores of all candidates not yet in the model, best first; those of the round before, if any, save looking for sizes.
     pub fn scores(&self, model: &Model, before: &[Score]) -> Vec<Score> {
         let fit = &model.fit;
-        let context = ScoreContext::new(&fit.machine, &fit.starts, &self.pulled, &self.rating, &fit.free);
+        let context = ScoreContext::new(&fit.machine, &fit.starts, &self.nudged, &self.rating, &fit.free);
         let open: Vec<EffectId> = self.candidates.iter().copied().filter(|&e| !fit.machine.effects().is_on(e)).collect();
         let mut scores: Vec<Score> =
             open.par_iter().filter_map(|&e| context.score(e, before.iter().find(|s| s.effect == e))).collect();
@@ -249,7 +249,7 @@ impl Refinement {
         let with = if largest > 0.0 { machine.with(&set).ok()? } else { return None };
         let turned = |(e, x): (&Experiment, &State<f64>)| State { theta_m: angle_on(&with, e, x), ..*x };
         let first_fixed = e.is_fixed_to_shaft() && !machine.effects().any_fixed_to_shaft();
-        let starts = if first_fixed { self.pulled.iter().zip(starts).map(turned).collect() } else { starts.to_vec() };
+        let starts = if first_fixed { self.nudged.iter().zip(starts).map(turned).collect() } else { starts.to_vec() };
         Some((with, starts))
     }
 

@@ -11,7 +11,7 @@ pub const MOST_ROWS: usize = 1_000_000;
 const PER_PERIOD: f64 = 40.0;
 
 /// Keeps one row in several of a long recording, the voltage averaged over the rows between, and its first [`MOST_ROWS`] at most.
-pub fn thin(e: &mut Experiment, rated_frequency_hz: f64) -> Option<Finding> {
+pub fn decimate(e: &mut Experiment, rated_frequency_hz: f64) -> Option<Finding> {
     let n = e.len();
     if n <= MOST_ROWS {
         return None;
@@ -73,14 +73,14 @@ mod tests {
             }],
             start: Start::Rest,
         };
-        let finding = thin(&mut e, 50.0).unwrap();
+        let finding = decimate(&mut e, 50.0).unwrap();
         assert!(e.len() == MOST_ROWS && (e.sample_time_s - 3e-4).abs() < 1e-12);
         assert_eq!((e.u_s[10].re, e.channels[0].values[10], e.tau_load[10]), (31.0, 30.0, 1.0));
         assert!(finding.sentence.contains("one row in 3") && finding.advice.is_empty(), "{finding:?}");
         // Forty rows per period remain: at 1 kHz rated nothing may be passed over, and the first million is taken.
         e = Experiment { sample_time_s: 1e-4, u_s: vec![Complex::new(1.0, 0.0); n], tau_load: vec![0.0; n], ..e };
         e.channels[0].values = vec![0.0; n];
-        assert!(thin(&mut e, 1000.0).unwrap().advice.contains("from_s"));
+        assert!(decimate(&mut e, 1000.0).unwrap().advice.contains("from_s"));
         assert_eq!(e.len(), MOST_ROWS);
     }
 }

@@ -1,0 +1,90 @@
+//! Recordings as models are fitted to them and judged on them, and the errors of a model.
+
+use std::collections::BTreeMap;
+
+use im_identify::offline::{ChannelKind, Experiment, residuals};
+use im_model::{Machine, State};
+use rayon::prelude::*;
+
+use crate::noise::whiteners;
+
+/// Rate at which the speed is nudged towards the measured one, 1/s: slower than the electrical transients, faster than pulling out.
+const NUDGE_PER_S: f64 = 30.0;
+
+/// Copies of experiments with the speed nudged towards the measured one, where it is measured.
+pub fn nudged(experiments: &[Experiment]) -> Vec<Experiment> {
+    experiments
+        .iter()
+        .map(|e| {
+            let speed = e.channels.iter().find(|c| c.kind == ChannelKind::Speed && c.valid.is_none());
+            let speed = speed.filter(|_| !e.is_table());
+            Experiment { speed_nudge: speed.map(|c| (c.values.clone(), NUDGE_PER_S)), ..e.clone() }
+        })
+        .collect()
+}
+
+/// How much worse a machine may be without help before a recording counts as unstable.
+pub const UNSTABLE: f64 = 1.2;
+
+/// A recording as models are judged on it. Voltage replayed without the drive that made it can be unstable (a slow, loaded machine falls
+/// out of step on the slightest difference): there, the speed is nudged towards the measured one. Recordings that `machine` can follow
+/// without nudging, to within `factor` of the error with it, stay as they are.
+pub fn judged(e: &Experiment, machine: &Machine<f64>, start: &State<f64>, factor: f64) -> Experiment {
+    let nudged_run = nudged(std::slice::from_ref(e)).remove(0);
+    let stable =
+        nudged_run.speed_nudge.is_none() || mean_square(machine, e, start) <= factor * mean_square(machine, &nudged_run, start);
+    if stable { e.clone() } else { nudged_run }
+}
+
+/// −2 log L of residuals under an autoregressive noise model per channel, up to a constant.
+pub fn evidence(experiments: &[Experiment], residuals: &[Vec<Vec<f64>>]) -> f64 {
+    let w = whiteners(experiments, residuals);
+    experiments.iter().zip(&w).flat_map(|(e, w)| e.channels.iter().zip(w).map(|(c, w)| c.count() as f64 * w.variance.ln())).sum()
+}
+
+/// Mean squared residual of one experiment, in σ².
+pub fn mean_square(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> f64 {
+    residuals(machine, e, start).iter().flatten().map(|r| r * r).sum::<f64>() / e.count() as f64
+}
+
+/// Error of a model on a set of recordings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Errors {
+    /// Mean squared residual in σ²: 1.0 is the noise floor.
+    pub chi2_per_sample: f64,
+    /// Root mean square per channel, in its unit.
+    pub rmse: BTreeMap<String, f64>,
+    /// Fit percent per channel: 100 (1 − ‖e‖/‖y − mean y‖).
+    pub fit_percent: BTreeMap<String, f64>,
+}
+
+/// Errors of a machine on experiments.
+pub fn errors(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Errors {
+    let r: Vec<_> = experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
+    let mut sums: BTreeMap<String, [f64; 5]> = BTreeMap::new();
+    for (e, r) in experiments.iter().zip(&r) {
+        for (c, r) in e.channels.iter().zip(r) {
+            let s = sums.entry(c.name.clone()).or_default();
+            for (k, x) in r.iter().enumerate().filter(|(k, _)| c.is_valid(*k)) {
+                let y = c.values[k];
+                s[0] += 1.0;
+                s[1] += x * x;
+                s[2] += x * x * c.sigma * c.sigma;
+                s[3] += y;
+                s[4] += y * y;
+            }
+        }
+    }
+    let n: f64 = sums.values().map(|s| s[0]).sum();
+    Errors {
+        chi2_per_sample: sums.values().map(|s| s[1]).sum::<f64>() / n,
+        rmse: sums.iter().map(|(k, s)| (k.clone(), (s[2] / s[0]).sqrt())).collect(),
+        fit_percent: sums
+            .iter()
+            .map(|(k, s)| {
+                let spread = (s[4] - s[3] * s[3] / s[0]).max(1e-300);
+                (k.clone(), 100.0 * (1.0 - (s[2] / spread).sqrt()))
+            })
+            .collect(),
+    }
+}
