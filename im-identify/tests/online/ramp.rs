@@ -6,27 +6,27 @@ use im_identify::online::{Identifier, KenneResistances, KenneRotorResistance, Re
 use im_model::{Rating, TParameters};
 
 /// The 4-kW machine of `examples/motor.toml` without its iron loss: R_s, R_r, L_sσ, L_rσ, L_m, J, friction.
-pub const MACHINE: [f64; 7] = [1.5, 0.9, 0.004, 0.004, 0.156, 0.045, 0.0];
+const MACHINE: [f64; 7] = [1.5, 0.9, 0.004, 0.004, 0.156, 0.045, 0.0];
 const POLE_PAIRS: u32 = 2;
 const SAMPLE_TIME_S: f64 = 1e-4;
 /// Between these speeds, rad/s.
-pub const SPEEDS: [f64; 2] = [50.0, 140.0];
+const SPEEDS: [f64; 2] = [50.0, 140.0];
 
 /// A load and how fast the speed changes.
 #[derive(Clone, Copy, Debug)]
-pub struct Ramp {
-    pub load_nm: f64,
+struct Ramp {
+    load_nm: f64,
     /// Mechanical, positive.
-    pub rate_rad_s2: f64,
+    rate_rad_s2: f64,
 }
 
 /// Least and greatest estimates, Ω.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen {
+struct Seen {
     /// R̂_r of the identifier of R_r alone.
-    pub rotor: [f64; 2],
+    rotor: [f64; 2],
     /// R̂_r, R̂_s of the identifier of both.
-    pub both: [[f64; 2]; 2],
+    both: [[f64; 2]; 2],
 }
 
 fn rating() -> Rating {
@@ -47,7 +47,7 @@ fn settings(p: &TParameters<f64>) -> ResistancesSettings<f64> {
 /// ```
 ///
 /// R_r alone takes the real part; both, both: to first order, where nothing stops them and the ramp lasts.
-pub fn error_without_the_term(ramp: &Ramp, omega_m: f64, acceleration: f64) -> (f64, [f64; 2]) {
+fn error_without_the_term(ramp: &Ramp, omega_m: f64, acceleration: f64) -> (f64, [f64; 2]) {
     let (p, point) = (TParameters::from_values(MACHINE), ramp.point(omega_m, acceleration));
     let omega_e_rate = f64::from(POLE_PAIRS) * acceleration;
     let (w, d) = (p.windings(), p.windings().derived(POLE_PAIRS));
@@ -65,7 +65,7 @@ pub fn error_without_the_term(ramp: &Ramp, omega_m: f64, acceleration: f64) -> (
 
 impl Ramp {
     /// At this speed, rad/s, accelerated by this much, rad/s²: rated flux, and the torque that does it.
-    pub fn point(&self, omega_m: f64, acceleration: f64) -> Point {
+    fn point(&self, omega_m: f64, acceleration: f64) -> Point {
         let p = TParameters::from_values(MACHINE);
         let (r, n_p) = (p.inverse_gamma(), f64::from(POLE_PAIRS));
         let flux_vs = rating().rotor_flux_vs * p.magnetizing_inductance_h / p.rotor_inductance_h();
@@ -75,7 +75,7 @@ impl Ramp {
     }
 
     /// Half a second at the lower speed, then up, half a second, and down again. The estimates begin right.
-    pub fn run(&self) -> Seen {
+    fn run(&self) -> Seen {
         let p = TParameters::from_values(MACHINE);
         let (h, settings) = (SAMPLE_TIME_S, settings(&p));
         let rotor = KenneRotorResistance::try_new(&p.windings(), POLE_PAIRS, &settings.rotor, h).unwrap();
@@ -108,11 +108,17 @@ impl Ramp {
 #[test]
 fn estimates_stay_on_ramps_that_would_lead_them_astray_without_the_term_of_the_acceleration() {
     let p = TParameters::from_values(MACHINE);
+    let (r_r, r_s) = (p.rotor_resistance_ohm, p.stator_resistance_ohm);
     for rate_rad_s2 in [50.0, 100.0, 200.0] {
         let ramp = Ramp { load_nm: 12.0, rate_rad_s2 };
         let seen = ramp.run();
+        let [(up, [_, s_up]), (down, [_, s_down])] =
+            [1.0, -1.0].map(|sign| error_without_the_term(&ramp, SPEEDS[0], sign * rate_rad_s2));
+        let shown = |[low, high]: [f64; 2]| format!("{low:.3}–{high:.3}");
+        let (alone, [rotor, stator]) = (shown(seen.rotor), seen.both.map(shown));
+        let [[r_up, r_down], [s_up, s_down]] = [[r_r + up, r_r + down], [r_s + s_up, r_s + s_down]];
+        println!("| {rate_rad_s2} | {alone} | {rotor}, {stator} | {r_up:.2}; {r_down:.2} | {s_up:.1}; {s_down:.1} |");
         let off = |[low, high]: [f64; 2], truth: f64| (high - truth).max(truth - low) / truth;
-        let (r_r, r_s) = (p.rotor_resistance_ohm, p.stator_resistance_ohm);
         // The voltage steps with the torque at both ends of a ramp: the machine's own transients, ten times weaker in R_r than in R_s.
         assert!(off(seen.rotor, r_r) < 0.015 && off(seen.both[0], r_r) < 0.015, "{ramp:?}: {seen:?}");
         assert!(off(seen.both[1], r_s) < 0.1, "{ramp:?}: {seen:?}");

@@ -4,6 +4,7 @@
 mod bad_input;
 mod card_claims;
 mod card_shows;
+mod closed_forms;
 mod frames;
 mod lab;
 mod modelica;

@@ -1,0 +1,5 @@
+//! Controllers, loops and the drive around them, each on its own.
+
+mod bounds;
+mod loops;
+mod supervision;

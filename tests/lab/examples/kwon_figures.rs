@@ -1,0 +1,97 @@
+//! Kwon et al., Figures 8, 9 and 11: the Thau observer with L = 0 on the drive of the paper.
+//!
+//!     cargo run --release -p im-lab --example kwon_figures [8|9|11]
+
+use im_lab::kwon::{self, RPM};
+use im_model::machines::KWON_PRINTED_MATRICES;
+use im_model::simulation::Profile;
+use im_model::{Machine, TParameters};
+use im_observers::{LoadTorqueModel, Thau, ThauGains};
+
+type Outcome = Result<(), Box<dyn std::error::Error>>;
+
+fn main() -> Outcome {
+    let wanted = std::env::args().nth(1);
+    for (figure, run) in [("8", figure_8 as fn() -> Outcome), ("9", figure_9), ("11", figure_11)] {
+        if wanted.as_deref().is_none_or(|w| w == figure) {
+            println!("Figure {figure}\n");
+            run()?;
+        }
+    }
+    Ok(())
+}
+
+/// 150 Nm from rest against a load proportional to the speed, machine and observer from zero.
+///
+/// The paper sees "approximately 10 % speed error one second into the simulation, which then decreases". With the same machine in plant and
+/// observer there is none; with the circuit that the paper fitted to the real motor (Table V) as the plant there is.
+fn figure_8() -> Outcome {
+    // 150 Nm at 900 rpm: the paper gives neither the coefficient nor the final speed.
+    let k = 150.0 / (900.0 * RPM);
+    let load = LoadTorqueModel::Proportional { coefficient_nm_s_per_rad: k };
+    let printed = Machine::base(KWON_PRINTED_MATRICES.parameters(), 2)?;
+    let light = table_iv_with_inertia(0.9)?;
+    let pairs = [
+        ("Table IV", kwon::table_iv(), "Table IV", kwon::table_iv()),
+        ("Table V", kwon::table_v(), "Table IV", kwon::table_iv()),
+        ("Table IV", kwon::table_iv(), "the printed A, B1, B2", printed),
+        ("Table IV", kwon::table_iv(), "Table IV with 10 % less inertia", light),
+    ];
+    for (plant, machine, model, believed) in pairs {
+        println!("plant: {plant}; observer: {model}, L = 0, load torque {k:.3} Nms x estimated speed");
+        let truth = kwon::run(&machine, k, None, 3.0);
+        let observer = Thau::try_new(kwon::basis(&believed), ThauGains::published(), load)?;
+        kwon::table(&truth, &truth.observe(&observer), &[0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0 - 1e-4]);
+        println!();
+    }
+    Ok(())
+}
+
+fn table_iv_with_inertia(share: f64) -> Result<Machine<f64>, im_model::ModelError> {
+    let machine = kwon::table_iv();
+    let p = *machine.parameters();
+    machine.with_parameters(TParameters { inertia_kg_m2: share * p.inertia_kg_m2, ..p })
+}
+
+/// Driven at 900 rpm, 150 Nm asked for, the observer from zero with the load torque equal to the estimated torque.
+///
+/// The paper: "starts to track the actual speed closely in under 2 seconds".
+fn figure_9() -> Outcome {
+    for (name, machine) in [("Table IV", kwon::table_iv()), ("Table V", kwon::table_v())] {
+        let truth = kwon::run(&machine, 0.0, Some((900.0 * RPM).into()), 3.0);
+        for (law, load) in
+            [("equal to the torque", LoadTorqueModel::EqualToTorque), ("and friction with it", LoadTorqueModel::Balanced)]
+        {
+            let observer = Thau::try_new(kwon::basis(&kwon::table_iv()), ThauGains::published(), load)?;
+            let e = truth.observe(&observer);
+            println!("plant: {name}; observer: Table IV, L = 0, load torque {law}");
+            kwon::table(&truth, &e, &[0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 3.0 - 1e-4]);
+            match kwon::tracks_from(&truth, &e, 0.05) {
+                Some(t) => println!("within 5 % from {t:.2} s on\n"),
+                None => println!("not within 5 % at the end\n"),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The speed is driven between 500 and 900 rpm, 150 Nm asked for, load torque equal to the estimated torque.
+///
+/// The paper, on its test bench: "the estimated speed follows the measured speed very closely during the steady state, and even during the
+/// transient"; in steady state (Fig. 10) within 2.5 %.
+fn figure_11() -> Outcome {
+    let points =
+        [[0.0, 500.0], [3.0, 500.0], [4.0, 900.0], [6.0, 900.0], [7.0, 600.0], [8.0, 800.0], [9.0, 500.0], [10.0, 500.0]];
+    let speed = Profile::points(points.map(|[t, rpm]| [t, rpm * RPM]))?;
+    for (name, machine) in [("Table IV", kwon::table_iv()), ("Table V", kwon::table_v())] {
+        let truth = kwon::run(&machine, 0.0, Some(speed.clone()), 10.0);
+        let observer = Thau::try_new(kwon::basis(&kwon::table_iv()), ThauGains::published(), LoadTorqueModel::EqualToTorque)?;
+        let e = truth.observe(&observer);
+        println!("plant: {name}; observer: Table IV, L = 0, load torque equal to the torque");
+        kwon::table(&truth, &e, &[1.0, 2.9, 3.25, 3.5, 3.75, 4.5, 5.9, 6.5, 7.5, 8.5, 9.9]);
+        let worst =
+            (truth.at(2.0)..truth.len()).map(|k| (e[k].omega_m - truth.omega[k]).abs() / truth.omega[k]).fold(0.0, f64::max);
+        println!("largest error after 2 s: {:.1} % of the speed\n", 100.0 * worst);
+    }
+    Ok(())
+}
