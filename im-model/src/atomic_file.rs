@@ -3,7 +3,8 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
+
+use tempfile::NamedTempFile;
 
 use crate::file_error::FileError;
 
@@ -16,60 +17,69 @@ pub fn write_atomically(path: &Path, body: impl FnOnce(&mut BufWriter<File>) -> 
 /// Whether a file can be written at `path`, before the work is done that is to be kept there. Nothing is left behind.
 ///
 /// # Errors
-/// Its folder is not there or may not be written to.
+/// Its folder is not there or may not be written to, it is a folder, or a link to a file that is not there.
 pub fn check_writable(path: &Path) -> Result<(), FileError> {
     let check = || {
-        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let target = target_of(path)?;
         match fs::metadata(&target) {
             Ok(m) if m.is_dir() => Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder")),
             Ok(m) if !m.is_file() => Ok(()),
-            _ => open_neighbour(&target).and_then(|(temporary, _)| fs::remove_file(temporary)),
+            _ => neighbour(&target)?.close(),
         }
     };
     check().map_err(|e| FileError::io(&path.display().to_string(), "write", &e))
 }
 
 fn write(path: &Path, body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> io::Result<()> {
-    // Through a link, what it points at is replaced, not the link.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    if fs::metadata(&target).is_ok_and(|m| !m.is_file()) {
+    let target = target_of(path)?;
+    let old = fs::metadata(&target).ok();
+    if old.as_ref().is_some_and(|m| !m.is_file()) {
         let mut out = BufWriter::new(OpenOptions::new().write(true).open(path)?);
         body(&mut out)?;
         return out.flush();
     }
-    let (temporary, file) = open_neighbour(&target)?;
-    let written = (|| {
-        let mut out = BufWriter::with_capacity(1 << 16, file);
-        body(&mut out)?;
-        out.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
-        if let Ok(old) = fs::metadata(&target) {
-            fs::set_permissions(&temporary, old.permissions())?;
-        }
-        fs::rename(&temporary, &target)
-    })();
-    if written.is_err() {
-        // The first error is the one to report.
-        let _ = fs::remove_file(&temporary);
+    let temporary = neighbour(&target)?;
+    let mut out = BufWriter::with_capacity(1 << 16, temporary.as_file().try_clone()?);
+    body(&mut out)?;
+    out.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
+    if let Some(old) = old {
+        temporary.as_file().set_permissions(old.permissions())?;
     }
-    written
+    temporary.persist(&target)?;
+    Ok(())
 }
 
-/// A new file beside `target` that no other writer uses.
-fn open_neighbour(target: &Path) -> io::Result<(PathBuf, File)> {
-    static COUNT: AtomicU32 = AtomicU32::new(0);
-    let name = target.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"))?;
-    loop {
-        let mut own = std::ffi::OsString::from(".");
-        own.push(name);
-        own.push(format!(".{}-{}.tmp", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
-        let path = target.with_file_name(own);
-        match OpenOptions::new().write(true).create_new(true).open(&path) {
-            Ok(file) => return Ok((path, file)),
-            // Left behind by a process of the same number that was killed.
-            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
-            Err(e) => return Err(e),
+/// Through a link, what it points at is replaced, not the link.
+fn target_of(path: &Path) -> io::Result<PathBuf> {
+    match fs::canonicalize(path) {
+        Ok(target) => Ok(target),
+        Err(_) if path.is_symlink() => {
+            let to = fs::read_link(path)?;
+            let reason = format!("it is a link to {}, which is not there; remove the link or make the file", to.display());
+            Err(io::Error::other(reason))
         }
+        Err(_) => Ok(path.to_owned()),
     }
+}
+
+/// A new file beside `target` that no other writer uses; removed unless it is renamed.
+fn neighbour(target: &Path) -> io::Result<NamedTempFile> {
+    let name = target.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"))?;
+    let mut prefix = std::ffi::OsString::from(".");
+    prefix.push(name);
+    prefix.push(".");
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix).suffix(".tmp");
+    // Readable by whom new files are readable, as the process's mask says.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    // The temporary name is not the user's: the reason alone is passed on.
+    builder.tempfile_in(folder).map_err(|e| io::Error::new(e.kind(), folder_error(folder, &e)))
+}
+
+fn folder_error(folder: &Path, e: &io::Error) -> String {
+    if folder.is_dir() { e.kind().to_string() } else { format!("there is no folder {}", folder.display()) }
 }
 
 #[cfg(test)]
@@ -78,9 +88,8 @@ mod tests {
 
     #[test]
     fn a_failed_write_leaves_the_old_file_and_no_litter() {
-        let dir = std::env::temp_dir().join(format!("im-model-atomic-{}", std::process::id()));
-        fs::create_dir_all(&dir).unwrap();
-        let path = dir.join("a.txt");
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.txt");
         write_atomically(&path, |w| w.write_all(b"old")).unwrap();
         let e = write_atomically(&path, |w| {
             w.write_all(b"half")?;
@@ -88,22 +97,19 @@ mod tests {
         });
         assert!(e.unwrap_err().to_string().ends_with("a.txt: cannot write it: disk full"));
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
-        assert_eq!(fs::read_dir(&dir).unwrap().count(), 1);
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
         write_atomically(&path, |w| w.write_all(b"new")).unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "new");
-        assert!(write_atomically(&dir.join("none/b.txt"), |_| Ok(())).is_err());
-        fs::remove_dir_all(&dir).unwrap();
+        assert!(write_atomically(&dir.path().join("none/b.txt"), |_| Ok(())).is_err());
     }
 
     #[test]
     fn what_can_be_written_is_known_before_and_leaves_nothing_behind() {
-        let dir = std::env::temp_dir().join(format!("im-model-writable-{}", std::process::id()));
-        fs::create_dir_all(&dir).unwrap();
-        check_writable(&dir.join("new.txt")).unwrap();
-        assert_eq!(fs::read_dir(&dir).unwrap().count(), 0);
-        assert!(check_writable(&dir).unwrap_err().to_string().ends_with("it is a folder"));
-        assert!(check_writable(&dir.join("none/b.txt")).is_err());
-        fs::remove_dir_all(&dir).unwrap();
+        let dir = tempfile::tempdir().unwrap();
+        check_writable(&dir.path().join("new.txt")).unwrap();
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
+        assert!(check_writable(dir.path()).unwrap_err().to_string().ends_with("it is a folder"));
+        assert!(check_writable(&dir.path().join("none/b.txt")).is_err());
         // A device takes what is written to it, whether or not files may stand beside it.
         #[cfg(unix)]
         {
@@ -111,5 +117,24 @@ mod tests {
             check_writable(Path::new("/dev/null")).unwrap();
             assert_eq!(fs::metadata("/dev").unwrap().modified().unwrap(), before);
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_written_through_and_a_dangling_one_is_left() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let dir = tempfile::tempdir().unwrap();
+        let (file, link, dangling) = (dir.path().join("a.txt"), dir.path().join("link"), dir.path().join("dangling"));
+        write_atomically(&file, |w| w.write_all(b"old")).unwrap();
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o400, 0o400);
+        symlink("a.txt", &link).unwrap();
+        write_atomically(&link, |w| w.write_all(b"new")).unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(fs::read_to_string(&file).unwrap(), "new");
+        symlink("nowhere.txt", &dangling).unwrap();
+        for e in [check_writable(&dangling).unwrap_err(), write_atomically(&dangling, |_| Ok(())).unwrap_err()] {
+            assert!(e.to_string().contains("dangling: cannot write it: it is a link to nowhere.txt"), "{e}");
+        }
+        assert!(dangling.is_symlink());
     }
 }

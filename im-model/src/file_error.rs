@@ -41,9 +41,9 @@ pub enum Problem {
         /// The table it stands in; empty at the top.
         table: String,
         /// The known key most like it, if any is.
-        nearest: Option<&'static str>,
+        nearest: Option<String>,
         /// All that may stand there.
-        known: Vec<&'static str>,
+        known: Vec<String>,
     },
     /// A key or table that must be there.
     MissingKey {

@@ -50,7 +50,9 @@ mod scalar;
 mod state;
 mod steady_state;
 #[cfg(feature = "std")]
-pub mod toml_reader;
+mod text_file;
+#[cfg(feature = "std")]
+pub mod toml_text;
 
 #[cfg(feature = "std")]
 pub use atomic_file::{check_writable, write_atomically};
@@ -75,7 +77,9 @@ pub use recording::Recording;
 #[cfg(feature = "std")]
 pub use recording_csv::{CanonicalColumns, VectorColumns};
 #[cfg(feature = "std")]
-pub use rows::{Rows, TextFormat, sampling_time};
+pub use rows::{Rows, TextFormat, fields_of, sampling_time};
 pub use scalar::Scalar;
 pub use state::State;
 pub use steady_state::{Held, steady_state};
+#[cfg(feature = "std")]
+pub use text_file::read_text;

@@ -1,16 +1,21 @@
 //! `motor.toml`: a machine with its name, its rating and its effects.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
+use serde::Deserialize;
+use toml::Spanned;
+
 use crate::atomic_file::write_atomically;
 use crate::effects::{CustomId, EffectId, Effects};
 use crate::error::Bound;
-use crate::file_error::{FileError, Problem};
+use crate::file_error::FileError;
 use crate::machine::{Machine, Rating};
 use crate::parameters::{BaseParameter, TParameters};
-use crate::toml_reader::{Document, Table, exact, quoted};
+use crate::text_file::read_text;
+use crate::toml_text::{TomlText, Whole, exact, quoted};
 
 /// The content of a `motor.toml`.
 ///
@@ -49,6 +54,26 @@ pub struct MotorFile {
     pub rating: Rating,
 }
 
+/// Numbers by key; which keys there are is in the registry of effects and parameters.
+type Numbers = Spanned<BTreeMap<Spanned<String>, Spanned<toml::Value>>>;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MotorToml {
+    machine: Head,
+    #[serde(default)]
+    effects: BTreeMap<Spanned<String>, Numbers>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Head {
+    name: Option<String>,
+    pole_pairs: Whole<1, 100>,
+    parameters: Numbers,
+    rating: Option<Numbers>,
+}
+
 const RATING: [&str; 4] = ["torque_nm", "electrical_frequency_hz", "phase_voltage_peak_v", "rotor_flux_vs"];
 
 impl MotorFile {
@@ -67,8 +92,8 @@ impl MotorFile {
     /// As [`read`](Self::read).
     pub fn read_with(path: impl AsRef<Path>, custom: &[CustomId]) -> Result<Self, FileError> {
         let path = path.as_ref();
+        let text = read_text(path)?;
         let label = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| FileError::io(&label, "read", &e))?;
         Self::parse_with(&text, &label, custom)
     }
 
@@ -85,26 +110,28 @@ impl MotorFile {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn parse_with(text: &str, label: &str, custom: &[CustomId]) -> Result<Self, FileError> {
-        let document = Document::parse(text, label)?;
-        let top = document.top(&["machine", "effects"])?;
-        let head = top
-            .table("machine", &["name", "pole_pairs", "parameters", "rating"])?
-            .ok_or_else(|| top.missing("machine", "write [machine] with pole_pairs, and [machine.parameters]"))?;
-        let name = head.text("name")?.unwrap_or("motor").to_owned();
-        let pole_pairs = head
-            .whole("pole_pairs", (1, 100))?
-            .ok_or_else(|| head.missing("pole_pairs", "a whole number, 2 for a machine of nearly 1500 rpm at 50 Hz"))?;
-        let pole_pairs = pole_pairs as u32;
-        let p = parameters(&head)?;
-        let rating = rating(&head)?.unwrap_or_else(|| Rating::guess(&p, pole_pairs));
+        let keys = BaseParameter::ALL.map(BaseParameter::key).join(", ");
+        let hints = [
+            ("machine", "write [machine] with pole_pairs, and [machine.parameters]"),
+            ("pole_pairs", "a whole number, 2 for a machine of nearly 1500 rpm at 50 Hz"),
+            ("parameters", &format!("write [machine.parameters] with {keys}")),
+        ];
+        let toml = TomlText::new(text, label, &hints);
+        let MotorToml { machine: head, effects: tables } = toml.read()?;
+        let pole_pairs = head.pole_pairs.0 as u32;
+        let p = parameters(&toml, &head.parameters)?;
+        let rating = match &head.rating {
+            Some(table) => rating(&toml, table)?,
+            None => Rating::guess(&p, pole_pairs),
+        };
         let mut effects = Effects::none();
         for &id in custom {
             effects.add_custom(id);
         }
         effects.rescale(&rating, &p, pole_pairs);
-        read_effects(&top, &mut effects)?;
-        let machine =
-            Machine::try_new(p, pole_pairs, effects).map_err(|e| FileError::new(label, None, None, Problem::Value(e)))?;
+        read_effects(&toml, &tables, &mut effects)?;
+        let machine = Machine::try_new(p, pole_pairs, effects).map_err(|e| toml.value(e))?;
+        let name = head.name.unwrap_or_else(|| "motor".to_owned());
         Ok(Self { name, machine, rating })
     }
 
@@ -143,41 +170,54 @@ impl MotorFile {
     }
 }
 
-fn parameters(head: &Table<'_>) -> Result<TParameters<f64>, FileError> {
-    let keys = BaseParameter::ALL.map(BaseParameter::key);
-    let table = head
-        .table("parameters", &keys)?
-        .ok_or_else(|| head.missing("parameters", format!("write [machine.parameters] with {}", keys.join(", "))))?;
+/// The numbers of a table, in the order of `keys`; none where one is left out.
+fn numbers(toml: &TomlText<'_>, table: &Numbers, keys: &[(&'static str, Bound)]) -> Result<Vec<Option<f64>>, FileError> {
+    let mut values = vec![None; keys.len()];
+    for (key, value) in table.get_ref() {
+        let Some(k) = keys.iter().position(|(known, _)| known == key.get_ref()) else {
+            let known: Vec<&str> = keys.iter().map(|(k, _)| *k).collect();
+            return Err(toml.unknown(key.span(), key.get_ref(), &known));
+        };
+        values[k] = Some(toml.number(value, keys[k].0, keys[k].1)?);
+    }
+    Ok(values)
+}
+
+fn parameters(toml: &TomlText<'_>, table: &Numbers) -> Result<TParameters<f64>, FileError> {
+    let given = numbers(toml, table, &BaseParameter::ALL.map(|p| (p.key(), p.bound())))?;
     let mut values = [0.0; 7];
-    for (x, p) in values.iter_mut().zip(BaseParameter::ALL) {
-        *x = table
-            .number(p.key(), p.bound())?
-            .ok_or_else(|| table.missing(p.key(), format!("a number, {}; {} of the T circuit", p.bound(), p.symbol())))?;
+    for ((x, given), p) in values.iter_mut().zip(given).zip(BaseParameter::ALL) {
+        let expected = || format!("a number, {}; {} of the T circuit", p.bound(), p.symbol());
+        *x = given.ok_or_else(|| toml.missing(table.span(), p.key(), expected()))?;
     }
     Ok(TParameters::from_values(values))
 }
 
-fn rating(head: &Table<'_>) -> Result<Option<Rating>, FileError> {
-    let Some(table) = head.table("rating", &RATING)? else { return Ok(None) };
+fn rating(toml: &TomlText<'_>, table: &Numbers) -> Result<Rating, FileError> {
+    let given = numbers(toml, table, &RATING.map(|key| (key, Bound::Positive)))?;
     let mut values = [0.0; 4];
-    for (x, key) in values.iter_mut().zip(RATING) {
-        *x = table
-            .number(key, Bound::Positive)?
-            .ok_or_else(|| table.missing(key, "give all four of the rating, or leave the table out and the rating is guessed"))?;
+    for ((x, given), key) in values.iter_mut().zip(given).zip(RATING) {
+        let expected = "give all four of the rating, or leave the table out and the rating is guessed";
+        *x = given.ok_or_else(|| toml.missing(table.span(), key, expected))?;
     }
     let [torque_nm, electrical_frequency_hz, phase_voltage_peak_v, rotor_flux_vs] = values;
-    Ok(Some(Rating { torque_nm, electrical_frequency_hz, phase_voltage_peak_v, rotor_flux_vs }))
+    Ok(Rating { torque_nm, electrical_frequency_hz, phase_voltage_peak_v, rotor_flux_vs })
 }
 
-fn read_effects(top: &Table<'_>, effects: &mut Effects<f64>) -> Result<(), FileError> {
+fn read_effects(
+    toml: &TomlText<'_>,
+    tables: &BTreeMap<Spanned<String>, Numbers>,
+    effects: &mut Effects<f64>,
+) -> Result<(), FileError> {
     let ids: Vec<EffectId> = effects.ids().collect();
-    let names: Vec<&'static str> = ids.iter().map(|id| id.name()).collect();
-    let Some(all) = top.table("effects", &names)? else { return Ok(()) };
-    for id in ids {
-        let keys: Vec<&'static str> = id.parameters().iter().map(|p| p.key).collect();
-        let Some(table) = all.table(id.name(), &keys)? else { continue };
-        for (k, info) in id.parameters().iter().enumerate() {
-            if let Some(x) = table.number(info.key, info.bound)? {
+    for (name, table) in tables {
+        let Some(&id) = ids.iter().find(|id| id.name() == name.get_ref()) else {
+            let known: Vec<&str> = ids.iter().map(|id| id.name()).collect();
+            return Err(toml.unknown(name.span(), name.get_ref(), &known));
+        };
+        let keys: Vec<(&'static str, Bound)> = id.parameters().iter().map(|p| (p.key, p.bound)).collect();
+        for (k, x) in numbers(toml, table, &keys)?.into_iter().enumerate() {
+            if let Some(x) = x {
                 effects.set(id, k, x);
             }
         }

@@ -67,7 +67,7 @@ impl Recording {
     /// `t_s,u_alpha_V,u_beta_V,i_alpha_A,i_beta_A,omega_m_rad_s,tau_load_Nm`, in any order; `tau_load_Nm` may be missing. Phase
     /// quantities are read too: `u_a_V,u_b_V,u_c_V` and `i_a_A,i_b_A,i_c_A`, of which `i_c_A` may be missing (the star point floats:
     /// i_c = −i_a − i_b). Other columns are passed over, as are empty lines and lines that begin with `#`. Columns are separated by
-    /// commas, semicolons or tabs; numbers have a decimal point.
+    /// commas, semicolons or tabs and may be quoted; numbers have a decimal point.
     ///
     /// # Errors
     /// The file cannot be read, is empty, lacks a column or has one twice, or a row is cut, holds something that is not a finite
@@ -113,7 +113,7 @@ impl Recording {
         let rows = self.u_s.iter().zip(&self.i_s).zip(&self.omega_m).enumerate();
         for (k, ((u, i), omega_m)) in rows {
             write_time(out, self.time_s(k))?;
-            // `{:?}` is the shortest text that reads back as the same bits.
+            // Numbers need no quotes: a line is written as it is. `{:?}` is the shortest text that reads back as the same bits.
             write!(out, ",{:?},{:?},{:?},{:?},{omega_m:?}", u.re, u.im, i.re, i.im)?;
             if let Some(tau) = self.tau_load.as_ref().and_then(|tau| tau.get(k)) {
                 write!(out, ",{tau:?}")?;

@@ -7,10 +7,10 @@ use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
 use crate::file_error::{FileError, Problem};
-use crate::toml_reader::nearest;
+use crate::toml_text::nearest;
 
-/// No line of numbers is longer: a file without line ends is refused before it fills the memory.
-const LONGEST_LINE: u64 = 1 << 20;
+/// No row is longer, with all lines in its quotes: a file without line ends is refused before it fills the memory.
+const LONGEST_ROW: u64 = 1 << 20;
 /// How far a step of time may lie from the usual one: written times are rounded, missing rows are a whole step.
 const UNEVEN: f64 = 0.25;
 
@@ -44,10 +44,13 @@ pub struct Rows<'a, R> {
     /// Length of the source, if known.
     bytes: u64,
     line: Vec<u8>,
+    /// Where `line` begins, from 1, and how many lines are read.
     line_number: usize,
+    lines_read: usize,
     bytes_read: u64,
     format: TextFormat,
     separator: u8,
+    fields: Fields,
     names: Vec<String>,
     /// Columns whose fields must be finite numbers.
     needed: Vec<bool>,
@@ -84,9 +87,11 @@ impl<'a, R: BufRead> Rows<'a, R> {
             bytes,
             line: Vec::new(),
             line_number: 0,
+            lines_read: 0,
             bytes_read: 0,
             format,
             separator: b',',
+            fields: Fields::new(b','),
             names: Vec::new(),
             needed: Vec::new(),
             pending: false,
@@ -101,10 +106,12 @@ impl<'a, R: BufRead> Rows<'a, R> {
             return Err(FileError::new(label, None, None, Problem::NoRows { found: "the file is empty" }));
         }
         let head = this.text()?.trim_start_matches('\u{feff}').to_owned();
-        let guessed = || [b';', b'\t', b',', b' '].into_iter().find(|s| head.as_bytes().contains(s)).unwrap_or(b',');
-        this.separator = format.separator.unwrap_or_else(guessed);
-        let first = |f: &[u8]| String::from_utf8_lossy(f).trim().trim_matches('"').trim().to_owned();
-        this.names = fields(head.as_bytes(), this.separator).map(first).collect();
+        this.separator = format.separator.unwrap_or_else(|| separator_of(&head));
+        this.fields = Fields::new(this.separator);
+        this.split(head.into_bytes())?;
+        this.names = this.fields.iter().map(name).collect();
+        // A separator at the end of the line begins no column.
+        this.names.truncate(this.names.iter().rposition(|n| !n.is_empty()).map_or(1, |last| last + 1));
         let numbers = this.names.iter().all(|n| number(n.as_bytes(), format.decimal_comma).is_some());
         if !format.header.unwrap_or(!numbers) {
             this.pending = true;
@@ -176,20 +183,23 @@ impl<'a, R: BufRead> Rows<'a, R> {
 
     /// The next line, whatever it holds; `false` at the end.
     fn raw_line(&mut self) -> Result<bool, FileError> {
-        self.line.clear();
-        let n = (&mut self.source)
-            .take(LONGEST_LINE)
-            .read_until(b'\n', &mut self.line)
-            .map_err(|e| FileError::io(self.label, "read", &e))?;
-        if n == 0 {
-            return Ok(false);
-        }
-        self.bytes_read += n as u64;
-        self.line_number += 1;
-        if n as u64 == LONGEST_LINE && self.line.last() != Some(&b'\n') {
+        self.line_number = self.lines_read + 1;
+        let mut line = std::mem::take(&mut self.line);
+        line.clear();
+        let n = self.read_line(&mut line, LONGEST_ROW)?;
+        self.line = line;
+        if n as u64 == LONGEST_ROW && self.line.last() != Some(&b'\n') {
             return Err(self.not_text());
         }
-        Ok(true)
+        Ok(n > 0)
+    }
+
+    /// Appends a line of at most `room` bytes; how many there were.
+    fn read_line(&mut self, line: &mut Vec<u8>, room: u64) -> Result<usize, FileError> {
+        let n = (&mut self.source).take(room).read_until(b'\n', line).map_err(|e| FileError::io(self.label, "read", &e))?;
+        self.lines_read += usize::from(n > 0);
+        self.bytes_read += n as u64;
+        Ok(n)
     }
 
     /// The next line with content; `false` at the end.
@@ -216,16 +226,35 @@ impl<'a, R: BufRead> Rows<'a, R> {
         self.error(None, Problem::Syntax { reason })
     }
 
+    /// Splits the row that begins with `line`; gives back its last line.
+    fn split(&mut self, mut line: Vec<u8>) -> Result<Vec<u8>, FileError> {
+        self.fields.begin();
+        let mut room = LONGEST_ROW;
+        while !self.fields.feed(&line) {
+            room = room.saturating_sub(line.len() as u64);
+            line.clear();
+            if self.read_line(&mut line, room)? == 0 {
+                let reason = "a quote opens in this row and is not closed".to_owned();
+                return Err(self.error(None, Problem::Syntax { reason }));
+            }
+        }
+        Ok(line)
+    }
+
     /// The numbers of the line.
     fn row(&mut self, row: &mut [f64]) -> Result<(), FileError> {
+        let line = std::mem::take(&mut self.line);
+        self.line = self.split(line)?;
         let mut found = 0;
-        for field in fields(self.line.trim_ascii_end(), self.separator) {
+        for field in self.fields.iter() {
             if let Some(x) = row.get_mut(found) {
                 *x = number(field, self.format.decimal_comma).unwrap_or(f64::NAN);
                 if !x.is_finite() && self.needed[found] {
-                    let text = std::str::from_utf8(field).unwrap_or("unreadable").trim_ascii();
-                    return Err(self.bad_field(found, text));
+                    return Err(self.bad_field(found));
                 }
+            } else if found == row.len() && field.trim_ascii().is_empty() {
+                // A separator at the end of the line.
+                continue;
             }
             found += 1;
         }
@@ -233,13 +262,15 @@ impl<'a, R: BufRead> Rows<'a, R> {
     }
 
     #[cold]
-    fn bad_field(&self, column: usize, text: &str) -> FileError {
-        let fields = fields(self.line.trim_ascii_end(), self.separator).count();
+    fn bad_field(&self, column: usize) -> FileError {
+        let fields = self.fields.iter().count();
         let cut = self.line.last() != Some(&b'\n') && fields < self.names.len();
         if cut {
             let problem = Problem::RowLength { found: fields, expected: self.names.len(), last: true };
             return self.error(None, problem);
         }
+        let field = self.fields.iter().nth(column).unwrap_or_default();
+        let text = String::from_utf8_lossy(field.trim_ascii());
         let found = match text.parse::<f64>() {
             _ if text.is_empty() => String::new(),
             Ok(x) => x.to_string(),
@@ -285,14 +316,87 @@ impl<'a, R: BufRead> Rows<'a, R> {
     }
 }
 
-fn fields(line: &[u8], separator: u8) -> impl Iterator<Item = &[u8]> {
-    let white = separator == b' ';
-    line.split(move |&b| b == separator || (white && b == b'\t')).filter(move |f| !white || !f.is_empty())
+/// Fields of a line, unquoted; a space separates at any white space, and then nothing is quoted.
+pub fn fields_of(line: &str, separator: u8) -> Vec<String> {
+    let mut fields = Fields::new(separator);
+    fields.begin();
+    fields.feed(line.as_bytes());
+    fields.iter().map(|f| String::from_utf8_lossy(f).trim().to_owned()).collect()
+}
+
+/// The separator of a line of names: the first of semicolon, tab, comma and space that stands outside quotes.
+fn separator_of(head: &str) -> u8 {
+    let outside: Vec<u8> = head.split('"').step_by(2).flat_map(str::bytes).collect();
+    [b';', b'\t', b',', b' '].into_iter().find(|s| outside.contains(s)).unwrap_or(b',')
+}
+
+/// The fields of a row. A line at a time is handed to the parser of the crate `csv`, whose own reader would take in a whole file
+/// after a quote that is not closed.
+struct Fields {
+    csv: Box<csv_core::Reader>,
+    white: bool,
+    bytes: Vec<u8>,
+    used: usize,
+    ends: Vec<usize>,
+    count: usize,
+}
+
+impl Fields {
+    fn new(separator: u8) -> Self {
+        let csv = csv_core::ReaderBuilder::new().delimiter(separator).terminator(csv_core::Terminator::Any(b'\n')).build();
+        Self { csv: Box::new(csv), white: separator == b' ', bytes: Vec::new(), used: 0, ends: Vec::new(), count: 0 }
+    }
+
+    /// A new row.
+    fn begin(&mut self) {
+        (self.used, self.count) = (0, 0);
+    }
+
+    /// One more line of the row; `false` where a quote is still open at its end.
+    fn feed(&mut self, line: &[u8]) -> bool {
+        let kept = line.iter().rposition(|b| !matches!(b, b' ' | b'\r' | b'\n')).map_or(0, |last| last + 1);
+        let line = &line[..kept];
+        // Room for all that a line can hold.
+        self.bytes.resize(self.bytes.len().max(self.used + line.len() + 1), 0);
+        self.ends.resize(self.ends.len().max(self.count + line.len() + 2), 0);
+        if self.white {
+            for field in line.split(u8::is_ascii_whitespace).filter(|f| !f.is_empty()) {
+                self.bytes[self.used..self.used + field.len()].copy_from_slice(field);
+                self.used += field.len();
+                self.ends[self.count] = self.used;
+                self.count += 1;
+            }
+            return true;
+        }
+        // Nothing would be the end of the file to the parser.
+        for part in [line, b"\n"].into_iter().filter(|part| !part.is_empty()) {
+            let (bytes, ends) = (&mut self.bytes[self.used..], &mut self.ends[self.count..]);
+            let (result, _, written, ended) = self.csv.read_record(part, bytes, ends);
+            self.used += written;
+            self.count += ended;
+            if !matches!(result, csv_core::ReadRecordResult::InputEmpty) {
+                return true;
+            }
+        }
+        false
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &[u8]> {
+        let mut start = 0;
+        self.ends[..self.count].iter().map(move |&end| &self.bytes[std::mem::replace(&mut start, end)..end])
+    }
+}
+
+/// A column's name without quotes and line ends.
+fn name(field: &[u8]) -> String {
+    String::from_utf8_lossy(field).replace(['\r', '\n'], " ").trim().trim_matches('"').trim().to_owned()
 }
 
 /// A finite number or not, or `None` for what is no number at all.
 fn number(field: &[u8], decimal_comma: bool) -> Option<f64> {
     let field = field.trim_ascii();
+    // Quoted after a blank, which the parser takes for part of the field.
+    let field = field.strip_prefix(b"\"").and_then(|f| f.strip_suffix(b"\"")).unwrap_or(field);
     let mut buffer = [0u8; 64];
     let field = if decimal_comma && field.contains(&b',') {
         let copy = buffer.get_mut(..field.len())?;
@@ -338,12 +442,62 @@ pub fn sampling_time(time: &[f64]) -> Result<f64, (usize, Problem)> {
 
 #[cfg(test)]
 mod tests {
-    use super::fields;
+    use super::*;
 
     #[test]
-    fn white_space_separates_only_where_nothing_else_does() {
-        let split = |line: &'static str, separator: u8| fields(line.as_bytes(), separator).collect::<Vec<_>>();
-        assert_eq!(split("1\t, 2,,3", b','), [&b"1\t"[..], b" 2", b"", b"3"]);
-        assert_eq!(split("1 \t 2  3", b' '), [b"1", b"2", b"3"]);
+    fn quotes_hold_separators_and_white_space_separates_only_where_nothing_else_does() {
+        assert_eq!(fields_of("1\t, 2,,3", b','), ["1", "2", "", "3"]);
+        assert_eq!(fields_of("1 \t 2  3", b' '), ["1", "2", "3"]);
+        assert_eq!(fields_of("\"time, s\",\"u \"\"a\"\"\",3\r\n", b','), ["time, s", "u \"a\"", "3"]);
+        assert_eq!(fields_of("1\t\t", b'\t'), ["1", "", ""]);
+        assert_eq!(
+            [separator_of("\"a;b\",c"), separator_of("a b"), separator_of("a;b,c"), separator_of("a")],
+            [b',', b' ', b';', b',']
+        );
+    }
+
+    fn table(text: &str, format: TextFormat) -> Result<(Vec<String>, Vec<Vec<f64>>), FileError> {
+        let mut rows = Rows::new(text.as_bytes(), "t.csv", 0, format)?;
+        let names = rows.names().to_vec();
+        (0..names.len()).for_each(|k| rows.require(k));
+        let mut all = Vec::new();
+        let mut row = vec![0.0; names.len()];
+        while rows.next(&mut row)? {
+            all.push(row.clone());
+        }
+        Ok((names, all))
+    }
+
+    #[test]
+    fn cells_may_be_quoted_and_a_quoted_name_may_hold_separators_and_line_ends() {
+        let (names, rows) = table("\"time, s\",\"u\n(V)\"\n\"0\",\"1.5\"\n 1 , \"2\" \n", TextFormat::default()).unwrap();
+        assert_eq!(names, ["time, s", "u (V)"]);
+        assert_eq!(rows, [[0.0, 1.5], [1.0, 2.0]]);
+        let german = TextFormat { decimal_comma: true, ..TextFormat::default() };
+        let (names, rows) = table("\"t; s\";u;\n\"0,5\";1,25;\n1;2;\n", german).unwrap();
+        assert_eq!((names.join("|"), rows), ("t; s|u".to_owned(), vec![vec![0.5, 1.25], vec![1.0, 2.0]]));
+        // The line of an error counts the lines within quotes.
+        let e = table("\"a\nb\",c\n1,2\n1,x\n", TextFormat::default()).unwrap_err().to_string();
+        assert!(e.starts_with("t.csv:4: c is \"x\""), "{e}");
+    }
+
+    #[test]
+    fn a_quote_that_is_not_closed_is_said_where_it_opens_and_takes_bounded_memory() {
+        let e = table("a,b\n1,\"2\n3,4\n", TextFormat::default()).unwrap_err().to_string();
+        assert_eq!(e, "t.csv:2: a quote opens in this row and is not closed");
+        let long = format!("a,b\n1,\"2\n{}", "3,4\n".repeat(1 << 19));
+        let mut rows = Rows::new(long.as_bytes(), "t.csv", 0, TextFormat::default()).unwrap();
+        assert!(rows.next(&mut [0.0; 2]).unwrap_err().to_string().contains("t.csv:2: a quote opens"));
+        assert!(rows.bytes_read <= LONGEST_ROW + 16);
+    }
+
+    proptest::proptest! {
+        /// What a spreadsheet writes in quotes is what is read.
+        #[test]
+        fn quoted_fields_round_trip(cells in proptest::collection::vec("[ -~]{0,8}", 1..6)) {
+            let line = cells.iter().map(|c| format!("\"{}\"", c.replace('"', "\"\""))).collect::<Vec<_>>().join(";");
+            let trimmed: Vec<&str> = cells.iter().map(|c| c.trim()).collect();
+            proptest::prop_assert_eq!(fields_of(&line, b';'), trimmed);
+        }
     }
 }

@@ -1,5 +1,9 @@
 //! A quantity over time: straight lines between points, steps where two points share their time.
 
+use std::fmt;
+
+use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
+
 use crate::error::{Bound, ModelError};
 
 /// A quantity over time, constant before its first point and after its last.
@@ -51,6 +55,48 @@ impl Profile {
 impl From<f64> for Profile {
     fn from(value: f64) -> Self {
         Self::constant(value)
+    }
+}
+
+impl Default for Profile {
+    fn default() -> Self {
+        Self::constant(0.0)
+    }
+}
+
+/// A number, or a list of points `[t, x]` in the order of time.
+impl<'de> Deserialize<'de> for Profile {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        const EXPECTED: &str = "a number, or points [[t_s, value], …] in the order of time; two at one time make a step";
+        struct Points;
+        impl<'de> Visitor<'de> for Points {
+            type Value = Profile;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(EXPECTED)
+            }
+            fn visit_f64<E: Error>(self, x: f64) -> Result<Profile, E> {
+                checked(vec![[0.0, x]])
+            }
+            fn visit_i64<E: Error>(self, x: i64) -> Result<Profile, E> {
+                self.visit_f64(x as f64)
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Profile, A::Error> {
+                let mut points: Vec<[f64; 2]> = Vec::new();
+                let other = || wrong("a list with something other than a point [t_s, value] in it");
+                while let Some(point) = list.next_element::<Vec<f64>>().map_err(|_: A::Error| other())? {
+                    points.push(point.try_into().map_err(|_| other())?);
+                }
+                checked(points)
+            }
+        }
+        fn checked<E: Error>(points: Vec<[f64; 2]>) -> Result<Profile, E> {
+            Profile::points(points).map_err(|e| wrong(&format!("not a profile ({e})")))
+        }
+        // As the reader of TOML explains it: what is there, and what should be.
+        fn wrong<E: Error>(found: &str) -> E {
+            E::custom(format_args!("is {found}, expected {EXPECTED}"))
+        }
+        from.deserialize_any(Points)
     }
 }
 

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use crate::error::Bound;
-use crate::file_error::{FileError, Problem};
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::file_error::FileError;
 use crate::recording::Recording;
 use crate::simulation::bridge::Bridge;
 use crate::simulation::carrier_pwm::CarrierPwm;
@@ -13,10 +15,150 @@ use crate::simulation::scenario::{Inverter, Load, References, Scenario, Source, 
 use crate::simulation::sensors::Sensors;
 use crate::simulation::supply::{Mains, VoltsPerHertz};
 use crate::steady_state::Held;
-use crate::toml_reader::{Document, Table};
+use crate::text_file::read_text;
+use crate::toml_text::{NotNegative, Positive, TomlText, Whole, Within};
 
-const SOURCES: [&str; 5] = ["mains", "volts_per_hertz", "current", "recording", "controller"];
-const ANY: Bound = Bound::Within(-1e9, 1e9);
+type Number = Within<-1_000_000_000, 1_000_000_000>;
+
+const HINTS: [(&str, &str); 10] = [
+    ("scenario", "write [scenario] with name and duration_s"),
+    ("voltage_peak_v", "phase voltage, peak, V"),
+    ("frequency_hz", "a number, Hz"),
+    ("reference_hz", "frequency over time, Hz: [[0, 0], [1, 50]]"),
+    ("amplitude_a", "peak current, A"),
+    ("file", "the name of a CSV file in quotes"),
+    ("name", "the controller's name in quotes"),
+    ("inverter.kind", "\"averaged\", \"carrier_pwm\" or \"delta_modulation\""),
+    ("start.kind", "\"rest\" or \"steady_state\""),
+    ("dc_voltage_v", "voltage of the dc link, V"),
+];
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ScenarioToml {
+    scenario: Spanned<Head>,
+    mains: Option<MainsToml>,
+    volts_per_hertz: Option<VoltsPerHertzToml>,
+    current: Option<CurrentToml>,
+    recording: Option<RecordingToml>,
+    controller: Option<ControllerToml>,
+    load: Option<Spanned<LoadToml>>,
+    inverter: Option<Spanned<InverterToml>>,
+    start: Option<Spanned<StartToml>>,
+    sensors: Option<SensorsToml>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Head {
+    name: Option<String>,
+    duration_s: Option<Positive>,
+    sample_time_s: Option<Positive>,
+    record_every: Option<Whole<1, 1_000_000>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MainsToml {
+    voltage_peak_v: NotNegative,
+    frequency_hz: Number,
+    #[serde(default)]
+    closing_s: Number,
+    #[serde(default)]
+    phase_deg: Within<-360, 360>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct VoltsPerHertzToml {
+    voltage_peak_v: Positive,
+    frequency_hz: Positive,
+    #[serde(default)]
+    boost_v: NotNegative,
+    ramp_hz_per_s: Option<Positive>,
+    reference_hz: Profile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CurrentToml {
+    amplitude_a: Profile,
+    frequency_hz: Profile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RecordingToml {
+    file: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ControllerToml {
+    name: String,
+    #[serde(default)]
+    speed_rad_s: Profile,
+    #[serde(default)]
+    rotor_flux_vs: Profile,
+    #[serde(default)]
+    torque_nm: Profile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LoadToml {
+    torque_nm: Option<Profile>,
+    quadratic_nm_s2: Option<Number>,
+    imposed_speed_rad_s: Option<Profile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct InverterToml {
+    kind: Kind,
+    dc_voltage_v: Option<Positive>,
+    dead_time_s: Option<NotNegative>,
+    drop_v: Option<NotNegative>,
+    on_resistance_ohm: Option<NotNegative>,
+    carrier_frequency_hz: Option<Positive>,
+    period_s: Option<Positive>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    Averaged,
+    CarrierPwm,
+    DeltaModulation,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StartToml {
+    kind: StartKind,
+    load_nm: Option<Number>,
+    speed_rad_s: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum StartKind {
+    Rest,
+    SteadyState,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct SensorsToml {
+    current_noise_a: NotNegative,
+    speed_noise_rad_s: NotNegative,
+    torque_noise_nm: NotNegative,
+    current_offset_alpha_a: Within<-1_000_000, 1_000_000>,
+    current_offset_beta_a: Within<-1_000_000, 1_000_000>,
+    current_step_a: NotNegative,
+    speed_step_rad_s: NotNegative,
+    seed: Whole<0, { i64::MAX as u64 }>,
+}
 
 impl Scenario {
     /// Reads a `scenario.toml`; a recording that it names is looked for beside it. The file is written like this:
@@ -89,9 +231,8 @@ impl Scenario {
     /// bound; the error carries line and key.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, FileError> {
         let path = path.as_ref();
-        let label = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| FileError::io(&label, "read", &e))?;
-        Self::parse(&text, &label, path.parent().unwrap_or(Path::new("")))
+        let text = read_text(path)?;
+        Self::parse(&text, &path.display().to_string(), path.parent().unwrap_or(Path::new("")))
     }
 
     /// Reads text; `label` names the file in messages, `folder` is where a recording's name starts from.
@@ -99,225 +240,164 @@ impl Scenario {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn parse(text: &str, label: &str, folder: &Path) -> Result<Self, FileError> {
-        let document = Document::parse(text, label)?;
-        let mut known = vec!["scenario", "load", "inverter", "start", "sensors"];
-        known.extend(SOURCES);
-        let top = document.top(&known)?;
-        let source = source(&top, folder)?;
-        let head = top.table("scenario", &["name", "duration_s", "sample_time_s", "record_every"])?;
-        let head = head.ok_or_else(|| top.missing("scenario", "write [scenario] with name and duration_s"))?;
-        let sample_time_s = head.number("sample_time_s", Bound::Within(1e-7, 1.0))?;
-        if let (Source::Recording(_), Some(_)) = (&source, sample_time_s) {
-            return Err(head.unexpected("sample_time_s", "given", "none: the recording's sampling time is used"));
+        let toml = TomlText::new(text, label, &HINTS);
+        let mut file: ScenarioToml = toml.read()?;
+        let source = source(&toml, &mut file, folder)?;
+        let at = file.scenario.span();
+        let head = file.scenario.into_inner();
+        if let (Source::Recording(_), Some(_)) = (&source, head.sample_time_s) {
+            return Err(toml.refused(at, "sample_time_s", "given", "none: the recording's sampling time is used"));
         }
-        let duration_s = match (head.number("duration_s", Bound::Positive)?, &source) {
-            (Some(x), _) => x,
+        let duration_s = match (head.duration_s, &source) {
+            (Some(x), _) => x.0,
             (None, Source::Recording(r)) => r.sample_time_s * r.len() as f64,
-            (None, _) => return Err(head.missing("duration_s", "how long the run is, s")),
+            (None, _) => return Err(toml.missing(at, "duration_s", "how long the run is, s")),
         };
-        let (load, imposed_speed) = load(&top)?;
+        let (load, imposed_speed) = load(&toml, file.load)?;
         let scenario = Self {
-            name: head.text("name")?.unwrap_or("simulated").to_owned(),
+            name: head.name.unwrap_or_else(|| "simulated".to_owned()),
             duration_s,
-            sample_time_s: sample_time_s.unwrap_or(1e-4),
-            record_every: head.whole("record_every", (1, 1_000_000))?.unwrap_or(1) as u32,
+            sample_time_s: head.sample_time_s.map_or(1e-4, |x| x.0),
+            record_every: head.record_every.map_or(1, |x| x.0 as u32),
             source,
-            inverter: inverter(&top)?,
+            inverter: inverter(&toml, file.inverter)?,
             load,
             imposed_speed,
-            start: start(&top)?,
-            sensors: sensors(&top)?,
+            start: start(&toml, file.start)?,
+            sensors: file.sensors.unwrap_or_default().into(),
         };
-        scenario.validate().map_err(|e| FileError::new(label, None, None, Problem::Value(e)))?;
+        scenario.validate().map_err(|e| toml.value(e))?;
         Ok(scenario)
     }
 }
 
-fn need<V>(table: &Table<'_>, key: &'static str, value: Option<V>, what: &str) -> Result<V, FileError> {
-    value.ok_or_else(|| table.missing(key, what))
-}
-
-fn source(top: &Table<'_>, folder: &Path) -> Result<Source, FileError> {
-    let mut given = SOURCES.into_iter().filter(|k| top.has(k));
-    let first = given.next().ok_or_else(|| top.missing("source", format!("write one of [{}]", SOURCES.join("], ["))))?;
-    if let Some(second) = given.next() {
-        return Err(top.unexpected(second, format!("given beside [{first}]"), "one source only"));
+fn source(toml: &TomlText<'_>, file: &mut ScenarioToml, folder: &Path) -> Result<Source, FileError> {
+    let sources = [
+        ("mains", file.mains.is_some()),
+        ("volts_per_hertz", file.volts_per_hertz.is_some()),
+        ("current", file.current.is_some()),
+        ("recording", file.recording.is_some()),
+        ("controller", file.controller.is_some()),
+    ];
+    let mut given = sources.iter().filter(|(_, is)| *is).map(|(name, _)| name);
+    if let (Some(first), Some(second)) = (given.next(), given.next()) {
+        let found = format!("given beside [{first}]");
+        return Err(toml.refused(0..0, second, &found, "one source only"));
     }
-    Ok(match first {
-        "mains" => {
-            let Some(t) = top.table("mains", &["voltage_peak_v", "frequency_hz", "closing_s", "phase_deg"])? else {
-                unreachable!()
-            };
-            Source::Mains(Mains {
-                voltage_peak_v: need(
-                    &t,
-                    "voltage_peak_v",
-                    t.number("voltage_peak_v", Bound::NotNegative)?,
-                    "phase voltage, peak, V",
-                )?,
-                frequency_hz: need(&t, "frequency_hz", t.number("frequency_hz", ANY)?, "a number, Hz")?,
-                closing_s: t.number("closing_s", ANY)?.unwrap_or(0.0),
-                phase_rad: t.number("phase_deg", Bound::Within(-360.0, 360.0))?.unwrap_or(0.0).to_radians(),
-            })
-        }
-        "volts_per_hertz" => {
-            let keys = ["voltage_peak_v", "frequency_hz", "boost_v", "ramp_hz_per_s", "reference_hz"];
-            let Some(t) = top.table("volts_per_hertz", &keys)? else { unreachable!() };
-            let voltage_peak_v = need(
-                &t,
-                "voltage_peak_v",
-                t.number("voltage_peak_v", Bound::Positive)?,
-                "phase voltage at rated frequency, peak, V",
-            )?;
-            Source::VoltsPerHertz(
-                VoltsPerHertz {
-                    voltage_peak_v,
-                    frequency_hz: need(
-                        &t,
-                        "frequency_hz",
-                        t.number("frequency_hz", Bound::Positive)?,
-                        "the rated frequency, Hz",
-                    )?,
-                    boost_v: t.number("boost_v", Bound::Within(0.0, voltage_peak_v))?.unwrap_or(0.0),
-                    ramp_hz_per_s: t.number("ramp_hz_per_s", Bound::Positive)?.unwrap_or(1e6),
-                },
-                need(&t, "reference_hz", t.profile("reference_hz")?, "frequency over time, Hz: [[0, 0], [1, 50]]")?,
-            )
-        }
-        "current" => {
-            let Some(t) = top.table("current", &["amplitude_a", "frequency_hz"])? else { unreachable!() };
-            Source::RotatingCurrent {
-                amplitude_a: need(&t, "amplitude_a", t.profile("amplitude_a")?, "peak current, A")?,
-                frequency_hz: need(&t, "frequency_hz", t.profile("frequency_hz")?, "a number, Hz")?,
-            }
-        }
-        "recording" => {
-            let Some(t) = top.table("recording", &["file"])? else { unreachable!() };
-            let file = need(&t, "file", t.text("file")?, "the name of a CSV file in quotes")?;
-            Source::Recording(Recording::read_csv(folder.join(file))?)
-        }
-        _ => {
-            let Some(t) = top.table("controller", &["name", "speed_rad_s", "rotor_flux_vs", "torque_nm"])? else {
-                unreachable!()
-            };
-            let profile = |key| Ok::<_, FileError>(t.profile(key)?.unwrap_or(Profile::constant(0.0)));
-            Source::Controller {
-                name: need(&t, "name", t.text("name")?, "the controller's name in quotes")?.to_owned(),
-                references: References {
-                    speed_rad_s: profile("speed_rad_s")?,
-                    rotor_flux_vs: profile("rotor_flux_vs")?,
-                    torque_nm: profile("torque_nm")?,
-                },
-            }
-        }
-    })
-}
-
-fn load(top: &Table<'_>) -> Result<(Load, Option<Profile>), FileError> {
-    let Some(t) = top.table("load", &["torque_nm", "quadratic_nm_s2", "imposed_speed_rad_s"])? else {
-        return Ok((Load::none(), None));
-    };
-    let speed = t.profile("imposed_speed_rad_s")?;
-    if let Some(key) = ["torque_nm", "quadratic_nm_s2"].into_iter().find(|k| speed.is_some() && t.has(k)) {
-        return Err(t.unexpected(
-            key,
-            "given beside imposed_speed_rad_s",
-            "one or the other: a held speed leaves no say to the torque",
-        ));
+    if let Some(m) = file.mains.take() {
+        return Ok(Source::Mains(Mains {
+            voltage_peak_v: m.voltage_peak_v.0,
+            frequency_hz: m.frequency_hz.0,
+            closing_s: m.closing_s.0,
+            phase_rad: m.phase_deg.0.to_radians(),
+        }));
     }
-    let load = Load {
-        torque_nm: t.profile("torque_nm")?.unwrap_or(Profile::constant(0.0)),
-        quadratic_nm_s2: t.number("quadratic_nm_s2", ANY)?.unwrap_or(0.0),
-    };
-    Ok((load, speed))
+    if let Some(v) = file.volts_per_hertz.take() {
+        let supply = VoltsPerHertz {
+            voltage_peak_v: v.voltage_peak_v.0,
+            frequency_hz: v.frequency_hz.0,
+            boost_v: v.boost_v.0,
+            ramp_hz_per_s: v.ramp_hz_per_s.map_or(1e6, |x| x.0),
+        };
+        return Ok(Source::VoltsPerHertz(supply, v.reference_hz));
+    }
+    if let Some(c) = file.current.take() {
+        return Ok(Source::RotatingCurrent { amplitude_a: c.amplitude_a, frequency_hz: c.frequency_hz });
+    }
+    if let Some(r) = file.recording.take() {
+        return Ok(Source::Recording(Recording::read_csv(folder.join(r.file))?));
+    }
+    if let Some(c) = file.controller.take() {
+        let ControllerToml { name, speed_rad_s, rotor_flux_vs, torque_nm } = c;
+        return Ok(Source::Controller { name, references: References { speed_rad_s, rotor_flux_vs, torque_nm } });
+    }
+    Err(toml.missing(0..0, "source", "write one of [mains], [volts_per_hertz], [current], [recording], [controller]"))
 }
 
-#[derive(Clone, Copy)]
-enum Kind {
-    Averaged,
-    CarrierPwm,
-    DeltaModulation,
+fn load(toml: &TomlText<'_>, table: Option<Spanned<LoadToml>>) -> Result<(Load, Option<Profile>), FileError> {
+    let Some(table) = table else { return Ok((Load::none(), None)) };
+    let (at, t) = (table.span(), table.into_inner());
+    let torque = t.torque_nm.as_ref().map(|_| "torque_nm").or(t.quadratic_nm_s2.map(|_| "quadratic_nm_s2"));
+    if let (Some(key), Some(_)) = (torque, &t.imposed_speed_rad_s) {
+        let expected = "one or the other: a held speed leaves no say to the torque";
+        return Err(toml.refused(at, key, "given beside imposed_speed_rad_s", expected));
+    }
+    let torque_nm = t.torque_nm.unwrap_or_default();
+    Ok((Load { torque_nm, quadratic_nm_s2: t.quadratic_nm_s2.map_or(0.0, |x| x.0) }, t.imposed_speed_rad_s))
 }
 
-fn inverter(top: &Table<'_>) -> Result<Inverter, FileError> {
-    const BRIDGE: [&str; 5] = ["kind", "dc_voltage_v", "dead_time_s", "drop_v", "on_resistance_ohm"];
-    let all = [&BRIDGE[..], &["carrier_frequency_hz", "period_s"]].concat();
-    let Some(t) = top.table("inverter", &all)? else { return Ok(Inverter::Averaged { dc_voltage_v: None }) };
-    let kinds = [("averaged", Kind::Averaged), ("carrier_pwm", Kind::CarrierPwm), ("delta_modulation", Kind::DeltaModulation)];
-    let kind = need(&t, "kind", t.choice("kind", &kinds)?, "\"averaged\", \"carrier_pwm\" or \"delta_modulation\"")?;
-    let dc_voltage_v = t.number("dc_voltage_v", Bound::Positive)?;
-    let refuse = |keys: &[&'static str], kind: &str| match keys.iter().find(|k| t.has(k)) {
-        Some(key) => Err(t.unexpected(key, format!("given for kind = \"{kind}\""), "none: it has no such quantity")),
-        None => Ok(()),
+fn inverter(toml: &TomlText<'_>, table: Option<Spanned<InverterToml>>) -> Result<Inverter, FileError> {
+    let Some(table) = table else { return Ok(Inverter::Averaged { dc_voltage_v: None }) };
+    let (at, t) = (table.span(), table.into_inner());
+    let refuse = |key: &str, given: bool, kind: &str| match given {
+        true => Err(toml.refused(at.clone(), key, &format!("given for kind = \"{kind}\""), "none: it has no such quantity")),
+        false => Ok(()),
     };
+    let need =
+        |key: &str, value: Option<Positive>, what: &str| value.map(|x| x.0).ok_or_else(|| toml.missing(at.clone(), key, what));
     let bridge = || {
         Ok::<_, FileError>(Bridge {
-            dc_voltage_v: need(&t, "dc_voltage_v", dc_voltage_v, "voltage of the dc link, V")?,
-            dead_time_s: t.number("dead_time_s", Bound::Within(0.0, 1e-3))?.unwrap_or(0.0),
-            drop_v: t.number("drop_v", Bound::NotNegative)?.unwrap_or(0.0),
-            on_resistance_ohm: t.number("on_resistance_ohm", Bound::NotNegative)?.unwrap_or(0.0),
+            dc_voltage_v: need("dc_voltage_v", t.dc_voltage_v, "voltage of the dc link, V")?,
+            dead_time_s: t.dead_time_s.unwrap_or_default().0,
+            drop_v: t.drop_v.unwrap_or_default().0,
+            on_resistance_ohm: t.on_resistance_ohm.unwrap_or_default().0,
         })
     };
-    match kind {
+    match t.kind {
         Kind::Averaged => {
-            refuse(&["dead_time_s", "drop_v", "on_resistance_ohm", "carrier_frequency_hz", "period_s"], "averaged")?;
-            Ok(Inverter::Averaged { dc_voltage_v })
+            refuse("dead_time_s", t.dead_time_s.is_some(), "averaged")?;
+            refuse("drop_v", t.drop_v.is_some(), "averaged")?;
+            refuse("on_resistance_ohm", t.on_resistance_ohm.is_some(), "averaged")?;
+            refuse("carrier_frequency_hz", t.carrier_frequency_hz.is_some(), "averaged")?;
+            refuse("period_s", t.period_s.is_some(), "averaged")?;
+            Ok(Inverter::Averaged { dc_voltage_v: t.dc_voltage_v.map(|x| x.0) })
         }
         Kind::CarrierPwm => {
-            refuse(&["period_s"], "carrier_pwm")?;
+            refuse("period_s", t.period_s.is_some(), "carrier_pwm")?;
             let what = "a number, Hz, such that a sample is a whole number of half periods";
-            let f = need(&t, "carrier_frequency_hz", t.number("carrier_frequency_hz", Bound::Positive)?, what)?;
+            let f = need("carrier_frequency_hz", t.carrier_frequency_hz, what)?;
             Ok(Inverter::CarrierPwm(CarrierPwm { half_period_s: 0.5 / f }, bridge()?))
         }
         Kind::DeltaModulation => {
-            refuse(&["carrier_frequency_hz"], "delta_modulation")?;
+            refuse("carrier_frequency_hz", t.carrier_frequency_hz.is_some(), "delta_modulation")?;
             let what = "time between two decisions of a phase, s, such that a sample is a whole number of them";
-            let period_s = need(&t, "period_s", t.number("period_s", Bound::Positive)?, what)?;
-            Ok(Inverter::DeltaModulation(DeltaModulator { period_s }, bridge()?))
+            Ok(Inverter::DeltaModulation(DeltaModulator { period_s: need("period_s", t.period_s, what)? }, bridge()?))
         }
     }
 }
 
-fn start(top: &Table<'_>) -> Result<Start, FileError> {
-    let Some(t) = top.table("start", &["kind", "load_nm", "speed_rad_s"])? else { return Ok(Start::Rest) };
-    let steady = t.choice("kind", &[("rest", false), ("steady_state", true)])?;
-    let steady = need(&t, "kind", steady, "\"rest\" or \"steady_state\"")?;
-    match (steady, t.number("load_nm", ANY)?, t.number("speed_rad_s", ANY)?) {
-        (true, Some(torque), None) => Ok(Start::SteadyState(Held::Load(torque))),
-        (true, None, Some(speed)) => Ok(Start::SteadyState(Held::Speed(speed))),
-        (true, None, None) => Err(t.missing("load_nm", "the torque that the steady state carries, Nm, or speed_rad_s")),
-        (false, None, None) => Ok(Start::Rest),
-        (true, ..) => Err(t.unexpected("speed_rad_s", "given beside load_nm", "one of the two: the other follows")),
-        (false, load, _) => {
+fn start(toml: &TomlText<'_>, table: Option<Spanned<StartToml>>) -> Result<Start, FileError> {
+    let Some(table) = table else { return Ok(Start::Rest) };
+    let (at, t) = (table.span(), table.into_inner());
+    match (t.kind, t.load_nm, t.speed_rad_s) {
+        (StartKind::SteadyState, Some(torque), None) => Ok(Start::SteadyState(Held::Load(torque.0))),
+        (StartKind::SteadyState, None, Some(speed)) => Ok(Start::SteadyState(Held::Speed(speed.0))),
+        (StartKind::SteadyState, None, None) => {
+            Err(toml.missing(at, "load_nm", "the torque that the steady state carries, Nm, or speed_rad_s"))
+        }
+        (StartKind::SteadyState, ..) => {
+            Err(toml.refused(at, "speed_rad_s", "given beside load_nm", "one of the two: the other follows"))
+        }
+        (StartKind::Rest, None, None) => Ok(Start::Rest),
+        (StartKind::Rest, load, _) => {
             let key = if load.is_some() { "load_nm" } else { "speed_rad_s" };
-            Err(t.unexpected(key, "given for kind = \"rest\"", "none, or kind = \"steady_state\""))
+            Err(toml.refused(at, key, "given for kind = \"rest\"", "none, or kind = \"steady_state\""))
         }
     }
 }
 
-fn sensors(top: &Table<'_>) -> Result<Sensors, FileError> {
-    let keys = [
-        "current_noise_a",
-        "speed_noise_rad_s",
-        "torque_noise_nm",
-        "current_offset_alpha_a",
-        "current_offset_beta_a",
-        "current_step_a",
-        "speed_step_rad_s",
-        "seed",
-    ];
-    let Some(t) = top.table("sensors", &keys)? else { return Ok(Sensors::default()) };
-    let size = |key| Ok::<_, FileError>(t.number(key, Bound::NotNegative)?.unwrap_or(0.0));
-    let offset = |key| Ok::<_, FileError>(t.number(key, Bound::Within(-1e6, 1e6))?.unwrap_or(0.0));
-    Ok(Sensors {
-        current_noise_a: size("current_noise_a")?,
-        speed_noise_rad_s: size("speed_noise_rad_s")?,
-        torque_noise_nm: size("torque_noise_nm")?,
-        current_offset_a: [offset("current_offset_alpha_a")?, offset("current_offset_beta_a")?],
-        current_step_a: size("current_step_a")?,
-        speed_step_rad_s: size("speed_step_rad_s")?,
-        seed: t.whole("seed", (0, i64::MAX as u64))?.unwrap_or(0),
-    })
+impl From<SensorsToml> for Sensors {
+    fn from(t: SensorsToml) -> Self {
+        Self {
+            current_noise_a: t.current_noise_a.0,
+            speed_noise_rad_s: t.speed_noise_rad_s.0,
+            torque_noise_nm: t.torque_noise_nm.0,
+            current_offset_a: [t.current_offset_alpha_a.0, t.current_offset_beta_a.0],
+            current_step_a: t.current_step_a.0,
+            speed_step_rad_s: t.speed_step_rad_s.0,
+            seed: t.seed.0,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -358,7 +438,7 @@ mod tests {
             error("[mains]\nvoltage_peak_v = 325\nfrequency_hz = 50\n", ""),
             "s.toml: source is missing at the top of the file: write one of [mains], [volts_per_hertz], [current], [recording], [controller]"
         );
-        assert!(error("[sensors]", "[current]\n[sensors]").contains("current is given beside [mains], expected one source only"));
+        assert!(error("[sensors]", "[current]\namplitude_a = 1\nfrequency_hz = 5\n[sensors]").contains("current is given beside [mains], expected one source only"));
         assert_eq!(
             error("[1, 10]]", "[1, \"x\"]]"),
             "s.toml:10: torque_nm is a list with something other than a point [t_s, value] in it, expected a number, or points [[t_s, value], …] in the order of time; two \
