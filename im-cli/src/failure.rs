@@ -1,10 +1,12 @@
 //! How a command fails: one message, with the line it is about.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader};
+use std::io::{self, BufRead, BufReader, Read};
 use std::process::ExitCode;
 
-use im_model::FileError;
+use im_model::{FileError, fields_of};
+
+use crate::terminal::say;
 
 /// Why a command ended early.
 #[derive(Debug)]
@@ -42,15 +44,12 @@ impl Failure {
             Self::NobodyListens => return ExitCode::SUCCESS,
             #[cfg(feature = "verify")]
             Self::NotAsStated(which) => {
-                eprintln!("not as stated: {which}");
+                say(&format!("not as stated: {which}\n"));
                 return ExitCode::from(3);
             }
-            Self::Input(text) => eprintln!("error: {text}"),
+            Self::Input(text) => say(&format!("error: {text}\n")),
             Self::File(e) => {
-                eprintln!("error: {e}");
-                if let Some(excerpt) = excerpt(e) {
-                    eprint!("{excerpt}");
-                }
+                say(&format!("error: {e}\n{}", excerpt(e).unwrap_or_default()));
             }
         }
         ExitCode::from(1)
@@ -60,10 +59,21 @@ impl Failure {
 /// The line that an error is about, with the key or field marked.
 fn excerpt(e: &FileError) -> Option<String> {
     const WIDTH: usize = 72;
+    const LONGEST: u64 = 1 << 20;
     let number = e.line?;
-    let mut lines = BufReader::new(File::open(&e.file).ok()?).lines().map_while(Result::ok);
-    let first = lines.next()?;
-    let line = if number == 1 { first.clone() } else { lines.nth(number - 2)? };
+    let mut file = BufReader::new(File::open(&e.file).ok()?);
+    let mut next = || {
+        let mut line = Vec::new();
+        (&mut file).take(LONGEST).read_until(b'\n', &mut line).ok().filter(|n| *n > 0 && (*n as u64) < LONGEST)?;
+        // A control character takes no room on the screen.
+        let text = String::from_utf8_lossy(&line).trim_end().to_owned();
+        Some(text.replace(|c: char| c.is_control() && c != '\t', "\u{fffd}"))
+    };
+    let first = next()?;
+    let mut line = first.clone();
+    for _ in 1..number {
+        line = next()?;
+    }
     let key = e.key.as_deref().unwrap_or("");
     let (start, length) = mark(&first, &line, key)?;
     // Long lines are cut around the mark.
@@ -79,8 +89,8 @@ fn mark(first: &str, line: &str, key: &str) -> Option<(usize, usize)> {
     if let Some(at) = line.find(key).filter(|_| !key.is_empty()) {
         return Some((line[..at].chars().count(), key.chars().count()));
     }
-    let separator = [',', ';', '\t'].into_iter().find(|s| first.contains(*s))?;
-    let Some(column) = first.split(separator).position(|name| name.trim() == key) else {
+    let separator = [';', '\t', ','].into_iter().find(|s| first.contains(*s))?;
+    let Some(column) = fields_of(first, separator as u8).iter().position(|name| name == key) else {
         // Without a key the whole line is meant, which needs no mark beside it.
         return None;
     };

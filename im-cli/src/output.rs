@@ -1,18 +1,82 @@
 //! Where a command writes: checked before the work is done, not after.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use im_diagnose::intake;
 use im_model::{FileError, check_writable};
+use same_file::is_same_file;
 
 use crate::failure::Failure;
 
-/// Makes a folder, if it is not there, in which files can be written.
-pub fn folder(dir: &Path) -> Result<(), Failure> {
-    std::fs::create_dir_all(dir).map_err(|e| FileError::io(&dir.display().to_string(), "make", &e))?;
-    Ok(check_writable(&dir.join("report.html"))?)
+/// The files that a command writes: none of them one that it reads, none twice, all of them writable.
+#[derive(Default)]
+pub struct Outputs {
+    read: Vec<PathBuf>,
+    written: Vec<PathBuf>,
 }
 
-/// Sees to it that a file can be written.
-pub fn file(path: &Path) -> Result<(), Failure> {
-    Ok(check_writable(path)?)
+impl Outputs {
+    /// Beside the files that are read.
+    pub fn beside<'a>(read: impl IntoIterator<Item = &'a PathBuf>) -> Self {
+        Self { read: read.into_iter().cloned().collect(), written: Vec::new() }
+    }
+
+    /// Beside recordings, with the mapping and the data that they stand for.
+    pub fn and_recordings<'a>(mut self, recordings: impl IntoIterator<Item = &'a PathBuf>, mapping: Option<&Path>) -> Self {
+        for path in recordings {
+            self.read.push(path.clone());
+            // What cannot be read is refused where it is read.
+            self.read.extend(intake::files(path, mapping).unwrap_or_default());
+        }
+        self
+    }
+
+    /// One more file; the checks are made now.
+    ///
+    /// # Errors
+    /// It is one that is read or written already, or cannot be written.
+    pub fn file(&mut self, path: &Path) -> Result<(), Failure> {
+        if path == Path::new("-") {
+            return Ok(());
+        }
+        self.distinct(path)?;
+        Ok(check_writable(path)?)
+    }
+
+    /// A folder, made if it is not there, and the files of these names in it.
+    ///
+    /// # Errors
+    /// As [`file`](Self::file).
+    pub fn folder(&mut self, dir: &Path, names: &[&str]) -> Result<(), Failure> {
+        let files: Vec<PathBuf> = names.iter().map(|name| dir.join(name)).collect();
+        files.iter().try_for_each(|file| self.distinct(file))?;
+        std::fs::create_dir_all(dir).map_err(|e| FileError::io(&dir.display().to_string(), "make", &e))?;
+        Ok(files.iter().try_for_each(|file| check_writable(file))?)
+    }
+
+    fn distinct(&mut self, path: &Path) -> Result<(), Failure> {
+        let same = |other: &&PathBuf| is_same_file(path, other).unwrap_or_else(|_| resolved(path) == resolved(other));
+        if let Some(read) = self.read.iter().find(same) {
+            let file = read.display();
+            return Err(Failure::Input(format!("{}: this is {file}, which is read; write to another file", path.display())));
+        }
+        if let Some(other) = self.written.iter().find(same) {
+            let file = other.display();
+            return Err(Failure::Input(format!(
+                "{}: {file} is to be written there too; give it a name of its own",
+                path.display()
+            )));
+        }
+        self.written.push(path.to_owned());
+        Ok(())
+    }
+}
+
+/// A path to a file that need not be there, free of links and of `..`.
+fn resolved(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match (folder.canonicalize(), path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_owned(),
+    }
 }

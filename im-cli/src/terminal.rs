@@ -1,5 +1,6 @@
 //! Output for people: wrapped text, numbers with few digits, a progress bar on long runs.
 
+use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -12,24 +13,47 @@ pub const STORY_WIDTH: usize = 100;
 
 /// Wraps `text` to [`WIDTH`] with `first` before its first line and spaces before the others.
 pub fn wrapped(first: &str, text: &str) -> String {
-    let indent = first.chars().count();
-    let mut out = String::from(first);
-    let mut column = indent;
-    for (k, word) in text.split_whitespace().enumerate() {
-        let length = word.chars().count();
-        if k > 0 && column + 1 + length > WIDTH {
-            out.push('\n');
-            out.push_str(&" ".repeat(indent));
-            column = indent;
-        } else if k > 0 {
-            out.push(' ');
-            column += 1;
-        }
-        out.push_str(word);
-        column += length;
+    let rest = " ".repeat(first.chars().count());
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let options = textwrap::Options::new(WIDTH).initial_indent(first).subsequent_indent(&rest).break_words(false);
+    textwrap::fill(&words.join(" "), options) + "\n"
+}
+
+/// The output for people and pipes. Names come from files: what would steer the terminal is written as its code.
+pub fn stdout() -> Printable<io::StdoutLock<'static>> {
+    Printable(io::stdout().lock())
+}
+
+/// Says something on stderr; if nobody can hear it, the work goes on.
+pub fn say(text: &str) {
+    let _ = Printable(io::stderr().lock()).write_all(text.as_bytes());
+}
+
+/// Writes text with its control characters as `\u001b`, which is what JSON makes of them too.
+pub struct Printable<W: Write>(W);
+
+impl<W: Write> Write for Printable<W> {
+    fn write(&mut self, text: &[u8]) -> io::Result<usize> {
+        self.write_all(text).map(|()| text.len())
     }
-    out.push('\n');
-    out
+
+    fn write_all(&mut self, text: &[u8]) -> io::Result<()> {
+        let steers = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+        match std::str::from_utf8(text) {
+            Ok(text) if text.contains(steers) => {
+                let mut out = String::with_capacity(text.len() + 16);
+                for c in text.chars() {
+                    if steers(c) { out.push_str(&format!("\\u{:04x}", u32::from(c))) } else { out.push(c) }
+                }
+                self.0.write_all(out.as_bytes())
+            }
+            _ => self.0.write_all(text),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
 }
 
 /// A number to three digits: 0.00125, 12.3, 1.2e-5.
@@ -100,5 +124,11 @@ mod tests {
         {
             assert_eq!(rounded(x), s);
         }
+    }
+    #[test]
+    fn what_would_steer_a_terminal_is_written_as_its_code() {
+        let mut out = Printable(Vec::new());
+        write!(out, "{}\t{}\n", "a\u{1b}[31mb", "\u{7}\u{9b}\r").unwrap();
+        assert_eq!(String::from_utf8(out.0).unwrap(), "a\\u001b[31mb\t\\u0007\\u009b\\u000d\n");
     }
 }

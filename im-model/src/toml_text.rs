@@ -384,7 +384,7 @@ mod tests {
             ),
             ("[head]\nsise = 1\nunknown = 2", "f.toml:2: unknown key sise in [head]; did you mean size?"),
             ("[head.inner]\nsise = 1", "f.toml:2: unknown key sise in [head.inner]; did you mean size?"),
-            ("[head]\ninner = { pears = 1 }", "f.toml:2: unknown key pears in [head.inner]; did you mean pairs?"),
+            ("[head]\ninner = { pair = 1 }", "f.toml:2: unknown key pair in [head.inner]; did you mean pairs?"),
             ("[hed]", "f.toml:1: unknown key hed at the top of the file; did you mean head?"),
             ("[head]\na, b", "f.toml:2: not TOML: "),
         ] {

@@ -12,9 +12,9 @@ use serde_json::{Map, json};
 
 use super::inputs::{Data, refused};
 use crate::failure::Failure;
-use crate::output;
+use crate::output::Outputs;
 use crate::spinner::spinning;
-use crate::terminal::rounded;
+use crate::terminal::{rounded, stdout};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -52,19 +52,19 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let effect = args.effect;
+    let (train, holdout, mapping) = (args.train.clone(), args.holdout.clone(), args.mapping.clone());
+    let data = Data { motor: args.motor.clone(), train, table: Vec::new(), holdout, mapping };
+    data.outputs().file(&args.output)?;
     let motor = MotorFile::read(&args.motor)?;
     if motor.machine.effects().is_on(effect) {
         let file = args.motor.display();
         return Err(Failure::Input(format!("{file}: {effect} is on already; edit [effects.{effect}] or fit it with im fit")));
     }
     let sized = at_usual_size(&motor, effect)?;
-    output::file(&args.output)?;
     if args.train.is_empty() {
         sized.write(&args.output)?;
         return tell(args, &sized.machine, None, &[]);
     }
-    let (train, holdout, mapping) = (args.train.clone(), args.holdout.clone(), args.mapping.clone());
-    let data = Data { motor: args.motor.clone(), train, table: Vec::new(), holdout, mapping };
     let (case, noticed) = data.case()?;
     let fitted = |motor: MotorFile| {
         let case = Case { motor, ..case.clone() };
@@ -81,7 +81,7 @@ fn tell(args: &Args, machine: &Machine<f64>, fitted: Option<(&Model, &Model)>, n
     let effect = args.effect;
     let shown = effect.parameters().iter().enumerate().filter(|(_, p)| p.role != Role::Fixed);
     let parameters = shown.map(|(k, info)| (info, machine.get(ParameterId::Effect(effect, k))));
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     if args.json {
         let values: Map<_, _> = parameters.map(|(p, x)| (p.key.to_owned(), json!({"value": x, "unit": p.unit}))).collect();
         let errors = |of: &dyn Fn(&Model) -> Option<f64>| fitted.map(|(b, a)| json!({"before": of(b), "after": of(a)}));

@@ -11,9 +11,9 @@ use serde_json::json;
 
 use super::inputs::{findings, quality, recordings_or_drafts};
 use crate::failure::Failure;
-use crate::output;
+use crate::output::Outputs;
 use crate::spinner::spinning;
-use crate::terminal::{STORY_WIDTH, wrapped};
+use crate::terminal::{STORY_WIDTH, stdout, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -43,8 +43,11 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let read = Outputs::beside([&args.motor].into_iter().chain(&args.mapping));
+    if let Some(dir) = &args.out {
+        read.and_recordings(&args.data, args.mapping.as_deref()).folder(dir, &["compare.html"])?;
+    }
     let motor = MotorFile::read(&args.motor)?;
-    args.out.as_deref().map_or(Ok(()), output::folder)?;
     let (data, guessed) = recordings_or_drafts(&args.data, args.mapping.as_deref(), &motor, args.out.as_deref())?;
     let mut noticed = findings(data.iter());
     let case = Case::from_intake(motor.clone(), data, None);
@@ -58,7 +61,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write_atomically(&path, |w| w.write_all(compare_html(&comparison, &meta).as_bytes()))?;
         written = Some(path);
     }
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     if args.json {
         writeln!(
             out,

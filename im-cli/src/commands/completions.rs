@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use clap_complete::Shell;
 
 use crate::failure::Failure;
+use crate::terminal::stdout;
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -22,5 +23,5 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut crate::command_line(), "im", &mut script);
-    Ok(io::stdout().lock().write_all(&script)?)
+    Ok(stdout().write_all(&script)?)
 }

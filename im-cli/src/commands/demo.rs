@@ -13,9 +13,9 @@ use im_model::{MotorFile, Recording, write_atomically};
 
 use super::inputs::refused;
 use crate::failure::Failure;
-use crate::output;
+use crate::output::Outputs;
 use crate::spinner::spinning;
-use crate::terminal::wrapped;
+use crate::terminal::{stdout, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -35,25 +35,28 @@ const MOTOR: &str = include_str!("../../data/demo/motor.toml");
 const TRAIN: [&str; 2] = [include_str!("../../data/demo/train1.csv"), include_str!("../../data/demo/train2.csv")];
 const HOLDOUT: &str = include_str!("../../data/demo/holdout.csv");
 
+const SAVED: [(&str, &str); 4] =
+    [("motor.toml", MOTOR), ("train1.csv", TRAIN[0]), ("train2.csv", TRAIN[1]), ("holdout.csv", HOLDOUT)];
+
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let begun = Instant::now();
-    output::folder(&args.out)?;
+    let mut outputs = Outputs::default();
+    outputs.folder(&args.out, &super::diagnose::FILES)?;
+    args.save_data.as_deref().map_or(Ok(()), |dir| outputs.folder(dir, &SAVED.map(|(name, _)| name)))?;
     let read = |text: &str, name: &str| Recording::from_csv(text.as_bytes(), name);
     let motor = MotorFile::parse(MOTOR, "motor.toml")?;
     let train = [read(TRAIN[0], "train1.csv")?, read(TRAIN[1], "train2.csv")?];
     let holdout = read(HOLDOUT, "holdout.csv")?;
     if let Some(dir) = &args.save_data {
-        output::folder(dir)?;
-        for (name, text) in [("motor.toml", MOTOR), ("train1.csv", TRAIN[0]), ("train2.csv", TRAIN[1]), ("holdout.csv", HOLDOUT)]
-        {
+        for (name, text) in SAVED {
             write_atomically(&dir.join(name), |w| w.write_all(text.as_bytes()))?;
         }
     }
     let intro = "A motor with nameplate-grade parameters, two recordings to learn from and one held out. Something in the machine \
                  is not in the model. Nobody has told this program what.";
     if !args.json {
-        writeln!(io::stdout().lock(), "{}", wrapped("", intro))?;
+        writeln!(stdout(), "{}", wrapped("", intro))?;
     }
     let case = Case::new(motor, &train, Some(&holdout));
     let found = spinning("fitting and scoring", || diagnose(case, Options::default()))
@@ -62,7 +65,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         return Ok(());
     }
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     writeln!(out, "\nTook {:.1} s. The same on your own files: im diagnose --help", begun.elapsed().as_secs_f64())?;
     if args.save_data.is_none() {
         writeln!(out, "The data of this demo, as files: im demo --save-data DIR")?;

@@ -10,9 +10,9 @@ use im_diagnose::search::Options;
 
 use super::inputs::{Data, quality, refused, write_quality};
 use crate::failure::Failure;
-use crate::output;
+use crate::output::Outputs;
 use crate::spinner::spinning;
-use crate::terminal::STORY_WIDTH;
+use crate::terminal::{STORY_WIDTH, stdout};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -36,13 +36,18 @@ pub struct Args {
     json: bool,
 }
 
+/// What is written.
+pub const FILES: [&str; 4] = ["report.html", "motor.refined.toml", "diagnosis.json", "data_quality.json"];
+
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if !(args.significance > 0.0 && args.significance < 0.5) {
         return Err(Failure::Input(format!("--significance {} must lie between 0 and 0.5", args.significance)));
     }
+    if let Some(dir) = &args.out {
+        args.data.outputs().folder(dir, &FILES)?;
+    }
     let (case, noticed) = args.data.case()?;
-    args.out.as_deref().map_or(Ok(()), output::folder)?;
     let options = Options { significance: args.significance, ..args.data.options() };
     let found = spinning("fitting and scoring", || diagnose(case, options)).map_err(|e| refused(&args.data.motor, &e))?;
     let meta = Meta { quality: quality(&noticed), ..meta(&found) };
@@ -55,7 +60,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Writes the files and tells the story.
 pub fn finish(found: &Diagnosis, meta: &Meta, out: Option<&Path>, json: bool) -> Result<(), Failure> {
     let written = out.map(|dir| report::write(dir, found, meta)).transpose()?;
-    let mut stdout = io::stdout().lock();
+    let mut stdout = stdout();
     if json {
         writeln!(stdout, "{}", found.to_json())?;
         return Ok(());

@@ -10,7 +10,7 @@ use im_model::{EffectId, MotorFile};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
-use crate::terminal::{rounded, wrapped};
+use crate::terminal::{rounded, stdout, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -59,7 +59,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
         }
     };
-    Ok(io::stdout().lock().write_all(text.as_bytes())?)
+    Ok(stdout().write_all(text.as_bytes())?)
 }
 
 fn list() -> String {

@@ -10,9 +10,9 @@ use serde_json::json;
 
 use super::inputs::{Data, refused};
 use crate::failure::Failure;
-use crate::output;
+use crate::output::Outputs;
 use crate::spinner::spinning;
-use crate::terminal::{rounded, wrapped};
+use crate::terminal::{rounded, stdout, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -38,8 +38,10 @@ const UNDETERMINED: f64 = 0.3;
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(path) = &args.output {
+        args.data.outputs().file(path)?;
+    }
     let (case, noticed) = args.data.case()?;
-    args.output.as_deref().map_or(Ok(()), output::file)?;
     let before = case.motor.clone();
     let fitted = spinning("fitting", || Refinement::new(case, args.data.options()));
     let (refinement, model) = fitted.map_err(|e| refused(&args.data.motor, &e))?;
@@ -51,7 +53,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let train = errors(&fit.machine, refinement.nudged(), &fit.starts);
     let std = fit.standard_deviations();
     let weak = fit.undetermined(UNDETERMINED);
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     if args.json {
         let parameters: serde_json::Map<_, _> = fit
             .free

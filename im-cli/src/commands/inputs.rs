@@ -12,9 +12,9 @@ use im_identify::offline::FitError;
 use im_model::{MotorFile, Recording};
 
 use crate::failure::Failure;
-use crate::output;
+use crate::output::Outputs;
 use crate::spinner::spinning;
-use crate::terminal::wrapped;
+use crate::terminal::{say, wrapped};
 
 /// A motor with its recordings.
 #[derive(clap::Args)]
@@ -43,6 +43,13 @@ impl Data {
         Options { candidates, ..Options::default() }
     }
 
+    /// Where files may be written.
+    pub fn outputs(&self) -> Outputs {
+        let recordings = self.train.iter().chain(&self.holdout);
+        let read = [&self.motor].into_iter().chain(&self.table).chain(&self.mapping);
+        Outputs::beside(read).and_recordings(recordings, self.mapping.as_deref())
+    }
+
     /// Reads everything; what was noticed about the recordings comes along.
     pub fn case(&self) -> Result<(Case, Vec<Finding>), Failure> {
         let motor = MotorFile::read(&self.motor)?;
@@ -58,7 +65,7 @@ impl Data {
         findings.extend(spinning("comparing the recordings", || consistency::check(&case)));
         // What makes all that follows doubtful is said before it, and once more in its place.
         for f in findings.iter().filter(|f| f.severity == Severity::Serious) {
-            eprint!("{}", wrapped("! ", &f.line()));
+            say(&wrapped("! ", &f.line()));
         }
         Ok((case, findings))
     }
@@ -197,7 +204,7 @@ fn write_draft(path: &Path, draft: &Draft, folder: Option<&Path>) -> Result<Path
         return Ok(beside);
     }
     if let Some(folder) = folder {
-        output::folder(folder)?;
+        Outputs::default().folder(folder, &[])?;
     }
     // Elsewhere it needs the whole path to its recording.
     let whole = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());

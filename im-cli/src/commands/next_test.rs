@@ -4,14 +4,14 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use im_diagnose::next_test::{Limits, propose};
-use im_model::{EffectId, MotorFile, write_atomically};
+use im_model::{EffectId, MotorFile, read_text, write_atomically};
 use serde_json::{Value, json};
 
 use super::inputs::refused;
 use crate::failure::Failure;
-use crate::output;
+use crate::output::Outputs;
 use crate::spinner::spinning;
-use crate::terminal::{rounded, wrapped};
+use crate::terminal::{rounded, stdout, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -51,8 +51,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let mut outputs = Outputs::beside([&args.motor].into_iter().chain(&args.diagnosis));
+    args.output.as_deref().map_or(Ok(()), |path| outputs.file(path))?;
     let motor = MotorFile::read(&args.motor)?;
-    args.output.as_deref().map_or(Ok(()), output::file)?;
     let rated = motor.rating.current_peak_a(motor.machine.parameters(), motor.machine.pole_pairs());
     let mut noise = (0.003 * rated, 0.1);
     let mut open = args.effect.clone();
@@ -64,7 +65,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     open.sort_unstable();
     open.dedup();
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     if open.is_empty() {
         if args.json {
             return Ok(writeln!(out, "{}", json!({"schema": 1, "open": [], "test": null, "others": []}))?);
@@ -116,7 +117,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 fn read(path: &std::path::Path) -> Result<Value, Failure> {
     let file = path.display();
-    let text = std::fs::read_to_string(path).map_err(|e| Failure::Input(format!("{file}: {e}")))?;
+    let text = read_text(path)?;
     let d: Value = serde_json::from_str(&text).map_err(|e| Failure::Input(format!("{file}: not a diagnosis.json: {e}")))?;
     if d["schema"] == 1 && d["ranking"].is_array() {
         Ok(d)

@@ -4,11 +4,11 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use im_diagnose::report::{SideBySide, side_by_side, side_by_side_terminal};
-use im_model::write_atomically;
+use im_model::{read_text, write_atomically};
 
 use crate::failure::Failure;
-use crate::output;
-use crate::terminal::STORY_WIDTH;
+use crate::output::Outputs;
+use crate::terminal::{STORY_WIDTH, stdout};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -26,17 +26,16 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    args.output.as_deref().map_or(Ok(()), output::file)?;
-    let read = |path: &PathBuf| {
-        let file = if path.is_dir() { path.join("diagnosis.json") } else { path.clone() };
-        let label = path.display().to_string();
-        let text = std::fs::read_to_string(&file).map_err(|e| Failure::Input(format!("{}: {e}", file.display())))?;
-        SideBySide::parse(&label, &text).map_err(Failure::Input)
+    let file = |path: &PathBuf| if path.is_dir() { path.join("diagnosis.json") } else { path.clone() };
+    let files: Vec<PathBuf> = args.files.iter().map(file).collect();
+    args.output.as_deref().map_or(Ok(()), |path| Outputs::beside(&files).file(path))?;
+    let read = |(given, file): (&PathBuf, &PathBuf)| {
+        SideBySide::parse(&given.display().to_string(), &read_text(file)?).map_err(Failure::Input)
     };
-    let all: Vec<SideBySide> = args.files.iter().map(read).collect::<Result<_, _>>()?;
+    let all: Vec<SideBySide> = args.files.iter().zip(&files).map(read).collect::<Result<_, _>>()?;
     if let Some(path) = &args.output {
         write_atomically(path, |w| w.write_all(side_by_side(&all).as_bytes()))?;
     }
-    write!(io::stdout().lock(), "{}", side_by_side_terminal(&all, STORY_WIDTH))?;
+    write!(stdout(), "{}", side_by_side_terminal(&all, STORY_WIDTH))?;
     Ok(())
 }

@@ -1,15 +1,16 @@
 //! `im simulate`: a machine through a scenario, to a recording.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use im_model::simulation::{Run, Scenario, Simulation, SimulationError};
-use im_model::{MotorFile, Recording};
+use im_model::{MotorFile, Recording, read_text};
 use serde_json::json;
 
 use crate::controllers;
 use crate::failure::Failure;
-use crate::terminal::{Progress, rounded};
+use crate::output::Outputs;
+use crate::terminal::{Progress, rounded, stdout};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -42,6 +43,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let mut outputs = Outputs::beside([&args.motor, &args.scenario].into_iter().chain(&recording_of(&args.scenario)));
+    outputs.file(&args.output)?;
+    args.internals.as_deref().map_or(Ok(()), |path| outputs.file(path))?;
     let motor = MotorFile::read(&args.motor)?;
     let mut scenario = Scenario::read(&args.scenario)?;
     if let Some(seed) = args.seed {
@@ -80,6 +84,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if to_stdout { Ok(()) } else { Ok(summary(args, &motor, &run)?) }
 }
 
+/// The recording that a scenario runs again, if it is one that does.
+fn recording_of(scenario: &Path) -> Option<PathBuf> {
+    let table: toml::Table = read_text(scenario).ok()?.parse().ok()?;
+    Some(scenario.with_file_name(table.get("recording")?.get("file")?.as_str()?))
+}
+
 fn refused(args: &Args, e: &SimulationError) -> Failure {
     let file = args.scenario.display();
     Failure::Input(format!("{file}: {e}"))
@@ -90,7 +100,7 @@ fn summary(args: &Args, motor: &MotorFile, run: &Run) -> io::Result<()> {
     let speed = run.state.omega_m;
     let peak = r.i_s.iter().map(|i| i.norm()).fold(0.0, f64::max);
     let file = args.output.display();
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     if args.json {
         let summary = json!({
             "schema": 1,

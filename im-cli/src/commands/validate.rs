@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::inputs::recording;
 use crate::failure::Failure;
-use crate::terminal::{rounded, wrapped};
+use crate::terminal::{rounded, stdout, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     case.set_noise_from(&drawn, &left);
     let pair = |e: &[_]| (errors(&before.machine, e, &start_before), errors(&after.machine, e, &start_after));
     let (free, aided) = (pair(&case.train), pair(&nudged(&case.train)));
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     if args.json {
         let pair = |p: &(im_diagnose::residuals::Errors, im_diagnose::residuals::Errors)| {
             let one = |e: &im_diagnose::residuals::Errors| json!({"chi2_per_sample": e.chi2_per_sample, "rmse": e.rmse});

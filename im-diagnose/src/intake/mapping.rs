@@ -3,6 +3,7 @@
 //! Of every column the value used is gain · (x − offset) · unit, with x as it stands in the file and the unit in SI.
 
 use im_model::TextFormat;
+use serde::Deserialize;
 
 use super::unit::Quantity;
 
@@ -100,7 +101,8 @@ pub enum Line {
 }
 
 /// Which instant a voltage belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
 pub enum Instant {
     /// The average from this row to the next: what a drive commands.
     HeldFromRow,
@@ -165,7 +167,8 @@ pub enum Load {
 }
 
 /// How the recording begins.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
 pub enum Begin {
     /// To be seen from the data.
     #[default]

@@ -1,16 +1,203 @@
 //! Reading `recording.toml`.
 
-use im_model::toml_reader::{Document, Kind, Table};
-use im_model::{Bound, FileError, Problem, TextFormat};
+use std::fmt;
+use std::ops::Range;
+
+use im_model::toml_text::{Positive, TomlText, Whole, Within};
+use im_model::{FileError, TextFormat};
+use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
+use toml::Spanned;
 
 use super::mapping::{
     Begin, Calibration, Column, CurrentForm, Instant, Line, Load, Mapping, Offset, Signal, Speed, Time, Voltage, VoltageForm,
 };
 use super::unit::{Quantity, UNITS, named};
 
-const ANY: Bound = Bound::Within(-1e12, 1e12);
-const SIGNAL: &[&str] = &["column", "unit", "gain", "offset", "calibrate", "alternate"];
+type Number = Within<-1_000_000_000_000, 1_000_000_000_000>;
+/// A column where it stands in the mapping.
+pub(super) type ColumnToml = Spanned<SignalToml>;
+
 const COLUMN: &str = "a column: its name in quotes, its number from 1, or { column = …, unit = …, gain = …, offset = … }";
+const OFFSET: &str = "a number in the column's own unit, \"mean\", or { mean_before_s = … }";
+const TIME: &str = "[time] with column = \"…\", or sample_time_s where the file has no column of time";
+const CALIBRATE: &str = "calibrate = { from_s = …, to_s = …, value = … }";
+const VOLTAGES: &str = "columns a, b, c (phases; a, b against the star point), two or three of ab, bc, ca (line to line), alpha and \
+                        beta, or duty_a, duty_b, duty_c and dc_link";
+const CURRENTS: &str = "columns a, b, c (two of them are enough), or alpha and beta";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MappingToml {
+    file: Option<String>,
+    files: Option<Files>,
+    start: Option<Begin>,
+    text: Option<TextToml>,
+    time: Spanned<TimeToml>,
+    voltage: Spanned<VoltageToml>,
+    current: Spanned<CurrentToml>,
+    speed: Option<Spanned<SpeedToml>>,
+    load: Option<Spanned<LoadToml>>,
+}
+
+/// One name, or a list of them.
+struct Files(Vec<String>);
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TextToml {
+    separator: Option<Separator>,
+    decimal: Option<Decimal>,
+    header: Option<bool>,
+    comment: Option<Comment>,
+    skip_lines: Option<Whole<0, 100_000>>,
+    skip_after_header: Option<Whole<0, 1000>>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+enum Separator {
+    #[serde(rename = ",")]
+    Comma = b',' as isize,
+    #[serde(rename = ";")]
+    Semicolon = b';' as isize,
+    #[serde(rename = "tab", alias = "\t")]
+    Tab = b'\t' as isize,
+    #[serde(rename = "space", alias = " ")]
+    Space = b' ' as isize,
+    #[serde(rename = "|")]
+    Bar = b'|' as isize,
+}
+
+#[derive(Deserialize, PartialEq)]
+enum Decimal {
+    #[serde(rename = ".")]
+    Point,
+    #[serde(rename = ",")]
+    Comma,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+enum Comment {
+    #[serde(rename = "#")]
+    Hash = b'#' as isize,
+    #[serde(rename = "%")]
+    Percent = b'%' as isize,
+    #[serde(rename = "!")]
+    Exclamation = b'!' as isize,
+    #[serde(rename = "/")]
+    Slash = b'/' as isize,
+    #[serde(rename = "\"")]
+    Quote = b'"' as isize,
+    #[serde(rename = ";")]
+    Semicolon = b';' as isize,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TimeToml {
+    column: Option<Spanned<Column>>,
+    unit: Option<Spanned<String>>,
+    sample_time_s: Option<Positive>,
+    from_s: Option<Number>,
+    to_s: Option<Number>,
+    gaps: Option<Gaps>,
+}
+
+#[derive(Deserialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+enum Gaps {
+    Refuse,
+    LeaveOut,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct VoltageToml {
+    a: Option<ColumnToml>,
+    b: Option<ColumnToml>,
+    c: Option<ColumnToml>,
+    ab: Option<ColumnToml>,
+    bc: Option<ColumnToml>,
+    ca: Option<ColumnToml>,
+    alpha: Option<ColumnToml>,
+    beta: Option<ColumnToml>,
+    duty_a: Option<ColumnToml>,
+    duty_b: Option<ColumnToml>,
+    duty_c: Option<ColumnToml>,
+    dc_link: Option<ColumnToml>,
+    unit: Option<Spanned<String>>,
+    gain: Option<Spanned<Number>>,
+    offset: Option<Offset>,
+    instant: Option<Instant>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CurrentToml {
+    a: Option<ColumnToml>,
+    b: Option<ColumnToml>,
+    c: Option<ColumnToml>,
+    alpha: Option<ColumnToml>,
+    beta: Option<ColumnToml>,
+    unit: Option<Spanned<String>>,
+    gain: Option<Spanned<Number>>,
+    offset: Option<Offset>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SpeedToml {
+    column: Option<Spanned<Column>>,
+    unit: Option<Spanned<String>>,
+    gain: Option<Spanned<Number>>,
+    offset: Option<Offset>,
+    calibrate: Option<CalibrateToml>,
+    alternate: Option<Box<ColumnToml>>,
+    #[serde(default)]
+    electrical: bool,
+    #[serde(default)]
+    locked: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LoadToml {
+    column: Option<Spanned<Column>>,
+    unit: Option<Spanned<String>>,
+    gain: Option<Spanned<Number>>,
+    offset: Option<Offset>,
+    calibrate: Option<CalibrateToml>,
+    alternate: Option<Box<ColumnToml>>,
+    times: Option<ColumnToml>,
+    torque_nm: Option<Number>,
+}
+
+/// A column with all that may be said of it; or its name or number alone.
+#[derive(Default)]
+pub(super) struct SignalToml(FullToml);
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FullToml {
+    column: Option<Spanned<Column>>,
+    unit: Option<Spanned<String>>,
+    gain: Option<Spanned<Number>>,
+    offset: Option<Offset>,
+    calibrate: Option<CalibrateToml>,
+    alternate: Option<Box<ColumnToml>>,
+    /// The column where it stands alone.
+    #[serde(skip)]
+    alone: Option<Column>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CalibrateToml {
+    from_s: Number,
+    to_s: Number,
+    value: Number,
+}
 
 /// What a section says for all its columns.
 struct Common {
@@ -19,98 +206,196 @@ struct Common {
     offset: Offset,
 }
 
+const PLAIN: Common = Common { unit: None, gain: 1.0, offset: Offset::Value(0.0) };
+
+impl<'de> Deserialize<'de> for Files {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        struct Names;
+        impl<'de> Visitor<'de> for Names {
+            type Value = Files;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("text in quotes, or a list of texts")
+            }
+            fn visit_str<E: Error>(self, name: &str) -> Result<Files, E> {
+                Ok(Files(vec![name.to_owned()]))
+            }
+            fn visit_seq<A: serde::de::SeqAccess<'de>>(self, list: A) -> Result<Files, A::Error> {
+                Vec::deserialize(serde::de::value::SeqAccessDeserializer::new(list)).map(Files)
+            }
+        }
+        from.deserialize_any(Names)
+    }
+}
+
+/// The name of a column, or its number from 1.
+fn numbered<E: Error>(number: i64, expected: &dyn serde::de::Expected) -> Result<Column, E> {
+    match usize::try_from(number) {
+        Ok(n @ 1..=10_000) => Ok(Column::Number(n)),
+        _ => Err(E::invalid_value(Unexpected::Signed(number), expected)),
+    }
+}
+
+impl<'de> Deserialize<'de> for Column {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        struct Plain;
+        impl Visitor<'_> for Plain {
+            type Value = Column;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a column: its name in quotes, or its number from 1")
+            }
+            fn visit_str<E: Error>(self, name: &str) -> Result<Column, E> {
+                Ok(Column::Name(name.to_owned()))
+            }
+            fn visit_i64<E: Error>(self, number: i64) -> Result<Column, E> {
+                numbered(number, &self)
+            }
+        }
+        from.deserialize_any(Plain)
+    }
+}
+
+impl<'de> Deserialize<'de> for SignalToml {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        struct Any;
+        fn alone(column: Column) -> SignalToml {
+            SignalToml(FullToml { alone: Some(column), ..FullToml::default() })
+        }
+        impl<'de> Visitor<'de> for Any {
+            type Value = SignalToml;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(COLUMN)
+            }
+            fn visit_str<E: Error>(self, name: &str) -> Result<SignalToml, E> {
+                Ok(alone(Column::Name(name.to_owned())))
+            }
+            fn visit_i64<E: Error>(self, number: i64) -> Result<SignalToml, E> {
+                numbered(number, &self).map(alone)
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SignalToml, A::Error> {
+                FullToml::deserialize(MapAccessDeserializer::new(map)).map(SignalToml)
+            }
+        }
+        from.deserialize_any(Any)
+    }
+}
+
+impl<'de> Deserialize<'de> for Offset {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Before {
+            mean_before_s: Number,
+        }
+        struct Any;
+        impl<'de> Visitor<'de> for Any {
+            type Value = Offset;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(OFFSET)
+            }
+            fn visit_f64<E: Error>(self, x: f64) -> Result<Offset, E> {
+                if x.abs() <= 1e12 { Ok(Offset::Value(x)) } else { Err(E::invalid_value(Unexpected::Float(x), &self)) }
+            }
+            fn visit_i64<E: Error>(self, x: i64) -> Result<Offset, E> {
+                self.visit_f64(x as f64)
+            }
+            fn visit_str<E: Error>(self, word: &str) -> Result<Offset, E> {
+                if word == "mean" { Ok(Offset::Mean) } else { Err(E::invalid_value(Unexpected::Str(word), &self)) }
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Offset, A::Error> {
+                Before::deserialize(MapAccessDeserializer::new(map)).map(|b| Offset::MeanBefore(b.mean_before_s.0))
+            }
+        }
+        from.deserialize_any(Any)
+    }
+}
+
 impl Mapping {
     /// Reads a mapping; `label` names the file in messages.
     ///
     /// # Errors
     /// What is not understood, is missing or contradicts itself, with its line and key.
     pub fn parse(text: &str, label: &str) -> Result<Self, FileError> {
-        let document = Document::parse(text, label)?;
-        let top = document.top(&["file", "files", "start", "text", "time", "voltage", "current", "speed", "load"])?;
-        let files = match (top.texts("files")?, top.text("file")?) {
-            (Some(_), Some(_)) => return Err(top.unexpected("file", "given beside files", "one of them")),
-            (Some(many), None) => many,
-            (None, one) => one.map(str::to_owned).into_iter().collect(),
+        let voltages = format!("[voltage] with {VOLTAGES}");
+        let currents = format!("[current] with {CURRENTS}");
+        let hints = [
+            ("time", TIME),
+            ("voltage", &voltages),
+            ("current", &currents),
+            ("from_s", CALIBRATE),
+            ("to_s", CALIBRATE),
+            ("value", CALIBRATE),
+            ("mean_before_s", OFFSET),
+        ];
+        let toml = TomlText::new(text, label, &hints);
+        let m: MappingToml = toml.read()?;
+        let files = match (m.files, m.file) {
+            (Some(_), Some(_)) => return Err(toml.refused(0..0, "file", "given beside files", "one of them")),
+            (Some(many), None) => many.0,
+            (None, one) => one.into_iter().collect(),
         };
-        let begin = [("auto", Begin::Auto), ("at_rest", Begin::AtRest), ("in_motion", Begin::InMotion)];
         Ok(Self {
             label: label.to_owned(),
             files,
-            format: text_format(&top)?,
-            time: time(&top)?,
-            voltage: voltage(&top)?,
-            current: current(&top)?,
-            speed: speed(&top)?,
-            load: load(&top)?,
-            begin: top.choice("start", &begin)?.unwrap_or_default(),
+            format: m.text.map_or_else(TextFormat::default, TextFormat::from),
+            time: time(&toml, m.time)?,
+            voltage: voltage(&toml, m.voltage)?,
+            current: current(&toml, m.current)?,
+            speed: m.speed.map_or(Ok(Speed::Absent), |t| speed(&toml, t))?,
+            load: m.load.map_or(Ok(Load::Absent), |t| load(&toml, t))?,
+            begin: m.start.unwrap_or_default(),
         })
     }
 }
 
-fn text_format(top: &Table<'_>) -> Result<TextFormat, FileError> {
-    let mut format = TextFormat::default();
-    let Some(t) = top.table("text", &["separator", "decimal", "header", "comment", "skip_lines", "skip_after_header"])? else {
-        return Ok(format);
-    };
-    let separators = [(",", b','), (";", b';'), ("tab", b'\t'), ("\t", b'\t'), ("space", b' '), (" ", b' '), ("|", b'|')];
-    format.separator = t.choice("separator", &separators)?;
-    format.decimal_comma = t.choice("decimal", &[(".", false), (",", true)])?.unwrap_or(false);
-    format.header = t.boolean("header")?;
-    format.comment =
-        t.choice("comment", &[("#", b'#'), ("%", b'%'), ("!", b'!'), ("/", b'/'), ("\"", b'"'), (";", b';')])?.unwrap_or(b'#');
-    format.skip_lines = t.whole("skip_lines", (0, 100_000))?.unwrap_or(0) as usize;
-    format.skip_after_header = t.whole("skip_after_header", (0, 1000))?.unwrap_or(0) as usize;
-    Ok(format)
+impl From<TextToml> for TextFormat {
+    fn from(t: TextToml) -> Self {
+        Self {
+            separator: t.separator.map(|s| s as u8),
+            decimal_comma: t.decimal == Some(Decimal::Comma),
+            header: t.header,
+            comment: t.comment.map_or(b'#', |c| c as u8),
+            skip_lines: t.skip_lines.unwrap_or_default().0 as usize,
+            skip_after_header: t.skip_after_header.unwrap_or_default().0 as usize,
+        }
+    }
 }
 
-fn time(top: &Table<'_>) -> Result<Time, FileError> {
-    let expected = "[time] with column = \"…\", or sample_time_s where the file has no column of time";
-    let t = top
-        .table("time", &["column", "unit", "sample_time_s", "from_s", "to_s", "gaps"])?
-        .ok_or_else(|| top.missing("time", expected))?;
-    let signal = match t.kind("column") {
-        None => None,
-        Some(_) => Some(Signal { unit: unit(&t, Some(Quantity::Time))?, ..column(&t, "column")? }),
-    };
-    let sample_time_s = t.number("sample_time_s", Bound::Positive)?;
-    match (&signal, sample_time_s) {
-        (None, None) => return Err(t.missing("column", expected)),
-        (Some(_), Some(_)) => return Err(t.unexpected("sample_time_s", "given beside column", "one of them")),
+fn time(toml: &TomlText<'_>, table: Spanned<TimeToml>) -> Result<Time, FileError> {
+    let (at, t) = (table.span(), table.into_inner());
+    let unit = unit(toml, t.unit.as_ref(), Some(Quantity::Time))?;
+    let signal =
+        t.column.map(|c| Signal { unit, line: Some(toml.line(c.span().start)), column: c.into_inner(), ..Signal::plain("") });
+    match (&signal, t.sample_time_s) {
+        (None, None) => return Err(toml.missing(at, "column", TIME)),
+        (Some(_), Some(_)) => return Err(toml.refused(at, "sample_time_s", "given beside column", "one of them")),
         _ => {}
     }
-    let from_s = t.number("from_s", ANY)?.unwrap_or(f64::NEG_INFINITY);
-    let to_s = t.number("to_s", ANY)?.unwrap_or(f64::INFINITY);
+    let from_s = t.from_s.map_or(f64::NEG_INFINITY, |x| x.0);
+    let to_s = t.to_s.map_or(f64::INFINITY, |x| x.0);
     if from_s >= to_s {
-        return Err(t.unexpected("to_s", to_s.to_string(), format!("more than from_s = {from_s}")));
+        return Err(toml.refused(at, "to_s", &to_s.to_string(), format!("more than from_s = {from_s}")));
     }
-    let fill_gaps = t.choice("gaps", &[("refuse", false), ("leave_out", true)])?.unwrap_or(false);
-    Ok(Time { signal, sample_time_s, from_s, to_s, fill_gaps })
+    Ok(Time { signal, sample_time_s: t.sample_time_s.map(|x| x.0), from_s, to_s, fill_gaps: t.gaps == Some(Gaps::LeaveOut) })
 }
 
-fn voltage(top: &Table<'_>) -> Result<Voltage, FileError> {
-    let forms = "columns a, b, c (phases; a, b against the star point), two or three of ab, bc, ca (line to line), alpha and beta, \
-                 or duty_a, duty_b, duty_c and dc_link";
-    let known = &[
-        "a", "b", "c", "ab", "bc", "ca", "alpha", "beta", "duty_a", "duty_b", "duty_c", "dc_link", "unit", "gain", "offset",
-        "instant",
-    ];
-    let t = top.table("voltage", known)?.ok_or_else(|| top.missing("voltage", format!("[voltage] with {forms}")))?;
+fn voltage(toml: &TomlText<'_>, table: Spanned<VoltageToml>) -> Result<Voltage, FileError> {
+    let (at, t) = (table.span(), table.into_inner());
     let q = Some(Quantity::Voltage);
-    let common = common(&t, q)?;
-    let get = |key| signal(&t, key, q, &common);
-    let phases = [get("a")?, get("b")?, get("c")?];
-    let lines = [get("ab")?, get("bc")?, get("ca")?];
-    let vector = [get("alpha")?, get("beta")?];
-    let duty_common = Common { unit: Some(1.0), gain: 1.0, offset: Offset::Value(0.0) };
-    let leg = |key| signal(&t, key, None, &duty_common);
-    let duty = [leg("duty_a")?, leg("duty_b")?, leg("duty_c")?];
-    let dc_link = get("dc_link")?;
+    let common = common(toml, t.unit.as_ref(), t.gain.as_ref(), t.offset, q)?;
+    let get = |s: Option<ColumnToml>| s.map(|s| signal(toml, s, q, &common)).transpose();
+    let phases = [get(t.a)?, get(t.b)?, get(t.c)?];
+    let lines = [get(t.ab)?, get(t.bc)?, get(t.ca)?];
+    let vector = [get(t.alpha)?, get(t.beta)?];
+    let duty_common = Common { unit: Some(1.0), ..PLAIN };
+    let leg = |s: Option<ColumnToml>| s.map(|s| signal(toml, s, None, &duty_common)).transpose();
+    let duty = [leg(t.duty_a)?, leg(t.duty_b)?, leg(t.duty_c)?];
+    let dc_link = get(t.dc_link)?;
     let any = |s: &[Option<Signal>]| s.iter().any(Option::is_some);
     let given = [any(&phases), any(&lines), any(&vector), any(&duty) || dc_link.is_some()];
     if given.iter().filter(|g| **g).count() > 1 {
-        return Err(t.unexpected("voltage", "given in several forms", format!("one of: {forms}")));
+        return Err(toml.refused(at, "voltage", "given in several forms", format!("one of: {VOLTAGES}")));
     }
-    let miss = |key| t.missing(key, format!("[voltage] takes {forms}"));
+    let miss = |key| toml.missing(at.clone(), key, format!("[voltage] takes {VOLTAGES}"));
     let form = match (phases, lines, vector, duty) {
         ([Some(a), Some(b), Some(c)], ..) => VoltageForm::Phases([a, b, c]),
         ([Some(a), Some(b), None], ..) => VoltageForm::TwoPhases([a, b]),
@@ -123,171 +408,138 @@ fn voltage(top: &Table<'_>) -> Result<Voltage, FileError> {
         (_, _, [Some(alpha), Some(beta)], _) => VoltageForm::AlphaBeta([alpha, beta]),
         (_, _, [alpha, _], _) if given[2] => return Err(miss(if alpha.is_none() { "alpha" } else { "beta" })),
         (_, _, _, [Some(a), Some(b), Some(c)]) => VoltageForm::Duty([a, b, c], dc_link.ok_or_else(|| miss("dc_link"))?),
-        (.., [a, b, _]) if given[3] => {
-            return Err(miss(if a.is_none() {
-                "duty_a"
-            } else if b.is_none() {
-                "duty_b"
-            } else {
-                "duty_c"
-            }));
-        }
+        (.., [None, ..]) if given[3] => return Err(miss("duty_a")),
+        (.., [_, b, _]) if given[3] => return Err(miss(if b.is_none() { "duty_b" } else { "duty_c" })),
         _ => return Err(miss("a")),
     };
-    let words = [("held_from_row", Instant::HeldFromRow), ("sample", Instant::Sample), ("held_until_row", Instant::HeldUntilRow)];
-    let instant = t.choice("instant", &words)?.unwrap_or(Instant::HeldFromRow);
-    Ok(Voltage { form, instant })
+    Ok(Voltage { form, instant: t.instant.unwrap_or(Instant::HeldFromRow) })
 }
 
-fn current(top: &Table<'_>) -> Result<CurrentForm, FileError> {
-    let forms = "columns a, b, c (two of them are enough), or alpha and beta";
-    let t = top
-        .table("current", &["a", "b", "c", "alpha", "beta", "unit", "gain", "offset"])?
-        .ok_or_else(|| top.missing("current", format!("[current] with {forms}")))?;
+fn current(toml: &TomlText<'_>, table: Spanned<CurrentToml>) -> Result<CurrentForm, FileError> {
+    let (at, t) = (table.span(), table.into_inner());
     let q = Some(Quantity::Current);
-    let common = common(&t, q)?;
-    let get = |key| signal(&t, key, q, &common);
-    let phases = [get("a")?, get("b")?, get("c")?];
-    let vector = [get("alpha")?, get("beta")?];
-    let miss = |key| t.missing(key, format!("[current] takes {forms}"));
+    let common = common(toml, t.unit.as_ref(), t.gain.as_ref(), t.offset, q)?;
+    let get = |s: Option<ColumnToml>| s.map(|s| signal(toml, s, q, &common)).transpose();
+    let phases = [get(t.a)?, get(t.b)?, get(t.c)?];
+    let vector = [get(t.alpha)?, get(t.beta)?];
+    let miss = |key| Err(toml.missing(at.clone(), key, format!("[current] takes {CURRENTS}")));
     match (phases, vector) {
         ([Some(_), ..] | [_, Some(_), _] | [.., Some(_)], [Some(_), _] | [_, Some(_)]) => {
-            Err(t.unexpected("alpha", "given beside phases", format!("one form: {forms}")))
+            Err(toml.refused(at, "alpha", "given beside phases", format!("one form: {CURRENTS}")))
         }
         ([Some(a), Some(b), Some(c)], _) => Ok(CurrentForm::Phases([a, b, c])),
         ([Some(a), Some(b), None], _) => Ok(CurrentForm::TwoPhases([0, 1], [a, b])),
         ([Some(a), None, Some(c)], _) => Ok(CurrentForm::TwoPhases([0, 2], [a, c])),
         ([None, Some(b), Some(c)], _) => Ok(CurrentForm::TwoPhases([1, 2], [b, c])),
         (_, [Some(alpha), Some(beta)]) => Ok(CurrentForm::AlphaBeta([alpha, beta])),
-        ([None, None, None], [alpha, _]) if t.has("alpha") || t.has("beta") => {
-            Err(miss(if alpha.is_none() { "alpha" } else { "beta" }))
-        }
-        ([a, ..], _) => Err(miss(if a.is_none() { "a" } else { "b" })),
+        (_, [Some(_), None]) => miss("beta"),
+        (_, [None, Some(_)]) => miss("alpha"),
+        ([a, ..], _) => miss(if a.is_none() { "a" } else { "b" }),
     }
 }
 
-fn speed(top: &Table<'_>) -> Result<Speed, FileError> {
-    let known = &["column", "unit", "gain", "offset", "calibrate", "alternate", "electrical", "locked"];
-    let Some(t) = top.table("speed", known)? else { return Ok(Speed::Absent) };
-    let locked = t.boolean("locked")?.unwrap_or(false);
-    if locked {
-        if t.has("column") {
-            return Err(t.unexpected("column", "given beside locked = true", "one of them: a locked rotor stands"));
+fn speed(toml: &TomlText<'_>, table: Spanned<SpeedToml>) -> Result<Speed, FileError> {
+    let (at, t) = (table.span(), table.into_inner());
+    match (t.locked, &t.column) {
+        (true, Some(_)) => {
+            return Err(toml.refused(at, "column", "given beside locked = true", "one of them: a locked rotor stands"));
         }
-        return Ok(Speed::Locked);
+        (true, None) => return Ok(Speed::Locked),
+        (false, None) => {
+            let expected = "the column of the speed, or locked = true; leave [speed] out where it is not measured";
+            return Err(toml.missing(at, "column", expected));
+        }
+        (false, Some(_)) => {}
     }
-    if !t.has("column") {
-        return Err(t.missing("column", "the column of the speed, or locked = true; leave [speed] out where it is not measured"));
-    }
-    let signal = from_table(&t, Some(Quantity::Speed), &Common { unit: None, gain: 1.0, offset: Offset::Value(0.0) })?;
-    Ok(Speed::Measured { signal, electrical: t.boolean("electrical")?.unwrap_or(false) })
+    let SpeedToml { column, unit, gain, offset, calibrate, alternate, electrical, .. } = t;
+    let full = FullToml { column, unit, gain, offset, calibrate, alternate, alone: None };
+    Ok(Speed::Measured { signal: full_signal(toml, at, full, Some(Quantity::Speed), &PLAIN)?, electrical })
 }
 
-fn load(top: &Table<'_>) -> Result<Load, FileError> {
-    let known = &["column", "unit", "gain", "offset", "calibrate", "alternate", "times", "torque_nm"];
-    let Some(t) = top.table("load", known)? else { return Ok(Load::Absent) };
-    if let Some(x) = t.number("torque_nm", ANY)? {
-        if t.has("column") {
-            return Err(t.unexpected("torque_nm", "given beside column", "one of them"));
+fn load(toml: &TomlText<'_>, table: Spanned<LoadToml>) -> Result<Load, FileError> {
+    let (at, t) = (table.span(), table.into_inner());
+    match (t.torque_nm, &t.column) {
+        (Some(_), Some(_)) => return Err(toml.refused(at, "torque_nm", "given beside column", "one of them")),
+        (Some(x), None) => return Ok(Load::Constant(x.0)),
+        (None, None) => {
+            let expected = "the column of the load torque, or torque_nm = a constant; leave [load] out where it is not known";
+            return Err(toml.missing(at, "column", expected));
         }
-        return Ok(Load::Constant(x));
+        (None, Some(_)) => {}
     }
-    if !t.has("column") {
-        return Err(t.missing(
-            "column",
-            "the column of the load torque, or torque_nm = a constant; leave [load] out where it is not known",
-        ));
-    }
-    let plain = Common { unit: None, gain: 1.0, offset: Offset::Value(0.0) };
-    let times = signal(&t, "times", None, &plain)?;
+    let LoadToml { column, unit, gain, offset, calibrate, alternate, times, .. } = t;
+    let times = times.map(|s| plain_signal(toml, s)).transpose()?;
     // A torque that is a product is in Nm by its gain; units of the factors are part of it.
     let quantity = if times.is_some() { None } else { Some(Quantity::Torque) };
-    Ok(Load::Measured { signal: from_table(&t, quantity, &plain)?, times })
+    let full = FullToml { column, unit, gain, offset, calibrate, alternate, alone: None };
+    Ok(Load::Measured { signal: full_signal(toml, at, full, quantity, &PLAIN)?, times })
 }
 
-fn common(t: &Table<'_>, quantity: Option<Quantity>) -> Result<Common, FileError> {
-    Ok(Common { unit: unit(t, quantity)?, gain: gain(t)?.unwrap_or(1.0), offset: offset(t)?.unwrap_or(Offset::Value(0.0)) })
+fn common(
+    toml: &TomlText<'_>,
+    text: Option<&Spanned<String>>,
+    factor: Option<&Spanned<Number>>,
+    offset: Option<Offset>,
+    quantity: Option<Quantity>,
+) -> Result<Common, FileError> {
+    let gain = gain(toml, factor)?.unwrap_or(1.0);
+    Ok(Common { unit: unit(toml, text, quantity)?, gain, offset: offset.unwrap_or(Offset::Value(0.0)) })
 }
 
 /// A column with all that may be said of it; what it does not say itself is `common`'s.
-fn signal(t: &Table<'_>, key: &'static str, quantity: Option<Quantity>, common: &Common) -> Result<Option<Signal>, FileError> {
-    match t.kind(key) {
-        None => Ok(None),
-        Some(Kind::Table) => t.table(key, SIGNAL)?.map(|inner| from_table(&inner, quantity, common)).transpose(),
-        Some(_) => Ok(Some(Signal { unit: common.unit, gain: common.gain, offset: common.offset, ..column(t, key)? })),
-    }
+fn signal(toml: &TomlText<'_>, s: ColumnToml, quantity: Option<Quantity>, common: &Common) -> Result<Signal, FileError> {
+    let at = s.span();
+    full_signal(toml, at, s.into_inner().0, quantity, common)
 }
 
 /// A column in a quantity of any kind, with nothing in common with others.
-pub(super) fn plain_signal(t: &Table<'_>, key: &'static str) -> Result<Option<Signal>, FileError> {
-    signal(t, key, None, &Common { unit: None, gain: 1.0, offset: Offset::Value(0.0) })
+pub(super) fn plain_signal(toml: &TomlText<'_>, s: ColumnToml) -> Result<Signal, FileError> {
+    signal(toml, s, None, &PLAIN)
 }
 
-fn from_table(t: &Table<'_>, quantity: Option<Quantity>, common: &Common) -> Result<Signal, FileError> {
-    let alternate = signal(t, "alternate", quantity, common)?.map(Box::new);
-    let calibrate = t
-        .table("calibrate", &["from_s", "to_s", "value"])?
-        .map(|c| {
-            let need = |key| c.number(key, ANY)?.ok_or_else(|| c.missing(key, "calibrate = { from_s = …, to_s = …, value = … }"));
-            Ok(Calibration { from_s: need("from_s")?, to_s: need("to_s")?, value: need("value")? })
-        })
-        .transpose()?;
-    if calibrate.is_some() && t.has("gain") {
-        return Err(t.unexpected("gain", "given beside calibrate", "one of them: calibrate finds the gain"));
+fn full_signal(
+    toml: &TomlText<'_>,
+    at: Range<usize>,
+    t: FullToml,
+    quantity: Option<Quantity>,
+    common: &Common,
+) -> Result<Signal, FileError> {
+    let (column, line) = match (t.alone, t.column) {
+        (Some(column), _) => (column, toml.line(at.start)),
+        (None, Some(c)) => (c.get_ref().clone(), toml.line(c.span().start)),
+        (None, None) => return Err(toml.missing(at, "column", COLUMN)),
+    };
+    if t.calibrate.is_some() && t.gain.is_some() {
+        return Err(toml.refused(at, "gain", "given beside calibrate", "one of them: calibrate finds the gain"));
     }
+    let alternate = t.alternate.map(|s| signal(toml, *s, quantity, common).map(Box::new)).transpose()?;
     Ok(Signal {
-        unit: unit(t, quantity)?.or(common.unit),
-        gain: gain(t)?.unwrap_or(common.gain),
-        offset: offset(t)?.unwrap_or(common.offset),
-        calibrate,
+        column,
+        unit: unit(toml, t.unit.as_ref(), quantity)?.or(common.unit),
+        gain: gain(toml, t.gain.as_ref())?.unwrap_or(common.gain),
+        offset: t.offset.unwrap_or(common.offset),
+        calibrate: t.calibrate.map(|c| Calibration { from_s: c.from_s.0, to_s: c.to_s.0, value: c.value.0 }),
         alternate,
-        ..column(t, "column")?
+        line: Some(line),
     })
 }
 
-fn column(t: &Table<'_>, key: &'static str) -> Result<Signal, FileError> {
-    let column = match t.kind(key) {
-        Some(Kind::Text) => Column::Name(t.text(key)?.unwrap_or_default().to_owned()),
-        Some(Kind::Whole) => Column::Number(t.whole(key, (1, 10_000))?.unwrap_or(1) as usize),
-        None => return Err(t.missing(key, COLUMN)),
-        Some(_) => return Err(t.unexpected(key, t.found(key), COLUMN)),
-    };
-    Ok(Signal { column, line: t.line(key), ..Signal::plain("") })
-}
-
-fn gain(t: &Table<'_>) -> Result<Option<f64>, FileError> {
-    match t.number("gain", ANY)? {
-        Some(0.0) => Err(t.unexpected("gain", "0", "another number: a gain of zero leaves nothing")),
-        other => Ok(other),
+fn gain(toml: &TomlText<'_>, gain: Option<&Spanned<Number>>) -> Result<Option<f64>, FileError> {
+    match gain.map(|g| (g.get_ref().0, g.span())) {
+        Some((0.0, at)) => Err(toml.unexpected(at, None, "another number: a gain of zero leaves nothing")),
+        other => Ok(other.map(|(x, _)| x)),
     }
 }
 
-fn offset(t: &Table<'_>) -> Result<Option<Offset>, FileError> {
-    const EXPECTED: &str = "a number in the column's own unit, \"mean\", or { mean_before_s = … }";
-    match t.kind("offset") {
-        None => Ok(None),
-        Some(Kind::Whole | Kind::Float) => Ok(t.number("offset", ANY)?.map(Offset::Value)),
-        Some(Kind::Text) if t.text("offset")? == Some("mean") => Ok(Some(Offset::Mean)),
-        Some(Kind::Table) => match t.table("offset", &["mean_before_s"])? {
-            Some(inner) => {
-                let until = inner.number("mean_before_s", ANY)?.ok_or_else(|| inner.missing("mean_before_s", EXPECTED))?;
-                Ok(Some(Offset::MeanBefore(until)))
-            }
-            None => Ok(None),
-        },
-        Some(_) => Err(t.unexpected("offset", t.found("offset"), EXPECTED)),
-    }
-}
-
-fn unit(t: &Table<'_>, quantity: Option<Quantity>) -> Result<Option<f64>, FileError> {
-    let Some(text) = t.text("unit")? else { return Ok(None) };
+fn unit(toml: &TomlText<'_>, text: Option<&Spanned<String>>, quantity: Option<Quantity>) -> Result<Option<f64>, FileError> {
+    let Some(text) = text else { return Ok(None) };
     let fits = |q| quantity.is_none_or(|wanted| wanted == q);
-    match named(text).filter(|u| fits(u.quantity)) {
+    match named(text.get_ref()).filter(|u| fits(u.quantity)) {
         Some(u) => Ok(Some(u.si)),
         None => {
             let words: Vec<_> = UNITS.iter().filter(|u| fits(u.quantity)).map(|u| u.text).collect();
-            let problem = Problem::Unexpected { found: format!("\"{text}\""), expected: format!("one of {}", words.join(", ")) };
-            Err(t.fail("unit", problem))
+            let found = format!("\"{}\"", text.get_ref());
+            Err(toml.unexpected(text.span(), Some(&found), format!("one of {}", words.join(", "))))
         }
     }
 }

@@ -21,7 +21,7 @@ pub mod unit;
 use std::path::{Path, PathBuf};
 
 use im_identify::offline::{Channel, ChannelKind, Experiment, Start};
-use im_model::{CanonicalColumns, FileError, MotorFile, TextFormat, VectorColumns};
+use im_model::{CanonicalColumns, FileError, MotorFile, TextFormat, VectorColumns, read_text};
 
 pub use draft::Draft;
 pub use error::IntakeError;
@@ -109,6 +109,19 @@ fn guess(path: &Path, label: &str, motor: &MotorFile) -> Result<(Mapping, Draft)
     Ok((mapping, draft))
 }
 
+/// The files that are read for a path: its recordings and their mapping.
+///
+/// # Errors
+/// The mapping cannot be read.
+pub fn files(path: &Path, mapping: Option<&Path>) -> Result<Vec<PathBuf>, FileError> {
+    let mut files = vec![path.to_path_buf()];
+    for (data, mapping) in sources(path, mapping)? {
+        files.push(data);
+        files.extend(mapping.map(|m| PathBuf::from(m.label)));
+    }
+    Ok(files)
+}
+
 /// The recordings that a path names, each with its mapping.
 fn sources(path: &Path, mapping: Option<&Path>) -> Result<Vec<(PathBuf, Option<Mapping>)>, FileError> {
     if path.extension().is_some_and(|e| e == "toml") {
@@ -134,9 +147,7 @@ fn sources(path: &Path, mapping: Option<&Path>) -> Result<Vec<(PathBuf, Option<M
 /// # Errors
 /// The file cannot be read, or is no mapping.
 pub fn read_mapping(path: &Path) -> Result<Mapping, FileError> {
-    let label = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|e| FileError::io(&label, "read", &e))?;
-    Mapping::parse(&text, &label)
+    Mapping::parse(&read_text(path)?, &path.display().to_string())
 }
 
 /// The mapping of a file in canonical columns.

@@ -146,7 +146,7 @@ pub fn find(names: &[String], signal: &Signal, mapping: &str) -> Result<usize, F
                 (Some(k), None) => Ok(k),
                 (Some(a), Some(b)) => Err(fail(name, Problem::DuplicateColumn { places: [a + 1, b + 1] })),
                 (None, _) => {
-                    let nearest = im_model::toml_reader::nearest(name, names.iter().map(String::as_str)).map(str::to_owned);
+                    let nearest = im_model::toml_text::nearest(name, names.iter().map(String::as_str)).map(str::to_owned);
                     Err(fail(name, Problem::MissingColumn { present: names.to_vec(), nearest }))
                 }
             }

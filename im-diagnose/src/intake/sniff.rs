@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-use im_model::{FileError, TextFormat};
+use im_model::{FileError, TextFormat, fields_of};
 
 use super::raw;
 
@@ -47,7 +47,7 @@ fn of_lines(lines: &[String]) -> Sniffed {
         [(b';', false), (b';', true), (b'\t', false), (b'\t', true), (b',', false), (b' ', false), (b' ', true)]
     {
         let shape = |line: &String| {
-            let f = fields(line, separator);
+            let f = fields_of(line, separator);
             (f.len(), f.iter().filter(|x| is_number(x, comma)).count())
         };
         let shapes: Vec<(usize, usize)> = lines.iter().map(shape).collect();
@@ -66,15 +66,15 @@ fn of_lines(lines: &[String]) -> Sniffed {
     let Some((_, first, separator, comma)) = best else {
         return Sniffed { format: TextFormat::default(), units: Vec::new() };
     };
-    let count = fields(&lines[first], separator).len();
+    let count = fields_of(&lines[first], separator).len();
     let heads = |line: &String| {
-        let f = fields(line, separator);
+        let f = fields_of(line, separator);
         f.len() == count && !line.starts_with('#') && f.iter().all(|x| !is_number(x, comma))
     };
     let head = lines[..first].iter().position(heads);
     let units = head
         .and_then(|h| lines[h + 1..first].iter().find(|l| heads(l)))
-        .map(|l| fields(l, separator).iter().map(|f| f.trim_matches(['(', ')', '[', ']', ' ', '"']).to_owned()).collect());
+        .map(|l| fields_of(l, separator).iter().map(|f| f.trim_matches(['(', ')', '[', ']', ' ', '"']).to_owned()).collect());
     let format = TextFormat {
         separator: Some(separator),
         decimal_comma: comma,
@@ -86,15 +86,7 @@ fn of_lines(lines: &[String]) -> Sniffed {
     Sniffed { format, units: units.unwrap_or_default() }
 }
 
-fn fields(line: &str, separator: u8) -> Vec<&str> {
-    match separator {
-        b' ' => line.split_whitespace().collect(),
-        s => line.split(char::from(s)).map(str::trim).collect(),
-    }
-}
-
 fn is_number(text: &str, comma: bool) -> bool {
-    let text = text.trim_matches('"');
     if comma { text.replace(',', ".").parse::<f64>().is_ok() && !text.contains('.') } else { text.parse::<f64>().is_ok() }
 }
 

@@ -14,16 +14,17 @@
 
 use std::path::Path;
 
-use im_model::toml_reader::{Document, Table};
-use im_model::{FileError, Problem, TextFormat};
-use serde::Serialize;
+use im_model::toml_text::TomlText;
+use im_model::{FileError, Problem, TextFormat, read_text};
+use serde::{Deserialize, Serialize};
 
-use super::mapping::{Column, Signal};
+use super::mapping::{Column, Offset, Signal};
+use super::mapping_file::{ColumnToml, plain_signal};
 use super::raw;
 use super::unit;
 
 /// What a table was taken for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TableKind {
     /// Running free, at several voltages.
@@ -62,10 +63,28 @@ pub struct SteadyTable {
     pub rows: Vec<SteadyRow>,
 }
 
-const KEYS: [&str; 7] = ["voltage", "phase_voltage", "current", "power", "reactive_power", "speed", "torque"];
 const CANONICAL: [&str; 7] = ["V_LL_V", "V_ph_V", "I_A", "P_3ph_W", "Q_3ph_var", "n_rpm", "T_Nm"];
 
-/// How the columns of a table stand in a file: by the order of [`KEYS`].
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MappingToml {
+    table: TableToml,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TableToml {
+    kind: Option<TableKind>,
+    voltage: Option<ColumnToml>,
+    phase_voltage: Option<ColumnToml>,
+    current: Option<ColumnToml>,
+    power: Option<ColumnToml>,
+    reactive_power: Option<ColumnToml>,
+    speed: Option<ColumnToml>,
+    torque: Option<ColumnToml>,
+}
+
+/// How the columns of a table stand in a file: by the order of [`CANONICAL`].
 struct TableMapping {
     label: String,
     kind: Option<TableKind>,
@@ -104,7 +123,7 @@ impl SteadyTable {
         while rows.next(&mut row)? {
             let get = |k: usize| -> Option<f64> {
                 let (signal, unit) = mapping.signals[k].as_ref()?;
-                let offset = if let super::mapping::Offset::Value(x) = signal.offset { x } else { 0.0 };
+                let offset = if let Offset::Value(x) = signal.offset { x } else { 0.0 };
                 Some(signal.gain * unit * (row[places[k]?] - offset))
             };
             let voltage = get(1).or(get(0).map(|v| v / 3f64.sqrt())).unwrap_or(0.0);
@@ -168,23 +187,35 @@ impl TableMapping {
 
     fn read(path: &Path) -> Result<Self, FileError> {
         let label = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| FileError::io(&label, "read", &e))?;
-        let document = Document::parse(&text, &label)?;
-        let top = document.top(&["table"])?;
-        let known: Vec<&'static str> = std::iter::once("kind").chain(KEYS).collect();
-        let t = top.table("table", &known)?.ok_or_else(|| top.missing("table", "[table] with voltage, current and power"))?;
-        let kinds = [("no_load", TableKind::NoLoad), ("locked", TableKind::Locked), ("load", TableKind::Load)];
-        let kind = t.choice("kind", &kinds)?;
+        let text = read_text(path)?;
+        let toml = TomlText::new(&text, &label, &[("table", "[table] with voltage, current and power")]);
+        let t = toml.read::<MappingToml>()?.table;
+        let columns = [
+            ("voltage", t.voltage),
+            ("phase_voltage", t.phase_voltage),
+            ("current", t.current),
+            ("power", t.power),
+            ("reactive_power", t.reactive_power),
+            ("speed", t.speed),
+            ("torque", t.torque),
+        ];
         let mut signals: [Option<(Signal, f64)>; 7] = std::array::from_fn(|_| None);
-        for (k, key) in KEYS.into_iter().enumerate() {
-            signals[k] = column(&t, key)?;
+        for (signal, (key, given)) in signals.iter_mut().zip(columns) {
+            *signal = given.map(|c| column(&toml, key, c)).transpose()?;
         }
-        Ok(Self { label, kind, signals })
+        Ok(Self { label, kind: t.kind, signals })
     }
 }
 
-fn column(t: &Table<'_>, key: &'static str) -> Result<Option<(Signal, f64)>, FileError> {
-    let Some(signal) = super::mapping_file::plain_signal(t, key)? else { return Ok(None) };
+/// A column with its unit in SI.
+fn column(toml: &TomlText<'_>, key: &str, given: ColumnToml) -> Result<(Signal, f64), FileError> {
+    let at = given.span();
+    let signal = plain_signal(toml, given)?;
+    let of_time = signal.calibrate.is_some() || !matches!(signal.offset, Offset::Value(_));
+    if of_time || signal.alternate.is_some() {
+        let expected = "column, unit, gain and an offset that is a number: a table has no time and one sensor of each quantity";
+        return Err(toml.unexpected(at, Some("given with calibrate, alternate or an offset over time"), expected));
+    }
     let power = |text: &str| match text {
         "W" | "var" | "VAr" | "Var" => Some(1.0),
         "kW" | "kvar" | "kVAr" => Some(1e3),
@@ -200,5 +231,5 @@ fn column(t: &Table<'_>, key: &'static str) -> Result<Option<(Signal, f64)>, Fil
         _ => unit::in_name(&name).map_or(1.0, |u| u.si),
     };
     let unit = signal.unit.unwrap_or_else(by_name);
-    Ok(Some((signal, unit)))
+    Ok((signal, unit))
 }

@@ -438,7 +438,10 @@ mod tests {
             error("[mains]\nvoltage_peak_v = 325\nfrequency_hz = 50\n", ""),
             "s.toml: source is missing at the top of the file: write one of [mains], [volts_per_hertz], [current], [recording], [controller]"
         );
-        assert!(error("[sensors]", "[current]\namplitude_a = 1\nfrequency_hz = 5\n[sensors]").contains("current is given beside [mains], expected one source only"));
+        assert!(
+            error("[sensors]", "[current]\namplitude_a = 1\nfrequency_hz = 5\n[sensors]")
+                .contains("current is given beside [mains], expected one source only")
+        );
         assert_eq!(
             error("[1, 10]]", "[1, \"x\"]]"),
             "s.toml:10: torque_nm is a list with something other than a point [t_s, value] in it, expected a number, or points [[t_s, value], …] in the order of time; two \

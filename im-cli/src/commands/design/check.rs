@@ -5,12 +5,12 @@ use std::path::PathBuf;
 
 use im_design::certificate::{Certificate, Margin};
 use im_design::gains::GainSet;
-use im_model::FileError;
+use im_model::read_text;
 use serde_json::json;
 
 use crate::failure::Failure;
 use crate::spinner::spinning;
-use crate::terminal::rounded;
+use crate::terminal::{rounded, stdout};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -26,11 +26,11 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let file = args.file.display().to_string();
-    let text = std::fs::read_to_string(&args.file).map_err(|e| FileError::io(&file, "read", &e))?;
+    let text = read_text(&args.file)?;
     let checked = spinning("verifying", || Certificate::check_text(&text));
     let (certificate, margins) = checked.map_err(|e| Failure::Input(format!("{file}: refused: {e}")))?;
     let kind = GainSet::from(&certificate.design).kind;
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     if args.json {
         let margins: Vec<_> = margins.iter().map(|m| json!({"name": m.name, "margin": m.margin})).collect();
         writeln!(out, "{}", json!({"schema": 1, "file": file, "valid": true, "kind": kind, "margins": margins}))?;

@@ -9,13 +9,14 @@ use im_design::gains::{GainSet, Value};
 use im_design::mtpa::TCircuit;
 use im_design::request::{Kind, Period, design_for, design_sampled};
 use im_design::{Certificate, DesignError, DesignModel, plot};
-use im_model::{EffectId, FileError, MotorFile, Problem, write_atomically};
+use im_model::{EffectId, FileError, MotorFile, Problem, read_text, write_atomically};
 use serde_json::json;
 
 use super::check::proven;
 use crate::failure::Failure;
+use crate::output::Outputs;
 use crate::spinner::spinning;
-use crate::terminal::rounded;
+use crate::terminal::{rounded, stdout};
 
 /// Arguments of every design.
 #[derive(clap::Args)]
@@ -54,9 +55,12 @@ enum Scalar {
 
 /// Runs the command.
 pub fn run(kind: Kind, args: &Args) -> Result<(), Failure> {
+    let mut outputs = Outputs::beside([&args.motor, &args.region]);
+    let written = [Some(&args.output), args.rust.as_ref(), args.plot.as_ref()];
+    written.into_iter().flatten().try_for_each(|path| outputs.file(path))?;
     let motor = MotorFile::read(&args.motor)?;
     let region_file = args.region.display().to_string();
-    let region = std::fs::read_to_string(&args.region).map_err(|e| FileError::io(&region_file, "read", &e))?;
+    let region = read_text(&args.region)?;
     let plant = DesignModel::Machine(im_design::LinearMachine::from(&motor.machine));
     let made = spinning("designing and proving", || match args.period {
         Some(period) => design_sampled(kind, plant, &region, period),
@@ -108,7 +112,7 @@ fn summary(args: &Args, motor: &MotorFile, certificate: &Certificate, set: &Gain
     let written = [Some(&args.output), args.rust.as_ref(), args.plot.as_ref()];
     let taken_in = |id: &EffectId| matches!(certificate.design, Design::Mtpa(_)) && TCircuit::EFFECTS.contains(id);
     let left_out: Vec<_> = motor.machine.effects().active().filter(|id| !taken_in(id)).map(|id| id.name()).collect();
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     if args.json {
         let value = |v: &Value| match v {
             Value::Scalar(x) => json!(x),

@@ -8,6 +8,7 @@ use im_design::request::Kind;
 use std::io::Write;
 
 use crate::failure::Failure;
+use crate::terminal::stdout;
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -96,7 +97,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         What::Check(a) => check::run(a),
         What::ExampleRegion { kind } => {
             let kind: Kind = kind.parse().map_err(|e| Failure::Input(format!("{e}")))?;
-            Ok(std::io::stdout().lock().write_all(kind.example_region().as_bytes())?)
+            Ok(stdout().write_all(kind.example_region().as_bytes())?)
         }
     }
 }

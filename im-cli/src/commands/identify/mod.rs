@@ -10,7 +10,8 @@ use im_model::{MotorFile, write_atomically};
 use serde_json::json;
 
 use crate::failure::Failure;
-use crate::output;
+use crate::output::Outputs;
+use crate::terminal::stdout;
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -73,8 +74,14 @@ impl From<Scheme> for ReplayScheme {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(dir) = &args.out {
+        let read = Outputs::beside([&args.motor].into_iter().chain(&args.mapping));
+        let names = ["sensitivity.svg", "estimates.csv", "estimates.svg"];
+        let (map, online) = names.split_at(1);
+        let written = if args.sensitivity_map { map } else { online };
+        read.and_recordings(&args.data, args.mapping.as_deref()).folder(dir, written)?;
+    }
     let motor = MotorFile::read(&args.motor)?;
-    args.out.as_deref().map_or(Ok(()), output::folder)?;
     if args.sensitivity_map {
         map(&motor, args.out.as_deref(), args.json)?;
     }
@@ -109,7 +116,7 @@ fn map(motor: &MotorFile, out: Option<&Path>, json: bool) -> Result<(), Failure>
         let svg = map.svg(&format!("Where the parameters of {} show", motor.name));
         write_atomically(path, |w| w.write_all(svg.as_bytes()))?;
     }
-    let mut text = io::stdout().lock();
+    let mut text = stdout();
     if json {
         let point = |&(name, speed, load): &(&str, f64, f64)| json!({"name": name, "speed_over_rated": speed, "torque_over_rated": load, "share": at(speed, load)});
         let points: Vec<_> = POINTS.iter().map(point).collect();

@@ -11,7 +11,7 @@ use serde_json::json;
 use super::super::inputs::Replayed;
 use super::Args;
 use crate::failure::Failure;
-use crate::terminal::rounded;
+use crate::terminal::{rounded, stdout};
 
 /// Rows printed.
 const SHOWN: usize = 8;
@@ -35,7 +35,7 @@ pub fn run(motor: &MotorFile, data: &Path, args: &Args) -> Result<(), Failure> {
         |adapting: &dyn Fn(&ReplayRow) -> bool| rows.iter().filter(|r| adapting(r)).count() as f64 / rows.len().max(1) as f64;
     let adapting =
         [share(&|r| r.rotor.adapting[0]), share(&|r| r.both.adapting[1]), share(&|r| !r.regulation.status.is_frozen())];
-    let mut text = io::stdout().lock();
+    let mut text = stdout();
     if args.json {
         let last = rows.last().map(|row| {
             let [r_req, l, r_s, l_f] = row.regulation.values;

@@ -13,8 +13,8 @@ use serde_json::json;
 
 use super::inputs::Replayed;
 use crate::failure::Failure;
-use crate::output;
-use crate::terminal::rounded;
+use crate::output::Outputs;
+use crate::terminal::{rounded, stdout};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -88,8 +88,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.load_coefficient.is_some() && args.observer != Which::Thau {
         return Err(Failure::Input("--load-coefficient is for --observer thau: the others know no load torque".into()));
     }
+    if let Some(dir) = &args.out {
+        let read = Outputs::beside([&args.motor].into_iter().chain(&args.mapping).chain(&args.gains));
+        read.and_recordings([&args.data], args.mapping.as_deref()).folder(dir, &["estimate.csv", "speed.svg"])?;
+    }
     let motor = MotorFile::read(&args.motor)?;
-    args.out.as_deref().map_or(Ok(()), output::folder)?;
     let data = Replayed::read(&args.data, args.mapping.as_deref(), &motor, args.out.as_deref())?;
     if args.observer == Which::CurrentModel && !data.has_speed() {
         return Err(Failure::Input(format!(
@@ -147,7 +150,7 @@ fn tell(args: &Args, motor: &MotorFile, data: &Replayed, estimates: &[Estimate<f
     let share = valid().count() as f64 / r.len() as f64;
     let last = r.len() - 1;
     let (whole, end) = (error(r, estimates, valid()), error(r, estimates, r.len() / 2..r.len()));
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     if args.json {
         let pair = |e: Option<[f64; 2]>| e.map(|[mean, rms]| json!({"mean": mean, "rms": rms}));
         let summary = json!({

@@ -6,7 +6,7 @@ use im_verify::{Claim, Found, Paper};
 use serde_json::json;
 
 use super::Format;
-use crate::terminal::wrapped;
+use crate::terminal::{stdout, wrapped};
 
 /// What was found, in a word or two.
 pub fn stated(found: Found) -> &'static str {
@@ -18,7 +18,7 @@ pub fn stated(found: Found) -> &'static str {
 }
 
 pub fn print(claims: &[Claim], format: Format) -> io::Result<()> {
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     match format {
         Format::Json => {
             let all: Vec<_> = claims.iter().map(entry).collect();

@@ -15,7 +15,7 @@ use serde::de::DeserializeOwned;
 
 use crate::failure::Failure;
 use crate::spinner::spinning;
-use crate::terminal::Progress;
+use crate::terminal::{Progress, say, stdout};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -149,7 +149,8 @@ impl Args {
             let motor = MotorFile::read(path)?;
             let effects: Vec<&str> = motor.machine.effects().active().map(|e| e.name()).collect();
             if !effects.is_empty() {
-                eprintln!("note: the papers' claims are about the linear machine; left out: {}", effects.join(", "));
+                let effects = effects.join(", ");
+                say(&format!("note: the papers' claims are about the linear machine; left out: {effects}\n"));
             }
             let subject = Subject::of_motor(&motor).map_err(|e| Failure::Input(format!("{}: {e}", path.display())))?;
             return Ok(Some(subject));
@@ -188,7 +189,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             write_atomically(&folder.join(&f.file), |w| w.write_all(f.text.as_bytes()))?;
         }
     }
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     // What is for people is shown before the trials, which take long.
     match args.format() {
         Format::Text => table::text(&mut out, &campaign, &rows, &found, args)?,

@@ -7,6 +7,7 @@ use im_verify::{Subject, Verdict, case_file, claims};
 use serde_json::json;
 
 use crate::failure::Failure;
+use crate::terminal::stdout;
 
 /// Exit status 3 means that the case violates its claim.
 pub fn run(path: &Path, given: Option<Subject>, as_json: bool) -> Result<(), Failure> {
@@ -19,7 +20,7 @@ pub fn run(path: &Path, given: Option<Subject>, as_json: bool) -> Result<(), Fai
         Verdict::Violated { why, .. } => ("violated", why.clone()),
         Verdict::Outside => ("outside", "an assumption of the claim is not met".to_owned()),
     };
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     if as_json {
         let answer = json!({"schema": 1, "claim": claim.number, "name": claim.name, "verdict": word, "margin": verdict.margin(), "why": why});
         writeln!(out, "{answer}")?;
