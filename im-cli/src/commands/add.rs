@@ -1,6 +1,6 @@
 //! `im add`: an effect into a motor file, at a usual size or fitted.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 use im_diagnose::case::Case;
@@ -12,7 +12,6 @@ use serde_json::{Map, json};
 
 use super::inputs::{Data, refused};
 use crate::failure::Failure;
-use crate::output::Outputs;
 use crate::spinner::spinning;
 use crate::terminal::{rounded, stdout};
 

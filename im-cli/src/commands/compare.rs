@@ -1,6 +1,6 @@
 //! `im compare`: where a model and recordings disagree, without changing anything.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 use im_diagnose::case::Case;

@@ -1,6 +1,6 @@
 //! `im completions`: what a shell needs to complete the command line.
 
-use std::io::{self, Write};
+use std::io::Write;
 
 use clap_complete::Shell;
 

@@ -2,7 +2,7 @@
 //!
 //! The recordings come from a simulator that shares no equations with the model (im-trials); nothing here says what it hid.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 

@@ -1,6 +1,6 @@
 //! `im diagnose`: the whole loop on files.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
@@ -10,7 +10,6 @@ use im_diagnose::search::Options;
 
 use super::inputs::{Data, quality, refused, write_quality};
 use crate::failure::Failure;
-use crate::output::Outputs;
 use crate::spinner::spinning;
 use crate::terminal::{STORY_WIDTH, stdout};
 

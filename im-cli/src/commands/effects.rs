@@ -1,7 +1,7 @@
 //! `im effects`: the library of physical effects, and the card of each.
 
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};

@@ -1,6 +1,6 @@
 //! `im fit`: the parameters of a motor from recordings, its effects as they are.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 use im_diagnose::residuals::errors;
@@ -10,7 +10,6 @@ use serde_json::json;
 
 use super::inputs::{Data, refused};
 use crate::failure::Failure;
-use crate::output::Outputs;
 use crate::spinner::spinning;
 use crate::terminal::{rounded, stdout, wrapped};
 

@@ -1,6 +1,6 @@
 //! `im next-test`: the manoeuvre that best settles what is open.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 use im_diagnose::next_test::{Limits, propose};

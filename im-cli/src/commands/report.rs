@@ -1,6 +1,6 @@
 //! `im report`: several diagnoses side by side.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 use im_diagnose::report::{SideBySide, side_by_side, side_by_side_terminal};

@@ -1,6 +1,6 @@
 //! `im validate`: a motor before and after, on a recording that neither has seen.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 use im_diagnose::case::Case;

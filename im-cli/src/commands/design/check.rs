@@ -1,6 +1,6 @@
 //! `im design check`: decides a certificate again, exactly.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 use im_design::certificate::{Certificate, Margin};

@@ -2,7 +2,7 @@
 
 mod online;
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use im_identify::online::{RegulationParameters, ReplayScheme, SensitivityMap};

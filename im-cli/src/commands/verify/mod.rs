@@ -5,7 +5,7 @@ mod replay;
 mod table;
 mod trials;
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use im_model::{MotorFile, write_atomically};

@@ -1,6 +1,6 @@
 //! One case, alone.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::Path;
 
 use im_verify::{Subject, Verdict, case_file, claims};
