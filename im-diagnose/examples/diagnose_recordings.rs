@@ -27,8 +27,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (score, chance) = (candidate.score, candidate.threshold);
         println!("  {:24} score {score:7.0} where chance reaches {chance:.0}", candidate.effect.name());
     }
-    for p in d.parameters.iter().filter(|p| p.std > 0.0) {
-        println!("  {:54} {:.5} -> {:.5} ± {:.1e}", p.id.to_string(), p.before, p.after, p.std);
+    for p in &d.estimates.list {
+        println!("  {:54} {:.5} -> {:.5} ± {:.1e}", p.quantity.key(), p.before, p.after, p.std);
     }
     // Every command of `im` takes this as --motor.
     let refined = d.refined.to_toml();

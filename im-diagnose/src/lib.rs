@@ -28,3 +28,4 @@ pub mod residuals;
 pub mod search;
 pub mod statistics;
 pub mod tables;
+pub mod uncertainty;

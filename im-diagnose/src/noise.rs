@@ -79,9 +79,16 @@ impl Whitener {
             .collect()
     }
 
-    /// Ratio of the spectrum at zero frequency to white noise of the innovations: how much a slow signal is overrated without whitening.
-    pub fn slow_gain(&self) -> f64 {
-        1.0 / (1.0 - self.coefficients.iter().sum::<f64>()).powi(2)
+    /// A⁻ᵀx √v, where A filters a signal to innovations: its square is xᵀΣx, with Σ the covariance of the noise.
+    pub fn coloured_backwards(&self, x: &[f64]) -> Vec<f64> {
+        let scale = self.variance.sqrt();
+        let mut y = vec![0.0; x.len()];
+        for k in (0..x.len()).rev() {
+            let later: f64 = self.coefficients.iter().zip(&y[k + 1..]).map(|(a, y)| a * y).sum();
+            y[k] = x[k] + later;
+        }
+        y.iter_mut().for_each(|y| *y *= scale);
+        y
     }
 }
 

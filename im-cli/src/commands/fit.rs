@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use im_diagnose::residuals::errors;
 use im_diagnose::search::Refinement;
-use im_model::MotorFile;
+use im_diagnose::uncertainty::{Estimate, Estimates, HALF_95, MachineQuantity};
+use im_model::{BaseParameter, MotorFile, ParameterId};
 use serde_json::json;
 
 use super::inputs::{Data, refused};
@@ -35,6 +36,14 @@ pub struct Args {
 /// A parameter counts as not determined when its standard deviation exceeds this fraction of it.
 const UNDETERMINED: f64 = 0.3;
 
+/// Parameters of the T circuit that depend on the ratio of the leakages.
+const HELD: [BaseParameter; 4] = [
+    BaseParameter::RotorResistance,
+    BaseParameter::StatorLeakageInductance,
+    BaseParameter::RotorLeakageInductance,
+    BaseParameter::MagnetizingInductance,
+];
+
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.output {
@@ -50,26 +59,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         after.write(path)?;
     }
     let train = errors(&fit.machine, refinement.nudged(), &fit.starts);
-    let std = fit.standard_deviations();
-    let weak = fit.undetermined(UNDETERMINED);
+    let estimates = Estimates::of_fit(&before, fit, refinement.nudged());
+    let weak = |e: &Estimate| e.std.is_nan() || e.std > UNDETERMINED * e.after.abs();
     let mut out = stdout();
     if args.json {
-        let parameters: serde_json::Map<_, _> = fit
-            .free
-            .iter()
-            .enumerate()
-            .filter_map(|(k, f)| {
-                let id = f.id()?;
-                let value = json!({
-                    "before": before.machine.get(id), "after": after.machine.get(id), "std": std[k],
-                    "unit": id.unit(), "determined": !weak.contains(&k),
-                });
-                Some((id.to_string(), value))
-            })
-            .collect();
+        let held = HELD.map(ParameterId::Base).map(|id| (MachineQuantity::Parameter(id), None));
+        let all = estimates.list.iter().map(|e| (e.quantity, Some(e))).chain(held);
+        let one = |(q, e): (MachineQuantity, Option<&Estimate>)| {
+            let value = json!({
+                "before": q.of(&before.machine), "after": q.of(&after.machine), "std": e.map(|e| e.std), "unit": q.unit(),
+                "determined": e.map(|e| !weak(e)), "leakage_ratio_held": e.is_none(),
+            });
+            (q.key(), value)
+        };
+        let parameters: serde_json::Map<_, _> = all.map(one).collect();
         let report = json!({
             "schema": 1, "data_quality": noticed, "chi2_per_sample": train.chi2_per_sample, "rmse": train.rmse, "fit_percent": train.fit_percent,
-            "parameters": parameters, "holdout_chi2_per_sample": model.holdout,
+            "parameters": parameters, "covariance": estimates.to_json(), "holdout_chi2_per_sample": model.holdout,
         });
         writeln!(out, "{report}")?;
         return Ok(());
@@ -77,18 +83,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for finding in &noticed {
         write!(out, "{}", wrapped("! ", &finding.line()))?;
     }
-    writeln!(out, "{:<60} {:>11} {:>11} {:>11}", "parameter", "before", "after", "std")?;
-    for (k, f) in fit.free.iter().enumerate() {
-        if let Some(id) = f.id() {
-            let note = if weak.contains(&k) { "  not determined by these recordings" } else { "" };
-            let (b, a) = (rounded(before.machine.get(id)), rounded(after.machine.get(id)));
-            writeln!(out, "{:<60} {b:>11} {a:>11} {:>11} {}{note}", f.name(), rounded(std[k]), id.unit())?;
-        }
+    writeln!(out, "{:<60} {:>11} {:>11} {:>11}", "parameter", "before", "after", "± 95 %")?;
+    for e in &estimates.list {
+        let note = if weak(e) { "  not determined by these recordings" } else { "" };
+        let (b, a, half) = (rounded(e.before), rounded(e.after), rounded(HALF_95 * e.std));
+        writeln!(out, "{:<60} {b:>11} {a:>11} {half:>11} {}{note}", e.quantity.key(), e.quantity.unit())?;
     }
-    let pairs = (0..fit.free.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
-    for (a, b) in pairs.filter(|&(a, b)| fit.correlation(a, b).abs() > 0.98) {
-        let c = fit.correlation(a, b);
-        writeln!(out, "{} and {} can hardly be told apart (correlation {c:.3})", fit.free[a].name(), fit.free[b].name())?;
+    for q in HELD.map(|p| MachineQuantity::Parameter(ParameterId::Base(p))) {
+        let (b, a) = (rounded(q.of(&before.machine)), rounded(q.of(&after.machine)));
+        writeln!(out, "{:<60} {b:>11} {a:>11}  ratio held  {}", q.key(), q.unit())?;
+    }
+    let ratio = before.machine.parameters().leakage_ratio();
+    let held = format!("\"ratio held\": follows from the inverse-Γ circuit with L_ls/L_lr = {} as given.", rounded(ratio));
+    write!(out, "{}", wrapped("", &held))?;
+    for (a, b, c) in estimates.correlated(0.98) {
+        writeln!(out, "{} and {} are hardly distinguished by these recordings (correlation {c:.3})", a.key(), b.key())?;
     }
     writeln!(
         out,

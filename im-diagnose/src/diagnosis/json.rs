@@ -38,9 +38,11 @@ impl Diagnosis {
                 "train": errors(&s.train),
                 "holdout": s.holdout.as_ref().map(errors),
             })).collect::<Vec<_>>(),
-            "parameters": self.parameters.iter().map(|p| (p.id.to_string(), json!({
-                "before": finite(p.before), "after": finite(p.after), "std": finite(p.std), "unit": p.id.unit(),
+            "parameters": self.parameters.iter().map(|p| (p.quantity.key(), json!({
+                "before": finite(p.before), "after": finite(p.after), "std": p.std.map(finite), "unit": p.quantity.unit(),
+                "leakage_ratio_held": p.std.is_none(),
             }))).collect::<serde_json::Map<_, _>>(),
+            "covariance": self.estimates.to_json(),
             "leftover": self.leftover.iter().take(6).map(|d| json!({
                 "depends_on": d.variable.label(), "part": d.part.label(), "log10_p": -d.log_p, "size": d.size, "curve": d.curve,
             })).collect::<Vec<_>>(),

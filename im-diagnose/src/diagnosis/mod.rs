@@ -7,12 +7,13 @@ mod verdict;
 
 use std::collections::BTreeMap;
 
-use im_identify::offline::FitError;
-use im_model::{EffectId, MotorFile, ParameterId};
+use im_identify::offline::{FitError, Free, Target};
+use im_model::{EffectId, MotorFile};
 
 use crate::case::Case;
 use crate::residual_tests::{Dependence, dependences};
-use crate::search::{Course, Model, Options, Refinement};
+use crate::uncertainty::{Estimates, MachineQuantity, ratio_held};
+use crate::search::{Course, Options, Refinement};
 pub use ranking::Candidate;
 use ranking::ranking;
 pub use steps::Step;
@@ -24,13 +25,13 @@ use verdict::{caused, explained, remainder, verdict, verdict_of};
 #[derive(Clone, Debug)]
 pub struct ParameterChange {
     /// Which.
-    pub id: ParameterId,
+    pub quantity: MachineQuantity,
     /// As given.
     pub before: f64,
     /// As refined.
     pub after: f64,
-    /// Standard deviation.
-    pub std: f64,
+    /// Standard deviation; `None` where only the inverse-Γ circuit is determined ([`ratio_held`]).
+    pub std: Option<f64>,
 }
 
 /// The whole answer.
@@ -46,8 +47,10 @@ pub struct Diagnosis {
     pub ranking: Vec<Candidate>,
     /// The refitted base model, then one step per effect.
     pub steps: Vec<Step>,
-    /// Parameters before and after.
+    /// Parameters before and after: what the recordings determine first, then the rest of the T circuit.
     pub parameters: Vec<ParameterChange>,
+    /// What the recordings determine, with its covariance.
+    pub estimates: Estimates,
     /// The motor with the effects added and everything refitted.
     pub refined: MotorFile,
     /// What the last model's residual still depends on.
@@ -71,7 +74,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     let before = case.motor.clone();
     let (mut loop_, base) = Refinement::new(case, options)?;
     let mut course = loop_.run(base)?;
-    let steps_as_found = steps(&loop_, &course);
+    let (steps_as_found, judged_as_found) = steps(&loop_, &course);
     keep_confirmed(&mut course, &steps_as_found, least_gain);
     let mut leftover = leftover_of(&loop_, &course);
     if verdict_of(&course, &leftover, 1.0) == Some(Verdict::Unexplained) && explained(&course) < PARTIAL {
@@ -83,18 +86,20 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     let last = &course.models[course.models.len() - 1];
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
     let floor = if caused(&course, &leftover) { 1.0 } else { last.train().max(1.0) };
-    let steps = if floor > 1.05 {
+    let (steps, judged) = if floor > 1.05 {
         loop_.set_noise_to_residual(&last.fit);
         steps(&loop_, &course)
     } else {
-        steps_as_found[..course.models.len()].to_vec()
+        (steps_as_found[..course.models.len()].to_vec(), judged_as_found)
     };
     let remainder = remainder(&course, &leftover);
     let ranking = ranking(&loop_, &course, significance, remainder.as_ref());
     let verdict = verdict(&course, &ranking, &leftover, floor);
-    let machine = steps[steps.len() - 1].machine;
-    let refined = MotorFile { machine, ..before.clone() };
-    let parameters = changes(&before, &refined, last);
+    let Step { machine, starts, effects, .. } = &steps[steps.len() - 1];
+    let refined = MotorFile { machine: *machine, ..before.clone() };
+    let free = loop_.free(machine, effects, &judged);
+    let estimates = Estimates::new(&before, machine, starts, &judged, &free);
+    let parameters = changes(&before, &refined, &free, &estimates);
     let case = loop_.case().clone();
     let noise = case.train.iter().flat_map(|e| &e.channels).map(|c| (c.name.clone(), c.sigma)).collect();
     Ok(Diagnosis {
@@ -104,6 +109,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
         ranking,
         steps,
         parameters,
+        estimates,
         refined,
         leftover,
         remainder,
@@ -118,19 +124,16 @@ fn leftover_of(loop_: &Refinement, course: &Course) -> Vec<Dependence> {
     dependences(&last.fit.machine, &last.fit.starts, loop_.nudged())
 }
 
-fn changes(before: &MotorFile, after: &MotorFile, last: &Model) -> Vec<ParameterChange> {
-    let values = last.fit.values();
-    let std = last.fit.standard_deviations();
-    let mut out = Vec::new();
-    for (k, f) in last.fit.free.iter().enumerate() {
-        if let im_identify::offline::Target::Machine(ids) = &f.target {
-            let relative = std[k] / values[k].abs().max(1e-300);
-            for &id in ids {
-                let (b, a) = (before.machine.get(id), after.machine.get(id));
-                let sd = if ids.len() > 1 { relative * a.abs() } else { std[k] };
-                out.push(ParameterChange { id, before: b, after: a, std: sd });
-            }
-        }
-    }
-    out
+fn changes(before: &MotorFile, after: &MotorFile, free: &[Free], estimates: &Estimates) -> Vec<ParameterChange> {
+    let determined = estimates.list.iter().map(|e| (e.quantity, Some(e.std)));
+    let moved = free.iter().filter_map(|f| match &f.target {
+        Target::Machine(ids) => Some(ids),
+        Target::Initial { .. } => None,
+    });
+    let held = moved.flatten().filter(|id| ratio_held(**id)).map(|&id| (MachineQuantity::Parameter(id), None));
+    let (given, fitted) = (&before.machine, &after.machine);
+    determined
+        .chain(held)
+        .map(|(quantity, std)| ParameterChange { quantity, before: quantity.of(given), after: quantity.of(fitted), std })
+        .collect()
 }

@@ -67,14 +67,16 @@ fn step(loop_: &Refinement, model: &Model, (machine, starts): (Machine<f64>, Vec
     }
 }
 
-pub(super) fn steps(loop_: &Refinement, course: &Course) -> Vec<Step> {
+/// The steps of a course, and the training recordings as they are judged on them.
+pub(super) fn steps(loop_: &Refinement, course: &Course) -> (Vec<Step>, Vec<Experiment>) {
     let last = &course.models[course.models.len() - 1];
     // A first, generous look: what the final model can be fitted on without nudging; then the strict one, with that fit.
     let refit = Judged::new(loop_, &last.fit.machine, &last.fit.starts, 100.0);
     let fits: Vec<_> = course.models.par_iter().map(|m| refitted(loop_, m, &refit)).collect();
     let (machine, starts) = &fits[fits.len() - 1];
     let judged = Judged::new(loop_, machine, starts, UNSTABLE);
-    course.models.par_iter().zip(fits).map(|(m, fit)| step(loop_, m, fit, &judged)).collect()
+    let steps = course.models.par_iter().zip(fits).map(|(m, fit)| step(loop_, m, fit, &judged)).collect();
+    (steps, judged.train)
 }
 
 /// Drops the last effects again where a simulation on its own feet does not gain by them: nudging the speed towards a noisy

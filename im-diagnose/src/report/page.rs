@@ -45,9 +45,14 @@ const GLOSSARY: &[(&str, &str, &str)] = &[
         "Cosine between the traces that two effects leave in these recordings after a refit: 1.00 means that these recordings do not distinguish them, 0 that they have nothing in common.",
     ),
     (
+        "ratio",
+        "ratio held as given",
+        "A linear machine shows its inverse-Γ circuit at its terminals, not how the leakage is shared between stator and rotor. This value follows from the inverse-Γ circuit with the ratio L_ls/L_lr of the motor file, and has no interval of its own.",
+    ),
+    (
         "interval",
         "± interval",
-        "95 % interval from the sensor noise and the remaining error alone. It does not know about effects that are not in the model.",
+        "95 % interval: sensor noise, coloured as the residual shows it; the curves of the effects, which may differ from the machine's by 5 % of what they explain; and the ratio of the leakages, which may be off by 20 %. It holds if the effects in the model are the right ones.",
     ),
     ("base", "base model", "The linear machine with its parameters refitted, before any effect is added."),
     ("refined", "refined model", "The machine with the effects found, everything refitted."),

@@ -9,6 +9,7 @@ use super::page::{Section, figure, legend, page, table, term};
 use super::sections::{Fall, head, waterfall};
 use super::terminal::Text;
 use super::words::{channel_name, escape, floors, short_effect_name};
+use crate::uncertainty::MachineQuantity;
 use crate::format::{interval, number, percent_change, quantity, sentence};
 
 /// A diagnosis as read from its file.
@@ -77,16 +78,7 @@ fn effect(name: &str) -> String {
 }
 
 fn parameter_words(key: &str) -> String {
-    let base = im_model::BaseParameter::ALL.iter().find(|p| p.key() == key);
-    if let Some(p) = base {
-        return super::words::parameter_name(im_model::ParameterId::Base(*p)).0;
-    }
-    let found = key.split_once('.').and_then(|(e, k)| {
-        let e = EffectId::from_name(e)?;
-        let index = e.parameters().iter().position(|p| p.key == k)?;
-        Some(super::words::parameter_name(im_model::ParameterId::Effect(e, index)).0)
-    });
-    found.unwrap_or_else(|| key.replace(['_', '.'], " "))
+    MachineQuantity::from_key(key).map_or_else(|| key.replace(['_', '.'], " "), |q| super::words::quantity_name(q).0)
 }
 
 /// One sentence on what differs.

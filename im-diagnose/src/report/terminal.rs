@@ -2,11 +2,13 @@
 
 use super::Meta;
 use super::overlay::channel_words;
-use super::sections::{fall_rows, parameter_warning};
+use super::sections::{fall_rows, parameter_warning, parameters_note};
 use super::story::{Shown, Story, summary, verdict_words};
 use super::text_plot::{columns, log_bar, spark, wrapped};
-use super::words::{floors, parameter_name, short_effect_name};
+use super::words::{floors, quantity_name, short_effect_name};
 use crate::diagnosis::{Diagnosis, Verdict};
+use crate::uncertainty::{HALF_95, MachineQuantity};
+use im_model::ParameterId;
 use crate::format::{interval, number, percent_change, quantity, sentence};
 use crate::localise::{ProfileOver, Quantity};
 
@@ -218,19 +220,20 @@ fn candidates(out: &mut Text, d: &Diagnosis) {
 }
 
 fn parameters(out: &mut Text, d: &Diagnosis) {
-    out.heading("Parameters (± 95 %, from sensor noise)");
+    out.heading("Parameters (± 95 %)");
     let mut table = Vec::new();
     for p in &d.parameters {
-        let new = matches!(p.id, im_model::ParameterId::Effect(e, _) if !d.case.motor.machine.effects().is_on(e));
-        let unit = p.id.unit();
+        let new = matches!(p.quantity, MachineQuantity::Parameter(ParameterId::Effect(e, _)) if !d.case.motor.machine.effects().is_on(e));
+        let unit = p.quantity.unit();
         table.push(vec![
-            parameter_name(p.id).0,
+            quantity_name(p.quantity).0,
             if new { "–".into() } else { quantity(p.before, unit, 4) },
-            interval(p.after, 1.96 * p.std, unit),
+            p.std.map_or_else(|| format!("{}, ratio held", quantity(p.after, unit, 4)), |std| interval(p.after, HALF_95 * std, unit)),
             if new { "new".into() } else { percent_change(p.before, p.after) },
         ]);
     }
     out.table(&table, &[false, true, true, true]);
+    out.paragraph("  ", &parameters_note(d));
     for p in &d.parameters {
         if let Some(w) = parameter_warning(p, d) {
             out.paragraph("  ! ", &sentence(&w));

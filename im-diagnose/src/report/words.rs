@@ -1,6 +1,7 @@
 //! Names of effects, parameters and channels as people read them.
 
 use crate::format::number;
+use crate::uncertainty::MachineQuantity;
 /// Text for HTML.
 pub use im_chart::escape;
 use im_model::{BaseParameter, EffectId, ParameterId};
@@ -22,8 +23,19 @@ pub fn short_effect_name(e: EffectId) -> String {
     name.split(" (").next().unwrap_or(&name).to_owned()
 }
 
+/// A quantity's name, its symbol where it has one, and what it means.
+pub fn quantity_name(q: MachineQuantity) -> (String, String) {
+    let inverse_gamma = |name: &str, meaning: &str| (format!("{name} (inverse-Γ)"), meaning.to_owned());
+    match q {
+        MachineQuantity::RotorResistance => inverse_gamma("rotor resistance R_R", "R_r (L_m/L_r)²: as the terminals show it"),
+        MachineQuantity::LeakageInductance => inverse_gamma("leakage inductance L_σ", "L_s − L_m²/L_r: all leakage on the stator side"),
+        MachineQuantity::MagnetizingInductance => inverse_gamma("magnetizing inductance L_M", "L_m²/L_r"),
+        MachineQuantity::Parameter(id) => parameter_name(id),
+    }
+}
+
 /// A parameter's name, its symbol where it has one, and what it means.
-pub fn parameter_name(id: ParameterId) -> (String, String) {
+fn parameter_name(id: ParameterId) -> (String, String) {
     match id {
         ParameterId::Base(p) => (
             match p {

@@ -164,7 +164,8 @@ impl Refinement {
         fit_from(machine, starts.to_vec(), experiments, &self.free(machine, effects, experiments), options)
     }
 
-    fn free(&self, machine: &Machine<f64>, effects: &[EffectId], experiments: &[Experiment]) -> Vec<Free> {
+    /// What is fitted of a machine with such effects to such recordings.
+    pub(crate) fn free(&self, machine: &Machine<f64>, effects: &[EffectId], experiments: &[Experiment]) -> Vec<Free> {
         let mut free = base_parameters_in(machine, experiments);
         let own: Vec<EffectId> = self.base.effects().active().collect();
         for &e in own.iter().chain(effects) {

@@ -236,7 +236,7 @@ pub fn fit_from(
     // Slopes from a short step before the minimum are those of the minimum, for the covariance.
     let normal = end.normal.unwrap_or_else(|| slopes(&here.machine, experiments, &here.starts, free, 1.0).0.normal);
     Ok(Fit {
-        covariance: inverse(&normal),
+        covariance: inverse_of_normal(&normal),
         machine: here.machine,
         starts: here.starts,
         free: free.to_vec(),
@@ -379,7 +379,7 @@ fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, stopped: &[bool],
 }
 
 /// Inverse of a scaled positive semidefinite matrix; directions without information get a huge variance.
-fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
+pub fn inverse_of_normal(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let p = normal.nrows();
     if p == 0 {
         return normal.clone();

@@ -11,7 +11,7 @@ mod start;
 mod steady;
 
 pub use experiment::{Channel, ChannelKind, Experiment, ExperimentError, Start};
-pub use fit::{Fit, FitError, FitOptions, cost, fit, fit_from};
+pub use fit::{Fit, FitError, FitOptions, cost, fit, fit_from, inverse_of_normal};
 pub use free::{Free, Target, Transform, base_parameters, base_parameters_in, effect_parameters};
 pub use simulate::{Linearized, linearize, predict, residuals};
 pub use start::{angle_on, guess_start, start_on, start_parameters};

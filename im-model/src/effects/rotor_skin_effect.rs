@@ -7,6 +7,7 @@
 
 use super::effect;
 use crate::error::Bound;
+use crate::scalar::Scalar;
 
 effect! {
     /// Current displacement in deep bars or a double cage.
@@ -30,4 +31,11 @@ effect! {
         time_constant_s: Shape, default 3e-3, "s", One, typical 1e-3 to 1e-2, Bound::Within(1e-4, 1.0);
     },
     hooks: {}
+}
+
+impl<T: Scalar> RotorSkinEffect<T> {
+    /// Leakage that the branch adds at low slip frequency, H: i_r − z = jωτ i_r there, so that the drop is jω k R_r τ i_r.
+    pub fn low_slip_leakage_h(&self, rotor_resistance_ohm: T) -> T {
+        self.resistance_rise * rotor_resistance_ohm * self.time_constant_s
+    }
 }

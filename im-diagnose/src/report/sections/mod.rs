@@ -44,5 +44,5 @@ pub(super) fn whole(s: &Story) -> String {
 }
 
 pub(super) use errors::{Fall, rows as fall_rows, waterfall};
-pub(super) use parameters::warning as parameter_warning;
+pub(super) use parameters::{note as parameters_note, warning as parameter_warning};
 pub(super) use top::head;

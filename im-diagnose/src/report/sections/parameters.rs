@@ -4,23 +4,23 @@ use im_model::ParameterId;
 
 use super::super::page::{Section, table, term};
 use super::super::story::Story;
-use super::super::words::{escape, parameter_name};
-use crate::diagnosis::ParameterChange;
+use super::super::words::{escape, quantity_name};
+use crate::diagnosis::{Diagnosis, ParameterChange};
+use crate::uncertainty::{HALF_95, MachineQuantity};
 use crate::format::{interval, percent_change, quantity};
 
 /// A base parameter that moved by more than this factor is suspicious: nameplates and catalogues are better than that.
 const SUSPICIOUS: f64 = 1.5;
 
 /// Why a change is suspicious, if it is.
-pub(crate) fn warning(p: &ParameterChange, s: &crate::diagnosis::Diagnosis) -> Option<String> {
-    let (name, _) = parameter_name(p.id);
-    if p.std > 0.3 * p.after.abs() && p.after != 0.0 {
-        return Some(format!(
-            "{name} is hardly determined by these recordings ({})",
-            interval(p.after, 1.96 * p.std, p.id.unit())
-        ));
+pub(crate) fn warning(p: &ParameterChange, s: &Diagnosis) -> Option<String> {
+    let (name, _) = quantity_name(p.quantity);
+    if let Some(std) = p.std.filter(|std| *std > 0.3 * p.after.abs() && p.after != 0.0) {
+        let shown = interval(p.after, HALF_95 * std, p.quantity.unit());
+        return Some(format!("{name} is hardly determined by these recordings ({shown})"));
     }
-    match p.id {
+    let MachineQuantity::Parameter(id) = p.quantity else { return None };
+    match id {
         ParameterId::Base(_) => {
             let ratio = p.after / p.before;
             let far = ratio.is_finite() && ratio > 0.0 && ratio.ln().abs() > SUSPICIOUS.ln();
@@ -42,6 +42,16 @@ pub(crate) fn warning(p: &ParameterChange, s: &crate::diagnosis::Diagnosis) -> O
     }
 }
 
+/// What the intervals hold for.
+pub(crate) fn note(d: &Diagnosis) -> String {
+    let held = "R_r, L_ls, L_lr and L_m follow from the inverse-Γ circuit with L_ls/L_lr as given, and carry no interval of their own.";
+    if d.effects.is_empty() {
+        return held.into();
+    }
+    let chosen = if d.alternatives.iter().any(|a| !a.is_empty()) { "; with a rival in the place of one, others follow" } else { "" };
+    format!("{held} Intervals hold for the effects named, which were chosen from the library by these recordings{chosen}.")
+}
+
 pub(crate) fn section(s: &Story) -> Section {
     let d = s.d;
     let several = d.steps.len() > 1;
@@ -56,22 +66,25 @@ pub(crate) fn section(s: &Story) -> Section {
         .parameters
         .iter()
         .map(|p| {
-            let (name, meaning) = parameter_name(p.id);
-            let unit = p.id.unit();
-            let given = match p.id {
-                ParameterId::Effect(e, _) if !d.case.motor.machine.effects().is_on(e) => "–".to_owned(),
+            let (name, meaning) = quantity_name(p.quantity);
+            let unit = p.quantity.unit();
+            let given = match p.quantity {
+                MachineQuantity::Parameter(ParameterId::Effect(e, _)) if !d.case.motor.machine.effects().is_on(e) => "–".to_owned(),
                 _ => quantity(p.before, unit, 4),
             };
             let flag = if warning(p, d).is_some() { " <span class=\"flag\">⚠</span>" } else { "" };
             let mut row = vec![format!(r#"<span title="{}">{}</span>{flag}"#, escape(&meaning), escape(&name)), given.clone()];
             if several {
-                let there = match p.id {
-                    ParameterId::Effect(..) => "–".to_owned(),
-                    ParameterId::Base(_) => quantity(base.get(p.id), unit, 4),
+                let there = match p.quantity {
+                    MachineQuantity::Parameter(ParameterId::Effect(..)) => "–".to_owned(),
+                    other => quantity(other.of(base), unit, 4),
                 };
                 row.push(there);
             }
-            row.push(interval(p.after, 1.96 * p.std, unit));
+            row.push(match p.std {
+                Some(std) => interval(p.after, HALF_95 * std, unit),
+                None => format!("{}, {}", quantity(p.after, unit, 4), term("ratio", "ratio held as given")),
+            });
             row.push(if given == "–" { "new".into() } else { percent_change(p.before, p.after) });
             (false, row)
         })
@@ -87,7 +100,7 @@ pub(crate) fn section(s: &Story) -> Section {
         id: "parameters",
         short: "parameters",
         title: "Parameters, before and after".into(),
-        body: format!("{warnings}{absorbed}{}", table(&head, &rows)),
+        body: format!("{warnings}{absorbed}<p>{}</p>{}", escape(&note(d)), table(&head, &rows)),
     }
 }
 
@@ -101,14 +114,14 @@ fn absorbed(s: &Story) -> Option<String> {
     let (p, moved) = d
         .parameters
         .iter()
-        .filter(|p| matches!(p.id, ParameterId::Base(_)))
-        .map(|p| (p, (base.get(p.id) / p.after).ln()))
+        .filter(|p| p.std.is_some() && !matches!(p.quantity, MachineQuantity::Parameter(ParameterId::Effect(..))))
+        .map(|p| (p, (p.quantity.of(base) / p.after).ln()))
         .filter(|x| x.1.is_finite())
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     (moved.abs() > 0.03).then(|| {
         format!(
             "Without the missing cause, the refit had bent {} by {} from its refined value to imitate it.",
-            parameter_name(p.id).0,
+            quantity_name(p.quantity).0,
             percent_change(1.0, moved.exp())
         )
     })

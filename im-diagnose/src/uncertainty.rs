@@ -1,0 +1,352 @@
+//! What recordings determine of a machine, and how well.
+//!
+//! A linear machine shows its inverse-Γ circuit at its terminals, not how the leakage is shared between stator and rotor: the ratio
+//! L_ls/L_lr is held as given, and intervals are of R_s, R_R, L_σ, L_M, of the mechanics and of the effects. With J the slopes of the
+//! residuals and N = JᵀJ, the covariance of the estimates is
+//!
+//! C = N⁻¹ (JᵀΣJ + Σ_m g_m g_mᵀ) N⁻¹,   g_m = Jᵀ d_m
+//!
+//! Σ is the covariance of the noise, an autoregressive model per channel fitted to the residuals. What it does not know (noise of the load
+//! torque, which moves the speed slowly; a residual that is larger where more happens) shows in the sums of Jᵀr over stretches of the
+//! recordings: where their spread asks for a wider interval, that is taken. d_m are changes of the outputs that the model cannot follow and
+//! the residual hardly shows: the curve of each effect, bent by [`FORM_ERROR`], and the ratio of the leakages, off by [`RATIO_ERROR`].
+
+use im_identify::offline::{Experiment, Fit, Free, Linearized, Target, inverse_of_normal, linearize, predict};
+use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State, TParameters};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::noise::whiteners;
+
+/// By how much, in standard deviations, the form of an effect in a machine differs from the library's: a part of what it explains.
+const FORM_ERROR: f64 = 0.05;
+
+/// Standard deviation of the logarithm of L_ls/L_lr as given.
+const RATIO_ERROR: f64 = 0.2;
+
+/// 97.5 % quantile of the normal distribution: half of a 95 % interval, in standard deviations.
+pub const HALF_95: f64 = 1.96;
+
+/// A quantity that recordings can determine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MachineQuantity {
+    /// R_R = R_r (L_m/L_r)² of the inverse-Γ circuit, at low slip frequency, Ω.
+    RotorResistance,
+    /// L_σ = L_s − L_m²/L_r, H.
+    LeakageInductance,
+    /// L_M = L_m²/L_r, H.
+    MagnetizingInductance,
+    /// A parameter that is the same in every circuit: R_s, J, D, or one of an effect.
+    Parameter(ParameterId),
+}
+
+impl MachineQuantity {
+    /// Key in files.
+    pub fn key(self) -> String {
+        match self {
+            Self::RotorResistance => "inverse_gamma.rotor_resistance_ohm".into(),
+            Self::LeakageInductance => "inverse_gamma.leakage_inductance_h".into(),
+            Self::MagnetizingInductance => "inverse_gamma.magnetizing_inductance_h".into(),
+            Self::Parameter(id) => id.to_string(),
+        }
+    }
+
+    /// The quantity of a key.
+    pub fn from_key(key: &str) -> Option<Self> {
+        if let Some(q) = [Self::RotorResistance, Self::LeakageInductance, Self::MagnetizingInductance].into_iter().find(|q| q.key() == key) {
+            return Some(q);
+        }
+        if let Some(p) = BaseParameter::ALL.into_iter().find(|p| p.key() == key) {
+            return Some(Self::Parameter(ParameterId::Base(p)));
+        }
+        let (effect, parameter) = key.split_once('.')?;
+        let effect = EffectId::from_name(effect)?;
+        let index = effect.parameters().iter().position(|p| p.key == parameter)?;
+        Some(Self::Parameter(ParameterId::Effect(effect, index)))
+    }
+
+    /// Unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::RotorResistance => "Ω",
+            Self::LeakageInductance | Self::MagnetizingInductance => "H",
+            Self::Parameter(id) => id.unit(),
+        }
+    }
+
+    /// Its value in a machine.
+    pub fn of(self, machine: &Machine<f64>) -> f64 {
+        let inverse_gamma = at_low_slip(machine).inverse_gamma();
+        match self {
+            Self::RotorResistance => inverse_gamma.rotor_resistance_ohm,
+            Self::LeakageInductance => inverse_gamma.leakage_inductance_h,
+            Self::MagnetizingInductance => inverse_gamma.magnetizing_inductance_h,
+            Self::Parameter(id) => machine.get(id),
+        }
+    }
+}
+
+/// The T circuit at low slip frequency, where a second branch of the rotor is one more leakage.
+fn at_low_slip(machine: &Machine<f64>) -> TParameters<f64> {
+    let mut p = *machine.parameters();
+    p.rotor_leakage_inductance_h += machine.effects().rotor_skin_effect.low_slip_leakage_h(p.rotor_resistance_ohm);
+    p
+}
+
+/// Whether a parameter of the T circuit depends on the ratio of the leakages, which is held as given: it has no interval of its own.
+pub fn ratio_held(id: ParameterId) -> bool {
+    use BaseParameter as P;
+    let split = [P::RotorResistance, P::StatorLeakageInductance, P::RotorLeakageInductance, P::MagnetizingInductance];
+    matches!(id, ParameterId::Base(p) if split.contains(&p))
+}
+
+/// One quantity before and after.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate {
+    /// Which.
+    pub quantity: MachineQuantity,
+    /// As given.
+    pub before: f64,
+    /// As estimated.
+    pub after: f64,
+    /// Standard deviation.
+    pub std: f64,
+}
+
+/// All that was estimated.
+#[derive(Clone, Debug)]
+pub struct Estimates {
+    /// The quantities, R_s and the rest of the inverse-Γ circuit first.
+    pub list: Vec<Estimate>,
+    /// Their covariance, in the order of the list and in their units.
+    pub covariance: DMatrix<f64>,
+}
+
+impl Estimates {
+    /// Of a machine fitted to `experiments` with `starts` and the parameters `free`; `before` is the motor as given.
+    pub fn new(before: &MotorFile, machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free]) -> Self {
+        let quantities = quantities(free);
+        let covariance = Spread::new(machine, starts, experiments, free).covariance(&slopes_of(&quantities, machine, free));
+        let estimate = |(k, &quantity): (usize, &MachineQuantity)| Estimate {
+            quantity,
+            before: quantity.of(&before.machine),
+            after: quantity.of(machine),
+            std: covariance[(k, k)].max(0.0).sqrt(),
+        };
+        Self { list: quantities.iter().enumerate().map(estimate).collect(), covariance }
+    }
+
+    /// Of a fit to `experiments`.
+    pub fn of_fit(before: &MotorFile, fit: &Fit, experiments: &[Experiment]) -> Self {
+        Self::new(before, &fit.machine, &fit.starts, experiments, &fit.free)
+    }
+
+    /// The covariance with the names of its rows.
+    pub fn to_json(&self) -> serde_json::Value {
+        let names: Vec<String> = self.list.iter().map(|e| e.quantity.key()).collect();
+        let rows: Vec<Vec<f64>> = self.covariance.row_iter().map(|r| r.iter().copied().collect()).collect();
+        serde_json::json!({"of": names, "matrix": rows})
+    }
+
+    /// Pairs of quantities whose estimates go together, with their correlation.
+    pub fn correlated(&self, least: f64) -> Vec<(MachineQuantity, MachineQuantity, f64)> {
+        let c = |a: usize, b: usize| self.covariance[(a, b)] / (self.list[a].std * self.list[b].std);
+        let pairs = (0..self.list.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
+        pairs
+            .map(|(a, b)| (self.list[a].quantity, self.list[b].quantity, c(a, b)))
+            .filter(|(_, _, c)| c.abs() >= least)
+            .collect()
+    }
+}
+
+/// What free parameters determine.
+fn quantities(free: &[Free]) -> Vec<MachineQuantity> {
+    let mut out = Vec::new();
+    for id in free.iter().filter_map(Free::id) {
+        use BaseParameter as P;
+        out.push(match id {
+            ParameterId::Base(P::RotorResistance) => MachineQuantity::RotorResistance,
+            ParameterId::Base(P::StatorLeakageInductance) => MachineQuantity::LeakageInductance,
+            ParameterId::Base(P::MagnetizingInductance) => MachineQuantity::MagnetizingInductance,
+            other => MachineQuantity::Parameter(other),
+        });
+    }
+    out
+}
+
+/// Derivatives of the quantities with respect to the search variables, by central differences.
+fn slopes_of(quantities: &[MachineQuantity], machine: &Machine<f64>, free: &[Free]) -> DMatrix<f64> {
+    const STEP: f64 = 1e-4;
+    let mut t = DMatrix::zeros(quantities.len(), free.len());
+    for (column, f) in free.iter().enumerate() {
+        let Target::Machine(ids) = &f.target else { continue };
+        // Limits do not count: the slope is that of the law.
+        let unlimited = Free { limits: (f64::NEG_INFINITY, f64::INFINITY), ..f.clone() };
+        let moved = |v: f64| {
+            let set: Vec<_> = ids.iter().map(|&id| (id, unlimited.value(machine.get(id), v))).collect();
+            machine.with(&set).ok()
+        };
+        let (low, high) = (moved(-STEP), moved(STEP));
+        let width = STEP * (f64::from(u8::from(low.is_some())) + f64::from(u8::from(high.is_some())));
+        let (low, high) = (low.as_ref().unwrap_or(machine), high.as_ref().unwrap_or(machine));
+        for (row, q) in quantities.iter().enumerate() {
+            t[(row, column)] = if width > 0.0 { (q.of(high) - q.of(low)) / width } else { 0.0 };
+        }
+    }
+    t
+}
+
+/// Stretches of a recording whose errors count as independent: some tenths of a second, beyond what mechanics remember.
+const STRETCHES: usize = 32;
+
+/// What is known of the search variables.
+struct Spread {
+    /// N⁻¹.
+    inverse: DMatrix<f64>,
+    /// JᵀΣJ with the noise model, and as the stretches show it.
+    noise: [DMatrix<f64>; 2],
+    /// Σ g gᵀ of what the residual does not show.
+    hidden: DMatrix<f64>,
+}
+
+impl Spread {
+    fn new(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free]) -> Self {
+        let linear: Vec<Linearized> =
+            experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
+        let residuals: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.residuals.clone()).collect();
+        let noise = whiteners(experiments, &residuals);
+        let p = free.len();
+        let mut normal = DMatrix::zeros(p, p);
+        let mut modelled = DMatrix::zeros(p, p);
+        for (l, noise) in linear.iter().zip(&noise) {
+            for (c, w) in noise.iter().enumerate() {
+                let columns: Vec<&[f64]> = l.slopes.iter().map(|s| s[c].as_slice()).collect();
+                let coloured: Vec<Vec<f64>> = columns.par_iter().map(|x| w.coloured_backwards(x)).collect();
+                normal += gram(&columns);
+                modelled += gram(&coloured.iter().map(Vec::as_slice).collect::<Vec<_>>());
+            }
+        }
+        let sums: Vec<DVector<f64>> = linear.iter().zip(experiments).flat_map(|(l, e)| stretch_sums(l, e, p)).collect();
+        let lost = sums.len() as f64 / (sums.len() as f64 - p as f64).max(1.0);
+        let shown = sums.iter().map(|s| s * s.transpose()).fold(DMatrix::zeros(p, p), |a, b| a + b) * lost;
+        let mut hidden = DMatrix::zeros(p, p);
+        for change in disturbances(machine, starts, experiments) {
+            let g = DVector::from_fn(p, |k, _| {
+                linear.iter().zip(&change).flat_map(|(l, d)| l.slopes[k].iter().zip(d)).map(|(s, d)| dot(s, d)).sum::<f64>()
+            });
+            hidden += &g * g.transpose();
+        }
+        Self { inverse: inverse_of_normal(&normal), noise: [modelled, shown], hidden }
+    }
+
+    /// Covariance of quantities with the slopes `t`: of both views of the noise, each quantity has the wider one.
+    fn covariance(&self, t: &DMatrix<f64>) -> DMatrix<f64> {
+        let from = |spread: &DMatrix<f64>| {
+            let half = t * &self.inverse;
+            &half * spread * half.transpose()
+        };
+        let [modelled, shown] = self.noise.each_ref().map(from);
+        let wider = |k: usize| (shown[(k, k)] / modelled[(k, k)].max(1e-300)).max(1.0).sqrt();
+        DMatrix::from_fn(t.nrows(), t.nrows(), |a, b| modelled[(a, b)] * wider(a) * wider(b)) + from(&self.hidden)
+    }
+}
+
+/// Jᵀr over stretches of one recording; of a table, which has too few rows for that, none.
+fn stretch_sums(l: &Linearized, e: &Experiment, parameters: usize) -> Vec<DVector<f64>> {
+    if e.is_table() {
+        return Vec::new();
+    }
+    let rows = e.len();
+    let sum = |stretch: usize| {
+        let part = stretch * rows / STRETCHES..(stretch + 1) * rows / STRETCHES;
+        let of = |k: usize| l.slopes[k].iter().zip(&l.residuals).map(|(s, r)| dot(&s[part.clone()], &r[part.clone()])).sum::<f64>();
+        DVector::from_fn(parameters, |k, _| of(k))
+    };
+    (0..STRETCHES).map(sum).collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+fn gram(columns: &[&[f64]]) -> DMatrix<f64> {
+    let mut m = DMatrix::from_fn(columns.len(), columns.len(), |a, b| if b <= a { dot(columns[a], columns[b]) } else { 0.0 });
+    m.fill_upper_triangle_with_lower_triangle();
+    m
+}
+
+/// Per experiment and channel: a change of the outputs, in σ.
+type Change = Vec<Vec<Vec<f64>>>;
+
+/// Changes of one standard deviation that no parameter is meant to follow.
+fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment]) -> Vec<Change> {
+    let here: Change = experiments.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
+    let change = |other: &Machine<f64>| -> Option<Change> {
+        let there: Vec<_> = experiments.par_iter().zip(starts).map(|(e, x)| predict(other, e, x)).collect();
+        let mut out = Vec::new();
+        for ((e, a), b) in experiments.iter().zip(&here).zip(&there) {
+            let channel = |(c, (a, b)): (usize, (&Vec<f64>, &Vec<f64>))| -> Vec<f64> {
+                let channel = &e.channels[c];
+                (0..a.len()).map(|k| if channel.is_valid(k) { (b[k] - a[k]) / channel.sigma } else { 0.0 }).collect()
+            };
+            out.push(a.iter().zip(b).enumerate().map(channel).collect::<Vec<_>>());
+        }
+        out.iter().flatten().flatten().all(|x| x.is_finite()).then_some(out)
+    };
+    let mut all = Vec::new();
+    // Half of the way is linear enough, and twice the change is that of one standard deviation.
+    let half = 0.25 * RATIO_ERROR;
+    let p = machine.parameters();
+    use BaseParameter as P;
+    let tilted = machine.with(&[
+        (ParameterId::Base(P::StatorLeakageInductance), p.stator_leakage_inductance_h * half.exp()),
+        (ParameterId::Base(P::RotorLeakageInductance), p.rotor_leakage_inductance_h * (-half).exp()),
+    ]);
+    if let Some(mut d) = tilted.ok().as_ref().and_then(change) {
+        d.iter_mut().flatten().flatten().for_each(|x| *x *= 2.0);
+        all.push(d);
+    }
+    for effect in machine.effects().active() {
+        let mut effects = *machine.effects();
+        effects.switch_off(effect);
+        if let Some(d) = machine.with_effects(effects).ok().as_ref().and_then(change) {
+            all.extend(bends(experiments, &d));
+        }
+    }
+    all
+}
+
+/// What an effect explains, bent: times the first Legendre polynomials of what its curve may be over (current, speed, time).
+fn bends(experiments: &[Experiment], explained: &Change) -> Vec<Change> {
+    let over: Vec<[Vec<f64>; 3]> = experiments
+        .iter()
+        .map(|e| {
+            let speed = e.channels.iter().find(|c| c.kind == im_identify::offline::ChannelKind::Speed);
+            let current = |k: usize| e.current_vector(k, |c| e.channels[c].values[k]).map_or(e.u_s[k].norm(), |i| i.norm());
+            [
+                (0..e.len()).map(current).collect(),
+                (0..e.len()).map(|k| speed.map_or(0.0, |c| c.values[k])).collect(),
+                (0..e.len()).map(|k| k as f64 * e.sample_time_s).collect(),
+            ]
+        })
+        .collect();
+    let mut out = vec![scaled(explained, |_, _| FORM_ERROR)];
+    for variable in 0..3 {
+        let all = || over.iter().flat_map(|o| &o[variable]).copied().filter(|x| x.is_finite());
+        let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+        if high - low <= 0.0 || !(high - low).is_finite() {
+            continue;
+        }
+        let at = |e: usize, k: usize| 2.0 * (over[e][variable][k] - low) / (high - low) - 1.0;
+        out.push(scaled(explained, |e, k| FORM_ERROR * at(e, k)));
+        out.push(scaled(explained, |e, k| FORM_ERROR * (1.5 * at(e, k).powi(2) - 0.5)));
+    }
+    out
+}
+
+fn scaled(change: &Change, by: impl Fn(usize, usize) -> f64) -> Change {
+    let run = |(e, run): (usize, &Vec<Vec<f64>>)| {
+        run.iter().map(|c| c.iter().enumerate().map(|(k, x)| x * by(e, k)).collect()).collect()
+    };
+    change.iter().enumerate().map(run).collect()
+}
