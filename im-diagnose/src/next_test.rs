@@ -9,6 +9,7 @@ use im_model::{EffectId, MotorFile, Recording};
 use rayon::prelude::*;
 
 use crate::residuals::nudged;
+use crate::search::Options;
 use crate::search::score::{Score, ScoreContext, closest};
 
 /// What the machine and its supply may be asked to do.
@@ -94,7 +95,8 @@ fn proposal(
     let experiments: Vec<Experiment> = nudged(&[Experiment::from_recording(r, [noise.0; 2], noise.1)]);
     let free = base_parameters(&machine);
     let fitted = fit(&machine, &experiments, &free, &FitOptions { iterations: 3, ..FitOptions::near() }).ok()?;
-    let context = ScoreContext::new(&fitted.machine, &fitted.starts, &experiments, &motor.rating, &free);
+    let level = Options::default().significance / machine.effects().ids().count() as f64;
+    let context = ScoreContext::new(&fitted.machine, &fitted.starts, &experiments, &motor.rating, &free, level);
     let scores: Vec<Score> = open.par_iter().filter_map(|&e| context.score(e, None)).collect();
     let detectable: Vec<(EffectId, f64)> = scores
         .iter()

@@ -53,7 +53,9 @@ impl MachineQuantity {
 
     /// The quantity of a key.
     pub fn from_key(key: &str) -> Option<Self> {
-        if let Some(q) = [Self::RotorResistance, Self::LeakageInductance, Self::MagnetizingInductance].into_iter().find(|q| q.key() == key) {
+        if let Some(q) =
+            [Self::RotorResistance, Self::LeakageInductance, Self::MagnetizingInductance].into_iter().find(|q| q.key() == key)
+        {
             return Some(q);
         }
         if let Some(p) = BaseParameter::ALL.into_iter().find(|p| p.key() == key) {
@@ -124,7 +126,13 @@ pub struct Estimates {
 
 impl Estimates {
     /// Of a machine fitted to `experiments` with `starts` and the parameters `free`; `before` is the motor as given.
-    pub fn new(before: &MotorFile, machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free]) -> Self {
+    pub fn new(
+        before: &MotorFile,
+        machine: &Machine<f64>,
+        starts: &[State<f64>],
+        experiments: &[Experiment],
+        free: &[Free],
+    ) -> Self {
         let quantities = quantities(free);
         let covariance = Spread::new(machine, starts, experiments, free).covariance(&slopes_of(&quantities, machine, free));
         let estimate = |(k, &quantity): (usize, &MachineQuantity)| Estimate {
@@ -152,10 +160,7 @@ impl Estimates {
     pub fn correlated(&self, least: f64) -> Vec<(MachineQuantity, MachineQuantity, f64)> {
         let c = |a: usize, b: usize| self.covariance[(a, b)] / (self.list[a].std * self.list[b].std);
         let pairs = (0..self.list.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
-        pairs
-            .map(|(a, b)| (self.list[a].quantity, self.list[b].quantity, c(a, b)))
-            .filter(|(_, _, c)| c.abs() >= least)
-            .collect()
+        pairs.map(|(a, b)| (self.list[a].quantity, self.list[b].quantity, c(a, b))).filter(|(_, _, c)| c.abs() >= least).collect()
     }
 }
 
@@ -259,7 +264,8 @@ fn stretch_sums(l: &Linearized, e: &Experiment, parameters: usize) -> Vec<DVecto
     let rows = e.len();
     let sum = |stretch: usize| {
         let part = stretch * rows / STRETCHES..(stretch + 1) * rows / STRETCHES;
-        let of = |k: usize| l.slopes[k].iter().zip(&l.residuals).map(|(s, r)| dot(&s[part.clone()], &r[part.clone()])).sum::<f64>();
+        let of =
+            |k: usize| l.slopes[k].iter().zip(&l.residuals).map(|(s, r)| dot(&s[part.clone()], &r[part.clone()])).sum::<f64>();
         DVector::from_fn(parameters, |k, _| of(k))
     };
     (0..STRETCHES).map(sum).collect()

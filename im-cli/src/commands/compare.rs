@@ -9,7 +9,7 @@ use im_diagnose::report::{Comparison, Meta, compare_html, compare_terminal};
 use im_model::{MotorFile, write_atomically};
 use serde_json::json;
 
-use super::inputs::{findings, quality, recordings_or_drafts};
+use super::inputs::{quality, recordings_or_drafts};
 use crate::failure::Failure;
 use crate::output::Outputs;
 use crate::spinner::spinning;
@@ -49,7 +49,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let motor = MotorFile::read(&args.motor)?;
     let (data, guessed) = recordings_or_drafts(&args.data, args.mapping.as_deref(), &motor, args.out.as_deref())?;
-    let mut noticed = findings(data.iter());
+    let mut noticed = im_diagnose::intake::findings(data.iter());
     let case = Case::from_intake(motor.clone(), data, None);
     noticed.extend(spinning("comparing the recordings", || consistency::check(&case)));
     let comparison = spinning("looking where the model fails", || Comparison::new(motor, case.train));

@@ -46,9 +46,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(dir) = &args.out {
         args.data.outputs().folder(dir, &FILES)?;
     }
-    let (case, noticed) = args.data.case()?;
+    let (case, mut noticed) = args.data.case()?;
     let options = Options { significance: args.significance, ..args.data.options() };
     let found = spinning("fitting and scoring", || diagnose(case, options)).map_err(|e| refused(&args.data.motor, &e))?;
+    noticed.retain(|f| !found.refutes(f));
     let meta = Meta { quality: quality(&noticed), ..meta(&found) };
     if let Some(dir) = &args.out {
         write_quality(dir, &noticed)?;

@@ -60,7 +60,7 @@ impl Data {
         }
         let train = recordings(&self.train, mapping, &motor)?;
         let holdout = self.holdout.as_deref().map(|p| recording(p, mapping, &motor)).transpose()?;
-        let mut findings = findings(train.iter().chain(&holdout));
+        let mut findings = intake::findings(train.iter().chain(&holdout));
         let case = Case::from_intake(motor, train, holdout);
         findings.extend(spinning("comparing the recordings", || consistency::check(&case)));
         // What makes all that follows doubtful is said before it, and once more in its place.
@@ -236,11 +236,6 @@ pub fn recording(path: &Path, mapping: Option<&Path>, motor: &MotorFile) -> Resu
 
 fn several(path: &Path) -> Failure {
     Failure::Input(format!("{}: names several recordings; only one can stand here", path.display()))
-}
-
-/// What was noticed about recordings.
-pub fn findings<'a>(all: impl Iterator<Item = &'a Intake>) -> Vec<Finding> {
-    all.flat_map(|i| i.findings.iter().cloned()).collect()
 }
 
 /// What was noticed, for the report: one sentence each.

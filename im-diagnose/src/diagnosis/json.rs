@@ -47,6 +47,7 @@ impl Diagnosis {
                 "depends_on": d.variable.label(), "part": d.part.label(), "log10_p": -d.log_p, "size": d.size, "curve": d.curve,
             })).collect::<Vec<_>>(),
             "noise": self.noise,
+            "remarks": self.remarks(),
         })
     }
 }

@@ -2,6 +2,7 @@
 
 mod json;
 mod ranking;
+mod remarks;
 mod steps;
 mod verdict;
 
@@ -12,8 +13,8 @@ use im_model::{EffectId, MotorFile};
 
 use crate::case::Case;
 use crate::residual_tests::{Dependence, dependences};
-use crate::uncertainty::{Estimates, MachineQuantity, ratio_held};
 use crate::search::{Course, Options, Refinement};
+use crate::uncertainty::{Estimates, MachineQuantity, ratio_held};
 pub use ranking::Candidate;
 use ranking::ranking;
 pub use steps::Step;

@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 
 use im_model::{Complex, MotorFile, TextFormat, space_vector::from_phases};
 
+use super::instant::Choice;
+use super::mapping::Instant;
 use super::quality::{clip::median, steady};
 use super::raw::RawTable;
 use super::sniff::Sniffed;
@@ -153,6 +155,17 @@ fn time_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) -> Opti
     unit.is_finite().then_some(step * unit)
 }
 
+/// The line of a draft that says which instant the voltages belong to, until a fit has decided.
+const INSTANT: &str = "instant = \"held_from_row\"      # \"held_from_row\", \"sample\", \"held_until_row\"\n";
+
+impl Draft {
+    /// Notes which instant of the voltages fits better.
+    pub(super) fn decide_instant(&mut self, choice: &Choice) {
+        self.text = self.text.replace(INSTANT, &INSTANT.replacen(Instant::HeldFromRow.word(), choice.instant.word(), 1));
+        self.guesses.push(choice.sentence.clone());
+    }
+}
+
 /// Finds the three phases, two phases or the vector of a quantity; what they are in SI.
 fn set_section(
     text: &mut String,
@@ -236,24 +249,8 @@ fn set_section(
             }
         }
     }
-    let scale = |k: usize| seen[k].x.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    let mean = |k: usize| seen[k].x.iter().sum::<f64>() / n as f64;
-    if chosen.iter().any(|&k| mean(k).abs() > 0.01 * scale(k)) {
-        let _ =
-            writeln!(text, "# offset = \"mean\"              # the columns have a mean of their own; or {{ mean_before_s = … }}");
-    }
     if quantity == Quantity::Voltage {
-        // A drive commands exact numbers; a voltmeter shows noise even at rest.
-        let first = &vector[..(n / 100).clamp(3, 200).min(n)];
-        let still = first.iter().all(|u| *u == first[0]);
-        let measured = sampled(&vector) && !still;
-        let (instant, why) = if measured {
-            ("sample", "they are smooth and noisy like a voltmeter's")
-        } else {
-            ("held_from_row", "they look like a drive's commands")
-        };
-        d.guesses.push(format!("The voltages are taken as {instant:?}: {why}"));
-        let _ = writeln!(text, "instant = {instant:?}         # \"held_from_row\", \"sample\", \"held_until_row\"");
+        text.push_str(INSTANT);
     }
     let _ = writeln!(text);
     Some(vector)
@@ -296,14 +293,6 @@ fn twin(x: &[f64], y: &[f64]) -> bool {
         (xy, xx, yy) = (xy + a * b, xx + a * a, yy + b * b);
     }
     xx > 0.0 && yy > 0.0 && xy / (xx * yy).sqrt() > 0.98 && (0.5..2.0).contains(&(xy / xx))
-}
-
-/// Whether a voltage looks sampled: it goes smoothly through its values, and rows differ by more than a command's exact steps.
-fn sampled(u: &[Complex<f64>]) -> bool {
-    let size: f64 = u.iter().map(|u| u.norm_sqr()).sum::<f64>() / u.len() as f64;
-    let repeats = u.windows(2).filter(|w| w[0] == w[1]).count();
-    let rough: f64 = u.windows(3).map(|w| (w[0] - w[1] * 2.0 + w[2]).norm_sqr()).sum::<f64>() / u.len() as f64;
-    repeats * 20 < u.len() && rough < 0.1 * size && rough > 1e-9 * size
 }
 
 fn speed_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turning: Option<&steady::Steady>, motor: &MotorFile) {

@@ -77,6 +77,8 @@ pub struct Finding {
     pub rows: Vec<Range<usize>>,
     /// The same in time, s: from the beginning of the first to the end of the last.
     pub span_s: Option<[f64; 2]>,
+    /// The size of what was noticed, in the SI unit of the channel, where it has one.
+    pub value: Option<f64>,
     /// What was noticed and what was done about it, in a sentence.
     pub sentence: String,
     /// What the user should do; empty when there is nothing to do.
@@ -93,6 +95,7 @@ impl Finding {
             channel: None,
             rows: Vec::new(),
             span_s: None,
+            value: None,
             sentence: sentence.into(),
             advice: advice.into(),
         }

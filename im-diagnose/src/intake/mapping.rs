@@ -112,6 +112,17 @@ pub enum Instant {
     HeldUntilRow,
 }
 
+impl Instant {
+    /// The word in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::HeldFromRow => "held_from_row",
+            Self::Sample => "sample",
+            Self::HeldUntilRow => "held_until_row",
+        }
+    }
+}
+
 /// The voltage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Voltage {

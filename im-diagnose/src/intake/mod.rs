@@ -6,6 +6,7 @@ mod decimate;
 pub mod draft;
 mod error;
 pub mod finding;
+mod instant;
 pub mod mapping;
 mod mapping_file;
 #[cfg(feature = "parquet")]
@@ -42,6 +43,8 @@ pub struct Intake {
     pub start_s: f64,
     /// What was noticed.
     pub findings: Vec<Finding>,
+    /// Whether it has stretches of steady operation.
+    pub steady: bool,
     /// The mapping that was guessed because there was none.
     pub draft: Option<Draft>,
 }
@@ -61,7 +64,7 @@ fn read_one(path: &Path, mapping: Option<Mapping>, motor: &MotorFile) -> Result<
     let label = path.display().to_string();
     let format = mapping.as_ref().map_or_else(TextFormat::default, |m| m.format);
     let mut rows = raw::open(path, &label, format)?;
-    let (mapping, draft) = match mapping {
+    let (mapping, mut draft) = match mapping {
         Some(m) => (m, None),
         None if CanonicalColumns::meant(rows.names()) => (canonical(&mut rows, &label)?, None),
         None => {
@@ -76,9 +79,18 @@ fn read_one(path: &Path, mapping: Option<Mapping>, motor: &MotorFile) -> Result<
     asked.dedup();
     asked.iter().for_each(|&k| rows.require(k));
     let mut table = RawTable::from_rows(rows, &label, &asked, usize::MAX)?;
-    let signals = Signals::new(&mut table, &mapping, motor.machine.pole_pairs())?;
+    let mut signals = Signals::new(&mut table, &mapping, motor.machine.pole_pairs())?;
     let repeated = table.repeated;
     drop(table);
+    if let Some(draft) = &mut draft {
+        let at = |instant| {
+            let there = Signals { instant, ..signals.clone() };
+            assemble(&there, quality::check(&there, motor), mapping.begin).experiment
+        };
+        let choice = instant::choose(at, motor);
+        draft.decide_instant(&choice);
+        signals.instant = choice.instant;
+    }
     let mut checked = quality::check(&signals, motor);
     if repeated > 0 {
         let text = format!("{repeated} rows stand twice, time included; they are read once");
@@ -120,6 +132,13 @@ pub fn files(path: &Path, mapping: Option<&Path>) -> Result<Vec<PathBuf>, FileEr
         files.extend(mapping.map(|m| PathBuf::from(m.label)));
     }
     Ok(files)
+}
+
+/// What was noticed about recordings of one set-up: of offsets, only those that all of them show.
+pub fn findings<'a>(all: impl Iterator<Item = &'a Intake>) -> Vec<Finding> {
+    let (mut found, steady): (Vec<Vec<Finding>>, Vec<bool>) = all.map(|i| (i.findings.clone(), i.steady)).unzip();
+    quality::offset::keep_common(&mut found, &steady);
+    found.into_iter().flatten().collect()
 }
 
 /// The recordings that a path names, each with its mapping.
@@ -233,5 +252,5 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         channels,
         start: Start::Rest,
     };
-    Intake { experiment, begin, start_s: s.start_s, findings: checked.findings, draft: None }
+    Intake { experiment, begin, start_s: s.start_s, findings: checked.findings, steady: checked.steady, draft: None }
 }

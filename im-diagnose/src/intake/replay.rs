@@ -70,7 +70,7 @@ mod tests {
             channels,
             start: Start::Rest,
         };
-        Intake { experiment, begin: Begin::Auto, start_s: 0.5, findings: Vec::new(), draft: None }
+        Intake { experiment, begin: Begin::Auto, start_s: 0.5, findings: Vec::new(), steady: false, draft: None }
     }
 
     #[test]

@@ -16,6 +16,10 @@ pub struct Trace {
     pub column: String,
     /// One value per row.
     pub values: Vec<f64>,
+    /// SI units per unit of the column, and what was subtracted from the column before.
+    pub gain: f64,
+    /// See `gain`.
+    pub offset: f64,
 }
 
 /// A current and what else shows it.
@@ -132,7 +136,7 @@ impl Signals {
         };
         let tau_load = match &mapping.load {
             Load::Absent => None,
-            Load::Constant(x) => Some(Trace { column: "torque_nm".into(), values: vec![*x; grid.rows] }),
+            Load::Constant(x) => Some(Trace { column: "torque_nm".into(), values: vec![*x; grid.rows], gain: 1.0, offset: 0.0 }),
             Load::Measured { signal, times } => {
                 let mut trace = read.trace(signal, times.is_none().then_some(Quantity::Torque))?;
                 if let Some(other) = times {
@@ -268,7 +272,7 @@ impl Read<'_> {
         } else {
             self.grid.spread(&x[self.from..self.to], |x| gain * (x - offset))
         };
-        Ok(Trace { column: self.table.names[k].clone(), values })
+        Ok(Trace { column: self.table.names[k].clone(), values, gain, offset })
     }
 }
 

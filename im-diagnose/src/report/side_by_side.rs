@@ -9,8 +9,8 @@ use super::page::{Section, figure, legend, page, table, term};
 use super::sections::{Fall, head, waterfall};
 use super::terminal::Text;
 use super::words::{channel_name, escape, floors, short_effect_name};
-use crate::uncertainty::MachineQuantity;
 use crate::format::{interval, number, percent_change, quantity, sentence};
+use crate::uncertainty::MachineQuantity;
 
 /// A diagnosis as read from its file.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,10 +7,10 @@ use super::story::{Shown, Story, summary, verdict_words};
 use super::text_plot::{columns, log_bar, spark, wrapped};
 use super::words::{floors, quantity_name, short_effect_name};
 use crate::diagnosis::{Diagnosis, Verdict};
-use crate::uncertainty::{HALF_95, MachineQuantity};
-use im_model::ParameterId;
 use crate::format::{interval, number, percent_change, quantity, sentence};
 use crate::localise::{ProfileOver, Quantity};
+use crate::uncertainty::{HALF_95, MachineQuantity};
+use im_model::ParameterId;
 
 /// The report as text, at most `width` (40 to 100) characters wide.
 pub fn terminal(d: &Diagnosis, meta: &Meta, width: usize) -> String {
@@ -22,6 +22,9 @@ pub fn terminal(d: &Diagnosis, meta: &Meta, width: usize) -> String {
     out.gap();
     let a = summary(&s);
     out.paragraph("", &a.cause);
+    for t in &d.remarks() {
+        out.paragraph("  ! ", &sentence(t));
+    }
     for t in &a.sure {
         out.paragraph("  sure because: ", t);
     }
@@ -228,7 +231,10 @@ fn parameters(out: &mut Text, d: &Diagnosis) {
         table.push(vec![
             quantity_name(p.quantity).0,
             if new { "–".into() } else { quantity(p.before, unit, 4) },
-            p.std.map_or_else(|| format!("{}, ratio held", quantity(p.after, unit, 4)), |std| interval(p.after, HALF_95 * std, unit)),
+            p.std.map_or_else(
+                || format!("{}, ratio held", quantity(p.after, unit, 4)),
+                |std| interval(p.after, HALF_95 * std, unit),
+            ),
             if new { "new".into() } else { percent_change(p.before, p.after) },
         ]);
     }

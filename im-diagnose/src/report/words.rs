@@ -28,7 +28,9 @@ pub fn quantity_name(q: MachineQuantity) -> (String, String) {
     let inverse_gamma = |name: &str, meaning: &str| (format!("{name} (inverse-Γ)"), meaning.to_owned());
     match q {
         MachineQuantity::RotorResistance => inverse_gamma("rotor resistance R_R", "R_r (L_m/L_r)²: as the terminals show it"),
-        MachineQuantity::LeakageInductance => inverse_gamma("leakage inductance L_σ", "L_s − L_m²/L_r: all leakage on the stator side"),
+        MachineQuantity::LeakageInductance => {
+            inverse_gamma("leakage inductance L_σ", "L_s − L_m²/L_r: all leakage on the stator side")
+        }
         MachineQuantity::MagnetizingInductance => inverse_gamma("magnetizing inductance L_M", "L_m²/L_r"),
         MachineQuantity::Parameter(id) => parameter_name(id),
     }

@@ -196,12 +196,17 @@ impl Refinement {
     /// Scores of all candidates not yet in the model, best first; those of the round before, if any, save looking for sizes.
     pub fn scores(&self, model: &Model, before: &[Score]) -> Vec<Score> {
         let fit = &model.fit;
-        let context = ScoreContext::new(&fit.machine, &fit.starts, &self.nudged, &self.rating, &fit.free);
+        let context = ScoreContext::new(&fit.machine, &fit.starts, &self.nudged, &self.rating, &fit.free, self.level());
         let open: Vec<EffectId> = self.candidates.iter().copied().filter(|&e| !fit.machine.effects().is_on(e)).collect();
         let mut scores: Vec<Score> =
             open.par_iter().filter_map(|&e| context.score(e, before.iter().find(|s| s.effect == e))).collect();
         scores.sort_by(|a, b| b.log_p.total_cmp(&a.log_p).then(b.score.total_cmp(&a.score)));
         scores
+    }
+
+    /// Chance of a false alarm per candidate.
+    fn level(&self) -> f64 {
+        self.options.significance / self.candidates.len().max(1) as f64
     }
 
     /// Holm: effects whose null hypothesis falls, with `scores` sorted best first.

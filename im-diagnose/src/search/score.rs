@@ -57,6 +57,8 @@ pub struct ScoreContext<'a> {
     raw_rms: f64,
     /// Variance of the whitened residual.
     variance: f64,
+    /// Chance of a false alarm per effect.
+    level: f64,
 }
 
 /// Least part of a signature that a refit must not be able to imitate for its size to mean anything: below it, what tells it apart is
@@ -72,13 +74,15 @@ fn column(signals: &[Vec<Vec<f64>>], whiteners: &[Vec<Whitener>]) -> Vec<f64> {
 }
 
 impl<'a> ScoreContext<'a> {
-    /// Prepares the scores at `machine`, whose parameters `free` have been fitted.
+    /// Prepares the scores at `machine`, whose parameters `free` have been fitted; sizes are detectable at `level`, the chance of a false
+    /// alarm per effect.
     pub fn new(
         machine: &Machine<f64>,
         starts: &'a [State<f64>],
         experiments: &'a [Experiment],
         rating: &'a Rating,
         free: &[im_identify::offline::Free],
+        level: f64,
     ) -> Self {
         let linear: Vec<Linearized> =
             experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
@@ -105,6 +109,7 @@ impl<'a> ScoreContext<'a> {
             basis,
             raw_rms,
             variance: 1.0,
+            level,
         };
         let residual = std::mem::take(&mut context.residual);
         context.residual = context.projected(residual);
@@ -237,7 +242,7 @@ impl<'a> ScoreContext<'a> {
         let all_of = |k: usize| (k..columns.len()).step_by(strengths.len());
         let seen: f64 = all_of(strength).map(|k| dot(&columns[k], &columns[k])).sum();
         let size = |k: usize| used.iter().position(|u| *u == run * strengths.len() + k).map_or(0.0, |p| x[p]);
-        let threshold = threshold(n, 0.01 / (EffectId::ALL.len() * tried) as f64);
+        let threshold = threshold(n, self.level / tried as f64);
         let rows = self.residual.len();
         let decimated = |at: &dyn Fn(usize) -> f64| (0..rows).step_by((rows / 4000).max(1)).map(at).collect::<Vec<f64>>();
         Some(Score {

@@ -3,6 +3,7 @@
 use im_model::MotorFile;
 
 use super::clip::flat_tops;
+use super::offset;
 use super::steady::Steady;
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
@@ -25,7 +26,6 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
     let duty = matches!(s.voltage_form, VoltageForm::Duty(..));
     for t in s.voltage.iter().take(if duty { 0 } else { s.voltage.len() }) {
         out.extend(range(t, "voltage", "V", rated[0], BEYOND[0]));
-        out.extend(mean(t, "voltage", "V", steady, false));
         let flat = flat_tops(&t.values);
         // A drive's limit is the voltage it commands: only sensors clip.
         if s.instant == crate::intake::mapping::Instant::Sample && flat.contains(&true) {
@@ -40,8 +40,10 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
     }
     for t in s.current.iter().map(|c| &c.main) {
         out.extend(range(t, "current", "A", rated[1], BEYOND[1]));
-        out.extend(mean(t, "current", "A", steady, true));
     }
+    let currents: Vec<&Trace> = s.current.iter().map(|c| &c.main).collect();
+    let voltages = if duty { &[][..] } else { &s.voltage[..] };
+    out.extend(offset::check(voltages, &currents, steady, p.stator_resistance_ohm));
     match &s.speed {
         SpeedTrace::Measured(t) => {
             let peak = largest(t);
@@ -117,18 +119,4 @@ fn range(t: &Trace, what: &str, unit: &str, rated: f64, beyond: f64) -> Option<F
     };
     let advice = format!("Check its unit and gain: it is {hint}.");
     Some(Finding::new(FindingKind::OutOfRange, Severity::Serious, text, advice).on(&t.column))
-}
-
-/// A mean over whole periods of what alternates.
-fn mean(t: &Trace, what: &str, unit: &str, steady: &[Steady], diagnosed: bool) -> Option<Finding> {
-    let longest = steady.iter().max_by_key(|s| s.rows.len())?;
-    let size = if diagnosed { longest.i.norm() } else { longest.u.norm() };
-    let x = &t.values[longest.rows.clone()];
-    let mean = x.iter().sum::<f64>() / x.len() as f64;
-    if mean.abs() < 0.02 * size {
-        return None;
-    }
-    let text = format!("The {what} {} has a mean of {} {unit} in steady operation", t.column, number(mean, 2));
-    let advice = "If it is the sensor's, say offset = \"mean\", a number, or { mean_before_s = … } in the mapping.";
-    Some(Finding::new(FindingKind::Offset, Severity::Note, text, advice).on(&t.column).at(vec![longest.rows.clone()]))
 }

@@ -4,6 +4,7 @@ mod channels;
 pub mod clip;
 mod currents;
 mod machine;
+pub mod offset;
 pub mod steady;
 mod time;
 
@@ -22,6 +23,8 @@ pub struct Checked {
     pub second: Vec<bool>,
     /// What was found.
     pub findings: Vec<Finding>,
+    /// Whether there are stretches of steady operation.
+    pub steady: bool,
 }
 
 impl Checked {
@@ -69,6 +72,7 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
         Instant::HeldUntilRow => 0.5 * dt,
     };
     steady.iter_mut().for_each(|s| s.u *= Complex::from_polar(1.0, half * s.omega));
+    checked.steady = !steady.is_empty();
     let columns: Vec<&str> = (0..s.current.len()).map(|x| checked.current(s, x).column.as_str()).collect();
     let found = [
         time::check(s, &steady, motor.machine.parameters()),

@@ -6,8 +6,8 @@ use super::super::page::{Section, table, term};
 use super::super::story::Story;
 use super::super::words::{escape, quantity_name};
 use crate::diagnosis::{Diagnosis, ParameterChange};
-use crate::uncertainty::{HALF_95, MachineQuantity};
 use crate::format::{interval, percent_change, quantity};
+use crate::uncertainty::{HALF_95, MachineQuantity};
 
 /// A base parameter that moved by more than this factor is suspicious: nameplates and catalogues are better than that.
 const SUSPICIOUS: f64 = 1.5;
@@ -44,11 +44,13 @@ pub(crate) fn warning(p: &ParameterChange, s: &Diagnosis) -> Option<String> {
 
 /// What the intervals hold for.
 pub(crate) fn note(d: &Diagnosis) -> String {
-    let held = "R_r, L_ls, L_lr and L_m follow from the inverse-Γ circuit with L_ls/L_lr as given, and carry no interval of their own.";
+    let held =
+        "R_r, L_ls, L_lr and L_m follow from the inverse-Γ circuit with L_ls/L_lr as given, and carry no interval of their own.";
     if d.effects.is_empty() {
         return held.into();
     }
-    let chosen = if d.alternatives.iter().any(|a| !a.is_empty()) { "; with a rival in the place of one, others follow" } else { "" };
+    let chosen =
+        if d.alternatives.iter().any(|a| !a.is_empty()) { "; with a rival in the place of one, others follow" } else { "" };
     format!("{held} Intervals hold for the effects named, which were chosen from the library by these recordings{chosen}.")
 }
 
@@ -69,7 +71,9 @@ pub(crate) fn section(s: &Story) -> Section {
             let (name, meaning) = quantity_name(p.quantity);
             let unit = p.quantity.unit();
             let given = match p.quantity {
-                MachineQuantity::Parameter(ParameterId::Effect(e, _)) if !d.case.motor.machine.effects().is_on(e) => "–".to_owned(),
+                MachineQuantity::Parameter(ParameterId::Effect(e, _)) if !d.case.motor.machine.effects().is_on(e) => {
+                    "–".to_owned()
+                }
                 _ => quantity(p.before, unit, 4),
             };
             let flag = if warning(p, d).is_some() { " <span class=\"flag\">⚠</span>" } else { "" };

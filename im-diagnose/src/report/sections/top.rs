@@ -16,12 +16,14 @@ pub(crate) fn top(s: &Story) -> String {
     };
     let part = |name: &str, text: String| if text.is_empty() { String::new() } else { format!("<dt>{name}</dt><dd>{text}</dd>") };
     let place = s.base().place.findings().into_iter().take(2).map(|f| escape(&sentence(&f))).collect::<Vec<_>>().join(" ");
+    let warn = |t: &String| format!("<p class=\"warn\">⚠ {}</p>", escape(&sentence(t)));
+    let remarks: String = s.d.remarks().iter().map(warn).collect();
     let refute =
         if s.d.verdict == crate::diagnosis::Verdict::Inconclusive { "What would decide" } else { "What would refute it" };
     let next =
         s.meta.next_test.as_ref().map_or(String::new(), |t| format!(r##"{} <a href="#next">Profile</a>"##, escape(&t.text)));
     format!(
-        r#"{}<h1>{}</h1><dl class="sure">{}{}{}{}</dl>"#,
+        r#"{}<h1>{}</h1>{remarks}<dl class="sure">{}{}{}{}</dl>"#,
         head(&s.title(), &format!(r#"<span class="badge">{sign} {word}</span>"#)),
         escape(&a.cause),
         part("How sure", lines(&a.sure)),

@@ -1,0 +1,57 @@
+//! What to check before the answer is believed.
+
+use im_model::{EffectId, ParameterId};
+
+use super::Diagnosis;
+use crate::format::{number, quantity};
+use crate::intake::{Finding, FindingKind};
+
+/// A delay within this part of a sample of a half or of a whole one is suspicious.
+const NEAR_SAMPLES: f64 = 0.1;
+/// Mean square of the residual, in σ², below which the noise was taken too large.
+const BELOW_NOISE: f64 = 0.8;
+
+impl Diagnosis {
+    /// What the user should check first, one sentence each.
+    pub fn remarks(&self) -> Vec<String> {
+        self.delay_of_whole_samples().into_iter().chain(self.error_below_noise()).collect()
+    }
+
+    /// A delay of half a sample or a whole one: the recording's `instant` is likelier wrong than the drive late.
+    fn delay_of_whole_samples(&self) -> Option<String> {
+        if !self.effects.contains(&EffectId::VoltageDelay) {
+            return None;
+        }
+        let delay_s = self.refined.machine.get(ParameterId::Effect(EffectId::VoltageDelay, 0));
+        let sampled = self.case.train.iter().filter(|e| !e.is_table());
+        let samples =
+            sampled.map(|e| delay_s / e.sample_time_s).find(|x| [0.5, 1.0].iter().any(|n| (x.abs() - n).abs() < NEAR_SAMPLES))?;
+        Some(format!(
+            "Check `instant` in [voltage] of the mapping first: the voltage delay found, {}, is {} samples, as when \"sample\", \"held_from_row\" and \"held_until_row\" are taken for each other",
+            quantity(delay_s, "s", 3),
+            number(samples, 2)
+        ))
+    }
+
+    /// An error clearly below what the noise alone makes.
+    fn error_below_noise(&self) -> Option<String> {
+        let last = self.steps.last()?;
+        let least = last.holdout.iter().map(|e| e.chi2_per_sample).fold(last.train.chi2_per_sample, f64::min);
+        (least < BELOW_NOISE).then(|| {
+            format!(
+                "An error of {} σ rms is less than the noise alone makes: the noise was taken too large, as with signals that were filtered or rounded, or rows that stand twice",
+                number(least.sqrt(), 2)
+            )
+        })
+    }
+
+    /// Whether the fit refutes a finding: an offset that no current sensor has once the model explains the recordings.
+    pub fn refutes(&self, finding: &Finding) -> bool {
+        let offset = EffectId::CurrentSensorOffset;
+        let current = self.case.train.iter().flat_map(|e| &e.channels).any(|c| c.name.starts_with("i_"));
+        finding.kind == FindingKind::Offset
+            && current
+            && !self.effects.contains(&offset)
+            && self.ranking.iter().any(|c| c.effect == offset && c.excited && c.score < c.threshold)
+    }
+}

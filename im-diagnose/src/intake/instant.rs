@@ -1,0 +1,65 @@
+//! Which instant a voltage belongs to, where nobody has said: the model is fitted with it held from its row, as a drive commands it, and
+//! with it sampled at its row, as a voltmeter shows it, and the better one is taken.
+
+use im_identify::offline::{Experiment, FitOptions, base_parameters, fit, guess_start, start_on, start_parameters};
+use im_model::MotorFile;
+
+use super::mapping::Instant;
+use crate::noise::white_sigma;
+use crate::residuals::nudged;
+
+/// The mean square of the better fit must be below this part of the other's.
+const CLEARLY: f64 = 0.9;
+/// Rows that decide: some seconds, start included.
+const ROWS: usize = 30_000;
+
+/// How the two fit.
+pub struct Choice {
+    /// The better one, or held from the row where the data do not decide.
+    pub instant: Instant,
+    /// What was found, in a sentence.
+    pub sentence: String,
+}
+
+/// Mean square of the residual, in σ², of the refitted model.
+fn misfit(e: &Experiment, motor: &MotorFile) -> Option<f64> {
+    let mut e = e.clone();
+    let rows = e.len().min(ROWS);
+    e.u_s.truncate(rows);
+    e.tau_load.truncate(rows);
+    e.imposed_speed.iter_mut().for_each(|w| w.truncate(rows));
+    for c in &mut e.channels {
+        c.values.truncate(rows);
+        c.valid.iter_mut().for_each(|v| v.truncate(rows));
+        c.sigma = white_sigma(&c.values).max(1e-9);
+    }
+    e.start = guess_start(&e);
+    let mut all = nudged(&[e]);
+    let e = &mut all[0];
+    if let im_identify::offline::Start::Estimated(_) = e.start {
+        e.start = im_identify::offline::Start::Estimated(start_on(&motor.machine, e, &motor.rating));
+    }
+    let mut free = base_parameters(&motor.machine);
+    free.extend(start_parameters(&all, &motor.rating, motor.machine.effects().any_fixed_to_shaft()));
+    let options = FitOptions { iterations: 12, tolerance: 1e-3, ..FitOptions::default() };
+    let found = fit(&motor.machine, &all, &free, &options).ok()?;
+    Some(found.chi2_per_sample()).filter(|x| x.is_finite())
+}
+
+/// The better of the two: `experiment` makes the experiment with an instant.
+pub fn choose(experiment: impl Fn(Instant) -> Experiment, motor: &MotorFile) -> Choice {
+    let [held, sample] = [Instant::HeldFromRow, Instant::Sample].map(|i| misfit(&experiment(i), motor));
+    let number = |x: f64| crate::format::number(x.sqrt(), 3);
+    let (instant, why) = match (held, sample) {
+        (Some(h), Some(s)) if s < CLEARLY * h => (
+            Instant::Sample,
+            format!("the model fits better so: {} σ rms against {} σ with \"held_from_row\"", number(s), number(h)),
+        ),
+        (Some(h), Some(s)) if h < CLEARLY * s => (
+            Instant::HeldFromRow,
+            format!("the model fits better so: {} σ rms against {} σ with \"sample\"", number(h), number(s)),
+        ),
+        _ => (Instant::HeldFromRow, "these data do not decide between that and \"sample\"".to_owned()),
+    };
+    Choice { instant, sentence: format!("The voltages are taken as {:?}: {why}", instant.word()) }
+}
