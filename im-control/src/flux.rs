@@ -71,7 +71,7 @@ mod tests {
             mutual_inductance_h: w.mutual_inductance_h,
             pole_pairs: 2.0,
         };
-        let mut bench = Bench::new(&machine, State { omega_m: 150.0, omega_load: 150.0, ..State::default() }, 1e-4);
+        let mut bench = Bench::new(&machine, State::turning(150.0), 1e-4);
         let mut flux = RotorFlux::default();
         for k in 0..5000 {
             let o = bench.output();

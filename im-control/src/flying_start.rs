@@ -252,7 +252,7 @@ mod tests {
         let machine = Machine::try_new(m.parameters(), m.pole_pairs, e).unwrap();
         let data = MachineData::of(&machine, 25.0).delayed(delay_s).cast::<T>();
         let k = 0.156 / 0.16;
-        let state = MachineState { omega_m: speed, omega_load: speed, psi_r: flux, psi_s: flux * k, ..MachineState::default() };
+        let state = MachineState { psi_r: flux, psi_s: flux * k, ..MachineState::turning(speed) };
         let mut bench = Bench::new(&machine, state, 1e-4);
         let mut start = FlyingStart::try_new(Told(None), &data, T::from_f64(1e-4)).unwrap();
         let narrow = |z: Complex<f64>| Complex::new(T::from_f64(z.re), T::from_f64(z.im));

@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let shown = bench.output();
         let sample = Sample { i_s: single(shown.i_s), u_s: single(u), omega_m: shown.omega_m as f32 };
         let estimate = identifier.step(&mut state, &sample);
-        let true_ohm = cold * (1.0 + 0.004 * bench.state().rotor_rise_k);
+        let true_ohm = cold * (1.0 + 0.004 * bench.state().extra.of(im_model::EffectId::RotorHeating)[0]);
         if k % 20_000 == 19_999 {
             println!("{t:4.1} s: {:.3} Ω, true {true_ohm:.3} Ω ({:?})", estimate.values[0], estimate.status);
         }

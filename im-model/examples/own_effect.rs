@@ -3,7 +3,7 @@
 //! cargo run --release -p im-model --example own_effect -- own_effect.svg
 
 use im_chart::{Series, chart};
-use im_model::effects::{Card, CustomId, Effect, Operating, ParameterInfo, Role, ScaleOf};
+use im_model::effects::{Card, CustomId, Effect, Hooks, Operating, ParameterInfo, Role, ScaleOf};
 use im_model::{Bench, Bound, Complex, EffectId, Effects, Machine, PlantInput, Scalar, State, machines, register_effect};
 
 /// A brake in proportion to speed up to a limit: τ = T ω/√(ω² + ω_0²).
@@ -63,8 +63,11 @@ impl<T: Scalar> Effect<T> for SlippingHub<T> {
             _ => {}
         }
     }
-    fn braking_torque(&self, torque: T, at: &Operating<T>) -> T {
-        let (w, w_0) = (at.omega_m, self.slip_speed_rad_s);
+}
+
+impl<T: Scalar> Hooks<T> for SlippingHub<T> {
+    fn braking_torque(&self, torque: T, at: &Operating<T>, _own: &[T]) -> T {
+        let (w, w_0) = (at.state.omega_m, self.slip_speed_rad_s);
         torque + self.torque_nm * w / (w * w + w_0 * w_0).sqrt()
     }
 }

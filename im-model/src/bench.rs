@@ -3,13 +3,13 @@
 use num_complex::Complex;
 use num_traits::Zero;
 
-use crate::effects::EffectId;
+use crate::effects::FILTER_STATES;
 use crate::machine::Machine;
 use crate::plant::{Plant, PlantInput};
 use crate::scalar::Scalar;
 use crate::state::State;
 
-/// Past commands kept for the voltage delay.
+/// Past commands kept for a transport delay.
 const HISTORY: usize = 8;
 
 /// What the sensors show.
@@ -31,9 +31,10 @@ pub struct Bench<T> {
     substeps: u32,
     /// Past commands, newest first.
     commands: [Complex<T>; HISTORY],
-    /// The filters of the speed sensor; the last is what it shows.
-    speed_shown: [T; 3],
-    delayed: bool,
+    /// The filters of the speed sensor.
+    filters: [T; FILTER_STATES],
+    delay: T,
+    /// Effects act in the sensors.
     sensed: bool,
 }
 
@@ -42,18 +43,16 @@ impl<T: Scalar> Bench<T> {
     pub fn new(machine: &Machine<T>, state: State<T>, sample_time_s: f64) -> Self {
         let plant = Plant::new(machine);
         let substeps = plant.substeps(sample_time_s);
-        let e = plant.effects();
-        let sensed = [EffectId::CurrentSensorGain, EffectId::CurrentSensorOffset].into_iter().any(|id| e.is_on(id))
-            || e.custom_ids().next().is_some();
+        let delay = plant.effects().transport_delay(plant.on(), T::zero());
         Self {
             state,
             sample_time: T::from_f64(sample_time_s),
             substep: sample_time_s / f64::from(substeps),
             substeps,
             commands: [Complex::zero(); HISTORY],
-            speed_shown: [state.omega_m; 3],
-            delayed: e.is_on(EffectId::VoltageDelay),
-            sensed,
+            filters: [state.omega_m; FILTER_STATES],
+            delay,
+            sensed: plant.on().in_sensors(),
             plant,
         }
     }
@@ -92,14 +91,14 @@ impl<T: Scalar> Bench<T> {
     #[inline(always)]
     pub fn output(&self) -> Output<T> {
         let i_s = self.plant.currents(&self.state).i_s;
-        let i_s = if self.sensed { self.plant.effects().measured_current(i_s) } else { i_s };
+        let i_s = if self.sensed { self.plant.measured_current(i_s) } else { i_s };
         Output { i_s, omega_m: self.speed_seen() }
     }
 
     #[inline(always)]
     fn speed_seen(&self) -> T {
-        let shown = self.speed_shown[2];
-        if self.sensed { self.plant.effects().measured_speed(shown) } else { shown }
+        let w = self.state.omega_m;
+        if self.sensed { self.plant.effects().measured_speed(self.plant.on(), w, &self.filters) } else { w }
     }
 
     /// Runs one sample with the command and the load torque held.
@@ -111,7 +110,7 @@ impl<T: Scalar> Bench<T> {
     /// As [`advance`](Self::advance); `observe` sees every stage with its weight (see [`Plant::step_observed`]).
     #[inline(always)]
     pub fn advance_observed(&mut self, input: &PlantInput<T>, mut observe: impl FnMut(f64, &crate::plant::Evaluation<T>)) {
-        let u_s = if self.delayed { self.late(input.u_s) } else { input.u_s };
+        let u_s = if self.delay.is_zero() { input.u_s } else { self.late(input.u_s) };
         let before = self.state.omega_m;
         let mut input = PlantInput { u_s, ..*input };
         if let Some([target, _]) = &mut input.speed_nudge {
@@ -126,25 +125,37 @@ impl<T: Scalar> Bench<T> {
             }
             self.plant.step_observed(&mut self.state, &input, self.substep, &mut observe);
         }
-        let now = self.state.omega_m;
-        self.speed_shown = self.plant.effects().speed_sensor_lag.shown(self.speed_shown, before, now, self.sample_time);
+        self.filter(before);
+    }
+
+    /// Transport delay of the voltage, s.
+    pub fn transport_delay(&self) -> T {
+        self.delay
     }
 
     /// Runs one sample whose voltage is not held: `integrate` carries the state over the sample, given the command that the voltage
     /// delay leaves of `command`. The speed sensor sees the change.
     pub fn advance_with(&mut self, command: Complex<T>, integrate: impl FnOnce(&Plant<T>, &mut State<T>, Complex<T>)) {
-        let late = if self.delayed { self.late(command) } else { command };
+        let late = if self.delay.is_zero() { command } else { self.late(command) };
         let before = self.state.omega_m;
         integrate(&self.plant, &mut self.state, late);
-        let now = self.state.omega_m;
-        self.speed_shown = self.plant.effects().speed_sensor_lag.shown(self.speed_shown, before, now, self.sample_time);
+        self.filter(before);
+    }
+
+    /// The sensors' filters follow the speed of the sample that has passed.
+    #[inline(always)]
+    fn filter(&mut self, before: T) {
+        if self.sensed {
+            let (now, on) = (self.state.omega_m, self.plant.on());
+            self.plant.effects().filter(on, &mut self.filters, before, now, self.sample_time);
+        }
     }
 
     /// The mean over this sample of the command delayed by D = (n + f)T.
     fn late(&mut self, u: Complex<T>) -> Complex<T> {
         self.commands.copy_within(0..HISTORY - 1, 1);
         self.commands[0] = u;
-        let samples = self.plant.effects().voltage_delay.delay_s / self.sample_time;
+        let samples = self.delay / self.sample_time;
         let n = (samples.value().max(0.0) as usize).min(HISTORY - 2);
         let f = (samples - T::from_f64(n as f64)).min(T::one());
         self.commands[n] * (T::one() - f) + self.commands[n + 1] * f

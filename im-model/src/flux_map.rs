@@ -1,8 +1,8 @@
-//! Currents from flux linkages: the T circuit's inductances, saturable, with the iron-loss branch as a third winding.
+//! Currents from flux linkages: the T circuit's inductances, saturable, with branches across the core (iron loss) as a third winding.
 //!
 //! Node equation for the magnetizing flux ψ_m:
 //!
-//! μ(|ψ_m|²) ψ_m/L_m + (ψ_m − ψ_fe) G/τ = f_s(ψ_s − ψ_m) + f_r(ψ_r − ψ_m),   f(ψ) = φ(|ψ|²) ψ/L_l,
+//! μ(|ψ_m|²) ψ_m/L_m + (ψ_m − ψ_c)/L_c = f_s(ψ_s − ψ_m) + f_r(ψ_r − ψ_m),   f(ψ) = φ(|ψ|²) ψ/L_l,
 //!
 //! then i_s = f_s, i_r = f_r. Its left and right sides are gradients of convex energies, so that the solution is unique and the
 //! map is monotone, invertible and lossless. Linear: solved at once. Main flux saturated: a scalar equation, as ψ_m points along
@@ -13,28 +13,10 @@
 use num_complex::Complex;
 use num_traits::{One, Zero};
 
-use crate::effects::{Branch, EffectId, Effects};
+use crate::effects::{Active, Effects, LeakageLaw};
 use crate::parameters::TParameters;
 use crate::scalar::Scalar;
 use crate::space_vector::norm2;
-
-/// ∫ f(q) dq from 0 to `end`, by five-point Gauss-Legendre on eight intervals: exact to rounding for what saturation curves are.
-fn integral<T: Scalar>(end: T, f: impl Fn(T) -> T) -> T {
-    const NODES: [(f64, f64); 5] = [
-        (0.0, 0.568_888_888_888_888_9),
-        (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
-        (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
-        (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
-        (0.906_179_845_938_664, 0.236_926_885_056_189_1),
-    ];
-    let mut sum = T::zero();
-    for k in 0..8 {
-        for (x, weight) in NODES {
-            sum += f(end.scale((f64::from(k) + 0.5 + 0.5 * x) / 8.0)).scale(weight / 16.0);
-        }
-    }
-    sum * end
-}
 
 /// The interval of the grid that x ≥ 0 lies in. By way of i32: processors convert to signed numbers in one instruction.
 #[inline(always)]
@@ -67,7 +49,7 @@ const GRID_REACH: f64 = 1.75;
 enum Shape {
     /// Two coupled windings.
     Linear,
-    /// No iron saturates, but the iron-loss branch is a third winding.
+    /// No iron saturates, but a branch across the core is a third winding.
     Lossy,
     /// The magnetizing branch saturates.
     MainSaturated,
@@ -79,12 +61,15 @@ enum Shape {
 #[derive(Clone, Copy, Debug)]
 pub struct FluxMap<T> {
     shape: Shape,
+    on: Active,
+    /// How the leakages of stator and rotor saturate.
+    leakages: [LeakageLaw<T>; 2],
     /// 1/L_ls, 1/L_lr, 1/L_m, H⁻¹.
     inv_ls: T,
     inv_lr: T,
     inv_m: T,
-    /// G/τ of the iron-loss branch, H⁻¹; zero when off.
-    inv_fe: T,
+    /// 1/L_c of the branch across the core, H⁻¹; zero when there is none.
+    inv_c: T,
     /// 1/(sum of the four).
     parallel: T,
     /// Without saturation and iron loss: i_s = Γ_s ψ_s − Γ_m ψ_r, i_r = Γ_r ψ_r − Γ_m ψ_s, as [Γ_s, Γ_m, Γ_r], H⁻¹.
@@ -101,28 +86,32 @@ impl<T: Scalar> FluxMap<T> {
         let one = T::one();
         let [inv_ls, inv_lr, inv_m] =
             [p.stator_leakage_inductance_h, p.rotor_leakage_inductance_h, p.magnetizing_inductance_h].map(|l| one / l);
-        let iron = &effects.iron_loss;
-        let inv_fe = if effects.is_on(EffectId::IronLoss) { iron.conductance_s / iron.diffusion_time_s } else { T::zero() };
-        let saturated = effects.is_on(EffectId::MainFluxSaturation) || effects.custom.iter().flatten().any(|c| !c.is_off());
-        let shape = if effects.is_on(EffectId::LeakageFluxSaturation) {
+        let on = effects.which();
+        let inv_c = effects.core_branch(on, T::zero());
+        let laws = [inv_ls, inv_lr].map(|inv_l| effects.leakage(on, None, inv_l));
+        let reach = effects.reference_flux() * T::from_f64(GRID_REACH);
+        // A law that leaves the reluctance alone at the end of the grid does so everywhere.
+        let (mu, dmu) = effects.reluctance(on, (one, T::zero()), reach * reach);
+        let saturated = !((mu - one).is_zero() && dmu.is_zero());
+        let shape = if laws.iter().any(Option::is_some) {
             Shape::General
         } else if saturated {
             Shape::MainSaturated
-        } else if effects.is_on(EffectId::IronLoss) {
+        } else if !inv_c.is_zero() {
             Shape::Lossy
         } else {
             Shape::Linear
         };
-        let reach = effects.main_flux_saturation.reference_flux_vs * T::from_f64(GRID_REACH);
         let per_interval = T::from_f64(INTERVALS as f64) / (reach * reach);
-        let parallel = one / (inv_ls + inv_lr + inv_m + inv_fe);
+        let parallel = one / (inv_ls + inv_lr + inv_m + inv_c);
         // Without saturation y = 1 everywhere.
         let flat = [one, T::zero(), T::zero(), T::zero()];
         // With p = 1/(1/L_ls + 1/L_lr + 1/L_m): Γ_s = p (1/L_lr + 1/L_m)/L_ls, free of differences of near-equal numbers.
         let mutual = parallel * inv_ls * inv_lr;
         let inverse_inductances = [mutual + parallel * inv_ls * inv_m, mutual, mutual + parallel * inv_lr * inv_m];
-        let grid = [flat; INTERVALS];
-        let mut map = Self { shape, inv_ls, inv_lr, inv_m, inv_fe, parallel, inverse_inductances, per_interval, grid };
+        let (leakages, grid) = (laws.map(Option::unwrap_or_default), [flat; INTERVALS]);
+        let mut map =
+            Self { shape, on, leakages, inv_ls, inv_lr, inv_m, inv_c, parallel, inverse_inductances, per_interval, grid };
         if saturated {
             let node = |k: usize| {
                 let (y, slope) = map.solve_ratio(T::from_f64(k as f64) / per_interval, effects);
@@ -142,18 +131,14 @@ impl<T: Scalar> FluxMap<T> {
         map
     }
 
-    /// Currents at the given flux linkages.
+    /// Currents at the given flux linkages; `core` is the sum of ψ_c/L_c, A.
     #[inline(always)]
-    pub fn currents(&self, psi_s: Complex<T>, psi_r: Complex<T>, psi_fe: Complex<T>, effects: &Effects<T>) -> Currents<T> {
-        let linear = || self.linear_flux(psi_s, psi_r, psi_fe);
+    pub fn currents(&self, psi_s: Complex<T>, psi_r: Complex<T>, core: Complex<T>, effects: &Effects<T>) -> Currents<T> {
+        let linear = || self.linear_flux(psi_s, psi_r, core);
         match self.shape {
             Shape::Linear => {
                 let [s, m, r] = &self.inverse_inductances;
-                Currents {
-                    i_s: psi_s * *s - psi_r * *m,
-                    i_r: psi_r * *r - psi_s * *m,
-                    psi_m: self.linear_flux(psi_s, psi_r, psi_fe),
-                }
+                Currents { i_s: psi_s * *s - psi_r * *m, i_r: psi_r * *r - psi_s * *m, psi_m: linear() }
             }
             Shape::Lossy => self.unsaturated_leakages(psi_s, psi_r, linear()),
             Shape::MainSaturated => {
@@ -166,10 +151,10 @@ impl<T: Scalar> FluxMap<T> {
 
     /// ψ_m of the circuit without saturation.
     #[inline(always)]
-    fn linear_flux(&self, psi_s: Complex<T>, psi_r: Complex<T>, psi_fe: Complex<T>) -> Complex<T> {
+    fn linear_flux(&self, psi_s: Complex<T>, psi_r: Complex<T>, core: Complex<T>) -> Complex<T> {
         let mut source = psi_s * self.inv_ls + psi_r * self.inv_lr;
-        if !self.inv_fe.is_zero() {
-            source += psi_fe * self.inv_fe;
+        if !self.inv_c.is_zero() {
+            source += core;
         }
         source * self.parallel
     }
@@ -217,7 +202,7 @@ impl<T: Scalar> FluxMap<T> {
         // The residual is convex and increasing: Newton from y = 1 descends to the root without overshoot.
         for _ in 0..60 {
             let y2 = y * y;
-            let (mu, dmu) = effects.reluctance(y2 * psi_0_squared);
+            let (mu, dmu) = effects.reluctance(self.on, (one, T::zero()), y2 * psi_0_squared);
             let excess = eps * (mu - one);
             let residual = y * (one + excess) - one;
             let slope = one + excess + two * eps * dmu * y2 * psi_0_squared;
@@ -239,8 +224,7 @@ impl<T: Scalar> FluxMap<T> {
     /// residual only makes them exact (implicit function theorem).
     #[inline(never)]
     fn saturated_leakages(&self, psi_s: Complex<T>, psi_r: Complex<T>, linear: Complex<T>, effects: &Effects<T>) -> Currents<T> {
-        let law = &effects.leakage_flux_saturation;
-        let (stator, rotor) = (law.branch(self.inv_ls), law.branch(self.inv_lr));
+        let [stator, rotor] = &self.leakages;
         let (m, inverse) =
             self.solve_magnetizing_flux(real(psi_s), real(psi_r), real(linear), [stator.real(), rotor.real()], effects);
         let mut psi_m = Complex::new(T::from_real(m.re), T::from_real(m.im));
@@ -262,7 +246,7 @@ impl<T: Scalar> FluxMap<T> {
         psi_s: Complex<T::Real>,
         psi_r: Complex<T::Real>,
         linear: Complex<T::Real>,
-        [stator, rotor]: [Branch<T::Real>; 2],
+        [stator, rotor]: [LeakageLaw<T::Real>; 2],
         effects: &Effects<T>,
     ) -> (Complex<T::Real>, [T::Real; 4]) {
         let one = T::Real::one();
@@ -300,16 +284,22 @@ impl<T: Scalar> FluxMap<T> {
         (m, adjugate.map(|x| x * inverse_det))
     }
 
-    /// Magnetic energy stored, J (with the 3/2).
-    pub fn energy(&self, psi_s: Complex<T>, psi_r: Complex<T>, psi_fe: Complex<T>, effects: &Effects<T>) -> T {
-        let psi_m = self.currents(psi_s, psi_r, psi_fe, effects).psi_m;
+    /// How much more steeply than its unsaturated value a leakage current can rise with its flux, at most.
+    pub(crate) fn steepest_leakage(&self) -> f64 {
+        let [s, r] = &self.leakages;
+        1.0 + s.drop(self.inv_ls).value().max(r.drop(self.inv_lr).value())
+    }
+
+    /// Magnetic energy stored, J (with the 3/2), but for that of the branches across the core.
+    pub fn energy(&self, psi_s: Complex<T>, psi_r: Complex<T>, core: Complex<T>, effects: &Effects<T>) -> T {
+        let psi_m = self.currents(psi_s, psi_r, core, effects).psi_m;
         let half = T::from_f64(0.5);
         let (ls, lr, m) = (norm2(psi_s - psi_m), norm2(psi_r - psi_m), norm2(psi_m));
-        let mut w = half * (ls * self.inv_ls + lr * self.inv_lr + m * self.inv_m + norm2(psi_m - psi_fe) * self.inv_fe);
-        let l_m = T::one() / self.inv_m;
-        w += effects.main_flux_saturation.energy(m, l_m);
-        w += self.inv_m * half * integral(m, |q| effects.custom_reluctance(q));
-        w += effects.leakage_flux_saturation.energy(ls, self.inv_ls) + effects.leakage_flux_saturation.energy(lr, self.inv_lr);
+        let mut w = half * (ls * self.inv_ls + lr * self.inv_lr + m * self.inv_m);
+        w += self.inv_m * half * effects.reluctance_integral(self.on, m);
+        for (law, squared) in self.leakages.iter().zip([ls, lr]) {
+            w += law.energy(squared);
+        }
         w * T::from_f64(1.5)
     }
 }
@@ -375,9 +365,10 @@ mod tests {
             let psi_s = Complex::from_polar(0.9, a);
             let psi_r = psi_s + Complex::from_polar(b, 2.0 * a);
             let psi_fe = psi_s * 0.95;
-            let c = map.currents(psi_s, psi_r, psi_fe, &e);
+            let inv_c = e.iron_loss.conductance_s / e.iron_loss.diffusion_time_s;
+            let c = map.currents(psi_s, psi_r, psi_fe * inv_c, &e);
             let i_m = c.psi_m / p.magnetizing_inductance_h * (1.0 + 0.8 * c.psi_m.norm().powi(7));
-            let i_fe = (c.psi_m - psi_fe) * (e.iron_loss.conductance_s / e.iron_loss.diffusion_time_s);
+            let i_fe = (c.psi_m - psi_fe) * inv_c;
             assert!((c.i_s - current(psi_s - c.psi_m, p.stator_leakage_inductance_h)).norm() < 1e-12 * (1.0 + c.i_s.norm()));
             // 1e-8 Vs of the grid over the parallel of the inductances, 5 mH, times up to 1 + 3κ of saturated leakages.
             assert!((c.i_s + c.i_r - i_m - i_fe).norm() < 1e-5, "sample {n}: {}", c.i_s + c.i_r - i_m - i_fe);

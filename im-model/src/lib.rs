@@ -34,6 +34,7 @@ mod error;
 #[cfg(feature = "std")]
 mod file_error;
 mod flux_map;
+mod integral;
 mod machine;
 #[cfg(feature = "std")]
 mod motor_file;
@@ -58,11 +59,11 @@ pub mod toml_text;
 pub use atomic_file::{check_writable, write_atomically};
 pub use bench::{Bench, Output};
 pub use dual::Dual;
-pub use effects::{EffectId, Effects};
+pub use effects::{EffectId, Effects, Extra};
 pub use error::{Bound, ModelError};
 #[cfg(feature = "std")]
 pub use file_error::{FileError, Problem};
-pub use flux_map::{Currents, FluxMap};
+pub use flux_map::Currents;
 pub use machine::{Machine, ParameterId, Rating};
 #[cfg(feature = "std")]
 pub use motor_file::MotorFile;

@@ -5,15 +5,16 @@
 //! and the terms of the effects at their places. Every power is accounted for: [`Powers`] sums to the rate of the stored energy.
 
 use num_complex::Complex;
+use num_traits::Zero;
 
-use crate::effects::{EffectId, Effects, MAX_CUSTOM, Operating};
+use crate::effects::{Active, Effects, Operating};
 use crate::error::ModelError;
 use crate::flux_map::{Currents, FluxMap};
 use crate::machine::Machine;
 use crate::parameters::TParameters;
 use crate::scalar::Scalar;
-use crate::space_vector::{cross, dot, j, norm2, unit};
-use crate::state::{Parts, State};
+use crate::space_vector::{cross, dot, j, unit};
+use crate::state::State;
 
 /// What drives the machine during a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,18 +99,12 @@ pub struct Plant<T> {
     parameters: TParameters<T>,
     effects: Effects<T>,
     map: FluxMap<T>,
-    parts: Parts,
+    on: Active,
     n_p: f64,
     /// (3/2) n_p.
     torque_factor: f64,
-    /// 1/J, or 1/((1−f)J) with a compliant shaft.
+    /// One over the inertia that turns with the rotor.
     inv_inertia: T,
-    /// 1/(fJ); zero without a compliant shaft.
-    inv_load_inertia: T,
-    /// 1/τ of the iron, the bars, the stator's and the rotor's temperature; zero where not in use.
-    inv_times: [T; 4],
-    /// Temperatures are tracked: R depends on them.
-    heated: [bool; 2],
     /// Nothing is on outside the flux-current map: the short path is taken.
     plain: bool,
 }
@@ -118,32 +113,17 @@ impl<T: Scalar> Plant<T> {
     /// Prepares a machine.
     pub fn new(machine: &Machine<T>) -> Self {
         let (p, effects) = (*machine.parameters(), *machine.effects());
-        let parts = Parts::of(&effects);
-        let inertia = if parts.shaft {
-            p.inertia_kg_m2 * (T::one() - effects.shaft_compliance.load_inertia_fraction)
-        } else {
-            p.inertia_kg_m2
-        };
+        let on = effects.which();
         let n_p = f64::from(machine.pole_pairs());
-        let inverse = |on: bool, x: T| if on { T::one() / x } else { T::zero() };
-        let heated = [effects.is_on(EffectId::StatorHeating), effects.is_on(EffectId::RotorHeating)];
         Self {
             parameters: p,
             effects,
             map: FluxMap::new(&p, &effects),
-            parts,
+            on,
             n_p,
             torque_factor: 1.5 * n_p,
-            inv_inertia: T::one() / inertia,
-            inv_load_inertia: inverse(parts.shaft, effects.shaft_compliance.load_inertia_fraction * p.inertia_kg_m2),
-            inv_times: [
-                inverse(parts.iron, effects.iron_loss.diffusion_time_s),
-                inverse(parts.skin, effects.rotor_skin_effect.time_constant_s),
-                inverse(heated[0], effects.stator_heating.time_constant_s),
-                inverse(heated[1], effects.rotor_heating.time_constant_s),
-            ],
-            heated,
-            plain: effects.active().all(|id| !acts_in_equations(id)),
+            inv_inertia: T::one() / effects.rotor_inertia(on, p.inertia_kg_m2),
+            plain: !on.in_equations(),
         }
     }
 
@@ -155,8 +135,9 @@ impl<T: Scalar> Plant<T> {
     pub fn effects(&self) -> &Effects<T> {
         &self.effects
     }
-    pub(crate) fn parts(&self) -> Parts {
-        self.parts
+    /// Which effects are on.
+    pub(crate) fn on(&self) -> Active {
+        self.on
     }
     /// Pole pairs, as a number.
     pub fn n_p(&self) -> T {
@@ -166,12 +147,29 @@ impl<T: Scalar> Plant<T> {
     /// Currents in a state.
     #[inline]
     pub fn currents(&self, x: &State<T>) -> Currents<T> {
-        self.map.currents(x.psi_s, x.psi_r, x.psi_fe, &self.effects)
+        self.currents_with(self.on, x)
+    }
+
+    #[inline(always)]
+    fn currents_with(&self, on: Active, x: &State<T>) -> Currents<T> {
+        let core = self.effects.core_source(on, Complex::zero(), &x.extra);
+        self.map.currents(x.psi_s, x.psi_r, core, &self.effects)
     }
 
     /// Electromagnetic torque in a state, Nm.
     pub fn torque(&self, x: &State<T>) -> T {
         cross(self.currents(x).i_r, x.psi_r).scale(self.torque_factor)
+    }
+
+    /// What the current sensors show of a current, A.
+    #[inline(always)]
+    pub(crate) fn measured_current(&self, i_s: Complex<T>) -> Complex<T> {
+        self.effects.measured_current(self.on, i_s)
+    }
+
+    /// Speed of what the load torque acts on, rad/s.
+    pub fn load_speed(&self, x: &State<T>) -> T {
+        self.effects.load_speed(self.on, x.omega_m, &x.extra)
     }
 
     /// Rates, torque and powers at a state.
@@ -182,104 +180,77 @@ impl<T: Scalar> Plant<T> {
     /// `PLAIN` lets the compiler leave out every place but the flux-current map; the arithmetic that remains is the same.
     #[inline(always)]
     fn evaluate_as<const PLAIN: bool>(&self, x: &State<T>, input: &PlantInput<T>) -> Evaluation<T> {
-        let parts = if PLAIN { Parts::default() } else { self.parts };
-        let heated = if PLAIN { [false; 2] } else { self.heated };
-        let (p, e) = (&self.parameters, &self.effects);
-        let currents = self.map.currents(x.psi_s, x.psi_r, x.psi_fe, e);
-        let Currents { i_s, i_r, psi_m } = currents;
+        let (p, e, own) = (&self.parameters, &self.effects, &x.extra);
+        let on = if PLAIN { Active::NONE } else { self.on };
+        let currents = self.currents_with(on, x);
+        let Currents { i_s, i_r, .. } = currents;
+        // Where nothing acts, nothing is prepared for what would.
+        let at = if PLAIN { None } else { Some(self.operating(x, &currents, input)) };
+        let (r_s, r_r) = at.as_ref().map_or((p.stator_resistance_ohm, p.rotor_resistance_ohm), |at| (at.r_s, at.r_r));
+        let at = at.as_ref();
 
-        let r_s = if heated[0] {
-            p.stator_resistance_ohm * (T::one() + e.stator_heating.temperature_coefficient_per_k * x.stator_rise_k)
-        } else {
-            p.stator_resistance_ohm
-        };
-        let r_r = if heated[1] {
-            p.rotor_resistance_ohm * (T::one() + e.rotor_heating.temperature_coefficient_per_k * x.rotor_rise_k)
-        } else {
-            p.rotor_resistance_ohm
-        };
-        let at =
-            Operating { i_s, i_r, psi_m, omega_m: x.omega_m, theta_m: x.theta_m, r_s, r_r, n_p: self.n_p(), own: [T::zero(); 2] };
-
-        let u_s = if PLAIN { input.u_s } else { e.applied_voltage(input.u_s, i_s) };
-        let stator_drop = if PLAIN { i_s * r_s } else { e.stator_drop(i_s * r_s, &at, &x.own) };
-        let mut rotor_drop = if PLAIN { i_r * r_r } else { e.rotor_drop(i_r * r_r, &at, &x.own) };
+        let u_s = at.map_or(input.u_s, |_| e.applied_voltage(on, input.u_s, i_s));
+        let stator_drop = at.map_or(i_s * r_s, |at| e.stator_drop(on, i_s * r_s, at, own));
+        let rotor_drop = at.map_or(i_r * r_r, |at| e.rotor_drop(on, i_r * r_r, at, own));
 
         let mut rates = State::default();
         let omega_e = x.omega_m.scale(self.n_p);
-
-        // Power stored in the bars does not leave: it is taken out of the rotor's copper loss below.
-        let mut into_bars = T::zero();
-        if parts.skin {
-            let skin = &e.rotor_skin_effect;
-            let inner = i_r - x.i_bar;
-            let rise = skin.resistance_rise * p.rotor_resistance_ohm;
-            rotor_drop += inner * rise;
-            rates.i_bar = j(x.i_bar) * omega_e + inner * self.inv_times[1];
-            into_bars = rise * dot(inner, x.i_bar);
-        }
-        let mut iron = T::zero();
-        if parts.iron {
-            let law = &e.iron_loss;
-            rates.psi_fe = (psi_m - x.psi_fe) * self.inv_times[0];
-            iron = (law.conductance_s * norm2(rates.psi_fe)).scale(1.5);
-        }
-
         rates.psi_s = u_s - stator_drop;
         rates.psi_r = j(x.psi_r) * omega_e - rotor_drop;
 
         let torque = cross(i_r, x.psi_r).scale(self.torque_factor);
         let viscous = p.viscous_friction_nm_s_per_rad * x.omega_m;
-        let braking = if PLAIN { viscous } else { e.braking_torque(viscous, &at, &x.own) };
-        let mut shaft_damping = T::zero();
-        let (tau_shaft, omega_load) = if parts.shaft {
-            let law = &e.shaft_compliance;
-            let slide = x.omega_m - x.omega_load;
-            let spring = law.stiffness_nm_per_rad(p.inertia_kg_m2) * x.twist;
-            let damper = law.damping_nm_s_per_rad(p.inertia_kg_m2) * slide;
-            shaft_damping = damper * slide;
-            rates.twist = slide;
-            rates.omega_load = (spring + damper - input.tau_load) * self.inv_load_inertia;
-            (spring + damper, x.omega_load)
-        } else {
-            (input.tau_load, x.omega_m)
-        };
+        let braking = at.map_or(viscous, |at| e.braking_torque(on, viscous, at, own));
+        let tau_shaft = at.map_or(input.tau_load, |at| e.shaft_torque(on, input.tau_load, at, own));
         rates.omega_m = (torque - braking - tau_shaft) * self.inv_inertia;
         if let Some([target, rate]) = input.speed_nudge {
             rates.omega_m += (target - x.omega_m) * rate;
         }
         rates.theta_m = x.omega_m;
 
-        let stator_copper = dot(stator_drop, i_s).scale(1.5);
-        let rotor_copper = (dot(rotor_drop, i_r) - into_bars).scale(1.5);
-        if parts.thermal {
-            let (s, r) = (&e.stator_heating, &e.rotor_heating);
-            if heated[0] {
-                rates.stator_rise_k = s.inverse_heat_capacity_k_per_j * stator_copper - x.stator_rise_k * self.inv_times[2];
-            }
-            if heated[1] {
-                rates.rotor_rise_k = r.inverse_heat_capacity_k_per_j * rotor_copper - x.rotor_rise_k * self.inv_times[3];
-            }
-        }
-        if parts.own {
-            for (k, c) in e.custom.iter().enumerate() {
-                if let Some(c) = c {
-                    rates.own[k] = c.hooks().own_rates(&c.values, &Operating { own: x.own[k], ..at });
-                }
-            }
-        }
-
-        let powers = Powers {
+        let mut powers = Powers {
             electrical_input: dot(input.u_s, i_s).scale(1.5),
             inverter_loss: dot(input.u_s - u_s, i_s).scale(1.5),
-            stator_copper,
-            rotor_copper,
-            iron,
+            stator_copper: dot(stator_drop, i_s).scale(1.5),
+            rotor_copper: dot(rotor_drop, i_r).scale(1.5),
+            iron: T::zero(),
             friction: braking * x.omega_m,
-            shaft_damping,
-            load: input.tau_load * omega_load,
+            shaft_damping: T::zero(),
+            load: input.tau_load * e.load_speed(on, x.omega_m, own),
         };
+        if let Some(at) = at {
+            e.powers(on, &mut powers, at, own);
+            e.rates(on, &mut rates.extra, at, &powers, own);
+        }
         Evaluation { rates, currents, torque, powers }
+    }
+
+    /// What the effects see.
+    #[inline(always)]
+    fn operating<'a>(&'a self, x: &'a State<T>, currents: &'a Currents<T>, input: &'a PlantInput<T>) -> Operating<'a, T> {
+        let (p, e, on, own) = (&self.parameters, &self.effects, self.on, &x.extra);
+        Operating {
+            state: x,
+            currents,
+            parameters: p,
+            input,
+            r_s: e.stator_resistance(on, p.stator_resistance_ohm, own),
+            r_r: e.rotor_resistance(on, p.rotor_resistance_ohm, own),
+            n_p: self.n_p,
+        }
+    }
+
+    /// Puts the states that follow the machine at once where they settle: those of a start in motion that nobody knows.
+    pub fn settle(&self, x: &mut State<T>, input: &PlantInput<T>) {
+        let any = self.effects.active().any(|id| !id.states().is_empty());
+        // Those in the flux-current map pull at ψ_m by a few per cent of what the leakages do: each round leaves that share of the error.
+        for _ in 0..if any { 6 } else { 0 } {
+            let e = self.evaluate(x, input);
+            let mut own = x.extra;
+            // The stator's rate for that of ψ_m.
+            self.effects.settled(self.on, &mut own, &self.operating(x, &e.currents, input), e.rates.psi_s);
+            x.extra = own;
+        }
     }
 
     /// One fourth-order Runge-Kutta step of length `h`, s, with inputs held.
@@ -309,7 +280,7 @@ impl<T: Scalar> Plant<T> {
         h: f64,
         mut observe: impl FnMut(f64, &Evaluation<T>),
     ) {
-        let parts = if PLAIN { Parts::default() } else { self.parts };
+        let on = if PLAIN { Active::NONE } else { self.on };
         let (half, sixth, third) = (0.5 * h, h / 6.0, h / 3.0);
         // The parts that are not in use stay where they are: states with derivatives are too large to be copied in passing.
         let (from, mut at) = (*x, *x);
@@ -320,9 +291,9 @@ impl<T: Scalar> Plant<T> {
             }
             let e = self.evaluate_as::<PLAIN>(&at, input);
             observe(weight, &e);
-            x.accumulate(&e.rates, weight, parts);
+            x.accumulate(&e.rates, weight, on);
             if fraction < 1.0 {
-                at.set_advanced(&from, &e.rates, next, parts);
+                at.set_advanced(&from, &e.rates, next, on);
             }
         }
         if let (false, Some([_, b])) = (PLAIN, input.imposed_speed) {
@@ -337,58 +308,29 @@ impl<T: Scalar> Plant<T> {
         let mut rates = self.evaluate(&still, &input).rates.in_frame(theta);
         rates.psi_s -= j(x.psi_s) * omega_k;
         rates.psi_r -= j(x.psi_r) * omega_k;
-        rates.psi_fe -= j(x.psi_fe) * omega_k;
-        rates.i_bar -= j(x.i_bar) * omega_k;
+        rates.extra.each_vector(&x.extra, |rate, v| rate - j(v) * omega_k);
         rates
     }
 
     /// Energy in fields, masses and springs, J.
     pub fn stored_energy(&self, x: &State<T>) -> T {
-        let (p, e) = (&self.parameters, &self.effects);
-        let half = T::from_f64(0.5);
-        let mut w = self.map.energy(x.psi_s, x.psi_r, x.psi_fe, e);
-        if self.parts.skin {
-            let skin = &e.rotor_skin_effect;
-            // (3/2)·½ L_b|i_b|², i_b = z·k/(1+k), L_b = τR_r(1+k)²/k
-            w += T::from_f64(0.75) * skin.time_constant_s * skin.resistance_rise * p.rotor_resistance_ohm * norm2(x.i_bar);
-        }
-        w += half * x.omega_m * x.omega_m / self.inv_inertia;
-        if self.parts.shaft {
-            let law = &e.shaft_compliance;
-            w += half * law.load_inertia_fraction * p.inertia_kg_m2 * x.omega_load * x.omega_load;
-            w += half * law.stiffness_nm_per_rad(p.inertia_kg_m2) * x.twist * x.twist;
-        }
-        w
+        let (e, own) = (&self.effects, &x.extra);
+        let core = e.core_source(self.on, Complex::zero(), own);
+        let fields = self.map.energy(x.psi_s, x.psi_r, core, e);
+        let rotor = T::from_f64(0.5) * x.omega_m * x.omega_m / self.inv_inertia;
+        let (currents, input) = (self.currents(x), PlantInput::new(Complex::zero(), T::zero()));
+        let at = self.operating(x, &currents, &input);
+        e.stored_energy(self.on, fields + rotor, &at, own)
     }
 
     /// An estimate of the fastest rate in the machine, 1/s, that a step must resolve: h ≤ 1/rate is accurate, h > 2.7/rate unstable.
     pub fn fastest_rate(&self) -> f64 {
         let p = self.parameters.cast::<f64>();
-        let e = &self.effects;
         let leakage = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
-        let drop = e.leakage_flux_saturation.drop.value();
-        let rise = if self.parts.skin { e.rotor_skin_effect.resistance_rise.value() } else { 0.0 };
-        let mut rate = (p.stator_resistance_ohm + p.rotor_resistance_ohm * (1.0 + rise)) * (1.0 + drop) / leakage;
-        if !e.inverter_nonlinearity.is_zero_strength() {
-            let slope = e.inverter_nonlinearity.voltage_v.value() / e.inverter_nonlinearity.zero_crossing_current_a.value();
-            rate = rate.max((p.stator_resistance_ohm + p.rotor_resistance_ohm + slope) * (1.0 + drop) / leakage);
-        }
-        if self.parts.iron {
-            rate = rate.max(1.0 / e.iron_loss.diffusion_time_s.value());
-        }
-        if self.parts.skin {
-            rate = rate.max(1.0 / e.rotor_skin_effect.time_constant_s.value());
-        }
-        if self.parts.shaft {
-            let f = e.shaft_compliance.load_inertia_fraction.value();
-            rate = rate.max(e.shaft_compliance.antiresonance_rad_s.value() / (1.0 - f).sqrt());
-        }
-        if !e.coulomb_friction.torque_nm.is_zero() {
-            let c = &e.coulomb_friction;
-            let slope = c.torque_nm.value() * (1.0 + c.stribeck_rise.value()) / c.smoothing_speed_rad_s.value();
-            rate = rate.max(slope * self.inv_inertia.value());
-        }
-        rate
+        let added = self.effects.added_resistance(self.on, p.rotor_resistance_ohm);
+        let resistance = p.stator_resistance_ohm + p.rotor_resistance_ohm + added;
+        let own = self.effects.fastest_rate(self.on, 1.0 / self.inv_inertia.value());
+        own.max(resistance * self.map.steepest_leakage() / leakage)
     }
 
     /// How many steps a sample of length `sample_time_s` needs: each at most 0.8/[`fastest_rate`](Self::fastest_rate).
@@ -398,22 +340,6 @@ impl<T: Scalar> Plant<T> {
         let whole = n.min(1e6) as u32;
         if f64::from(whole) < n { whole + 1 } else { whole }
     }
-
-    /// The number of own states that belong to user effects.
-    pub const OWN_STATES: usize = 2 * MAX_CUSTOM;
-}
-
-/// Whether an effect has a place in the equations of motion other than the flux-current map: not sensors, not the sampled delay.
-fn acts_in_equations(id: EffectId) -> bool {
-    !matches!(
-        id,
-        EffectId::MainFluxSaturation
-            | EffectId::LeakageFluxSaturation
-            | EffectId::VoltageDelay
-            | EffectId::CurrentSensorGain
-            | EffectId::CurrentSensorOffset
-            | EffectId::SpeedSensorLag
-    )
 }
 
 /// Integrals of the powers over a run, J: the energy balance.

@@ -5,7 +5,7 @@ use core::ops::Neg;
 
 use num_traits::NumAssign;
 
-use crate::effects::{CustomEffect, Hooks};
+use crate::effects::{CustomEffect, CustomHooks};
 
 /// A real number that the equations of motion can be written in.
 ///
@@ -42,7 +42,7 @@ pub trait Scalar: NumAssign + Neg<Output = Self> + PartialOrd + Copy + Debug + S
     /// |x|.
     fn abs(self) -> Self;
     /// The hooks of a user's effect for this number type; `None` where the type does not take part.
-    fn hooks(_effect: &'static dyn CustomEffect) -> Option<&'static dyn Hooks<Self>> {
+    fn hooks(_effect: &'static dyn CustomEffect) -> Option<&'static dyn CustomHooks<Self>> {
         None
     }
 
@@ -129,7 +129,7 @@ macro_rules! scalar {
                 <$t>::abs(self)
             }
             #[inline]
-            fn hooks(effect: &'static dyn CustomEffect) -> Option<&'static dyn Hooks<Self>> {
+            fn hooks(effect: &'static dyn CustomEffect) -> Option<&'static dyn CustomHooks<Self>> {
                 Some(effect)
             }
         }

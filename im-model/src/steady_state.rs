@@ -4,18 +4,19 @@
 //! Effects without rotational symmetry (asymmetries, ripple, dead time, sensors) ripple around this state; temperatures are held.
 
 use num_complex::Complex;
-use num_traits::{One, Zero};
+use num_traits::Zero;
 
 use crate::dual::Dual;
-use crate::effects::{EffectId, Role};
+use crate::effects::{EffectId, Extra, Role, SETTLING_STATES, StateKind, SteadyState};
 use crate::error::ModelError;
 use crate::machine::Machine;
 use crate::plant::{Plant, PlantInput};
 use crate::space_vector::j;
 use crate::state::State;
 
-/// The unknowns: ψ_s, ψ_r, ψ_fe, i_bar (complex), ω_m and the twist.
-const N: usize = 10;
+/// The unknowns: ψ_s and ψ_r (complex), ω_m, and the states of the effects but for those that drift, which are held.
+pub(crate) const UNKNOWNS: usize = 5 + SETTLING_STATES;
+const N: usize = UNKNOWNS;
 
 /// What is held in the steady state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,17 +47,9 @@ pub fn steady_state(machine: &Machine<f64>, u_peak_v: f64, frequency_hz: f64, he
 /// The machine without the effects that break rotational symmetry.
 fn symmetric(machine: &Machine<f64>) -> Result<Machine<f64>, ModelError> {
     let mut e = *machine.effects();
-    for id in [
-        EffectId::StatorAsymmetry,
-        EffectId::RotorAsymmetry,
-        EffectId::LoadTorqueRipple,
-        EffectId::InverterNonlinearity,
-        EffectId::VoltageDelay,
-    ] {
-        for (k, p) in id.parameters().iter().enumerate() {
-            if p.role == Role::Strength {
-                e.set(id, k, 0.0);
-            }
+    for id in machine.effects().ids().filter(|id| id.about().steady_state == SteadyState::Ripples) {
+        for (k, _) in id.parameters().iter().enumerate().filter(|(_, p)| p.role == Role::Strength) {
+            e.set(id, k, 0.0);
         }
     }
     machine.with_effects(e)
@@ -73,19 +66,7 @@ fn linear(machine: &Machine<f64>, u: f64, omega: f64, omega_m: f64) -> State<f64
     let i_s = z_r * u / det;
     let i_r = -j(Complex::from(slip * l_m * u)) / det;
     let (psi_s, psi_r) = (i_s * l_s + i_r * l_m, i_s * l_m + i_r * l_r);
-    let psi_m = (i_s + i_r) * l_m;
-    // Diffused quantities lag by their time constants: at frequency ω for iron, at slip frequency for the bars.
-    let lag = |w: f64, tau: f64| Complex::<f64>::one() / Complex::new(1.0, w * tau);
-    let e = machine.effects();
-    State {
-        psi_s,
-        psi_r,
-        omega_m,
-        omega_load: omega_m,
-        psi_fe: psi_m * lag(omega, e.iron_loss.diffusion_time_s),
-        i_bar: i_r * lag(slip, e.rotor_skin_effect.time_constant_s),
-        ..State::default()
-    }
+    State { psi_s, psi_r, ..State::turning(omega_m) }
 }
 
 /// The speed on the stable side at which the linear machine carries the load and its friction.
@@ -94,8 +75,10 @@ fn slip_for_load(machine: &Machine<f64>, u: f64, omega: f64, torque: f64) -> Opt
     let plant = Plant::new(machine);
     // Torque surplus at relative slip s, by the acceleration of the plant.
     let surplus = |s: f64| {
-        let x = linear(machine, u, omega, omega * (1.0 - s) / n_p);
-        let e = plant.evaluate(&x, &PlantInput::new(Complex::from(u), torque));
+        let mut x = linear(machine, u, omega, omega * (1.0 - s) / n_p);
+        let input = PlantInput::new(Complex::from(u), torque);
+        plant.settle(&mut x, &input);
+        let e = plant.evaluate(&x, &input);
         // Against the direction of the field a motoring torque is negative.
         (e.torque - torque) * omega.signum() - e.powers.friction / x.omega_m.abs().max(1e-9)
     };
@@ -122,26 +105,28 @@ fn slip_for_load(machine: &Machine<f64>, u: f64, omega: f64, torque: f64) -> Opt
 
 fn solve(machine: &Machine<f64>, u: f64, omega: f64, held: Held, start: State<f64>) -> Result<State<f64>, ModelError> {
     let plant = Plant::new(&machine.cast::<Dual<N>>());
-    let parts = plant.parts();
     let torque = if let Held::Load(t) = held { t } else { 0.0 };
     let input = PlantInput::new(Complex::from(Dual::constant(u)), Dual::constant(torque));
-    let mut x = pack(&start);
+    let mut settled = start;
+    Plant::new(machine).settle(&mut settled, &PlantInput::new(Complex::from(u), torque));
+    let mut x = pack(&settled);
     let zero = Dual::<N>::zero();
     let mut before = f64::INFINITY;
     for _ in 0..60 {
         let seeded = unpack(core::array::from_fn(|k| Dual::seeded(x[k], k, 1.0)));
         let r = plant.rates_in_frame(&seeded, &input, zero, Dual::constant(omega));
+        // Two masses at one speed: the motor's balance fixes ω_m, the load's the twist, the twist's the speed of the load.
         let mut residual = pack(&r);
-        // With both masses at one speed: the motor's balance fixes ω_m, the load's fixes the twist.
-        residual[9] = if parts.shaft { r.omega_load } else { seeded.twist };
-        if !parts.iron {
-            (residual[4], residual[5]) = (seeded.psi_fe.re, seeded.psi_fe.im);
-        }
-        if !parts.skin {
-            (residual[6], residual[7]) = (seeded.i_bar.re, seeded.i_bar.im);
-        }
+        let mut place = 5;
+        each_settling(&mut seeded.extra.clone(), |id, x| {
+            // A state of an effect that is off stays where it is.
+            if !machine.effects().is_on(id) {
+                residual[place] = *x;
+            }
+            place += 1;
+        });
         if let Held::Speed(w) = held {
-            residual[8] = seeded.omega_m - Dual::constant(w);
+            residual[SPEED] = seeded.omega_m - Dual::constant(w);
         }
         let jacobian = nalgebra::SMatrix::<f64, N, N>::from_fn(|row, col| residual[row].eps[col]);
         let rhs = nalgebra::SVector::<f64, N>::from_fn(|row, _| residual[row].re);
@@ -157,7 +142,8 @@ fn solve(machine: &Machine<f64>, u: f64, omega: f64, held: Held, start: State<f6
         // At the latest where steps are rounding and shrink no more.
         if size < 1e-12 || (size < 1e-9 && size > 0.5 * before) {
             let mut found = unpack(x);
-            found.omega_load = found.omega_m;
+            let speed = found.omega_m;
+            found.change_speed(|w| *w = speed);
             return Ok(found);
         }
         before = size;
@@ -166,21 +152,37 @@ fn solve(machine: &Machine<f64>, u: f64, omega: f64, held: Held, start: State<f6
     Err(ModelError::NoSteadyState { frequency_hz, torque_nm: torque })
 }
 
+/// Each number of the states that are unknowns, in their order.
+fn each_settling<T>(states: &mut Extra<T>, mut f: impl FnMut(EffectId, &mut T)) {
+    states.each_mut(|id, kind, state| {
+        if kind != StateKind::Drifts {
+            state.iter_mut().for_each(|x| f(id, x));
+        }
+    });
+}
+
+/// Where the speed stands among the unknowns.
+const SPEED: usize = 4;
+
 fn pack<T: crate::Scalar>(x: &State<T>) -> [T; N] {
-    [x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.psi_fe.re, x.psi_fe.im, x.i_bar.re, x.i_bar.im, x.omega_m, x.twist]
+    let mut out = [T::zero(); N];
+    out[..5].copy_from_slice(&[x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.omega_m]);
+    let mut place = 5;
+    each_settling(&mut x.extra.clone(), |_, state| {
+        out[place] = *state;
+        place += 1;
+    });
+    out
 }
 
 fn unpack<T: crate::Scalar>(v: [T; N]) -> State<T> {
-    State {
-        psi_s: Complex::new(v[0], v[1]),
-        psi_r: Complex::new(v[2], v[3]),
-        psi_fe: Complex::new(v[4], v[5]),
-        i_bar: Complex::new(v[6], v[7]),
-        omega_m: v[8],
-        omega_load: v[8],
-        twist: v[9],
-        ..State::default()
-    }
+    let mut x = State { psi_s: Complex::new(v[0], v[1]), psi_r: Complex::new(v[2], v[3]), omega_m: v[SPEED], ..State::default() };
+    let mut place = 5;
+    each_settling(&mut x.extra, |_, state| {
+        *state = v[place];
+        place += 1;
+    });
+    x
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! What every observer is built on: the machine as its constants, the sampling time, limits, and what is known of inverter and iron.
 
-use im_model::effects::{Effect, InverterNonlinearity};
+use im_model::effects::{Hooks, InverterNonlinearity};
 use im_model::space_vector::{cross, norm2};
 use im_model::{Bound, Complex, Machine, Rating, Scalar};
 use num_traits::Zero;

@@ -10,7 +10,7 @@
 //!
 //! so that every constant is a function of |λ + L_lr i_s|², tabulated when the observer is made.
 
-use im_model::effects::{Effect, MainFluxSaturation};
+use im_model::effects::{Hooks, MainFluxSaturation};
 use im_model::space_vector::norm2;
 use im_model::{Complex, Scalar, TParameters};
 
@@ -119,7 +119,7 @@ impl<T: Scalar> Saturation<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use im_model::{Effects, FluxMap, Machine, machines};
+    use im_model::{Effects, Machine, Plant, State, machines};
 
     #[test]
     fn the_table_gives_the_constants_that_the_flux_map_has() {
@@ -128,11 +128,11 @@ mod tests {
         e.main_flux_saturation.excess = 0.6;
         let machine = Machine::try_new(m.parameters(), m.pole_pairs, e).unwrap();
         let table = Saturation::<f64>::new(machine.parameters(), 2, &e.main_flux_saturation);
-        let map = FluxMap::new(machine.parameters(), &e);
+        let plant = Plant::new(&machine);
         let p = machine.parameters();
         for size in [0.1, 0.5, 0.9, 1.1] {
             let (psi_s, psi_r) = (Complex::new(size, 0.02), Complex::new(0.95 * size, -0.05));
-            let c = map.currents(psi_s, psi_r, Complex::new(0.0, 0.0), &e);
+            let c = plant.currents(&State { psi_s, psi_r, ..State::default() });
             let l_m = c.psi_m.norm() / (c.i_s + c.i_r).norm();
             let expected = Electrical::<f64>::new(&TParameters { magnetizing_inductance_h: l_m, ..*p }, 2);
             let got = table.at(psi_r, c.i_s);

@@ -1,6 +1,6 @@
 //! An effect of a user's own, for showing that it takes part in the loop: a tachometer whose scale is wrong.
 
-use im_model::effects::{Card, Effect, ParameterInfo, Role, ScaleOf};
+use im_model::effects::{Card, Effect, Hooks, ParameterInfo, Role, ScaleOf};
 use im_model::{Bound, Scalar, register_effect};
 
 /// ω_shown = (1 + g) ω.
@@ -43,7 +43,10 @@ impl<T: Scalar> Effect<T> for TachometerScale<T> {
     fn set(&mut self, _: usize, value: T) {
         self.gain = value;
     }
-    fn measured_speed(&self, omega_m: T) -> T {
+}
+
+impl<T: Scalar> Hooks<T> for TachometerScale<T> {
+    fn measured_speed(&self, omega_m: T, _filter: &[T]) -> T {
         omega_m * (T::one() + self.gain)
     }
 }

@@ -80,7 +80,7 @@ fn a_turning_machine_is_caught_without_a_jolt() {
     let (machine, known) = data(&M, 1.5);
     let mut drive = FieldOriented::try_new(&known, &FieldOrientedGains::typical(&known, 0.9, 1e-4)).unwrap();
     let mut s = scenario(100.0.into(), 0.9, 0.0.into(), 1.0, Some(560.0));
-    s.start = Start::State(im_model::State { omega_m: 100.0, omega_load: 100.0, ..im_model::State::default() });
+    s.start = Start::State(im_model::State::turning(100.0));
     let run = Simulation::new(&machine, &s).controlled_by(&mut drive).run().unwrap();
     assert!(run.recording.omega_m.iter().all(|w| (w - 100.0).abs() < 0.5));
     assert!(run.recording.i_s.iter().all(|i| i.norm() < 1.05 * known.current_max_a));

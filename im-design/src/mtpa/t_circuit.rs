@@ -194,12 +194,12 @@ mod tests {
     fn the_models_own_steady_state_is_an_operating_point() {
         let machine = machine();
         let circuit = TCircuit::from(&machine);
-        let map = im_model::FluxMap::new(machine.parameters(), machine.effects());
+        let plant = im_model::Plant::new(&machine);
         let n_p = f64::from(machine.pole_pairs());
         for (voltage, frequency, speed) in [(330.0, 50.0, 150.0), (250.0, 50.0, 140.0), (330.0, 50.0, 90.0), (60.0, 10.0, 20.0)] {
             let s = steady_state(&machine, voltage, frequency, Held::Speed(speed)).unwrap();
             let slip = 2.0 * std::f64::consts::PI * frequency - n_p * speed;
-            let c = map.currents(s.psi_s, s.psi_r, s.psi_fe, machine.effects());
+            let c = plant.currents(&s);
             let torque = 1.5 * n_p * (c.psi_m.conj() * c.i_s).im;
             // L_lr x is the flux of the rotor leakage.
             let x = (s.psi_r - c.psi_m).norm() / circuit.rotor_leakage_inductance_h;

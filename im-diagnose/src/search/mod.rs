@@ -171,7 +171,7 @@ impl Refinement {
         for &e in own.iter().chain(effects) {
             free.extend(effect_parameters(e, machine, &self.rating));
         }
-        let fixed_to_shaft = own.iter().chain(effects).any(|e| e.is_fixed_to_shaft());
+        let fixed_to_shaft = own.iter().chain(effects).any(|e| e.about().fixed_to_shaft);
         free.extend(start_parameters(experiments, &self.rating, fixed_to_shaft));
         free
     }
@@ -254,7 +254,7 @@ impl Refinement {
         }
         let with = if largest > 0.0 { machine.with(&set).ok()? } else { return None };
         let turned = |(e, x): (&Experiment, &State<f64>)| State { theta_m: angle_on(&with, e, x), ..*x };
-        let first_fixed = e.is_fixed_to_shaft() && !machine.effects().any_fixed_to_shaft();
+        let first_fixed = e.about().fixed_to_shaft && !machine.effects().any_fixed_to_shaft();
         let starts = if first_fixed { self.nudged.iter().zip(starts).map(turned).collect() } else { starts.to_vec() };
         Some((with, starts))
     }

@@ -181,7 +181,7 @@ impl<'a> ScoreContext<'a> {
 
     /// Whether an effect begins at another angle, which is not known, in each recording.
     fn turns_anew(&self, effect: EffectId) -> bool {
-        effect.is_fixed_to_shaft() && !self.machine.effects().any_fixed_to_shaft()
+        effect.about().fixed_to_shaft && !self.machine.effects().any_fixed_to_shaft()
     }
 
     /// Columns for each recording of their own, zero in the others.

@@ -164,10 +164,7 @@ pub(super) fn component(x: &State<f64>, k: usize) -> f64 {
 
 /// Changes component `k` of an initial state; a compliant shaft begins at one speed.
 pub(super) fn change_component<T>(x: &mut State<T>, k: usize, change: impl Fn(&mut T)) {
-    change(component_mut(x, k));
-    if k == SPEED {
-        change(&mut x.omega_load);
-    }
+    if k == SPEED { x.change_speed(change) } else { change(component_mut(x, k)) }
 }
 
 #[cfg(test)]

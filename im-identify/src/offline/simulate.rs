@@ -33,7 +33,10 @@ fn run<T: Scalar>(
         }
     }
     if let (Start::Estimated(_), Some((&u, &tau))) = (experiment.start, u.first().zip(tau.first())) {
-        settle(&mut bench, &PlantInput::new(constant(u), T::from_f64(tau)));
+        // States that follow the fluxes within microseconds (iron) or milliseconds (skin effect) are no unknowns of a start in motion.
+        // Beginning at zero the iron's flux would kick the first current by tens of amperes.
+        let plant = *bench.plant();
+        plant.settle(bench.state_mut(), &PlantInput::new(constant(u), T::from_f64(tau)));
     }
     for k in 0..rows {
         let out = bench.output();
@@ -56,19 +59,6 @@ fn run<T: Scalar>(
             input.speed_nudge = Some([T::from_f64(w[k]), T::from_f64(*rate)]);
         }
         bench.advance(&input);
-    }
-}
-
-/// States that follow the fluxes within microseconds (iron) or milliseconds (skin effect) are not unknowns of a start in motion: they
-/// begin where they settle, the iron's flux ψ_fe = ψ_m − τ dψ_m/dt with the stator's rate for that of ψ_m. At zero it would kick the first
-/// current by ψ_m G/τ, tens of amperes.
-fn settle<T: Scalar>(bench: &mut Bench<T>, input: &PlantInput<T>) {
-    // It pulls at ψ_m by a few per cent of what the leakages do: each round leaves that share of the error.
-    for _ in 0..6 {
-        let lag = bench.plant().effects().iron_loss.diffusion_time_s;
-        let e = bench.plant().evaluate(bench.state(), input);
-        let x = bench.state_mut();
-        (x.psi_fe, x.i_bar) = (e.currents.psi_m - e.rates.psi_s * lag, e.currents.i_r);
     }
 }
 
@@ -190,7 +180,7 @@ fn seeded<const N: usize>(
         }
         d
     });
-    let mut start_n = cast(start);
+    let mut start_n = start.map(|x| Dual::constant(*x));
     for (k, f) in free.iter().enumerate() {
         if let Target::Initial { experiment: e, component } = f.target
             && e == index
@@ -213,24 +203,6 @@ fn seeded<const N: usize>(
         }
     });
     out
-}
-
-fn cast<const N: usize>(x: &State<f64>) -> State<Dual<N>> {
-    let c = Dual::constant;
-    let z = |v: Complex<f64>| Complex::new(c(v.re), c(v.im));
-    State {
-        psi_s: z(x.psi_s),
-        psi_r: z(x.psi_r),
-        omega_m: c(x.omega_m),
-        theta_m: c(x.theta_m),
-        psi_fe: z(x.psi_fe),
-        i_bar: z(x.i_bar),
-        omega_load: c(x.omega_load),
-        twist: c(x.twist),
-        stator_rise_k: c(x.stator_rise_k),
-        rotor_rise_k: c(x.rotor_rise_k),
-        own: x.own.map(|o| o.map(c)),
-    }
 }
 
 #[cfg(test)]
@@ -267,13 +239,7 @@ mod tests {
             u_s,
         };
         // What a fit knows of the start: fluxes and speed.
-        let seen = State {
-            psi_s: truth.psi_s,
-            psi_r: truth.psi_r,
-            omega_m: truth.omega_m,
-            omega_load: truth.omega_load,
-            ..State::default()
-        };
+        let seen = State { psi_s: truth.psi_s, psi_r: truth.psi_r, ..State::turning(truth.omega_m) };
         let experiment = |start| Experiment { start, ..Experiment::from_recording(&r, [1.0; 2], 1.0) };
         let whole = predict(&machine, &experiment(Start::State(truth)), &truth);
         let fitted = predict(&machine, &experiment(Start::Estimated(seen)), &seen);

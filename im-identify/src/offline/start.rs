@@ -107,7 +107,7 @@ pub fn guess_start(e: &Experiment) -> Start {
         (None, Some(c)) if shows(c) => first(c).0,
         _ => 0.0,
     };
-    Start::Estimated(State { omega_m: omega, omega_load: omega, ..State::default() })
+    Start::Estimated(State::turning(omega))
 }
 
 /// Rows over which the first values are averaged.

@@ -72,13 +72,7 @@ pub(crate) fn odd() -> (Experiment, State<f64>) {
     }
     e.channels[1].kind = ChannelKind::Current { direction_rad: 2.0 * core::f64::consts::FRAC_PI_3 };
     e.channels[0].valid = Some((0..n).map(|k| k % 7 != 3).collect());
-    let start = State {
-        psi_s: Complex::new(0.5, -0.2),
-        psi_r: Complex::new(0.45, -0.25),
-        omega_m: 30.0,
-        omega_load: 30.0,
-        ..State::default()
-    };
+    let start = State { psi_s: Complex::new(0.5, -0.2), psi_r: Complex::new(0.45, -0.25), ..State::turning(30.0) };
     e.start = Start::Estimated(start);
     (e, start)
 }

@@ -46,7 +46,8 @@ fn slopes_are_the_derivatives_of_the_predictions() {
                             *p = f.value(*p, v);
                         }
                     }
-                    x.omega_load = x.omega_m;
+                    let w = x.omega_m;
+                    x.change_speed(|mass| *mass = w);
                     residuals(&machine, e, &x)
                 }
             };

@@ -20,7 +20,10 @@ fn a_start_in_motion_is_noticed_and_found() {
     let mut e = experiment(&late);
     e.start = guess_start(&e);
     let Start::Estimated(first) = e.start else { panic!("{:?}", e.start) };
-    assert!((first.omega_m - r.omega_m[from]).abs() < 1.0 && first.omega_load == first.omega_m);
+    assert!(
+        (first.omega_m - r.omega_m[from]).abs() < 1.0
+            && first == State { psi_s: first.psi_s, psi_r: first.psi_r, ..State::turning(first.omega_m) }
+    );
     let found = start_on(&truth(), &e, &M.rating);
     let internals = Simulation::new(&truth(), &scenario(false)).with_internals().run().unwrap().internals.unwrap();
     let x = internals.states[from];
@@ -81,7 +84,7 @@ fn an_offset_is_no_motion_and_a_driven_current_is() {
     assert_eq!(guess_start(&Experiment { u_s: volts(0.0), ..e.clone() }), Start::Rest);
     assert!(matches!(guess_start(&Experiment { u_s: volts(10.0), ..e.clone() }), Start::Estimated(_)));
     let turned = Experiment { u_s: volts(0.0), imposed_speed: Some(vec![20.0; n]), ..e };
-    assert!(matches!(guess_start(&turned), Start::Estimated(x) if x.omega_m == 20.0 && x.omega_load == 20.0));
+    assert!(matches!(guess_start(&turned), Start::Estimated(x) if x == State::turning(20.0)));
 }
 
 /// An experiment whose signals say nothing yet: `n` rows at rest.
@@ -108,7 +111,7 @@ fn a_speed_that_stands_out_of_noise_and_range_is_motion() {
         e
     };
     let speed = |e: &Experiment| match guess_start(e) {
-        Start::Estimated(x) => Some((x.omega_m, x.omega_load)),
+        Start::Estimated(x) => Some((x.omega_m, x.extra.of(EffectId::ShaftCompliance)[0])),
         _ => None,
     };
     assert_eq!(speed(&with([10.0, 11.0, 12.0, 13.0, 14.0], 100.0)), Some((12.0, 12.0)));
@@ -217,7 +220,7 @@ fn the_first_second_tells_how_a_recording_begins() {
     e.sample_time_s = 4e-4;
     e.tau_load = vec![10.0; n];
     e.u_s = (0..n).map(|k| Complex::from_polar(326.6, 314.159 * 4e-4 * (k as f64 + 0.5))).collect();
-    let about = State { omega_m: 0.97 * x.omega_m, omega_load: 0.97 * x.omega_m, ..State::default() };
+    let about = State::turning(0.97 * x.omega_m);
     let shown = predict(&truth(), &e, &x);
     for (c, (channel, y)) in e.channels.iter_mut().zip(shown).enumerate() {
         let noise = |k: usize| ((k * 7919 + c * 31) % 101) as f64 / 50.0 - 1.0;
@@ -227,7 +230,7 @@ fn the_first_second_tells_how_a_recording_begins() {
     e.start = Start::Estimated(about);
     let found = start_on(&truth(), &e, &M.rating);
     assert!((found.psi_s - x.psi_s).norm() < 2e-3 && (found.psi_r - x.psi_r).norm() < 2e-3, "{found:?} {x:?}");
-    assert!((found.omega_m - x.omega_m).abs() < 0.1 && found.omega_load == found.omega_m, "{found:?}");
+    assert!((found.omega_m - x.omega_m).abs() < 0.1 && found.extra == State::turning(found.omega_m).extra, "{found:?}");
     // A machine that cannot be simulated has no better start than the one given.
     e.u_s[100] = Complex::new(f64::NAN, 0.0);
     assert_eq!(start_on(&truth(), &e, &M.rating), about);

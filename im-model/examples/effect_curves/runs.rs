@@ -2,7 +2,7 @@
 
 use im_chart::{Panel, Series};
 use im_model::simulation::{Load, Profile, Run, Scenario, Simulation, SimulationError, Source, Start, VoltsPerHertz};
-use im_model::{Effects, Held, Machine, Recording};
+use im_model::{EffectId, Effects, Held, Machine, Recording};
 
 use super::{Picture, Studio, pair};
 
@@ -68,7 +68,7 @@ fn heating(
 pub fn stator_heating(s: &Studio) -> Drawn {
     let set =
         |e: &mut Effects<f64>| (e.stator_heating.inverse_heat_capacity_k_per_j, e.stator_heating.time_constant_s) = (0.02, 15.0);
-    let state = |run: &Run, k: usize| run.internals.as_ref().map_or(0.0, |x| x.states[k].stator_rise_k);
+    let state = |run: &Run, k: usize| run.internals.as_ref().map_or(0.0, |x| x.states[k].extra.of(EffectId::StatorHeating)[0]);
     let [rise, _] = heating(s, set, state)?;
     let cold = s.base.parameters().stator_resistance_ohm;
     let ohm = rise.iter().map(|(t, k)| (*t, cold * (1.0 + 0.00393 * k))).collect::<Vec<_>>();
@@ -80,7 +80,7 @@ pub fn stator_heating(s: &Studio) -> Drawn {
 pub fn rotor_heating(s: &Studio) -> Drawn {
     let set =
         |e: &mut Effects<f64>| (e.rotor_heating.inverse_heat_capacity_k_per_j, e.rotor_heating.time_constant_s) = (0.06, 15.0);
-    let state = |run: &Run, k: usize| run.internals.as_ref().map_or(0.0, |x| x.states[k].rotor_rise_k);
+    let state = |run: &Run, k: usize| run.internals.as_ref().map_or(0.0, |x| x.states[k].extra.of(EffectId::RotorHeating)[0]);
     let [rise, speed] = heating(s, set, state)?;
     let parts =
         vec![Panel::new("rise, K", [Series::line("cage", rise)]), Panel::new("speed, rad/s", [Series::line("speed", speed)])];

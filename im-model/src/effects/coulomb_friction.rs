@@ -2,13 +2,14 @@
 //!
 //! τ_C(ω) = T_C (1 + s e^{−(ω/ω_s)²}) ω/√(ω² + ω_0²)
 
-use super::effect;
+use super::{About, Card, Operating, Place, effect};
 use crate::error::Bound;
 
 effect! {
     /// Dry friction of bearings, seals, gears and brushes.
     CoulombFriction, "coulomb_friction",
-    card: super::Card {
+    about: About::at(Place::Mechanics),
+    card: Card {
         title: "Coulomb friction (with Stribeck rise)",
         what: "A torque T_C against motion, independent of speed, rising by the Stribeck fraction towards standstill.",
         shows: "Speed error whose sign follows the sign of speed: late break-away, too slow reversal, coasting down in a straight line.",
@@ -32,14 +33,16 @@ effect! {
     },
     hooks: {
         #[inline(always)]
-        fn braking_torque(&self, torque: T, at: &super::Operating<T>) -> T {
-            if self.torque_nm.is_zero() {
-                return torque;
-            }
-            let w2 = at.omega_m * at.omega_m;
-            let sign = at.omega_m / (w2 + self.smoothing_speed_rad_s * self.smoothing_speed_rad_s).sqrt();
+        fn braking_torque(&self, torque: T, at: &Operating<T>, _own: &[T]) -> T {
+            let w2 = at.state.omega_m * at.state.omega_m;
+            let sign = at.state.omega_m / (w2 + self.smoothing_speed_rad_s * self.smoothing_speed_rad_s).sqrt();
             let rise = self.stribeck_rise * (-w2 / (self.stribeck_speed_rad_s * self.stribeck_speed_rad_s)).exp();
             torque + self.torque_nm * (T::one() + rise) * sign
+        }
+
+        fn fastest_rate(&self, rotor_inertia: f64) -> f64 {
+            let slope = self.torque_nm.value() * (1.0 + self.stribeck_rise.value()) / self.smoothing_speed_rad_s.value();
+            slope * (1.0 / rotor_inertia)
         }
     }
 }

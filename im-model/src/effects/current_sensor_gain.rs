@@ -9,14 +9,15 @@
 
 use num_complex::Complex;
 
-use super::effect;
+use super::{About, Card, Place, SteadyState, effect};
 use crate::Scalar;
 use crate::error::Bound;
 
 effect! {
     /// Gain errors of the phase-current sensors.
     CurrentSensorGain, "current_sensor_gain",
-    card: super::Card {
+    about: About { steady_state: SteadyState::Hides, ..About::at(Place::Sensors) },
+    card: Card {
         title: "Current-sensor gain",
         what: "The phase-current sensors have gain errors: a common one scales the current, unequal ones add its mirror image (negative sequence), and turn it a little where the third phase is computed from two.",
         shows: "Unbalance: the error turns backwards at supply frequency, in proportion to current (second harmonic in the rotating frame). Common gain: torque and current disagree by one factor.",
@@ -42,9 +43,6 @@ effect! {
     hooks: {
         #[inline(always)]
         fn measured_current(&self, i: Complex<T>) -> Complex<T> {
-            if self.common.is_zero() && self.unbalance_alpha.is_zero() && self.unbalance_beta.is_zero() {
-                return i;
-            }
             i * Complex::new(T::one() + self.common, self.turn()) + Complex::new(self.unbalance_alpha, self.unbalance_beta) * i.conj()
         }
     }
@@ -69,7 +67,7 @@ const SQRT_3: f64 = 1.732_050_807_568_877_2;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::Effect;
+    use crate::effects::Hooks;
 
     /// What two sensors show, phase by phase, and the effect with the gains of its card.
     #[test]

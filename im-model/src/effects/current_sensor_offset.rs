@@ -2,13 +2,14 @@
 
 use num_complex::Complex;
 
-use super::effect;
+use super::{About, Card, Place, SteadyState, effect};
 use crate::error::Bound;
 
 effect! {
     /// Constant error of the current sensors.
     CurrentSensorOffset, "current_sensor_offset",
-    card: super::Card {
+    about: About { steady_state: SteadyState::Hides, ..About::at(Place::Sensors) },
+    card: Card {
         title: "Current-sensor offset",
         what: "The sensors show a constant current that does not flow.",
         shows: "A constant current error, at standstill too; first harmonic of the supply in the rotating frame.",
@@ -29,9 +30,6 @@ effect! {
     hooks: {
         #[inline(always)]
         fn measured_current(&self, i: Complex<T>) -> Complex<T> {
-            if self.alpha_a.is_zero() && self.beta_a.is_zero() {
-                return i;
-            }
             i + Complex::new(self.alpha_a, self.beta_a)
         }
     }

@@ -3,41 +3,43 @@
 use core::cmp::Ordering;
 use core::hash::{Hash, Hasher};
 
-use num_complex::Complex;
-
 #[allow(unused_imports, reason = "named in the documentation")]
 use super::Effect;
-use super::{Card, Operating, ParameterInfo, Role};
+use super::{About, Card, Hooks, ParameterInfo, Role, StateInfo};
 use crate::dual::Dual;
 use crate::scalar::Scalar;
+use crate::steady_state::UNKNOWNS;
 
 /// How many effects of the user's own a machine can carry.
 pub const MAX_CUSTOM: usize = 2;
 /// How many parameters one of them may have.
 pub const MAX_CUSTOM_PARAMETERS: usize = 4;
+/// How many numbers the states of one of them may be.
+pub const MAX_CUSTOM_STATES: usize = 2;
 
-/// The hooks of [`Effect`] for one scalar type, with the parameter values passed in. Implemented by
-/// [`register_effect!`](crate::register_effect), not by hand.
-#[allow(missing_docs)]
-pub trait Hooks<T: Scalar>: Send + Sync {
-    fn applied_voltage(&self, values: &[T], u: Complex<T>, i_s: Complex<T>) -> Complex<T>;
-    fn stator_drop(&self, values: &[T], drop: Complex<T>, at: &Operating<T>) -> Complex<T>;
-    fn rotor_drop(&self, values: &[T], drop: Complex<T>, at: &Operating<T>) -> Complex<T>;
-    fn braking_torque(&self, values: &[T], torque: T, at: &Operating<T>) -> T;
-    fn reluctance(&self, values: &[T], so_far: (T, T), psi_m_squared: T) -> (T, T);
-    fn measured_current(&self, values: &[T], i: Complex<T>) -> Complex<T>;
-    fn measured_speed(&self, values: &[T], omega_m: T) -> T;
-    fn own_rates(&self, values: &[T], at: &Operating<T>) -> [T; 2];
+/// The physics of a user's effect in one scalar type. Implemented by [`register_effect!`](crate::register_effect), not by hand.
+pub trait CustomHooks<T: Scalar>: Send + Sync {
+    /// Calls `act` with the hooks of the effect with these parameter values.
+    fn with(&self, values: &[T], act: &mut dyn FnMut(&dyn Hooks<T>));
 }
 
 /// A user's effect in every scalar type that the workspace simulates in. Made by [`register_effect!`](crate::register_effect).
-pub trait CustomEffect: Hooks<f32> + Hooks<f64> + Hooks<Dual<4>> + Hooks<Dual<6>> + Hooks<Dual<8>> {
+pub trait CustomEffect:
+    CustomHooks<f32>
+    + CustomHooks<f64>
+    + CustomHooks<Dual<4>>
+    + CustomHooks<Dual<6>>
+    + CustomHooks<Dual<8>>
+    + CustomHooks<Dual<UNKNOWNS>>
+{
     /// The identifier in files.
     fn name(&self) -> &'static str;
     /// The parameters, at most [`MAX_CUSTOM_PARAMETERS`].
     fn parameters(&self) -> &'static [ParameterInfo];
-    /// Whether it is fixed to the shaft or the rotor.
-    fn is_fixed_to_shaft(&self) -> bool;
+    /// What simulation and scoring must know.
+    fn about(&self) -> About;
+    /// Its states, at most [`MAX_CUSTOM_STATES`] numbers.
+    fn states(&self) -> &'static [StateInfo];
     /// The card.
     fn card(&self) -> Card;
 }
@@ -54,10 +56,6 @@ impl CustomId {
     /// The parameters.
     pub fn parameters(self) -> &'static [ParameterInfo] {
         self.0.parameters()
-    }
-    /// The card.
-    pub fn card(self) -> Card {
-        self.0.card()
     }
 }
 
@@ -108,47 +106,27 @@ impl<T: Scalar> Custom<T> {
         self.id.parameters().iter().zip(&self.values).all(|(p, v)| p.role != Role::Strength || v.is_zero())
     }
 
-    /// The hooks for this scalar; an effect that is off touches nothing.
-    pub(crate) fn hooks(&self) -> &'static dyn Hooks<T> {
-        static NOTHING: Nothing = Nothing;
-        if self.is_off() { &NOTHING } else { T::hooks(self.id.0).unwrap_or(&NOTHING) }
+    /// Carries `so_far` through a hook.
+    pub(crate) fn through<A: Copy>(&self, so_far: A, hook: impl Fn(&dyn Hooks<T>, A) -> A) -> A {
+        let mut value = so_far;
+        if let Some(effect) = T::hooks(self.id.0) {
+            effect.with(&self.values, &mut |h| value = hook(h, value));
+        }
+        value
     }
-}
 
-/// Touches nothing.
-struct Nothing;
-
-impl<T: Scalar> Hooks<T> for Nothing {
-    fn applied_voltage(&self, _: &[T], u: Complex<T>, _: Complex<T>) -> Complex<T> {
-        u
-    }
-    fn stator_drop(&self, _: &[T], drop: Complex<T>, _: &Operating<T>) -> Complex<T> {
-        drop
-    }
-    fn rotor_drop(&self, _: &[T], drop: Complex<T>, _: &Operating<T>) -> Complex<T> {
-        drop
-    }
-    fn braking_torque(&self, _: &[T], torque: T, _: &Operating<T>) -> T {
-        torque
-    }
-    fn reluctance(&self, _: &[T], so_far: (T, T), _: T) -> (T, T) {
-        so_far
-    }
-    fn measured_current(&self, _: &[T], i: Complex<T>) -> Complex<T> {
-        i
-    }
-    fn measured_speed(&self, _: &[T], omega_m: T) -> T {
-        omega_m
-    }
-    fn own_rates(&self, _: &[T], _: &Operating<T>) -> [T; 2] {
-        [T::zero(); 2]
+    /// Lets a hook do what it does.
+    pub(crate) fn act(&self, hook: &mut dyn FnMut(&dyn Hooks<T>)) {
+        if let Some(effect) = T::hooks(self.id.0) {
+            effect.with(&self.values, hook);
+        }
     }
 }
 
 /// Makes an effect type of the user's own, generic over the scalar, usable wherever a built-in one is.
 ///
 /// `register_effect!(pub CoggingEffect: Cogging)` defines the unit struct `CoggingEffect`, for `CustomId(&CoggingEffect)`.
-/// `Cogging<T>` implements [`Effect`](crate::effects::Effect)`<T>` and `Default` for every [`Scalar`](crate::Scalar).
+/// `Cogging<T>` implements [`Effect`](crate::effects::Effect)`<T>`, its hooks and `Default` for every [`Scalar`](crate::Scalar).
 #[macro_export]
 macro_rules! register_effect {
     ($vis:vis $name:ident: $effect:ident) => {
@@ -156,41 +134,15 @@ macro_rules! register_effect {
         $vis struct $name;
 
         const _: () = {
-            use $crate::effects::{Card, CustomEffect, Effect, Hooks, Operating, ParameterInfo};
-            use $crate::{Complex, Scalar};
+            use $crate::effects::{About, Card, CustomEffect, CustomHooks, Effect, Hooks, ParameterInfo, StateInfo};
 
-            fn of<T: Scalar>(values: &[T]) -> $effect<T> {
-                let mut e = <$effect<T> as Default>::default();
-                for (k, v) in values.iter().enumerate().take(<$effect<T> as Effect<T>>::PARAMETERS.len()) {
-                    e.set(k, *v);
-                }
-                e
-            }
-
-            impl<T: Scalar> Hooks<T> for $name {
-                fn applied_voltage(&self, v: &[T], u: Complex<T>, i_s: Complex<T>) -> Complex<T> {
-                    of(v).applied_voltage(u, i_s)
-                }
-                fn stator_drop(&self, v: &[T], drop: Complex<T>, at: &Operating<T>) -> Complex<T> {
-                    of(v).stator_drop(drop, at)
-                }
-                fn rotor_drop(&self, v: &[T], drop: Complex<T>, at: &Operating<T>) -> Complex<T> {
-                    of(v).rotor_drop(drop, at)
-                }
-                fn braking_torque(&self, v: &[T], torque: T, at: &Operating<T>) -> T {
-                    of(v).braking_torque(torque, at)
-                }
-                fn reluctance(&self, v: &[T], so_far: (T, T), psi_m_squared: T) -> (T, T) {
-                    of(v).reluctance(so_far, psi_m_squared)
-                }
-                fn measured_current(&self, v: &[T], i: Complex<T>) -> Complex<T> {
-                    of(v).measured_current(i)
-                }
-                fn measured_speed(&self, v: &[T], omega_m: T) -> T {
-                    of(v).measured_speed(omega_m)
-                }
-                fn own_rates(&self, v: &[T], at: &Operating<T>) -> [T; 2] {
-                    of(v).own_rates(at)
+            impl<T: $crate::Scalar> CustomHooks<T> for $name {
+                fn with(&self, values: &[T], act: &mut dyn FnMut(&dyn Hooks<T>)) {
+                    let mut effect = <$effect<T> as Default>::default();
+                    for (k, v) in values.iter().enumerate().take(<$effect<T> as Effect<T>>::PARAMETERS.len()) {
+                        effect.set(k, *v);
+                    }
+                    act(&effect);
                 }
             }
 
@@ -201,8 +153,11 @@ macro_rules! register_effect {
                 fn parameters(&self) -> &'static [ParameterInfo] {
                     <$effect<f64> as Effect<f64>>::PARAMETERS
                 }
-                fn is_fixed_to_shaft(&self) -> bool {
-                    <$effect<f64> as Effect<f64>>::FIXED_TO_SHAFT
+                fn about(&self) -> About {
+                    <$effect<f64> as Effect<f64>>::ABOUT
+                }
+                fn states(&self) -> &'static [StateInfo] {
+                    <$effect<f64> as Effect<f64>>::STATES
                 }
                 fn card(&self) -> Card {
                     <$effect<f64> as Effect<f64>>::CARD

@@ -4,14 +4,15 @@
 
 use num_complex::Complex;
 
-use super::effect;
+use super::{About, Card, Place, SteadyState, effect};
 use crate::error::Bound;
 use crate::space_vector::{from_phases, to_phases};
 
 effect! {
     /// Dead time and forward voltage of an inverter whose commanded voltage is what was recorded.
     InverterNonlinearity, "inverter_nonlinearity",
-    card: super::Card {
+    about: About { steady_state: SteadyState::Ripples, ..About::at(Place::Voltage) },
+    card: Card {
         title: "Inverter nonlinearity (dead time and device drop)",
         what: "Each phase loses U_d in the direction of its current, less near zero current: U_d = U_dc·t_dead/T_sw plus the devices' drop.",
         shows: "Current error around the zero crossings of the phase currents, sixth harmonic in the rotating frame (5th and 7th in the phases), worst at low speed; the fitted stator resistance is too large.",
@@ -33,19 +34,13 @@ effect! {
     hooks: {
         #[inline(always)]
         fn applied_voltage(&self, u: Complex<T>, i_s: Complex<T>) -> Complex<T> {
-            if self.voltage_v.is_zero() {
-                return u;
-            }
             let w2 = self.zero_crossing_current_a * self.zero_crossing_current_a;
             let lost = to_phases(i_s).map(|i| i / (i * i + w2).sqrt());
             u - from_phases(lost) * self.voltage_v
         }
-    }
-}
 
-impl<T: crate::Scalar> InverterNonlinearity<T> {
-    /// Whether no voltage is lost, derivatives included.
-    pub(crate) fn is_zero_strength(&self) -> bool {
-        self.voltage_v.is_zero()
+        fn added_resistance(&self, _cold_r_r: f64) -> f64 {
+            self.voltage_v.value() / self.zero_crossing_current_a.value()
+        }
     }
 }

@@ -6,13 +6,19 @@
 //! currents need time to diffuse into a lamination) and it makes the branch lossless to integrate: a bare resistor behind the
 //! leakages has a time constant of G·L_l ≈ 3 µs, which goes to zero with the strength (docs/effects.md).
 
-use super::effect;
+use num_complex::Complex;
+
+use super::{About, Card, Operating, Place, effect};
 use crate::error::Bound;
+use crate::plant::Powers;
+use crate::scalar::Scalar;
+use crate::space_vector::norm2;
 
 effect! {
     /// Eddy-current and hysteresis loss of the stator iron.
     IronLoss, "iron_loss",
-    card: super::Card {
+    about: About::at(Place::FluxMap),
+    card: Card {
         title: "Iron loss",
         what: "A conductance G across the magnetizing branch takes i_fe = G dψ_m/dt: P_fe = (3/2) G |ωψ_m|².",
         shows: "No-load power that grows with frequency and flux; a current error in phase with the voltage, at no load too; torque missing in proportion when the shaft power is known.",
@@ -31,5 +37,52 @@ effect! {
         /// Diffusion time of the laminations.
         diffusion_time_s: Fixed, default 5e-5, "s", One, typical 2e-5 to 2e-4, Bound::Within(1e-5, 1e-2);
     },
-    hooks: {}
+    states: ["psi_fe_Vs": Vector],
+    hooks: {
+        #[inline(always)]
+        fn core_branch(&self, inv_l: T) -> T {
+            inv_l + self.conductance_s / self.diffusion_time_s
+        }
+
+        #[inline(always)]
+        fn core_source(&self, source: Complex<T>, own: &[T]) -> Complex<T> {
+            source + psi_fe(own) * (self.conductance_s / self.diffusion_time_s)
+        }
+
+        #[inline(always)]
+        fn rates(&self, rates: &mut [T], at: &Operating<T>, _powers: &Powers<T>, own: &[T]) {
+            let rate = (at.currents.psi_m - psi_fe(own)) * (T::one() / self.diffusion_time_s);
+            (rates[0], rates[1]) = (rate.re, rate.im);
+        }
+
+        fn settled(&self, own: &mut [T], at: &Operating<T>, psi_m_rate: Complex<T>) {
+            let psi = at.currents.psi_m - psi_m_rate * self.diffusion_time_s;
+            (own[0], own[1]) = (psi.re, psi.im);
+        }
+
+        #[inline(always)]
+        fn powers(&self, powers: &mut Powers<T>, at: &Operating<T>, own: &[T]) {
+            let rate = (at.currents.psi_m - psi_fe(own)) * (T::one() / self.diffusion_time_s);
+            powers.iron += (self.conductance_s * norm2(rate)).scale(1.5);
+        }
+
+        fn stored_energy(&self, energy: T, at: &Operating<T>, own: &[T]) -> T {
+            energy + (self.conductance_s / self.diffusion_time_s * norm2(at.currents.psi_m - psi_fe(own))).scale(0.75)
+        }
+
+        fn fastest_rate(&self, _rotor_inertia: f64) -> f64 {
+            1.0 / self.diffusion_time_s.value()
+        }
+    },
+    own: {
+        /// Iron diffuses no faster than the sampling can follow.
+        fn suit_sampling(&mut self, sample_time_s: T) {
+            self.diffusion_time_s = self.diffusion_time_s.max(sample_time_s.scale(0.5));
+        }
+    }
+}
+
+#[inline(always)]
+fn psi_fe<T: Scalar>(own: &[T]) -> Complex<T> {
+    Complex::new(own[0], own[1])
 }

@@ -6,7 +6,7 @@
 
 use num_complex::Complex;
 
-use super::effect;
+use super::{About, Card, Place, effect};
 use crate::error::Bound;
 use crate::scalar::Scalar;
 use crate::space_vector::norm2;
@@ -14,7 +14,8 @@ use crate::space_vector::norm2;
 effect! {
     /// Saturation of both leakage paths.
     LeakageFluxSaturation, "leakage_flux_saturation",
-    card: super::Card {
+    about: About::at(Place::FluxMap),
+    card: Card {
         title: "Leakage-flux saturation",
         what: "Tooth tips and slot bridges saturate with current: both leakage inductances fall from L_l to L_l/(1+κ) around the knee current.",
         shows: "Inrush and locked-rotor current higher than small-current tests predict; the current error grows with current, at standstill too, and the model starts too slowly. No error at no load.",
@@ -33,33 +34,49 @@ effect! {
         /// Winding current (peak) at which half of the fall in 1/L_l has happened.
         knee_current_a: Shape, default 2.5, "A", Current, typical 0.7 to 6.0, Bound::Positive;
     },
-    hooks: {}
+    hooks: {
+        fn leakage(&self, _so_far: Option<LeakageLaw<T>>, inv_l: T) -> Option<LeakageLaw<T>> {
+            let scale = inv_l / self.knee_current_a;
+            Some(LeakageLaw { strength: self.drop * inv_l, scale: scale * scale })
+        }
+    }
 }
 
-/// The saturation of one leakage branch, prepared.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Branch<T> {
+/// The saturation of one leakage branch, prepared; the default does not saturate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeakageLaw<T> {
     /// κ/L_l.
     strength: T,
     /// 1/(L_l I_k)².
     scale: T,
 }
 
-impl<T: Scalar> Branch<T> {
-    pub fn real(&self) -> Branch<T::Real> {
-        Branch { strength: self.strength.real(), scale: self.scale.real() }
+impl<T: Scalar> Default for LeakageLaw<T> {
+    fn default() -> Self {
+        Self { strength: T::zero(), scale: T::one() }
+    }
+}
+
+impl<T: Scalar> LeakageLaw<T> {
+    pub(crate) fn real(&self) -> LeakageLaw<T::Real> {
+        LeakageLaw { strength: self.strength.real(), scale: self.scale.real() }
+    }
+
+    /// κ of a branch whose 1/L_l is given.
+    pub(crate) fn drop(&self, inv_l: T) -> T {
+        self.strength / inv_l
     }
 
     /// (φ − 1) ψ/L_l at a leakage flux, A.
     #[inline(always)]
-    pub fn correction(&self, psi: Complex<T>) -> Complex<T> {
+    pub(crate) fn correction(&self, psi: Complex<T>) -> Complex<T> {
         let q = norm2(psi) * self.scale;
         psi * (self.strength * q / (T::one() + q))
     }
 
     /// The same with its derivative by ψ, a symmetric matrix (αα, αβ, ββ).
     #[inline(always)]
-    pub fn correction_and_slope(&self, psi: Complex<T>) -> (Complex<T>, [T; 3]) {
+    pub(crate) fn correction_and_slope(&self, psi: Complex<T>) -> (Complex<T>, [T; 3]) {
         let q = norm2(psi) * self.scale;
         let d = T::one() / (T::one() + q);
         let a = self.strength * q * d;
@@ -67,23 +84,10 @@ impl<T: Scalar> Branch<T> {
         let b = b + b;
         (psi * a, [a + b * psi.re * psi.re, b * psi.re * psi.im, a + b * psi.im * psi.im])
     }
-}
 
-impl<T: Scalar> LeakageFluxSaturation<T> {
-    /// The law for a branch whose 1/L_l is given.
-    #[inline(always)]
-    pub(crate) fn branch(&self, inv_l: T) -> Branch<T> {
-        let scale = inv_l / self.knee_current_a;
-        Branch { strength: self.drop * inv_l, scale: scale * scale }
-    }
-
-    /// ∫ φ ψ dψ beyond ψ²/2, times 1/L_l: the extra magnetic energy over 3/2, J.
-    pub(crate) fn energy(&self, psi_squared: T, inv_l: T) -> T {
-        if self.drop.is_zero() {
-            return T::zero();
-        }
-        let knee = self.knee_current_a / inv_l;
-        let knee2 = knee * knee;
-        inv_l * self.drop * T::from_f64(0.5) * (psi_squared - knee2 * (T::one() + psi_squared / knee2).ln())
+    /// ∫ (φ − 1) ψ dψ/L_l: the extra magnetic energy over 3/2, J.
+    pub(crate) fn energy(&self, psi_squared: T) -> T {
+        let q = psi_squared * self.scale;
+        self.strength / self.scale * T::from_f64(0.5) * (q - (T::one() + q).ln())
     }
 }

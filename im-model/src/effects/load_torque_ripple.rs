@@ -2,13 +2,14 @@
 //!
 //! τ = c₁ cos nθ + s₁ sin nθ + c₂ cos 2nθ + s₂ sin 2nθ
 
-use super::effect;
+use super::{About, Card, Operating, Place, SteadyState, effect};
 use crate::error::Bound;
 
 effect! {
     /// A load torque periodic in the shaft angle: unbalance, misalignment, crank drives.
     LoadTorqueRipple, "load_torque_ripple",
-    card: super::Card {
+    about: About { steady_state: SteadyState::Ripples, fixed_to_shaft: true, ..About::at(Place::Mechanics) },
+    card: Card {
         title: "Load-torque ripple",
         what: "The load adds a torque fixed to the shaft angle, n times per revolution (once: unbalance; twice: misalignment) and at twice that: c₁ cos nθ + s₁ sin nθ + c₂ cos 2nθ + s₂ sin 2nθ.",
         shows: "A speed and current ripple at n times the rotational frequency, whatever the slip and the flux; largest in speed at low speed.",
@@ -33,14 +34,9 @@ effect! {
         order: Order, default 1.0, "", One, typical 1.0 to 3.0, Bound::Within(0.1, 6.0);
     },
     hooks: {
-        const FIXED_TO_SHAFT: bool = true;
-
         #[inline(always)]
-        fn braking_torque(&self, torque: T, at: &super::Operating<T>) -> T {
-            if self.is_off() {
-                return torque;
-            }
-            let (s, c) = (self.order * at.theta_m).sin_cos();
+        fn braking_torque(&self, torque: T, at: &Operating<T>, _own: &[T]) -> T {
+            let (s, c) = (self.order * at.state.theta_m).sin_cos();
             let (s2, c2) = (T::from_f64(2.0) * s * c, c * c - s * s);
             torque + self.cosine_nm * c + self.sine_nm * s + self.second_cosine_nm * c2 + self.second_sine_nm * s2
         }

@@ -5,14 +5,14 @@
 //! The power form of the saturable inductance L(ψ) = L_u/(1 + (αψ)^S) used by motulator, with the strength measured at a
 //! reference flux. Monotone for k ≥ 0, hence invertible; the gradient of an energy, hence lossless.
 
-use super::effect;
+use super::{About, Card, Place, effect};
 use crate::error::Bound;
-use crate::scalar::Scalar;
 
 effect! {
     /// Saturation of the magnetizing branch.
     MainFluxSaturation, "main_flux_saturation",
-    card: super::Card {
+    about: About::at(Place::FluxMap),
+    card: Card {
         title: "Main-flux saturation",
         what: "The iron of teeth and yokes saturates: i_m = (ψ_m/L_m)(1 + k(|ψ_m|/ψ_N)^S). L_m is then the unsaturated inductance.",
         shows: "No-load current grows faster than voltage over frequency. The current error grows with flux above a knee and is in phase with the magnetizing current, at every speed and load.",
@@ -36,26 +36,21 @@ effect! {
     hooks: {
         #[inline(always)]
         fn reluctance(&self, (mu, dmu): (T, T), psi_m_squared: T) -> (T, T) {
-            if self.excess.is_zero() {
-                return (mu, dmu);
-            }
             let half_s = self.exponent * T::from_f64(0.5);
             let q = psi_m_squared / (self.reference_flux_vs * self.reference_flux_vs);
             let extra = self.excess * q.powf(half_s);
             let slope = if psi_m_squared.value() > 0.0 { extra * half_s / psi_m_squared } else { T::zero() };
             (mu + extra, dmu + slope)
         }
-    }
-}
 
-impl<T: Scalar> MainFluxSaturation<T> {
-    /// ∫ of the extra current over flux: the extra magnetic energy over 3/2, in J.
-    pub(crate) fn energy(&self, psi_m_squared: T, l_m: T) -> T {
-        if self.excess.is_zero() {
-            return T::zero();
+        fn reluctance_integral(&self, psi_m_squared: T) -> T {
+            let half_s = self.exponent * T::from_f64(0.5);
+            let q = psi_m_squared / (self.reference_flux_vs * self.reference_flux_vs);
+            psi_m_squared * self.excess * q.powf(half_s) / (half_s + T::one())
         }
-        let half_s = self.exponent * T::from_f64(0.5);
-        let q = psi_m_squared / (self.reference_flux_vs * self.reference_flux_vs);
-        psi_m_squared * self.excess * q.powf(half_s) / (l_m * (self.exponent + T::from_f64(2.0)))
+
+        fn reference_flux(&self, _flux: T) -> T {
+            self.reference_flux_vs
+        }
     }
 }

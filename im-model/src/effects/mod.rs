@@ -1,56 +1,55 @@
 //! Physical effects beyond the linear fifth-order machine.
 //!
-//! An effect is one file: a small struct with its own parameters, the physics at the place where it acts, and a [`Card`] for people.
-//! Its *strength* parameters switch it on: with all of them zero the base machine is reproduced bit for bit. *Shape* parameters
-//! matter only when the effect is on; *fixed* ones are not estimated. The list in `registry.rs` is closed; a new effect is one new
-//! file and one line there. Users add their own with [`register_effect!`](crate::register_effect)
-//! and [`Effects::with_custom`], through the same trait [`Effect`].
+//! An effect is one file: a small struct with its own parameters, the physics at the places where it acts (its [`Hooks`]), what the
+//! workspace must know of it ([`About`]), and a [`Card`] for people. Its *strength* parameters switch it on: with all of them zero the
+//! base machine is reproduced bit for bit. *Shape* parameters matter only when the effect is on; *fixed* ones are not estimated.
 //!
-//! Places: flux-current map and extra branches ([`FluxMap`](crate::FluxMap)), windings, temperatures, torque balance and shaft
-//! ([`Plant`](crate::Plant)), applied voltage, sensors ([`Bench`](crate::Bench)).
+//! **The list below is the registry**: a new effect is one new file and one line there. Users add their own with
+//! [`register_effect!`](crate::register_effect) and [`Effects::with_custom`], through the same traits [`Effect`] and [`Hooks`].
 
-mod coulomb_friction;
-mod current_sensor_gain;
-mod current_sensor_offset;
+mod about;
 mod custom;
 mod effect;
-mod inverter_nonlinearity;
-mod iron_loss;
-mod leakage_flux_saturation;
-mod load_torque_ripple;
-mod main_flux_saturation;
+mod hooks;
 mod registry;
-mod rotor_asymmetry;
-mod rotor_heating;
-mod rotor_skin_effect;
-mod shaft_compliance;
-mod speed_sensor_lag;
-mod stator_asymmetry;
-mod stator_heating;
-mod voltage_delay;
-mod voltage_gain;
-mod windage;
+mod set;
 
-pub use coulomb_friction::CoulombFriction;
-pub use current_sensor_gain::CurrentSensorGain;
-pub use current_sensor_offset::CurrentSensorOffset;
-pub use custom::{Custom, CustomEffect, CustomId, Hooks, MAX_CUSTOM, MAX_CUSTOM_PARAMETERS};
+use num_complex::Complex;
+
+pub use about::{About, Card, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};
+pub use custom::{Custom, CustomEffect, CustomHooks, CustomId, MAX_CUSTOM, MAX_CUSTOM_PARAMETERS, MAX_CUSTOM_STATES};
+pub use effect::Effect;
 pub(crate) use effect::effect;
-pub use effect::{Card, Effect, Operating, ParameterInfo, Role, ScaleOf};
-pub use inverter_nonlinearity::InverterNonlinearity;
-pub use iron_loss::IronLoss;
-pub(crate) use leakage_flux_saturation::Branch;
-pub use leakage_flux_saturation::LeakageFluxSaturation;
-pub use load_torque_ripple::LoadTorqueRipple;
-pub use main_flux_saturation::MainFluxSaturation;
-pub use registry::{EffectId, Effects};
-pub use rotor_asymmetry::RotorAsymmetry;
-pub use rotor_heating::RotorHeating;
-pub use rotor_skin_effect::RotorSkinEffect;
-pub use shaft_compliance::ShaftCompliance;
-pub use speed_sensor_lag::SpeedSensorLag;
-pub use stator_asymmetry::StatorAsymmetry;
-pub use stator_heating::StatorHeating;
-pub use voltage_delay::VoltageDelay;
-pub use voltage_gain::VoltageGain;
-pub use windage::Windage;
+use hooks::Apart;
+pub use hooks::{Hooks, Operating};
+pub(crate) use registry::Active;
+pub(crate) use set::{FILTER_STATES, SETTLING_STATES};
+
+use crate::plant::Powers;
+use crate::scalar::Scalar;
+
+// Formatting: `cargo fmt` does not see modules that a macro declares; `rustfmt im-model/src/effects/*.rs` does.
+registry::registry! {
+    MainFluxSaturation main_flux_saturation,
+    LeakageFluxSaturation leakage_flux_saturation,
+    RotorSkinEffect rotor_skin_effect,
+    IronLoss iron_loss,
+    StatorHeating stator_heating,
+    RotorHeating rotor_heating,
+    CoulombFriction coulomb_friction,
+    Windage windage,
+    // Order matters for the voltage: what is amplified then loses the dead time.
+    VoltageGain voltage_gain,
+    VoltageDelay voltage_delay,
+    InverterNonlinearity inverter_nonlinearity,
+    // A sensor's gain acts before its offset.
+    CurrentSensorGain current_sensor_gain,
+    CurrentSensorOffset current_sensor_offset,
+    SpeedSensorLag speed_sensor_lag,
+    StatorAsymmetry stator_asymmetry,
+    RotorAsymmetry rotor_asymmetry,
+    ShaftCompliance shaft_compliance,
+    LoadTorqueRipple load_torque_ripple,
+}
+
+pub use leakage_flux_saturation::LeakageLaw;

@@ -1,14 +1,55 @@
 //! The closed list of effects, and a set of them.
 
-use num_complex::Complex;
+use super::{About, Place, StateInfo};
 
-use super::*;
-use crate::error::ModelError;
-use crate::scalar::Scalar;
+/// Which effects are on: a bit for each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Active(u64);
 
-/// Builds the closed list of effects: the identifier enum and the set with one field per effect.
+impl Active {
+    /// None is.
+    pub(crate) const NONE: Self = Self(0);
+    /// The first bit of the user's effects.
+    const CUSTOM: u32 = 62;
+
+    #[inline(always)]
+    pub(super) const fn has(self, bit: u32) -> bool {
+        self.0 >> bit & 1 == 1
+    }
+    #[inline(always)]
+    pub(super) const fn with(self, bit: u32) -> Self {
+        Self(self.0 | 1 << bit)
+    }
+    #[inline(always)]
+    pub(super) const fn with_custom(self, slot: usize) -> Self {
+        self.with(Self::CUSTOM + slot as u32)
+    }
+    #[inline(always)]
+    pub(super) const fn any_custom(self) -> bool {
+        self.0 >> Self::CUSTOM != 0
+    }
+    #[inline(always)]
+    pub(super) const fn has_custom(self, slot: usize) -> bool {
+        self.has(Self::CUSTOM + slot as u32)
+    }
+    /// Whether any of these is on, or a user's.
+    #[inline(always)]
+    pub(super) const fn meets(self, bits: u64) -> bool {
+        self.0 & bits != 0 || self.any_custom()
+    }
+}
+
+/// Whether an effect has a place in the equations of motion other than the flux-current map.
+pub(super) const fn acts_in_equations(about: &About, states: &[StateInfo]) -> bool {
+    !matches!(about.place, Place::FluxMap | Place::Command | Place::Sensors) || !states.is_empty()
+}
+
+/// Declares the effects: the module of each, the identifier enum, the set with one field per effect, and the way of every quantity
+/// through their hooks.
 macro_rules! registry {
     ($($variant:ident $field:ident),* $(,)?) => {
+        $(mod $field; pub use $field::$variant;)*
+
         /// Names an effect, in files and in diagnosis.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum EffectId {
@@ -16,6 +57,14 @@ macro_rules! registry {
             /// An effect of the user's own.
             Custom(CustomId),
         }
+
+        /// Places in the list.
+        enum Index { $($variant,)* Count }
+
+        const COUNT: usize = Index::Count as usize;
+        const ABOUT: [About; COUNT] = [$(<$variant<f64> as Effect<f64>>::ABOUT),*];
+        const STATES: [&[StateInfo]; COUNT] = [$(<$variant<f64> as Effect<f64>>::STATES),*];
+        const FILTERS: [usize; COUNT] = [$(<$variant<f64> as Effect<f64>>::FILTERS),*];
 
         impl EffectId {
             /// The built-in library.
@@ -37,11 +86,19 @@ macro_rules! registry {
                 }
             }
 
-            /// Whether it is fixed to the shaft or the rotor ([`Effect::FIXED_TO_SHAFT`]).
-            pub fn is_fixed_to_shaft(self) -> bool {
+            /// What simulation, scoring and reports must know.
+            pub fn about(self) -> About {
                 match self {
-                    $(Self::$variant => <$variant<f64> as Effect<f64>>::FIXED_TO_SHAFT,)*
-                    Self::Custom(c) => c.0.is_fixed_to_shaft(),
+                    $(Self::$variant => ABOUT[Index::$variant as usize],)*
+                    Self::Custom(c) => c.0.about(),
+                }
+            }
+
+            /// The states that it adds.
+            pub fn states(self) -> &'static [StateInfo] {
+                match self {
+                    $(Self::$variant => STATES[Index::$variant as usize],)*
+                    Self::Custom(c) => c.0.states(),
                 }
             }
 
@@ -49,7 +106,73 @@ macro_rules! registry {
             pub fn card(self) -> Card {
                 match self {
                     $(Self::$variant => <$variant<f64> as Effect<f64>>::CARD,)*
-                    Self::Custom(c) => c.card(),
+                    Self::Custom(c) => c.0.card(),
+                }
+            }
+
+        }
+
+        /// The states of all effects; those of effects that are off stay where they are.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct Extra<T> {
+            $($field: [T; StateInfo::width_of(STATES[Index::$variant as usize])],)*
+            custom: [[T; MAX_CUSTOM_STATES]; MAX_CUSTOM],
+        }
+
+        impl<T: Scalar> Default for Extra<T> {
+            #[inline(always)]
+            fn default() -> Self {
+                let o = T::zero();
+                Self { $($field: [o; StateInfo::width_of(STATES[Index::$variant as usize])],)* custom: [[o; MAX_CUSTOM_STATES]; MAX_CUSTOM] }
+            }
+        }
+
+        impl<T> Extra<T> {
+            /// The states of a built-in effect, in the order of [`Effect::STATES`], a space vector as two numbers; none for a user's effect.
+            pub fn of(&self, effect: EffectId) -> &[T] {
+                match effect {
+                    $(EffectId::$variant => &self.$field,)*
+                    EffectId::Custom(_) => &[],
+                }
+            }
+
+            /// As [`of`](Self::of), to change them.
+            pub fn of_mut(&mut self, effect: EffectId) -> &mut [T] {
+                match effect {
+                    $(EffectId::$variant => &mut self.$field,)*
+                    EffectId::Custom(_) => &mut [],
+                }
+            }
+
+            /// The states in other numbers.
+            pub(crate) fn map<U>(&self, f: impl Fn(&T) -> U) -> Extra<U> {
+                Extra { $($field: self.$field.each_ref().map(&f),)* custom: self.custom.each_ref().map(|own| own.each_ref().map(&f)) }
+            }
+        }
+
+        impl<T: Scalar> Extra<T> {
+            /// self = from + h·rates for the effects that are on.
+            #[inline(always)]
+            pub(crate) fn set_advanced(&mut self, from: &Self, rates: &Self, h: f64, on: Active) {
+                $(if on.has(Index::$variant as u32) {
+                    for (x, (from, rate)) in self.$field.iter_mut().zip(from.$field.iter().zip(&rates.$field)) { *x = *from + rate.scale(h); }
+                })*
+                if on.any_custom() {
+                    let own = self.custom.iter_mut().flatten();
+                    for (x, (from, rate)) in own.zip(from.custom.iter().flatten().zip(rates.custom.iter().flatten())) {
+                        *x = *from + rate.scale(h);
+                    }
+                }
+            }
+
+            /// self += h·rates for the effects that are on.
+            #[inline(always)]
+            pub(crate) fn accumulate(&mut self, rates: &Self, h: f64, on: Active) {
+                $(if on.has(Index::$variant as u32) {
+                    for (x, rate) in self.$field.iter_mut().zip(&rates.$field) { *x += rate.scale(h); }
+                })*
+                if on.any_custom() {
+                    for (x, rate) in self.custom.iter_mut().flatten().zip(rates.custom.iter().flatten()) { *x += rate.scale(h); }
                 }
             }
         }
@@ -58,7 +181,7 @@ macro_rules! registry {
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct Effects<T> {
             $(#[allow(missing_docs)] pub $field: $variant<T>,)*
-            pub(crate) custom: [Option<Custom<T>>; MAX_CUSTOM],
+            custom: [Option<Custom<T>>; MAX_CUSTOM],
         }
 
         impl<T: Scalar> Default for Effects<T> {
@@ -108,173 +231,196 @@ macro_rules! registry {
                 }
             }
 
-            #[inline(always)]
-            pub(crate) fn applied_voltage(&self, mut u: Complex<T>, i_s: Complex<T>) -> Complex<T> {
-                $(u = self.$field.applied_voltage(u, i_s);)*
-                for c in self.custom.iter().flatten() { u = c.hooks().applied_voltage(&c.values, u, i_s); }
-                u
+            /// Changes fixed parameters of the effects that are off to what a sampling, s, can follow.
+            pub fn suit_sampling(&mut self, sample_time_s: T) {
+                $(if self.$field.is_off() { self.$field.suit_sampling(sample_time_s); })*
             }
-            #[inline(always)]
-            pub(crate) fn stator_drop(&self, mut drop: Complex<T>, at: &Operating<T>, own: &[[T; 2]; MAX_CUSTOM]) -> Complex<T> {
-                $(drop = self.$field.stator_drop(drop, at);)*
-                for (c, own) in self.custom_with(own) { drop = c.hooks().stator_drop(&c.values, drop, &Operating { own, ..*at }); }
-                drop
+
+            /// Those that are on.
+            pub(crate) fn which(&self) -> Active {
+                let mut on = Active::NONE;
+                $(if !self.$field.is_off() { on = on.with(Index::$variant as u32); })*
+                for (slot, c) in self.custom.iter().enumerate() {
+                    if c.as_ref().is_some_and(|c| !c.is_off()) {
+                        on = on.with_custom(slot);
+                    }
+                }
+                on
             }
-            #[inline(always)]
-            pub(crate) fn rotor_drop(&self, mut drop: Complex<T>, at: &Operating<T>, own: &[[T; 2]; MAX_CUSTOM]) -> Complex<T> {
-                $(drop = self.$field.rotor_drop(drop, at);)*
-                for (c, own) in self.custom_with(own) { drop = c.hooks().rotor_drop(&c.values, drop, &Operating { own, ..*at }); }
-                drop
+
+            /// The flux that the flux-current map is tabulated around, Vs.
+            pub(crate) fn reference_flux(&self) -> T {
+                let mut flux = T::one();
+                $(flux = self.$field.reference_flux(flux);)*
+                flux
             }
-            #[inline(always)]
-            pub(crate) fn braking_torque(&self, mut torque: T, at: &Operating<T>, own: &[[T; 2]; MAX_CUSTOM]) -> T {
-                $(torque = self.$field.braking_torque(torque, at);)*
-                for (c, own) in self.custom_with(own) { torque = c.hooks().braking_torque(&c.values, torque, &Operating { own, ..*at }); }
-                torque
+
+            $crate::effects::registry::through! { { $($variant $field),* }
+                transport_delay [T] [];
+                applied_voltage [Complex<T>] [i_s: Complex<T>];
+                stator_resistance [T] [own];
+                rotor_resistance [T] [own];
+                stator_drop [Complex<T>] [at own];
+                rotor_drop [Complex<T>] [at own];
+                braking_torque [T] [at own];
+                shaft_torque [T] [at own];
+                load_speed [T] [own];
+                rotor_inertia [T] [];
+                reluctance [(T, T)] [psi_m_squared: T];
+                leakage [Option<LeakageLaw<T>>] [inv_l: T];
+                core_branch [T] [];
+                core_source [Complex<T>] [own];
+                stored_energy [T] [at own];
+                measured_current [Complex<T>] [];
             }
-            /// μ(|ψ_m|²) and its derivative.
+
+            /// Carries a quantity through [`Hooks::measured_speed`].
             #[inline(always)]
-            pub(crate) fn reluctance(&self, psi_m_squared: T) -> (T, T) {
-                let mut mu = (T::one(), T::zero());
-                $(mu = self.$field.reluctance(mu, psi_m_squared);)*
-                for c in self.custom.iter().flatten() { mu = c.hooks().reluctance(&c.values, mu, psi_m_squared); }
-                mu
+            pub(crate) fn measured_speed(&self, on: Active, mut omega_m: T, filters: &[T; FILTER_STATES]) -> T {
+                $(if on.has(Index::$variant as u32) {
+                    omega_m = self.$field.measured_speed(omega_m, &filters[set::filters(Index::$variant as usize)]);
+                })*
+                self.through_custom(on, omega_m, |h, w, _| h.measured_speed(w, &[]))
             }
+
+            /// [`Hooks::filter`] of every effect.
             #[inline(always)]
-            pub(crate) fn measured_current(&self, mut i: Complex<T>) -> Complex<T> {
-                $(i = self.$field.measured_current(i);)*
-                for c in self.custom.iter().flatten() { i = c.hooks().measured_current(&c.values, i); }
-                i
+            pub(crate) fn filter(&self, on: Active, filters: &mut [T; FILTER_STATES], before: T, now: T, t: T) {
+                $(if on.has(Index::$variant as u32) {
+                    self.$field.filter(&mut filters[set::filters(Index::$variant as usize)], before, now, t);
+                })*
             }
+
+            /// [`Hooks::powers`] of every effect.
             #[inline(always)]
-            pub(crate) fn measured_speed(&self, mut omega_m: T) -> T {
-                $(omega_m = self.$field.measured_speed(omega_m);)*
-                for c in self.custom.iter().flatten() { omega_m = c.hooks().measured_speed(&c.values, omega_m); }
-                omega_m
+            pub(crate) fn powers(&self, on: Active, powers: &mut Powers<T>, at: &Operating<T>, own: &Extra<T>) {
+                $(if on.has(Index::$variant as u32) {
+                    self.$field.powers(powers, at, &own.$field);
+                })*
+                if on.any_custom() {
+                    let (mut p, apart, own) = (*powers, Apart::new(at), *own);
+                    let at = &apart.operating(at);
+                    self.each_custom(on, |h, slot| h.powers(&mut p, at, &own.custom[slot]));
+                    *powers = p;
+                }
+            }
+
+            /// [`Hooks::rates`] of every effect.
+            #[inline(always)]
+            pub(crate) fn rates(
+                &self,
+                on: Active,
+                rates: &mut Extra<T>,
+                at: &Operating<T>,
+                powers: &Powers<T>,
+                own: &Extra<T>,
+            ) {
+                $(if on.has(Index::$variant as u32) {
+                    self.$field.rates(&mut rates.$field, at, powers, &own.$field);
+                })*
+                if on.any_custom() {
+                    let (mut r, apart, powers, own) = (*rates, Apart::new(at), *powers, *own);
+                    let at = &apart.operating(at);
+                    self.each_custom(on, |h, slot| h.rates(&mut r.custom[slot], at, &powers, &own.custom[slot]));
+                    *rates = r;
+                }
+            }
+
+            /// [`Hooks::settled`] of every effect.
+            pub(crate) fn settled(&self, on: Active, own: &mut Extra<T>, at: &Operating<T>, psi_m_rate: Complex<T>) {
+                $(if on.has(Index::$variant as u32) {
+                    self.$field.settled(&mut own.$field, at, psi_m_rate);
+                })*
+                self.each_custom(on, |h, slot| h.settled(&mut own.custom[slot], at, psi_m_rate));
+            }
+
+            /// Sum of [`Hooks::reluctance_integral`].
+            pub(crate) fn reluctance_integral(&self, on: Active, psi_m_squared: T) -> T {
+                let mut sum = T::zero();
+                $(if on.has(Index::$variant as u32) { sum += self.$field.reluctance_integral(psi_m_squared); })*
+                self.through_custom(on, sum, |h, sum, _| sum + h.reluctance_integral(psi_m_squared))
+            }
+
+            /// The largest of [`Hooks::added_resistance`], Ω.
+            pub(crate) fn added_resistance(&self, on: Active, cold_r_r: f64) -> f64 {
+                let mut most = 0.0f64;
+                $(if on.has(Index::$variant as u32) { most = most.max(self.$field.added_resistance(cold_r_r)); })*
+                self.through_custom(on, most, |h, most, _| most.max(h.added_resistance(cold_r_r)))
+            }
+
+            /// The largest of [`Hooks::fastest_rate`], 1/s.
+            pub(crate) fn fastest_rate(&self, on: Active, rotor_inertia: f64) -> f64 {
+                let mut most = 0.0f64;
+                $(if on.has(Index::$variant as u32) { most = most.max(self.$field.fastest_rate(rotor_inertia)); })*
+                self.through_custom(on, most, |h, most, _| most.max(h.fastest_rate(rotor_inertia)))
             }
         }
     };
 }
+pub(crate) use registry;
 
-registry! {
-    MainFluxSaturation main_flux_saturation,
-    LeakageFluxSaturation leakage_flux_saturation,
-    RotorSkinEffect rotor_skin_effect,
-    IronLoss iron_loss,
-    StatorHeating stator_heating,
-    RotorHeating rotor_heating,
-    CoulombFriction coulomb_friction,
-    Windage windage,
-    // Order matters for the three on the voltage path: a delayed command is amplified, then loses the dead time.
-    VoltageGain voltage_gain,
-    VoltageDelay voltage_delay,
-    InverterNonlinearity inverter_nonlinearity,
-    // A sensor's gain acts before its offset.
-    CurrentSensorGain current_sensor_gain,
-    CurrentSensorOffset current_sensor_offset,
-    SpeedSensorLag speed_sensor_lag,
-    StatorAsymmetry stator_asymmetry,
-    RotorAsymmetry rotor_asymmetry,
-    ShaftCompliance shaft_compliance,
-    LoadTorqueRipple load_torque_ripple,
-}
-
-impl EffectId {
-    /// The built-in effect with this identifier.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|id| id.name() == name)
-    }
-}
-
-impl core::fmt::Display for EffectId {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl<T: Scalar> Effects<T> {
-    /// All effects off.
-    pub fn none() -> Self {
-        Self::default()
-    }
-
-    /// Adds a user's effect, off. At most [`MAX_CUSTOM`] fit; further ones are refused with `false`.
-    pub fn add_custom(&mut self, id: CustomId) -> bool {
-        if self.slot(id).is_some() {
-            return true;
+/// For each quantity the method that carries it through the hooks of the effects that are on, in the order of the registry: the hook's
+/// name, the quantity, and what else it needs. The user's effects, behind a call that is not known here, get copies: a place whose
+/// address is given away cannot stay in registers.
+macro_rules! through {
+    ({ $($list:tt)* }) => {};
+    ({ $($list:tt)* } $hook:ident [$t:ty] []; $($rest:tt)*) => {
+        #[inline(always)]
+        pub(crate) fn $hook(&self, on: Active, mut x: $t) -> $t {
+            $crate::effects::registry::chain! { self on $hook x [] $($list)* }
+            self.through_custom(on, x, |h, x, _| h.$hook(x))
         }
-        match self.custom.iter_mut().find(|s| s.is_none()) {
-            Some(free) => {
-                *free = Some(Custom::off(id));
-                true
+        $crate::effects::registry::through! { { $($list)* } $($rest)* }
+    };
+    ({ $($list:tt)* } $hook:ident [$t:ty] [$arg:ident: $a:ty]; $($rest:tt)*) => {
+        #[inline(always)]
+        pub(crate) fn $hook(&self, on: Active, mut x: $t, $arg: $a) -> $t {
+            $crate::effects::registry::chain! { self on $hook x [$arg] $($list)* }
+            self.through_custom(on, x, |h, x, _| h.$hook(x, $arg))
+        }
+        $crate::effects::registry::through! { { $($list)* } $($rest)* }
+    };
+    ({ $($list:tt)* } $hook:ident [$t:ty] [own]; $($rest:tt)*) => {
+        #[inline(always)]
+        pub(crate) fn $hook(&self, on: Active, mut x: $t, own: &Extra<T>) -> $t {
+            $crate::effects::registry::chain! { self on $hook x [own] own $($list)* }
+            if on.any_custom() {
+                let own = *own;
+                return self.through_custom(on, x, |h, x, slot| h.$hook(x, &own.custom[slot]));
             }
-            None => false,
+            x
         }
-    }
-
-    /// As [`add_custom`](Self::add_custom), chained.
-    pub fn with_custom(mut self, id: CustomId) -> Self {
-        self.add_custom(id);
-        self
-    }
-
-    /// The user's effects present, on or off.
-    pub fn custom_ids(&self) -> impl Iterator<Item = CustomId> + '_ {
-        self.custom.iter().flatten().map(|c| c.id)
-    }
-
-    /// Every effect that can be addressed: the library and the user's own.
-    pub fn ids(&self) -> impl Iterator<Item = EffectId> + '_ {
-        EffectId::ALL.iter().copied().chain(self.custom_ids().map(EffectId::Custom))
-    }
-
-    /// The effects that are on.
-    pub fn active(&self) -> impl Iterator<Item = EffectId> + '_ {
-        self.ids().filter(|&id| self.is_on(id))
-    }
-
-    /// Whether any that is on is fixed to the shaft or the rotor.
-    pub fn any_fixed_to_shaft(&self) -> bool {
-        self.active().any(EffectId::is_fixed_to_shaft)
-    }
-
-    /// The same effects in another scalar type.
-    pub fn cast<U: Scalar>(&self) -> Effects<U> {
-        let mut out = Effects::<U>::default();
-        for id in self.custom_ids() {
-            out.add_custom(id);
-        }
-        for id in self.ids() {
-            for k in 0..id.parameters().len() {
-                out.set(id, k, U::from_f64(self.get(id, k).value()));
+        $crate::effects::registry::through! { { $($list)* } $($rest)* }
+    };
+    ({ $($list:tt)* } $hook:ident [$t:ty] [at own]; $($rest:tt)*) => {
+        #[inline(always)]
+        pub(crate) fn $hook(&self, on: Active, mut x: $t, at: &Operating<T>, own: &Extra<T>) -> $t {
+            $crate::effects::registry::chain! { self on $hook x [at own] at own $($list)* }
+            if on.any_custom() {
+                let (apart, own) = (Apart::new(at), *own);
+                let at = &apart.operating(at);
+                return self.through_custom(on, x, |h, x, slot| h.$hook(x, at, &own.custom[slot]));
             }
+            x
         }
-        out
-    }
-
-    /// Checks every parameter against its bound.
-    pub fn validate(&self) -> Result<(), ModelError> {
-        for id in self.ids() {
-            for (k, p) in id.parameters().iter().enumerate() {
-                p.bound.check(p.key, self.get(id, k).value())?;
-            }
-        }
-        Ok(())
-    }
-
-    /// What the user's effects add to μ.
-    pub(crate) fn custom_reluctance(&self, psi_m_squared: T) -> T {
-        let start = (T::one(), T::zero());
-        let add = |mu, c: &Custom<T>| c.hooks().reluctance(&c.values, mu, psi_m_squared);
-        self.custom.iter().flatten().fold(start, add).0 - T::one()
-    }
-
-    fn slot(&self, id: CustomId) -> Option<&Custom<T>> {
-        self.custom.iter().flatten().find(|s| s.id == id)
-    }
-
-    #[inline(always)]
-    pub(crate) fn custom_with<'a>(&'a self, own: &'a [[T; 2]; MAX_CUSTOM]) -> impl Iterator<Item = (&'a Custom<T>, [T; 2])> {
-        self.custom.iter().zip(own).filter_map(|(c, own)| c.as_ref().map(|c| (c, *own)))
-    }
+        $crate::effects::registry::through! { { $($list)* } $($rest)* }
+    };
 }
+pub(crate) use through;
+
+/// One quantity through the hooks of the built-in effects.
+macro_rules! chain {
+    ($self:ident $on:ident $hook:ident $x:ident [] $($v:ident $field:ident),*) => {
+        $(if $on.has(Index::$v as u32) { $x = $self.$field.$hook($x); })*
+    };
+    ($self:ident $on:ident $hook:ident $x:ident [own] $own:ident $($v:ident $field:ident),*) => {
+        $(if $on.has(Index::$v as u32) { $x = $self.$field.$hook($x, &$own.$field); })*
+    };
+    ($self:ident $on:ident $hook:ident $x:ident [at own] $at:ident $own:ident $($v:ident $field:ident),*) => {
+        $(if $on.has(Index::$v as u32) { $x = $self.$field.$hook($x, $at, &$own.$field); })*
+    };
+    ($self:ident $on:ident $hook:ident $x:ident [$arg:ident] $($v:ident $field:ident),*) => {
+        $(if $on.has(Index::$v as u32) { $x = $self.$field.$hook($x, $arg); })*
+    };
+}
+pub(crate) use chain;

@@ -4,14 +4,15 @@
 
 use num_complex::Complex;
 
-use super::effect;
+use super::{About, Card, Operating, Place, SteadyState, effect};
 use crate::error::Bound;
 use crate::space_vector::unit;
 
 effect! {
     /// Unequal rotor phase resistances, fixed to the rotor.
     RotorAsymmetry, "rotor_asymmetry",
-    card: super::Card {
+    about: About { steady_state: SteadyState::Ripples, fixed_to_shaft: true, ..About::at(Place::Windings) },
+    card: Card {
         title: "Rotor asymmetry (broken bars)",
         what: "The rotor resistance depends on the direction in the rotor: R_r(δ_d + jδ_q) times the mirrored rotor current, turning with the rotor.",
         shows: "Under load, sidebands at twice the slip frequency around the supply, (1 ± 2s)f, and a torque and speed ripple at 2sf.",
@@ -30,15 +31,10 @@ effect! {
         unbalance_quadrature: Strength, default 0.0, "", One, typical 0.01 to 0.25, Bound::Within(-0.69, 0.69);
     },
     hooks: {
-        const FIXED_TO_SHAFT: bool = true;
-
         #[inline(always)]
-        fn rotor_drop(&self, drop: Complex<T>, at: &super::Operating<T>) -> Complex<T> {
-            if self.unbalance_direct.is_zero() && self.unbalance_quadrature.is_zero() {
-                return drop;
-            }
-            let twice = (at.n_p + at.n_p) * at.theta_m;
-            drop + Complex::new(self.unbalance_direct, self.unbalance_quadrature) * unit(twice) * at.i_r.conj() * at.r_r
+        fn rotor_drop(&self, drop: Complex<T>, at: &Operating<T>, _own: &[T]) -> Complex<T> {
+            let twice = at.state.theta_m.scale(2.0 * at.n_p);
+            drop + Complex::new(self.unbalance_direct, self.unbalance_quadrature) * unit(twice) * at.currents.i_r.conj() * at.r_r
         }
     }
 }

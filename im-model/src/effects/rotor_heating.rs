@@ -4,13 +4,15 @@
 //!
 //! a = 1/C is the inverse heat capacity: the steady thermal resistance is aτ. In a recording much shorter than τ only a is seen.
 
-use super::effect;
+use super::{About, Card, Operating, Place, SteadyState, effect};
 use crate::error::Bound;
+use crate::plant::Powers;
 
 effect! {
     /// Temperature of the rotor cage; one thermal mass, cooled to where it started.
     RotorHeating, "rotor_heating",
-    card: super::Card {
+    about: About { steady_state: SteadyState::Hides, ..About::at(Place::Temperature) },
+    card: Card {
         title: "Rotor heating",
         what: "Cage loss warms the rotor cage: R_r rises by 0.40 % per kelvin. One thermal mass with heat capacity C and cooling time constant τ.",
         shows: "Slip for the same torque grows over seconds to minutes under load; a speed and torque-current error that drifts with the rotor losses, none at no load.",
@@ -30,5 +32,16 @@ effect! {
         /// Temperature coefficient of the resistance.
         temperature_coefficient_per_k: Fixed, default 0.0040, "1/K", One, typical 0.0036 to 0.0045, Bound::Positive;
     },
-    hooks: {}
+    states: ["rotor_rise_K": Drifts],
+    hooks: {
+        #[inline(always)]
+        fn rotor_resistance(&self, r: T, own: &[T]) -> T {
+            r * (T::one() + self.temperature_coefficient_per_k * own[0])
+        }
+
+        #[inline(always)]
+        fn rates(&self, rates: &mut [T], _at: &Operating<T>, powers: &Powers<T>, own: &[T]) {
+            rates[0] = self.inverse_heat_capacity_k_per_j * powers.rotor_copper - own[0] * (T::one() / self.time_constant_s);
+        }
+    }
 }

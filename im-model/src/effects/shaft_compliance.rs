@@ -6,14 +6,16 @@
 //! f is the load's share of the inertia, ω_a the antiresonance (the load swinging on a held rotor); K = f J ω_a². The resonance
 //! lies at ω_a/√(1−f).
 
-use super::effect;
+use super::{About, Card, Operating, Place, SteadyState, effect};
 use crate::error::Bound;
+use crate::plant::Powers;
 use crate::scalar::Scalar;
 
 effect! {
     /// Two masses on an elastic shaft or coupling; load torque acts on the far one.
     ShaftCompliance, "shaft_compliance",
-    card: super::Card {
+    about: About { steady_state: SteadyState::Hides, resonant: true, smooth_onset: false, ..About::at(Place::Mechanics) },
+    card: Card {
         title: "Shaft compliance (two masses)",
         what: "Motor and load are joined by a spring with damping: the load's share f of the inertia swings at ω_a against a held rotor.",
         shows: "Speed rings at the torsional resonance after torque steps; acceleration above resonance is that of the motor alone.",
@@ -33,17 +35,62 @@ effect! {
         /// Damping ratio of that swing.
         damping_ratio: Shape, default 0.03, "", One, typical 0.002 to 0.2, Bound::Within(0.0, 2.0);
     },
-    hooks: {}
+    states: ["omega_load_rad_s": Speed, "twist_rad": Settles],
+    hooks: {
+        #[inline(always)]
+        fn rotor_inertia(&self, inertia: T) -> T {
+            inertia * (T::one() - self.load_inertia_fraction)
+        }
+
+        #[inline(always)]
+        fn shaft_torque(&self, _torque: T, at: &Operating<T>, own: &[T]) -> T {
+            let &[omega_load, twist] = own else { return at.input.tau_load };
+            self.stiffness_nm_per_rad(at.parameters.inertia_kg_m2) * twist + self.damping_nm_s_per_rad(at.parameters.inertia_kg_m2) * (at.state.omega_m - omega_load)
+        }
+
+        #[inline(always)]
+        fn load_speed(&self, _omega: T, own: &[T]) -> T {
+            own[0]
+        }
+
+        #[inline(always)]
+        fn rates(&self, rates: &mut [T], at: &Operating<T>, _powers: &Powers<T>, own: &[T]) {
+            let (slide, w) = (at.state.omega_m - own[0], self.antiresonance_rad_s);
+            let spring = w * w * own[1] + (self.damping_ratio * w * slide).scale(2.0);
+            rates[0] = spring - at.input.tau_load / (self.load_inertia_fraction * at.parameters.inertia_kg_m2);
+            rates[1] = slide;
+        }
+
+        #[inline(always)]
+        fn powers(&self, powers: &mut Powers<T>, at: &Operating<T>, own: &[T]) {
+            let slide = at.state.omega_m - own[0];
+            powers.shaft_damping += self.damping_nm_s_per_rad(at.parameters.inertia_kg_m2) * slide * slide;
+        }
+
+        fn stored_energy(&self, energy: T, at: &Operating<T>, own: &[T]) -> T {
+            let half = T::from_f64(0.5);
+            energy
+                + half * self.load_inertia_fraction * at.parameters.inertia_kg_m2 * own[0] * own[0]
+                + half * self.stiffness_nm_per_rad(at.parameters.inertia_kg_m2) * own[1] * own[1]
+        }
+
+        fn fastest_rate(&self, _rotor_inertia: f64) -> f64 {
+            let rigid = 1.0 - self.load_inertia_fraction.value();
+            self.antiresonance_rad_s.value() / Scalar::sqrt(rigid)
+        }
+    }
 }
 
 impl<T: Scalar> ShaftCompliance<T> {
     /// Spring stiffness, Nm/rad, of a shaft whose total inertia is `inertia`.
+    #[inline(always)]
     pub fn stiffness_nm_per_rad(&self, inertia: T) -> T {
         self.load_inertia_fraction * inertia * self.antiresonance_rad_s * self.antiresonance_rad_s
     }
 
     /// Damping, N m s/rad.
+    #[inline(always)]
     pub fn damping_nm_s_per_rad(&self, inertia: T) -> T {
-        T::from_f64(2.0) * self.load_inertia_fraction * inertia * self.damping_ratio * self.antiresonance_rad_s
+        (self.load_inertia_fraction * inertia * self.damping_ratio * self.antiresonance_rad_s).scale(2.0)
     }
 }

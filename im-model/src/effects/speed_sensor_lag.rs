@@ -5,14 +5,15 @@
 //! ρ = 0 is a plain first-order filter, ρ ≈ 0.4 a second-order one with equal poles, and ρ = 1 an encoder's averaging window: mean and
 //! variance of the delay are those of a window of 6τ.
 
-use super::effect;
+use super::{About, Card, Place, SteadyState, effect};
 use crate::error::Bound;
 use crate::scalar::Scalar;
 
 effect! {
     /// Filter of the speed measurement.
     SpeedSensorLag, "speed_sensor_lag",
-    card: super::Card {
+    about: About { steady_state: SteadyState::Hides, ..About::at(Place::Sensors) },
+    card: Card {
         title: "Speed-sensor lag",
         what: "The speed shown follows the true speed through filters of time constants τ, ρτ and ρ²τ: a first- or second-order filter, or an encoder's averaging window.",
         shows: "A speed error in proportion to acceleration, none in the steady state; the currents are right.",
@@ -30,19 +31,21 @@ effect! {
         /// Each further time constant over the one before.
         pole_ratio: Shape, default 0.3, "", One, typical 0.0 to 1.0, Bound::Within(0.0, 1.0);
     },
-    hooks: {}
-}
-
-impl<T: Scalar> SpeedSensorLag<T> {
-    /// The states of the three filters after a sample of length `t` in which the speed went from `before` to `now`; the last is shown.
-    pub(crate) fn shown(&self, [y1, y2, y3]: [T; 3], before: T, now: T, t: T) -> [T; 3] {
-        if self.time_constant_s.is_zero() {
-            return [now; 3];
+    filters: 3,
+    hooks: {
+        #[inline(always)]
+        fn measured_speed(&self, _omega_m: T, filter: &[T]) -> T {
+            filter[2]
         }
-        let (tau, rho) = (self.time_constant_s, self.pole_ratio);
-        let z1 = filtered(y1, before, now, tau, t);
-        let z2 = filtered(y2, y1, z1, tau * rho, t);
-        [z1, z2, filtered(y3, y2, z2, tau * rho * rho, t)]
+
+        #[inline(always)]
+        fn filter(&self, filter: &mut [T], before: T, now: T, t: T) {
+            let (tau, rho) = (self.time_constant_s, self.pole_ratio);
+            let &mut [y1, y2, y3] = filter else { return };
+            let z1 = filtered(y1, before, now, tau, t);
+            let z2 = filtered(y2, y1, z1, tau * rho, t);
+            filter.copy_from_slice(&[z1, z2, filtered(y3, y2, z2, tau * rho * rho, t)]);
+        }
     }
 }
 

@@ -5,13 +5,14 @@
 
 use num_complex::Complex;
 
-use super::effect;
+use super::{About, Card, Operating, Place, SteadyState, effect};
 use crate::error::Bound;
 
 effect! {
     /// Unequal stator phase resistances: a bad joint, an early turn fault, unequal cables.
     StatorAsymmetry, "stator_asymmetry",
-    card: super::Card {
+    about: About { steady_state: SteadyState::Ripples, ..About::at(Place::Windings) },
+    card: Card {
         title: "Stator asymmetry",
         what: "The phase resistances differ: R_s(δ_α + jδ_β) times the mirrored current is dropped in addition.",
         shows: "Negative-sequence current in proportion to load current, largest at low speed; torque ripple at twice the supply frequency.",
@@ -31,11 +32,8 @@ effect! {
     },
     hooks: {
         #[inline(always)]
-        fn stator_drop(&self, drop: Complex<T>, at: &super::Operating<T>) -> Complex<T> {
-            if self.unbalance_alpha.is_zero() && self.unbalance_beta.is_zero() {
-                return drop;
-            }
-            drop + Complex::new(self.unbalance_alpha, self.unbalance_beta) * at.i_s.conj() * at.r_s
+        fn stator_drop(&self, drop: Complex<T>, at: &Operating<T>, _own: &[T]) -> Complex<T> {
+            drop + Complex::new(self.unbalance_alpha, self.unbalance_beta) * at.currents.i_s.conj() * at.r_s
         }
     }
 }

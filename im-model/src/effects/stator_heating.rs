@@ -4,13 +4,15 @@
 //!
 //! a = 1/C is the inverse heat capacity: the steady thermal resistance is aτ. In a recording much shorter than τ only a is seen.
 
-use super::effect;
+use super::{About, Card, Operating, Place, SteadyState, effect};
 use crate::error::Bound;
+use crate::plant::Powers;
 
 effect! {
     /// Temperature of the stator winding; one thermal mass, cooled to where it started.
     StatorHeating, "stator_heating",
-    card: super::Card {
+    about: About { steady_state: SteadyState::Hides, ..About::at(Place::Temperature) },
+    card: Card {
         title: "Stator heating",
         what: "Copper loss warms the stator winding: R_s rises by 0.393 % per kelvin. One thermal mass with heat capacity C and cooling time constant τ.",
         shows: "A current error that drifts over seconds to minutes with the losses, strongest at low speed where the resistive drop is a large part of the voltage.",
@@ -30,5 +32,16 @@ effect! {
         /// Temperature coefficient of the resistance.
         temperature_coefficient_per_k: Fixed, default 0.00393, "1/K", One, typical 0.0039 to 0.0041, Bound::Positive;
     },
-    hooks: {}
+    states: ["stator_rise_K": Drifts],
+    hooks: {
+        #[inline(always)]
+        fn stator_resistance(&self, r: T, own: &[T]) -> T {
+            r * (T::one() + self.temperature_coefficient_per_k * own[0])
+        }
+
+        #[inline(always)]
+        fn rates(&self, rates: &mut [T], _at: &Operating<T>, powers: &Powers<T>, own: &[T]) {
+            rates[0] = self.inverse_heat_capacity_k_per_j * powers.stator_copper - own[0] * (T::one() / self.time_constant_s);
+        }
+    }
 }

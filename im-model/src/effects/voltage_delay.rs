@@ -3,13 +3,14 @@
 //! With inputs held over the sample T, a delay D = (n + f)T, 0 ≤ f < 1, gives the mean voltage
 //! ū_k = (1 − f) u_{k−n} + f u_{k−n−1}. The [`Bench`](crate::Bench) keeps the past commands.
 
-use super::effect;
+use super::{About, Card, Place, SteadyState, effect};
 use crate::error::Bound;
 
 effect! {
     /// Dead time of the voltage path, as transport delay.
     VoltageDelay, "voltage_delay",
-    card: super::Card {
+    about: About { steady_state: SteadyState::Hides, ..About::at(Place::Command) },
+    card: Card {
         title: "Voltage delay",
         what: "The voltage acts D later than recorded: one and a half control periods in a usual drive.",
         shows: "An error in proportion to the change of voltage per sample: grows with frequency, large at voltage steps; looks like a rotation of the voltage by ωD.",
@@ -25,5 +26,9 @@ effect! {
         /// Delay.
         delay_s: Strength, default 0.0, "s", One, typical 2e-5 to 5e-4, Bound::Within(0.0, 3e-3);
     },
-    hooks: {}
+    hooks: {
+        fn transport_delay(&self, delay: T) -> T {
+            delay + self.delay_s
+        }
+    }
 }

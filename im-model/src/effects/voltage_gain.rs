@@ -2,13 +2,14 @@
 
 use num_complex::Complex;
 
-use super::effect;
+use super::{About, Card, Place, SteadyState, effect};
 use crate::error::Bound;
 
 effect! {
     /// Gain error of the voltage channel or of the inverter's DC-link measurement.
     VoltageGain, "voltage_gain",
-    card: super::Card {
+    about: About { steady_state: SteadyState::Hides, ..About::at(Place::Voltage) },
+    card: Card {
         title: "Voltage gain",
         what: "The terminals see (1+g) times the recorded voltage: a wrong DC-link measurement, transducer ratio or modulator gain.",
         shows: "All impedances and the flux seem wrong by one factor; the torque computed from the currents disagrees with the shaft by the same factor.",
@@ -27,7 +28,7 @@ effect! {
     hooks: {
         #[inline(always)]
         fn applied_voltage(&self, u: Complex<T>, _i_s: Complex<T>) -> Complex<T> {
-            if self.gain.is_zero() { u } else { u * (T::one() + self.gain) }
+            u * (T::one() + self.gain)
         }
     }
 }

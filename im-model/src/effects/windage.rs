@@ -1,12 +1,13 @@
 //! Windage: fan and air friction, τ = c ω|ω|.
 
-use super::effect;
+use super::{About, Card, Operating, Place, effect};
 use crate::error::Bound;
 
 effect! {
     /// Torque of the fan and of the air, quadratic in speed.
     Windage, "windage",
-    card: super::Card {
+    about: About::at(Place::Mechanics),
+    card: Card {
         title: "Windage",
         what: "Fan and air take a torque c ω|ω| against motion.",
         shows: "Speed error that grows with the square of speed, at any flux; power missing with the cube of speed.",
@@ -24,11 +25,8 @@ effect! {
     },
     hooks: {
         #[inline(always)]
-        fn braking_torque(&self, torque: T, at: &super::Operating<T>) -> T {
-            if self.coefficient_nm_s2.is_zero() {
-                return torque;
-            }
-            torque + self.coefficient_nm_s2 * at.omega_m * at.omega_m.abs()
+        fn braking_torque(&self, torque: T, at: &Operating<T>, _own: &[T]) -> T {
+            torque + self.coefficient_nm_s2 * at.state.omega_m * at.state.omega_m.abs()
         }
     }
 }

@@ -5,7 +5,6 @@ use num_traits::Zero;
 use thiserror::Error;
 
 use crate::bench::Bench;
-use crate::effects::EffectId;
 use crate::error::ModelError;
 use crate::machine::Machine;
 use crate::plant::{Plant, PlantInput};
@@ -133,7 +132,6 @@ impl<'a> Simulation<'a> {
         let (start, past) = self.start()?;
         let mut bench = Bench::new(self.machine, start, t_s);
         bench.set_past_command(past);
-        let two_masses = self.machine.effects().is_on(EffectId::ShaftCompliance);
         let mut sensors = s.sensors.reader();
         let mut legs = Legs::default();
         let mut vector = [first_frequency(s), 0.0];
@@ -161,9 +159,8 @@ impl<'a> Simulation<'a> {
                 return Err(SimulationError::Diverged { time_s: t });
             }
             let state = bench.state();
-            let omega_load = if two_masses { state.omega_load } else { state.omega_m };
             let recorded_load = if let Source::Recording(r) = &s.source { r.tau_load.as_ref().map(|x| x[k]) } else { None };
-            let tau_load = recorded_load.unwrap_or(0.0) + s.load.at(t, omega_load);
+            let tau_load = recorded_load.unwrap_or(0.0) + s.load.at(t, bench.plant().load_speed(state));
             let imposed_speed = s.imposed_speed.as_ref().map(|p| [p.at(t), p.at(t + t_s)]);
             if k % every == 0 {
                 recording.i_s.push(shown.i_s);
@@ -196,7 +193,7 @@ impl<'a> Simulation<'a> {
             let input = |u_s| PlantInput { imposed_speed, ..PlantInput::new(u_s, tau_load) };
             let applied = match (&s.source, s.inverter, command) {
                 (Source::Mains(mains), _, Command::Voltage(u)) => {
-                    let delay = bench.plant().effects().voltage_delay.delay_s;
+                    let delay = bench.transport_delay();
                     let steps = (t_s * mains.frequency_hz.abs() * STEPS_PER_TURN).ceil().max(1.0) as u32;
                     let steps = steps.max(bench.substeps());
                     bench.advance_with(u, |plant, x, _| along_mains(plant, x, mains, t - delay, t_s, steps, &input(u)));
@@ -222,7 +219,7 @@ impl<'a> Simulation<'a> {
                     bench.advance_with(Complex::zero(), |plant, x, _| {
                         let mut fed = FedMachine::new(plant, x, input(Complex::zero()), t_s);
                         for _ in 0..periods {
-                            delta.period(&bridge, &mut legs, wanted, &mut fed, |i| plant.effects().measured_current(i));
+                            delta.period(&bridge, &mut legs, wanted, &mut fed, |i| plant.measured_current(i));
                         }
                     });
                     legs.take_commanded_vs() / t_s

@@ -154,7 +154,8 @@ fn gone_when_running_against_staying(skin: &Machine<f64>, heating: &Machine<f64>
     let left = |m: &Machine<f64>| {
         let running = |m: &Machine<f64>| {
             let locked = lab::run(m, RATED, LOCKED, 0.0, 2.0).state;
-            let x = State { omega_m: 0.99 * SYNCHRONOUS, omega_load: 0.99 * SYNCHRONOUS, ..locked };
+            let mut x = locked;
+            x.change_speed(|w| *w = 0.99 * SYNCHRONOUS);
             lab::run_from(m, x, RATED, Shaft::Speed(0.99 * SYNCHRONOUS), 1.0, 0.02).current(50.0)
         };
         let (with, without) = (running(m), running(&lab::base()));

@@ -19,7 +19,7 @@ fn at(id: EffectId, place: f64) -> (Machine<f64>, f64) {
 
 /// Deceleration while coasting without flux from a speed, rad/s².
 fn coasting(m: &Machine<f64>, omega_m: f64) -> f64 {
-    let mut bench = Bench::new(m, State { omega_m, omega_load: omega_m, ..State::default() }, T);
+    let mut bench = Bench::new(m, State::turning(omega_m), T);
     for _ in 0..10 {
         bench.advance(&PlantInput::new(Complex::new(0.0, 0.0), 0.0));
     }
@@ -86,8 +86,8 @@ proptest! {
         let x = im_model::steady_state(&m, low.peak, low.hz, im_model::Held::Speed(0.0)).unwrap();
         let early = lab::run_from(&m, x, low, Shaft::Speed(0.0), 0.0, 0.4).current(2.5).norm();
         let late = lab::run_from(&m, x, low, Shaft::Speed(0.0), 3.2, 0.4);
-        prop_assert!(late.state.stator_rise_k > 0.0 && late.current(2.5).norm() < early * (1.0 - 1e-4));
-        prop_assert_eq!(late.state.rotor_rise_k, 0.0);
+        prop_assert!(late.state.extra.of(EffectId::StatorHeating)[0] > 0.0 && late.current(2.5).norm() < early * (1.0 - 1e-4));
+        prop_assert_eq!(late.state.extra.of(EffectId::RotorHeating), [0.0]);
     }
 
     #[test]
@@ -214,7 +214,9 @@ proptest! {
     #[test]
     fn shaft_compliance_rings_at_the_torsional_resonance(place in 0.0..1.0f64) {
         let (m, f) = at(EffectId::ShaftCompliance, place);
-        let mut bench = Bench::new(&m, State { twist: 0.05, ..State::default() }, T);
+        let mut twisted = State::default();
+        twisted.extra.of_mut(EffectId::ShaftCompliance)[1] = 0.05;
+        let mut bench = Bench::new(&m, twisted, T);
         // Without voltage only the twist drives the rotor; every crossing of its speed is half a period.
         let mut crossings = vec![];
         let mut before = 0.0;

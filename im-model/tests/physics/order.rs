@@ -5,41 +5,26 @@ use ode_solvers::{Dop853, OutputType, SVector, System};
 
 use crate::lab;
 
-type Vector = SVector<f64, 14>;
+/// The states of every machine, and the eight of the effects.
+const N: usize = 6 + 8;
+type Vector = SVector<f64, N>;
 
 fn pack(x: &State<f64>) -> Vector {
-    Vector::from_column_slice(&[
-        x.psi_s.re,
-        x.psi_s.im,
-        x.psi_r.re,
-        x.psi_r.im,
-        x.omega_m,
-        x.theta_m,
-        x.psi_fe.re,
-        x.psi_fe.im,
-        x.i_bar.re,
-        x.i_bar.im,
-        x.omega_load,
-        x.twist,
-        x.stator_rise_k,
-        x.rotor_rise_k,
-    ])
+    let machine = [x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.omega_m, x.theta_m];
+    Vector::from_iterator(machine.iter().chain(x.extra.values()).copied())
 }
 
 fn unpack(v: &Vector) -> State<f64> {
-    State {
+    let mut x = State {
         psi_s: Complex::new(v[0], v[1]),
         psi_r: Complex::new(v[2], v[3]),
         omega_m: v[4],
         theta_m: v[5],
-        psi_fe: Complex::new(v[6], v[7]),
-        i_bar: Complex::new(v[8], v[9]),
-        omega_load: v[10],
-        twist: v[11],
-        stator_rise_k: v[12],
-        rotor_rise_k: v[13],
         ..State::default()
-    }
+    };
+    let mut values = v.iter().skip(6);
+    x.extra.each_mut(|_, _, state| state.iter_mut().zip(&mut values).for_each(|(x, v)| *x = *v));
+    x
 }
 
 struct Held<'a>(&'a Plant<f64>, PlantInput<f64>);

@@ -1,8 +1,9 @@
 //! A user's effect is as good as a built-in one.
 
-use im_model::effects::{Card, CustomId, Effect, Operating, ParameterInfo, Role, ScaleOf};
+use im_model::effects::{Card, CustomId, Effect, Hooks, Operating, ParameterInfo, Role, ScaleOf, StateInfo, StateKind};
 use im_model::{
-    Bench, Bound, Complex, Dual, EffectId, Effects, Ledger, Machine, ParameterId, PlantInput, Scalar, State, register_effect,
+    Bench, Bound, Complex, Dual, EffectId, Effects, Ledger, Machine, ParameterId, PlantInput, Powers, Scalar, State,
+    register_effect,
 };
 
 use crate::lab;
@@ -40,8 +41,10 @@ impl<T: Scalar> Effect<T> for Fan<T> {
     fn set(&mut self, _: usize, value: T) {
         self.0 = value;
     }
-    fn braking_torque(&self, torque: T, at: &Operating<T>) -> T {
-        torque + self.0 * at.omega_m * at.omega_m.abs()
+}
+impl<T: Scalar> Hooks<T> for Fan<T> {
+    fn braking_torque(&self, torque: T, at: &Operating<T>, _own: &[T]) -> T {
+        torque + self.0 * at.state.omega_m * at.state.omega_m.abs()
     }
 }
 register_effect!(pub FanEffect: Fan);
@@ -64,6 +67,8 @@ impl<T: Scalar> Effect<T> for Iron<T> {
     fn set(&mut self, _: usize, value: T) {
         self.0 = value;
     }
+}
+impl<T: Scalar> Hooks<T> for Iron<T> {
     fn reluctance(&self, (mu, dmu): (T, T), psi_m_squared: T) -> (T, T) {
         let half_s = T::from_f64(3.5);
         let extra = self.0 * psi_m_squared.powf(half_s);
@@ -83,6 +88,7 @@ impl<T: Scalar> Default for Warm<T> {
 }
 impl<T: Scalar> Effect<T> for Warm<T> {
     const NAME: &'static str = "warm";
+    const STATES: &'static [StateInfo] = &[StateInfo { name: "rise_K", kind: StateKind::Drifts }];
     const PARAMETERS: &'static [ParameterInfo] = &[strength("inverse_heat_capacity")];
     const CARD: Card = CARD;
     fn get(&self, _: usize) -> T {
@@ -91,13 +97,15 @@ impl<T: Scalar> Effect<T> for Warm<T> {
     fn set(&mut self, _: usize, value: T) {
         self.0 = value;
     }
-    fn stator_drop(&self, drop: Complex<T>, at: &Operating<T>) -> Complex<T> {
-        drop + at.i_s * (at.r_s * at.own[0] * T::from_f64(0.00393))
+}
+impl<T: Scalar> Hooks<T> for Warm<T> {
+    fn stator_drop(&self, drop: Complex<T>, at: &Operating<T>, own: &[T]) -> Complex<T> {
+        drop + at.currents.i_s * (at.r_s * own[0] * T::from_f64(0.00393))
     }
-    fn own_rates(&self, at: &Operating<T>) -> [T; 2] {
-        let r = at.r_s * (T::one() + at.own[0] * T::from_f64(0.00393));
-        let loss = (at.i_s.re * at.i_s.re + at.i_s.im * at.i_s.im) * r * T::from_f64(1.5);
-        [self.0 * loss - at.own[0] / T::from_f64(20.0), T::zero()]
+    fn rates(&self, rates: &mut [T], at: &Operating<T>, _powers: &Powers<T>, own: &[T]) {
+        let r = at.r_s * (T::one() + own[0] * T::from_f64(0.00393));
+        let loss = (at.currents.i_s.re * at.currents.i_s.re + at.currents.i_s.im * at.currents.i_s.im) * r * T::from_f64(1.5);
+        rates[0] = self.0 * loss - own[0] / T::from_f64(20.0);
     }
 }
 register_effect!(pub WarmEffect: Warm);

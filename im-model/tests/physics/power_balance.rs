@@ -8,9 +8,15 @@ use proptest::prelude::*;
 /// A machine: one of the named ones with every parameter changed by up to a factor of two either way, and each effect on with an
 /// even chance, every parameter anywhere in its typical range, of either sign where the bound allows it.
 fn any_machine() -> impl Strategy<Value = Machine<f64>> {
-    let sizes = prop::collection::vec((any::<bool>(), 0.0..1.0f64, any::<bool>()), 64);
-    (0..machines::ALL.len(), prop::array::uniform7(-1.0..1.0f64), prop::collection::vec(any::<bool>(), 18), sizes).prop_map(
-        |(which, factors, on, sizes)| {
+    let count = EffectId::ALL.iter().map(|id| id.parameters().len()).sum::<usize>();
+    let sizes = prop::collection::vec((any::<bool>(), 0.0..1.0f64, any::<bool>()), count);
+    (
+        0..machines::ALL.len(),
+        prop::array::uniform7(-1.0..1.0f64),
+        prop::collection::vec(any::<bool>(), EffectId::ALL.len()),
+        sizes,
+    )
+        .prop_map(|(which, factors, on, sizes)| {
             let named = &machines::ALL[which];
             let mut values = named.parameters().values();
             for (v, f) in values.iter_mut().zip(factors) {
@@ -32,8 +38,7 @@ fn any_machine() -> impl Strategy<Value = Machine<f64>> {
                 }
             }
             Machine::try_new(p, named.pole_pairs, e).unwrap()
-        },
-    )
+        })
 }
 
 proptest! {

@@ -97,7 +97,7 @@ fn derivatives_by_every_parameter_of_every_effect_agree_with_finite_differences(
 /// through the spring's second-order lag, not at once (docs/effects.md).
 #[test]
 fn derivatives_exist_where_an_effect_sets_in() {
-    for &effect in EffectId::ALL.iter().filter(|&&id| id != EffectId::ShaftCompliance) {
+    for &effect in EffectId::ALL.iter().filter(|id| id.about().smooth_onset) {
         for (k, info) in effect.parameters().iter().enumerate().filter(|(_, p)| p.role == Role::Strength) {
             let m = lab::base();
             let id = ParameterId::Effect(effect, k);

@@ -163,8 +163,8 @@ impl Experiment {
                 current_a: run.recording.i_s[k].norm(),
                 speed_rad_s: x.omega_m,
                 truth: [
-                    1.0 + e.stator_heating.temperature_coefficient_per_k * x.stator_rise_k,
-                    1.0 + e.rotor_heating.temperature_coefficient_per_k * x.rotor_rise_k,
+                    1.0 + e.stator_heating.temperature_coefficient_per_k * x.extra.of(im_model::EffectId::StatorHeating)[0],
+                    1.0 + e.rotor_heating.temperature_coefficient_per_k * x.extra.of(im_model::EffectId::RotorHeating)[0],
                     l / table[1],
                 ],
             }

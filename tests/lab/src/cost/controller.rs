@@ -51,7 +51,7 @@ fn known() -> MachineData<f64> {
 /// At 120 rad/s, magnetized and settled.
 fn looped<T: Scalar, C: Controller<T>>(controller: C, closed: bool) -> Loop<T, C> {
     let c = T::from_f64;
-    let start = State { omega_m: c(120.0), omega_load: c(120.0), ..State::default() };
+    let start = State::turning(c(120.0));
     let mut l = Loop {
         controller,
         bench: Some(Bench::new(&machine(), start, 1e-4)),

@@ -27,7 +27,7 @@ fn saturated() -> Machine<f64> {
     machine(|e| e.main_flux_saturation.excess = 0.5)
 }
 
-/// With all eighteen effects, each at a usual size; diffusion times such that one step per sample is enough.
+/// With all effects, each at a usual size; diffusion times such that one step per sample is enough.
 fn all_effects() -> Machine<f64> {
     machine(|e| {
         e.main_flux_saturation.excess = 0.5;
@@ -65,12 +65,7 @@ fn running_as<T: Scalar>(m: &Machine<f64>, seed: impl Fn(f64, usize) -> T) -> Be
         let place = [0, 1, 2, 4, 5, 6].iter().position(|&k| id == ParameterId::Base(BaseParameter::ALL[k]));
         place.map_or(T::from_f64(value), |k| seed(value, k))
     });
-    let cast = |z: Complex<f64>| Complex::new(T::from_f64(z.re), T::from_f64(z.im));
-    let mut bench = Bench::new(&seeded, im_model::State::default(), SAMPLE_TIME_S);
-    let state = bench.state_mut();
-    (state.psi_s, state.psi_r, state.psi_fe, state.i_bar) = (cast(x.psi_s), cast(x.psi_r), cast(x.psi_fe), cast(x.i_bar));
-    (state.omega_m, state.omega_load, state.twist) = (T::from_f64(x.omega_m), T::from_f64(x.omega_load), T::from_f64(x.twist));
-    bench
+    Bench::new(&seeded, x.map(|x| T::from_f64(*x)), SAMPLE_TIME_S)
 }
 
 /// N base parameters seeded with relative slopes.

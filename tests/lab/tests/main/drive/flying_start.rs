@@ -20,7 +20,7 @@ struct Jolt {
 /// Coasting: no stator current, the rotor's own keeps the flux.
 fn coasting(machine: &Machine<f64>, omega_m: f64, psi_r: Complex<f64>) -> State<f64> {
     let k = machine.parameters().magnetizing_inductance_h / machine.parameters().rotor_inductance_h();
-    State { omega_m, omega_load: omega_m, psi_r, psi_s: psi_r * k, ..State::default() }
+    State { psi_r, psi_s: psi_r * k, ..State::turning(omega_m) }
 }
 
 fn caught(drive: &mut dyn Supervised, truth: &Machine<f64>, case: &DriveCase, omega_m: f64, psi_r: Complex<f64>) -> Jolt {

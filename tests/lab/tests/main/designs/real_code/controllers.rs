@@ -25,7 +25,7 @@ struct Regulated {
 impl Regulated {
     /// One sample; (Δφ, Δi) at its beginning.
     fn step(&mut self, speed: f64, flux_vs: f64, h: f64) -> [C; 2] {
-        (self.x.omega_m, self.x.omega_load) = (speed, speed);
+        self.x.change_speed(|w| *w = speed);
         let i_s = self.plant.currents(&self.x).i_s;
         let back = self.controller.direction().conj();
         let (phi_ref, i_ref) = self.controller.references();
@@ -122,7 +122,7 @@ proptest! {
         let mut drive = Kenne::try_new(&known, &gains).unwrap();
         let model = im_model::Plant::new(&truth);
         let speed = at * region.speed_max_rad_s;
-        let mut x = State { omega_m: speed, omega_load: speed, ..State::default() };
+        let mut x = State::turning(speed);
         let (mut u, mut before): (C, Option<[f64; 2]>) = (C::new(0.0, 0.0), None);
         let (mut checked, mut outside) = (0, 0);
         let magnetized = (4.0 / c.eta / h) as usize;

@@ -1,0 +1,179 @@
+//! The places where an effect can act.
+
+use num_complex::Complex;
+
+use super::leakage_flux_saturation::LeakageLaw;
+use crate::flux_map::Currents;
+use crate::integral::integral;
+use crate::parameters::TParameters;
+use crate::plant::{PlantInput, Powers};
+use crate::scalar::Scalar;
+use crate::state::State;
+
+/// What an effect sees of the machine.
+#[derive(Clone, Copy, Debug)]
+pub struct Operating<'a, T> {
+    /// Fluxes, speed and angle.
+    pub state: &'a State<T>,
+    /// Currents and magnetizing flux.
+    pub currents: &'a Currents<T>,
+    /// Parameters, resistances cold.
+    pub parameters: &'a TParameters<T>,
+    /// Voltage and load torque.
+    pub input: &'a PlantInput<T>,
+    /// Stator resistance at the present temperature, Ω.
+    pub r_s: T,
+    /// Rotor resistance at the present temperature, Ω.
+    pub r_r: T,
+    /// Pole pairs.
+    pub n_p: f64,
+}
+
+impl<T: Scalar> Operating<'_, T> {
+    /// Electrical speed, rad/s.
+    #[inline(always)]
+    pub fn omega_e(&self) -> T {
+        self.state.omega_m.scale(self.n_p)
+    }
+}
+
+/// Copies of what an [`Operating`] points to: for hooks behind a call that the compiler does not see into.
+pub(crate) struct Apart<T>(State<T>, Currents<T>, PlantInput<T>);
+
+impl<T: Scalar> Apart<T> {
+    pub(crate) fn new(at: &Operating<T>) -> Self {
+        Self(*at.state, *at.currents, *at.input)
+    }
+    pub(crate) fn operating<'a>(&'a self, at: &Operating<'a, T>) -> Operating<'a, T> {
+        Operating { state: &self.0, currents: &self.1, input: &self.2, ..*at }
+    }
+}
+
+/// The physics of an effect at each place; a place left out is not touched.
+///
+/// A hook is called only while a strength of the effect is nonzero. What has been computed so far goes in and comes back changed;
+/// effects act in the order of the registry. `own` are the states of the effect, in the order of [`Effect::STATES`](super::Effect::STATES),
+/// a space vector as two numbers.
+pub trait Hooks<T: Scalar> {
+    /// Transport delay of the commanded voltage, s.
+    #[inline(always)]
+    fn transport_delay(&self, delay: T) -> T {
+        delay
+    }
+    /// Applied voltage: what reaches the terminals of what was commanded, V.
+    #[inline(always)]
+    fn applied_voltage(&self, u: Complex<T>, _i_s: Complex<T>) -> Complex<T> {
+        u
+    }
+    /// Stator resistance at the present temperature, Ω.
+    #[inline(always)]
+    fn stator_resistance(&self, r: T, _own: &[T]) -> T {
+        r
+    }
+    /// Rotor resistance at the present temperature, Ω.
+    #[inline(always)]
+    fn rotor_resistance(&self, r: T, _own: &[T]) -> T {
+        r
+    }
+    /// Stator winding: adds a voltage drop in series, V.
+    #[inline(always)]
+    fn stator_drop(&self, drop: Complex<T>, _at: &Operating<T>, _own: &[T]) -> Complex<T> {
+        drop
+    }
+    /// Rotor winding (in the stator frame): adds a voltage drop in series, V.
+    #[inline(always)]
+    fn rotor_drop(&self, drop: Complex<T>, _at: &Operating<T>, _own: &[T]) -> Complex<T> {
+        drop
+    }
+    /// Torque balance: adds a torque that opposes positive rotation, Nm.
+    #[inline(always)]
+    fn braking_torque(&self, torque: T, _at: &Operating<T>, _own: &[T]) -> T {
+        torque
+    }
+    /// The torque by which the load reaches the rotor, Nm.
+    #[inline(always)]
+    fn shaft_torque(&self, torque: T, _at: &Operating<T>, _own: &[T]) -> T {
+        torque
+    }
+    /// Speed of what the load torque acts on, rad/s.
+    #[inline(always)]
+    fn load_speed(&self, omega: T, _own: &[T]) -> T {
+        omega
+    }
+    /// Inertia that turns with the rotor, kg m².
+    #[inline(always)]
+    fn rotor_inertia(&self, inertia: T) -> T {
+        inertia
+    }
+
+    /// Flux-current map: adds to μ in i_m = μ(|ψ_m|²) ψ_m/L_m, as (μ, dμ/d|ψ_m|²). The map must stay monotone.
+    #[inline(always)]
+    fn reluctance(&self, so_far: (T, T), _psi_m_squared: T) -> (T, T) {
+        so_far
+    }
+    /// ∫ of what [`reluctance`](Self::reluctance) adds to μ, over |ψ_m|² from zero: by quadrature unless written.
+    fn reluctance_integral(&self, psi_m_squared: T) -> T {
+        integral(psi_m_squared, |q| self.reluctance((T::one(), T::zero()), q).0 - T::one())
+    }
+    /// The magnetizing flux that the map is tabulated around, Vs. Asked for when the effect is off, too.
+    #[inline(always)]
+    fn reference_flux(&self, flux: T) -> T {
+        flux
+    }
+    /// How a leakage branch with 1/L_l, H⁻¹, saturates.
+    #[inline(always)]
+    fn leakage(&self, law: Option<LeakageLaw<T>>, _inv_l: T) -> Option<LeakageLaw<T>> {
+        law
+    }
+    /// Flux-current map: adds 1/L of a branch i = (ψ_m − ψ)/L across the magnetizing branch, where ψ is a state of the effect, H⁻¹.
+    #[inline(always)]
+    fn core_branch(&self, inv_l: T) -> T {
+        inv_l
+    }
+    /// Adds ψ/L of that branch, A.
+    #[inline(always)]
+    fn core_source(&self, source: Complex<T>, _own: &[T]) -> Complex<T> {
+        source
+    }
+
+    /// Rates of the own states, 1/s of them.
+    #[inline(always)]
+    fn rates(&self, _rates: &mut [T], _at: &Operating<T>, _powers: &Powers<T>, _own: &[T]) {}
+    /// Where the own states lie when they follow the machine at once, for a start in motion. States that are left alone begin at zero,
+    /// and speeds with the rotor's.
+    #[inline(always)]
+    fn settled(&self, _own: &mut [T], _at: &Operating<T>, _psi_m_rate: Complex<T>) {}
+    /// Corrects the powers, W: what is stored is no loss, what is lost elsewhere stands in its own place.
+    #[inline(always)]
+    fn powers(&self, _powers: &mut Powers<T>, _at: &Operating<T>, _own: &[T]) {}
+    /// Adds the energy in the own states, J.
+    #[inline(always)]
+    fn stored_energy(&self, energy: T, _at: &Operating<T>, _own: &[T]) -> T {
+        energy
+    }
+
+    /// Current sensors: what they show, A.
+    #[inline(always)]
+    fn measured_current(&self, i: Complex<T>) -> Complex<T> {
+        i
+    }
+    /// Speed sensor: what it shows, rad/s; `filter` are the states of its filters.
+    #[inline(always)]
+    fn measured_speed(&self, omega_m: T, _filter: &[T]) -> T {
+        omega_m
+    }
+    /// The states of the sensor's filters after a sample of length `t`, s, in which the speed went from `before` to `now`, rad/s.
+    #[inline(always)]
+    fn filter(&self, _filter: &mut [T], _before: T, _now: T, _t: T) {}
+
+    /// Resistance that it adds to the windings for small changes, Ω, where it is largest.
+    #[inline(always)]
+    fn added_resistance(&self, _cold_r_r: f64) -> f64 {
+        0.0
+    }
+    /// The fastest rate of its own, 1/s, for a rotor of the given inertia, kg m²: what steps must resolve.
+    #[inline(always)]
+    fn fastest_rate(&self, _rotor_inertia: f64) -> f64 {
+        0.0
+    }
+}

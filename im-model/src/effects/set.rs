@@ -1,0 +1,203 @@
+//! A set of effects: what is the same whatever is on the list.
+
+use core::ops::Range;
+
+use super::about::StateKind;
+use super::registry::acts_in_equations;
+use super::{ABOUT, Active, COUNT, Custom, CustomId, EffectId, Effects, Extra, FILTERS, Hooks, Place, STATES};
+use crate::error::ModelError;
+use crate::scalar::Scalar;
+
+/// How many filter states the speed sensor can have.
+pub(crate) const FILTER_STATES: usize = FILTER_STARTS[COUNT];
+
+/// For each place of the registry where its filter states begin.
+const FILTER_STARTS: [usize; COUNT + 1] = {
+    let (mut out, mut k) = ([0; COUNT + 1], 0);
+    while k < COUNT {
+        out[k + 1] = out[k] + FILTERS[k];
+        k += 1;
+    }
+    out
+};
+
+/// The filter states of the effect at a place of the registry.
+#[inline(always)]
+pub(super) const fn filters(index: usize) -> Range<usize> {
+    FILTER_STARTS[index]..FILTER_STARTS[index + 1]
+}
+
+/// How many numbers the states of all built-in effects are but for those that drift.
+pub(crate) const SETTLING_STATES: usize = {
+    let (mut sum, mut effect) = (0, 0);
+    while effect < COUNT {
+        let mut k = 0;
+        while k < STATES[effect].len() {
+            let info = &STATES[effect][k];
+            if !matches!(info.kind, StateKind::Drifts) {
+                sum += info.width();
+            }
+            k += 1;
+        }
+        effect += 1;
+    }
+    sum
+};
+
+impl<T> Extra<T> {
+    /// The states of the built-in effects, in the order of the registry.
+    pub fn values(&self) -> impl Iterator<Item = &T> {
+        EffectId::ALL.iter().flat_map(|&id| self.of(id))
+    }
+
+    /// Each state of the built-in effects, with its kind; a space vector is two numbers.
+    pub fn each_mut(&mut self, mut f: impl FnMut(EffectId, StateKind, &mut [T])) {
+        for &id in EffectId::ALL {
+            let mut rest = self.of_mut(id);
+            for info in id.states() {
+                let (state, more) = rest.split_at_mut(info.width());
+                f(id, info.kind, state);
+                rest = more;
+            }
+        }
+    }
+}
+
+const fn bits(equations: bool) -> u64 {
+    let (mut bits, mut k) = (0, 0);
+    while k < COUNT {
+        let wanted = if equations { acts_in_equations(&ABOUT[k], STATES[k]) } else { matches!(ABOUT[k].place, Place::Sensors) };
+        if wanted {
+            bits |= 1 << k;
+        }
+        k += 1;
+    }
+    bits
+}
+
+impl Active {
+    /// Whether any acts in the equations of motion outside the flux-current map.
+    pub(crate) const fn in_equations(self) -> bool {
+        const BITS: u64 = bits(true);
+        self.meets(BITS)
+    }
+    /// Whether any acts in the sensors.
+    pub(crate) const fn in_sensors(self) -> bool {
+        const BITS: u64 = bits(false);
+        self.meets(BITS)
+    }
+}
+
+impl EffectId {
+    /// The built-in effect with this identifier.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|id| id.name() == name)
+    }
+}
+
+impl core::fmt::Display for EffectId {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl<T: Scalar> Effects<T> {
+    /// All effects off.
+    pub fn none() -> Self {
+        Self::default()
+    }
+
+    /// Adds a user's effect, off. At most [`MAX_CUSTOM`] fit; further ones are refused with `false`.
+    pub fn add_custom(&mut self, id: CustomId) -> bool {
+        if self.slot(id).is_some() {
+            return true;
+        }
+        match self.custom.iter_mut().find(|s| s.is_none()) {
+            Some(free) => {
+                *free = Some(Custom::off(id));
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// As [`add_custom`](Self::add_custom), chained.
+    pub fn with_custom(mut self, id: CustomId) -> Self {
+        self.add_custom(id);
+        self
+    }
+
+    /// The user's effects present, on or off.
+    pub fn custom_ids(&self) -> impl Iterator<Item = CustomId> + '_ {
+        self.custom.iter().flatten().map(|c| c.id)
+    }
+
+    /// Every effect that can be addressed: the library and the user's own.
+    pub fn ids(&self) -> impl Iterator<Item = EffectId> + '_ {
+        EffectId::ALL.iter().copied().chain(self.custom_ids().map(EffectId::Custom))
+    }
+
+    /// The effects that are on.
+    pub fn active(&self) -> impl Iterator<Item = EffectId> + '_ {
+        self.ids().filter(|&id| self.is_on(id))
+    }
+
+    /// Whether any that is on is fixed to the shaft or the rotor.
+    pub fn any_fixed_to_shaft(&self) -> bool {
+        self.active().any(|id| id.about().fixed_to_shaft)
+    }
+
+    /// The same effects in another scalar type.
+    pub fn cast<U: Scalar>(&self) -> Effects<U> {
+        let mut out = Effects::<U>::default();
+        for id in self.custom_ids() {
+            out.add_custom(id);
+        }
+        for id in self.ids() {
+            for k in 0..id.parameters().len() {
+                out.set(id, k, U::from_f64(self.get(id, k).value()));
+            }
+        }
+        out
+    }
+
+    /// Checks every parameter against its bound.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        for id in self.ids() {
+            for (k, p) in id.parameters().iter().enumerate() {
+                p.bound.check(p.key, self.get(id, k).value())?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn slot(&self, id: CustomId) -> Option<&Custom<T>> {
+        self.custom.iter().flatten().find(|s| s.id == id)
+    }
+
+    /// Carries a quantity through a hook of the user's effects that are on; the hook is given the effect's slot.
+    #[inline(always)]
+    pub(super) fn through_custom<A: Copy>(&self, on: Active, so_far: A, hook: impl Fn(&dyn Hooks<T>, A, usize) -> A) -> A {
+        if on.any_custom() { self.through_each_custom(on, so_far, hook) } else { so_far }
+    }
+
+    #[inline(never)]
+    fn through_each_custom<A: Copy>(&self, on: Active, so_far: A, hook: impl Fn(&dyn Hooks<T>, A, usize) -> A) -> A {
+        let mut x = so_far;
+        for (slot, c) in self.custom.iter().enumerate().filter(|(slot, _)| on.has_custom(*slot)) {
+            if let Some(c) = c {
+                x = c.through(x, |h, x| hook(h, x, slot));
+            }
+        }
+        x
+    }
+
+    /// Lets a hook of the user's effects that are on do what it does.
+    pub(super) fn each_custom(&self, on: Active, mut hook: impl FnMut(&dyn Hooks<T>, usize)) {
+        for (slot, c) in self.custom.iter().enumerate().filter(|(slot, _)| on.has_custom(*slot)) {
+            if let Some(c) = c {
+                c.act(&mut |h| hook(h, slot));
+            }
+        }
+    }
+}
