@@ -7,11 +7,12 @@
 //! A copy of the rotor equation: errors decay at η = 1/T_r whatever the speed, the machine's own rate; R_s and voltage do not enter. The
 //! current residual shown is the error of the stator equation's prediction over one sample.
 
-use im_model::{Complex, Scalar};
+use im_model::{Complex, Machine, Rating, Scalar};
 use num_traits::Zero;
 
 use crate::basis::{Basis, Watch};
 use crate::interface::{Estimate, Input, Observer, ObserverStatus};
+use crate::registry::{Gains, Named};
 use crate::tustin::{step1, warped};
 
 /// The observer; nothing to tune, no step limit.
@@ -71,5 +72,16 @@ impl<T: Scalar> Observer<T> for CurrentModel<T> {
             *s = CurrentModelState::default();
         }
         estimate
+    }
+}
+
+impl<T: Scalar> Named<T> for CurrentModel<T> {
+    const NAME: &'static str = "current-model";
+    const TITLE: &'static str = "current model";
+    const NEEDS_SPEED: bool = true;
+    const TABLES: &'static [&'static str] = &[];
+
+    fn made<G: Gains>(basis: Basis<T>, _: &Machine<f64>, _: &Rating, _: &G) -> Result<Self, G::Error> {
+        Ok(Self::new(basis))
     }
 }

@@ -24,6 +24,7 @@ use num_traits::Zero;
 use crate::basis::{Basis, Discretization, Watch};
 use crate::error::ObserverError;
 use crate::interface::{Estimate, Input, Observer};
+use crate::registry::{Gains, Named};
 use crate::tustin::step1;
 
 /// Gains as `im-design` gives them (`derdiyok`), with the options of practice; zero switches each off.
@@ -237,5 +238,25 @@ impl<T: Scalar> Observer<T> for Derdiyok<T> {
             *s = DerdiyokState::default();
         }
         estimate
+    }
+}
+
+impl<T: Scalar> Named<T> for Derdiyok<T> {
+    const NAME: &'static str = "derdiyok";
+    const TITLE: &'static str = "Derdiyok";
+    const TABLES: &'static [&'static str] = &["derdiyok", "sampled_derdiyok"];
+
+    fn made<G: Gains>(basis: Basis<T>, machine: &Machine<f64>, rating: &Rating, gains: &G) -> Result<Self, G::Error> {
+        let usual = DerdiyokGains::for_machine(machine, rating);
+        let given = match gains.table() {
+            None => usual,
+            Some(_) => DerdiyokGains {
+                nu0: gains.needed("nu0")?,
+                boundary_layer_a: gains.number("boundary_layer_a")?.unwrap_or(usual.boundary_layer_a),
+                filter_rad_s: gains.number("filter_rad_s")?.unwrap_or(usual.filter_rad_s),
+                anchor_per_s: gains.number("anchor_per_s")?.unwrap_or(usual.anchor_per_s),
+            },
+        };
+        Ok(Self::discretized(basis, given, gains.discretization())?)
     }
 }

@@ -7,7 +7,7 @@
 //!
 //! The correction is printed L_r(î − i) in the paper's summary; (2) needs L_r(i − î). L is affine in speed, L₀ + ω̂L₁: gain scheduling.
 //! As published the loop is unstable when regenerating at low frequency, without feedback for 0 < ω_e/(n_pω) < (R_s/σL_s)/(γ + η);
-//! [`KubotaGains::mended`] is the gain of `im-design` (`kubota_loop`) that is stable at every speed and load but at ω_e = 0.
+//! [`KubotaGains::stabilized`] is the gain of `im-design` (`kubota_loop`) that is stable at every speed and load but at ω_e = 0.
 //!
 //! **Step limits.** [`Discretization::Implicit`] keeps any continuous certificate of (A − LC) at every step (`tustin.rs`). What remains
 //! sampled is the proportional path: hK_P(n_pβ|λ|)² < 2. Forward Euler needs |1 + hs| ≤ 1 for the poles s of A − LC at every speed:
@@ -20,6 +20,7 @@ use num_traits::Zero;
 use crate::basis::{Basis, Discretization, Watch};
 use crate::error::{ObserverError, finite};
 use crate::interface::{Estimate, Input, Observer};
+use crate::registry::{Gains, Named};
 use crate::saturation::Electrical;
 use crate::tustin::{Flow, warped};
 
@@ -34,7 +35,7 @@ pub struct KubotaGains {
     pub proportional: f64,
     /// K_I, K_P's unit per s.
     pub integral: f64,
-    /// Current error |e| at which the feedback is faded to half, L/(1 + |e|²/fade²), A; 0 never fades. The mended gain is proven around the
+    /// Current error |e| at which the feedback is faded to half, L/(1 + |e|²/fade²), A; 0 never fades. The stabilized gain is proven around the
     /// machine; far from it, switched on to a running machine, it has equilibria of its own at ω̂ ≈ 0. Without feedback there are none.
     pub fade_a: f64,
 }
@@ -55,11 +56,11 @@ impl KubotaGains {
     }
 
     /// Stable at every speed and every load, for any K_P, K_I > 0, while ω_e ≠ 0:
-    /// l₁ = (−R_s/σL_s − l₂ + (η + jn_pω)/ρ)/β, l₂ = 0 (`im_design::kubota_loop::mended`). Smaller ρ is faster and noisier.
+    /// l₁ = (−R_s/σL_s − l₂ + (η + jn_pω)/ρ)/β, l₂ = 0 (`im_design::kubota_loop::stabilized`). Smaller ρ is faster and noisier.
     ///
     /// # Errors
     /// ρ that is not positive and finite.
-    pub fn mended(machine: &Machine<f64>, rho: f64, proportional: f64, integral: f64) -> Result<Self, ObserverError> {
+    pub fn stabilized(machine: &Machine<f64>, rho: f64, proportional: f64, integral: f64) -> Result<Self, ObserverError> {
         Bound::Positive.check("rho", rho)?;
         let p = machine.parameters();
         let c = p.windings().derived(machine.pole_pairs());
@@ -75,7 +76,7 @@ impl KubotaGains {
         })
     }
 
-    /// What to start from for a machine: the mended gain with ρ = 0.3 and a speed law of 400 rad/s, faded from a current
+    /// What to start from for a machine: the stabilized gain with ρ = 0.3 and a speed law of 400 rad/s, faded from a current
     /// error of 10 % of the locked-rotor current on.
     ///
     /// # Errors
@@ -85,7 +86,7 @@ impl KubotaGains {
         let c = machine.parameters().windings().derived(machine.pole_pairs());
         let omega_e = 2.0 * core::f64::consts::PI * rating.electrical_frequency_hz;
         let fade_a = 0.1 * rating.phase_voltage_peak_v / (omega_e * c.sigma_l_s);
-        Ok(Self { fade_a, ..Self::mended(machine, 0.3, proportional, integral)? })
+        Ok(Self { fade_a, ..Self::stabilized(machine, 0.3, proportional, integral)? })
     }
 
     /// The longest step at which forward Euler is stable with this gain for all speeds up to a mechanical one, s:
@@ -283,5 +284,27 @@ impl<T: Scalar> Observer<T> for Kubota<T> {
             *s = KubotaState::default();
         }
         estimate
+    }
+}
+
+impl<T: Scalar> Named<T> for Kubota<T> {
+    const NAME: &'static str = "kubota";
+    const TITLE: &'static str = "Kubota";
+    const TABLES: &'static [&'static str] = &["kubota_loop", "kubota", "sampled", "sampled_kubota_loop"];
+
+    fn made<G: Gains>(basis: Basis<T>, machine: &Machine<f64>, rating: &Rating, gains: &G) -> Result<Self, G::Error> {
+        let usual = KubotaGains::for_machine(machine, rating)?;
+        let given = match gains.table() {
+            None => usual,
+            Some(_) => KubotaGains {
+                gain: gains.rows("gain")?,
+                gain_per_speed: gains.rows("gain_per_speed")?,
+                // A table of the observer's gain alone leaves the speed law to the machine.
+                proportional: gains.number("proportional")?.unwrap_or(usual.proportional),
+                integral: gains.number("integral")?.unwrap_or(usual.integral),
+                fade_a: gains.number("fade_a")?.unwrap_or(0.0),
+            },
+        };
+        Ok(Self::discretized(basis, given, gains.discretization())?)
     }
 }

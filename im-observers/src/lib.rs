@@ -14,10 +14,10 @@
 //! | Observer | Estimates | Converges | Step limit |
 //! | --- | --- | --- | --- |
 //! | [`CurrentModel`] | flux, from a measured speed | always, at η | none |
-//! | [`Kubota`] | flux, speed | every load with [`KubotaGains::mended`], but at ω_e = 0 | hK_P(n_pβλ)² < 2 |
+//! | [`Kubota`] | flux, speed | every load with [`KubotaGains::stabilized`], but at ω_e = 0 | hK_P(n_pβλ)² < 2 |
 //! | [`Derdiyok`] | flux, speed, 1/T_r | current: ν₀ large enough; flux: with the anchor | none (implicit) |
 //! | [`Utkin`] | flux, speed | not proven; mapped in `docs/observers.md` | none (implicit) |
-//! | [`Thau`] | flux, speed | in a certified box with a designed gain; L = 0 with friction | hμn_pβλ²h < 1 |
+//! | [`Thau`] | flux, speed | in a certified box with a designed gain; L = 0 with friction | h²μn_pβλ² < 1 |
 //!
 //! Equations and sources stand at the head of each file; figures in `docs/observers.md`.
 //!
@@ -33,6 +33,7 @@ mod derdiyok;
 mod error;
 mod interface;
 mod kubota;
+mod registry;
 mod saturation;
 mod thau;
 mod tustin;
@@ -44,5 +45,6 @@ pub use derdiyok::{Derdiyok, DerdiyokGains, DerdiyokState};
 pub use error::ObserverError;
 pub use interface::{Estimate, Input, Observer, ObserverStatus};
 pub use kubota::{Kubota, KubotaGains, KubotaState};
+pub use registry::{Gains, NAMES, Named, StartingGains, Visit, each};
 pub use thau::{LoadTorqueModel, Thau, ThauBoxGains, ThauGains, ThauState};
 pub use utkin::{Utkin, UtkinGains, UtkinState};

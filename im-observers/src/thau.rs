@@ -13,9 +13,9 @@
 //! Designed gains: constant in the frame at rest (`im-design`, `thau`), or certified over a box of frame speed, slip and flux in the frame of the
 //! estimated flux, affine in its speed (`thau_box`). For negative frame speed the gain is mirrored, since the machine is.
 //!
-//! With a box gain the torque is that of the *measured* current, μ λ̂ × i, and cancels where it is the load torque. The certificate is for this loop: the error of
-//! its speed row is μ(λ̂ − λ) × i − (D/J)e_ω − L_ω e_i, or without the first term. The copy's μ λ̂ × î would add μ λ̂ × e_i, a gain on the q current error that
-//! grows with the flux and that no vertex of the box holds; what such a gain is good for is in the L_ω of the design.
+//! With a box gain the torque is μ λ̂ × i, with the *measured* current. The certificate is for this choice: the speed error then obeys
+//! ė_ω = μ(λ̂ − λ) × i − (D/J)e_ω − L_ω e_i, without the first term where the load torque equals the estimated torque. With the estimated current,
+//! μ λ̂ × î, there would be a further term μ λ̂ × e_i, which grows with the flux and is not in the vertices of the box. L_ω already holds the gain on e_i.
 //!
 //! **Forward Euler** takes everything at the beginning of the sample; with a box gain in the frame of the estimated flux, z⁺ = e^{jhω_f}(z + h(ż − jω_fz)), ω_f
 //! the speed at which the flux stays on the d axis: the step that `im_design::sampled::over_box` certifies, of a machine stepped alike. In this frame
@@ -26,12 +26,13 @@
 //! h²|L_ω|n_pβ|λ| < 1 (checked at the largest flux).
 
 use im_model::space_vector::{cross, j, norm2, turn};
-use im_model::{Bound, Complex, Scalar};
+use im_model::{Bound, Complex, Machine, Rating, Scalar};
 use num_traits::Zero;
 
 use crate::basis::{Basis, Discretization, Watch};
 use crate::error::{ObserverError, finite};
 use crate::interface::{Estimate, Input, Observer};
+use crate::registry::{Gains, Named};
 use crate::tustin::{Flow, warped};
 
 /// What the observer takes the load torque to be.
@@ -393,5 +394,33 @@ impl<T: Scalar> Observer<T> for Thau<T> {
             *s = ThauState::default();
         }
         estimate
+    }
+}
+
+impl<T: Scalar> Named<T> for Thau<T> {
+    const NAME: &'static str = "thau";
+    const TITLE: &'static str = "Thau";
+    const TABLES: &'static [&'static str] = &["thau_box", "sampled_thau_box", "thau", "sampled_thau"];
+
+    fn made<G: Gains>(basis: Basis<T>, _: &Machine<f64>, _: &Rating, gains: &G) -> Result<Self, G::Error> {
+        let proportional = gains.number("load_coefficient_nm_s_per_rad")?;
+        let load = |usual| {
+            proportional.map_or(usual, |coefficient_nm_s_per_rad| LoadTorqueModel::Proportional { coefficient_nm_s_per_rad })
+        };
+        Ok(match gains.table() {
+            None => Self::try_new(basis, ThauGains::published(), load(LoadTorqueModel::EqualToTorque))?,
+            Some(name) if name.ends_with("_box") => {
+                let given = ThauBoxGains {
+                    frame_rad_s: gains.range("frame_rad_s")?,
+                    gain: gains.rows("gain")?,
+                    gain_per_frame_speed: gains.rows("gain_per_frame_speed")?,
+                };
+                Self::in_box_discretized(basis, given, load(LoadTorqueModel::Balanced), gains.discretization())?
+            }
+            Some(_) => {
+                let given = ThauGains { gain: gains.rows("gain")? };
+                Self::discretized(basis, given, load(LoadTorqueModel::EqualToTorque), gains.discretization())?
+            }
+        })
     }
 }

@@ -18,6 +18,7 @@ use num_traits::Zero;
 use crate::basis::{Basis, Discretization, Watch};
 use crate::error::ObserverError;
 use crate::interface::{Estimate, Input, Observer};
+use crate::registry::{Gains, Named};
 use crate::tustin::{Flow, warped};
 
 /// Gains as `im-design` gives them (`utkin`), with the options of practice.
@@ -175,5 +176,24 @@ impl<T: Scalar> Observer<T> for Utkin<T> {
             *s = UtkinState::default();
         }
         estimate
+    }
+}
+
+impl<T: Scalar> Named<T> for Utkin<T> {
+    const NAME: &'static str = "utkin";
+    const TITLE: &'static str = "Utkin";
+    const TABLES: &'static [&'static str] = &["utkin", "sampled_utkin"];
+
+    fn made<G: Gains>(basis: Basis<T>, machine: &Machine<f64>, rating: &Rating, gains: &G) -> Result<Self, G::Error> {
+        let usual = UtkinGains::for_machine(machine, rating);
+        let given = match gains.table() {
+            None => usual,
+            Some(_) => UtkinGains {
+                omega0_rad_s: gains.needed("omega0_rad_s")?,
+                boundary_layer_avs: gains.number("boundary_layer_avs")?.unwrap_or(usual.boundary_layer_avs),
+                filter_rad_s: gains.number("filter_rad_s")?.unwrap_or(usual.filter_rad_s),
+            },
+        };
+        Ok(Self::discretized(basis, given, gains.discretization())?)
     }
 }

@@ -12,8 +12,9 @@ use im_control::{Drive, FieldOriented, FlyingStart, Jadot, Kenne, Mtpa};
 use im_identify::online::{
     Estimate as Identified, Follower, Identifier, KenneResistances, KenneRotorResistance, Sample, TimeScale, TimeVarying,
 };
+use im_model::Scalar;
 use im_model::simulation::{Command, Controller, Measured, Reference};
-use im_observers::{CurrentModel, Derdiyok, Estimate, Input, Kubota, Observer, Thau, Utkin};
+use im_observers::{Estimate, Input, Named, Visit, each};
 
 // The C runtime that calls `main`, and memcpy.
 #[link(name = "c")]
@@ -29,26 +30,22 @@ fn halt(_: &PanicInfo<'_>) -> ! {
     unsafe { a_step_that_can_panic_is_linked() }
 }
 
-macro_rules! observers {
-    ($($name:ident: $observer:ident<$t:ty>;)*) => {$(
+/// Asks the linker for the step of every observer that is registered.
+struct Asked;
+
+impl<T: Scalar> Visit<T> for Asked {
+    fn visit<O: Named<T> + 'static>(&mut self) {
         #[inline(never)]
-        fn $name(o: &$observer<$t>, x: &mut <$observer<$t> as Observer<$t>>::State, input: &Input<$t>) -> Estimate<$t> {
+        fn step<T: Scalar, O: Named<T>>(o: &O, x: &mut O::State, input: &Input<T>) -> Estimate<T> {
             o.step(x, input)
         }
-    )*
-        /// Asks the linker for them.
-        fn observers() {
-            $(black_box($name as *const ());)*
-        }
-    };
+        black_box(step::<T, O> as *const ());
+    }
 }
 
-observers! {
-    current_model_f32: CurrentModel<f32>; current_model_f64: CurrentModel<f64>;
-    kubota_f32: Kubota<f32>; kubota_f64: Kubota<f64>;
-    derdiyok_f32: Derdiyok<f32>; derdiyok_f64: Derdiyok<f64>;
-    utkin_f32: Utkin<f32>; utkin_f64: Utkin<f64>;
-    thau_f32: Thau<f32>; thau_f64: Thau<f64>;
+fn observers() {
+    each::<f32>(&mut Asked);
+    each::<f64>(&mut Asked);
 }
 
 macro_rules! identifiers {

@@ -3,10 +3,7 @@
 use im_model::machines::NamedMachine;
 use im_model::simulation::{Inverter, Load, Profile, Run, Scenario, Sensors, Simulation, Source, Start, VoltsPerHertz};
 use im_model::{Complex, Held, Machine, Rating, Recording};
-use im_observers::{
-    Basis, CurrentModel, Derdiyok, DerdiyokGains, Estimate, Input, Kubota, KubotaGains, LoadTorqueModel, Observer, Thau,
-    ThauGains, Utkin, UtkinGains,
-};
+use im_observers::{Basis, Estimate, Input, Named, Observer, StartingGains, Visit, each};
 
 pub type C = Complex<f64>;
 
@@ -169,16 +166,16 @@ impl Running {
     }
 }
 
-/// The five, from rest, with the gains one starts from.
-pub fn five(machine: &Machine<f64>, rating: &Rating, basis: Basis<f64>) -> Vec<Running> {
-    let kubota = KubotaGains::for_machine(machine, rating).expect("a valid machine");
-    let derdiyok = DerdiyokGains::for_machine(machine, rating);
-    let utkin = UtkinGains::for_machine(machine, rating);
-    vec![
-        Running::from_rest("current model", CurrentModel::new(basis)),
-        Running::from_rest("Kubota", Kubota::try_new(basis, kubota).expect("gains that fit")),
-        Running::from_rest("Derdiyok", Derdiyok::try_new(basis, derdiyok).expect("gains that fit")),
-        Running::from_rest("Utkin", Utkin::try_new(basis, utkin).expect("gains that fit")),
-        Running::from_rest("Thau", Thau::try_new(basis, ThauGains::published(), LoadTorqueModel::EqualToTorque).expect("fits")),
-    ]
+/// Every observer that is registered, from rest, with the gains one starts from.
+pub fn every_observer(machine: &Machine<f64>, rating: &Rating, basis: Basis<f64>) -> Vec<Running> {
+    struct All<'a>(&'a Machine<f64>, &'a Rating, Basis<f64>, Vec<Running>);
+    impl Visit<f64> for All<'_> {
+        fn visit<O: Named<f64> + 'static>(&mut self) {
+            let observer = O::made(self.2, self.0, self.1, &StartingGains).expect("gains that fit");
+            self.3.push(Running::from_rest(O::TITLE, observer));
+        }
+    }
+    let mut all = All(machine, rating, basis, Vec::new());
+    each(&mut all);
+    all.3
 }

@@ -2,18 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use im_model::MotorFile;
-use im_observers::{
-    Basis, Derdiyok, DerdiyokGains, Discretization, Kubota, KubotaGains, LoadTorqueModel, ObserverError, Thau, ThauBoxGains,
-    ThauGains, Utkin, UtkinGains,
-};
+use im_observers::{Gains, Named, ObserverError};
 
 use crate::failure::Failure;
-
-/// A file's tables, or none.
-pub struct Gains {
-    file: Option<(PathBuf, toml::Table)>,
-}
 
 /// Either the file is not as it should be, or the observer refuses what it says.
 pub enum Refused {
@@ -42,7 +33,12 @@ impl From<Failure> for Refused {
     }
 }
 
-impl Gains {
+/// A file's tables, or none.
+pub struct GainsFile {
+    file: Option<(PathBuf, toml::Table)>,
+}
+
+impl GainsFile {
     pub fn of(path: Option<&Path>) -> Result<Self, Failure> {
         let Some(path) = path else { return Ok(Self { file: None }) };
         let named = |what: String| Failure::Input(format!("{}: {what}", path.display()));
@@ -52,96 +48,71 @@ impl Gains {
         Ok(Self { file: Some((path.to_owned(), table)) })
     }
 
-    pub fn none_for(&self, who: &str) -> Result<(), Failure> {
-        match &self.file {
-            None => Ok(()),
-            Some((path, _)) => Err(Failure::Input(format!("{}: {who} has no gains; leave out --gains", path.display()))),
+    /// What the file has for an observer that samples at this time, s.
+    pub fn of_observer<O: Named<f64>>(&self, sample_time_s: f64, load_coefficient: Option<f64>) -> Result<Found<'_>, Failure> {
+        let Some((path, tables)) = &self.file else { return Ok(Found { table: None, load_coefficient }) };
+        let wrong = |what: String| Failure::Input(format!("{}: {what}", path.display()));
+        if O::TABLES.is_empty() {
+            return Err(wrong(format!("the {} has no gains; leave out --gains", O::TITLE)));
+        }
+        let found = O::TABLES.iter().find_map(|name| Some((*name, tables.get(*name)?.as_table()?)));
+        let (name, values) = found.ok_or_else(|| {
+            let present: Vec<&str> = tables.keys().map(String::as_str).collect();
+            wrong(format!("[{}] is missing; the file has {}", O::TABLES.join("] or ["), present.join(", ")))
+        })?;
+        let table = Table { path, name, values };
+        if name.starts_with("sampled") {
+            table.is_for(sample_time_s)?;
+        }
+        Ok(Found { table: Some(table), load_coefficient })
+    }
+}
+
+/// A table of a file, if there is one, and what the command line says beside it.
+pub struct Found<'a> {
+    table: Option<Table<'a>>,
+    load_coefficient: Option<f64>,
+}
+
+impl Found<'_> {
+    fn wrong<T>(&self, key: &str, expected: &str) -> Result<T, Refused> {
+        let place = self.table.as_ref().map_or_else(String::new, |t| format!("{}: {key} of [{}]", t.path.display(), t.name));
+        Err(Failure::Input(format!("{place} must be {expected}")).into())
+    }
+
+    fn get(&self, key: &str) -> Option<&toml::Value> {
+        self.table.as_ref()?.values.get(key)
+    }
+}
+
+impl Gains for Found<'_> {
+    type Error = Refused;
+
+    fn table(&self) -> Option<&str> {
+        self.table.as_ref().map(|t| t.name)
+    }
+
+    fn number(&self, key: &str) -> Result<Option<f64>, Refused> {
+        if let ("load_coefficient_nm_s_per_rad", Some(given)) = (key, self.load_coefficient) {
+            return Ok(Some(given));
+        }
+        match self.get(key) {
+            None => Ok(None),
+            Some(v) => float(v).map_or_else(|| self.wrong(key, "a number"), |x| Ok(Some(x))),
         }
     }
 
-    /// The first of some tables that the file has.
-    fn table(&self, names: &[&'static str]) -> Result<Option<Table<'_>>, Failure> {
-        let Some((path, tables)) = &self.file else { return Ok(None) };
-        let found = names.iter().find_map(|name| Some((*name, tables.get(*name)?.as_table()?)));
-        let (name, values) = found.ok_or_else(|| {
-            let present: Vec<&str> = tables.keys().map(String::as_str).collect();
-            let wanted = names.join("] or [");
-            Failure::Input(format!("{}: [{wanted}] is missing; the file has {}", path.display(), present.join(", ")))
-        })?;
-        Ok(Some(Table { path, name, values }))
+    fn needed(&self, key: &str) -> Result<f64, Refused> {
+        self.number(key)?.map_or_else(|| self.wrong(key, "given: a number"), Ok)
     }
 
-    pub fn kubota(&self, motor: &MotorFile, basis: Basis<f64>) -> Result<Kubota<f64>, Refused> {
-        let usual = KubotaGains::for_machine(&motor.machine, &motor.rating)?;
-        let table = self.table(&["kubota_loop", "kubota", "sampled", "sampled_kubota_loop"])?;
-        let rule = discretization(&table, &basis)?;
-        let gains = match table {
-            None => usual,
-            Some(t) => KubotaGains {
-                gain: t.matrix("gain")?,
-                gain_per_speed: t.matrix("gain_per_speed")?,
-                // A table of the observer's gain alone leaves the speed law to us.
-                proportional: t.number("proportional")?.unwrap_or(usual.proportional),
-                integral: t.number("integral")?.unwrap_or(usual.integral),
-                fade_a: t.number("fade_a")?.unwrap_or(0.0),
-            },
-        };
-        Ok(Kubota::discretized(basis, gains, rule)?)
+    fn range(&self, key: &str) -> Result<[f64; 2], Refused> {
+        self.get(key).and_then(pair).map_or_else(|| self.wrong(key, "two numbers, [lower, upper]"), Ok)
     }
 
-    pub fn derdiyok(&self, motor: &MotorFile, basis: Basis<f64>) -> Result<Derdiyok<f64>, Refused> {
-        let usual = DerdiyokGains::for_machine(&motor.machine, &motor.rating);
-        let table = self.table(&["derdiyok", "sampled_derdiyok"])?;
-        let rule = discretization(&table, &basis)?;
-        let gains = match table {
-            None => usual,
-            Some(t) => DerdiyokGains {
-                nu0: t.needed("nu0")?,
-                boundary_layer_a: t.number("boundary_layer_a")?.unwrap_or(usual.boundary_layer_a),
-                filter_rad_s: t.number("filter_rad_s")?.unwrap_or(usual.filter_rad_s),
-                anchor_per_s: t.number("anchor_per_s")?.unwrap_or(usual.anchor_per_s),
-            },
-        };
-        Ok(Derdiyok::discretized(basis, gains, rule)?)
-    }
-
-    pub fn utkin(&self, motor: &MotorFile, basis: Basis<f64>) -> Result<Utkin<f64>, Refused> {
-        let usual = UtkinGains::for_machine(&motor.machine, &motor.rating);
-        let table = self.table(&["utkin", "sampled_utkin"])?;
-        let rule = discretization(&table, &basis)?;
-        let gains = match table {
-            None => usual,
-            Some(t) => UtkinGains {
-                omega0_rad_s: t.needed("omega0_rad_s")?,
-                boundary_layer_avs: t.number("boundary_layer_avs")?.unwrap_or(usual.boundary_layer_avs),
-                filter_rad_s: t.number("filter_rad_s")?.unwrap_or(usual.filter_rad_s),
-            },
-        };
-        Ok(Utkin::discretized(basis, gains, rule)?)
-    }
-
-    pub fn thau(&self, basis: Basis<f64>, load_coefficient: Option<f64>) -> Result<Thau<f64>, Refused> {
-        let law = |other| match load_coefficient {
-            Some(coefficient_nm_s_per_rad) => LoadTorqueModel::Proportional { coefficient_nm_s_per_rad },
-            None => other,
-        };
-        let table = self.table(&["thau_box", "sampled_thau_box", "thau", "sampled_thau"])?;
-        let rule = discretization(&table, &basis)?;
-        Ok(match table {
-            None => Thau::try_new(basis, ThauGains::published(), law(LoadTorqueModel::EqualToTorque))?,
-            Some(t) if t.name.ends_with("_box") => {
-                let gains = ThauBoxGains {
-                    frame_rad_s: t.range("frame_rad_s")?,
-                    gain: t.matrix("gain")?,
-                    gain_per_frame_speed: t.matrix("gain_per_frame_speed")?,
-                };
-                Thau::in_box_discretized(basis, gains, law(LoadTorqueModel::Balanced), rule)?
-            }
-            Some(t) => {
-                let gains = ThauGains { gain: t.matrix("gain")? };
-                Thau::discretized(basis, gains, law(LoadTorqueModel::EqualToTorque), rule)?
-            }
-        })
+    fn rows<const R: usize>(&self, key: &str) -> Result<[[f64; 2]; R], Refused> {
+        let rows = |v: &toml::Value| v.as_array()?.iter().map(pair).collect::<Option<Vec<_>>>()?.try_into().ok();
+        self.get(key).and_then(rows).map_or_else(|| self.wrong(key, &format!("{R} rows of two numbers")), Ok)
     }
 }
 
@@ -157,19 +128,6 @@ fn proven(_: &str) -> Result<toml::Table, String> {
     Err("holds gains with their proof, which this build cannot check: it was made without the feature `design`".into())
 }
 
-/// Gains proven for forward Euler are stepped by it, at the period that they are proven for.
-fn discretization(table: &Option<Table<'_>>, basis: &Basis<f64>) -> Result<Discretization, Failure> {
-    let Some(t) = table.as_ref().filter(|t| t.name.starts_with("sampled")) else { return Ok(Discretization::Implicit) };
-    let (of_data, proven) = (basis.sample_time_s(), t.number("period_s")?);
-    match proven.filter(|h| (h / of_data - 1.0).abs() > 1e-3) {
-        Some(h) => Err(Failure::Input(format!(
-            "{}: proven for a sampling period of {h} s, the recording's is {of_data} s; design for that with --period {of_data}",
-            t.path.display()
-        ))),
-        None => Ok(Discretization::ForwardEuler),
-    }
-}
-
 /// A table with its place, for messages.
 struct Table<'a> {
     path: &'a Path,
@@ -177,33 +135,23 @@ struct Table<'a> {
     values: &'a toml::Table,
 }
 
+impl Table<'_> {
+    /// Gains proven for forward Euler are proven for one period.
+    fn is_for(&self, sample_time_s: f64) -> Result<(), Failure> {
+        match self.values.get("period_s").and_then(float).filter(|h| (h / sample_time_s - 1.0).abs() > 1e-3) {
+            Some(h) => Err(Failure::Input(format!(
+                "{}: proven for a sampling period of {h} s, the recording's is {sample_time_s} s; design for that with --period {sample_time_s}",
+                self.path.display()
+            ))),
+            None => Ok(()),
+        }
+    }
+}
+
 fn float(value: &toml::Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|x| x as f64))
 }
 
-impl Table<'_> {
-    fn wrong(&self, key: &str, expected: &str) -> Failure {
-        Failure::Input(format!("{}: {key} of [{}] must be {expected}", self.path.display(), self.name))
-    }
-
-    fn number(&self, key: &str) -> Result<Option<f64>, Failure> {
-        self.values.get(key).map(|v| float(v).ok_or_else(|| self.wrong(key, "a number"))).transpose()
-    }
-
-    fn needed(&self, key: &str) -> Result<f64, Failure> {
-        self.number(key)?.ok_or_else(|| self.wrong(key, "given: a number"))
-    }
-
-    fn range(&self, key: &str) -> Result<[f64; 2], Failure> {
-        let pair = |v: &toml::Value| v.as_array()?.iter().map(float).collect::<Option<Vec<_>>>()?.try_into().ok();
-        self.values.get(key).and_then(pair).ok_or_else(|| self.wrong(key, "two numbers, [lower, upper]"))
-    }
-
-    fn matrix<const R: usize>(&self, key: &str) -> Result<[[f64; 2]; R], Failure> {
-        let row = |v: &toml::Value| -> Option<[f64; 2]> {
-            v.as_array()?.iter().map(float).collect::<Option<Vec<_>>>()?.try_into().ok()
-        };
-        let rows = |v: &toml::Value| v.as_array()?.iter().map(row).collect::<Option<Vec<_>>>()?.try_into().ok();
-        self.values.get(key).and_then(rows).ok_or_else(|| self.wrong(key, &format!("{R} rows of two numbers")))
-    }
+fn pair(value: &toml::Value) -> Option<[f64; 2]> {
+    value.as_array()?.iter().map(float).collect::<Option<Vec<_>>>()?.try_into().ok()
 }

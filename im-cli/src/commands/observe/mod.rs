@@ -5,16 +5,17 @@ mod gains;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
+use clap::builder::PossibleValuesParser;
 use im_chart::{COLOURS, INK, Panel, Series, panels_with_marks, spans};
 use im_model::{Complex, MotorFile, Recording, write_atomically};
-use im_observers::{Basis, CurrentModel, Estimate, Input, Observer};
+use im_observers::{Basis, Estimate, Input, NAMES, Named, Observer, Visit, each};
 use serde_json::json;
 
 use super::inputs::Replayed;
 use crate::failure::Failure;
 use crate::output::Outputs;
 use crate::terminal::{rounded, stdout};
+use gains::{GainsFile, Refused};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -33,8 +34,8 @@ The observer sees voltage and current alone; the recorded speed is what it is co
 im compare; rows that its checks leave out are lost samples to the observer.")]
 pub struct Args {
     /// Which observer
-    #[arg(long, value_enum)]
-    observer: Which,
+    #[arg(long, value_parser = PossibleValuesParser::new(NAMES))]
+    observer: String,
     /// The machine as the observer knows it: a motor.toml
     #[arg(long, value_name = "FILE")]
     motor: PathBuf,
@@ -61,31 +62,9 @@ pub struct Args {
     json: bool,
 }
 
-/// The observers.
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum Which {
-    Kubota,
-    Derdiyok,
-    Utkin,
-    Thau,
-    CurrentModel,
-}
-
-impl Which {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Kubota => "kubota",
-            Self::Derdiyok => "derdiyok",
-            Self::Utkin => "utkin",
-            Self::Thau => "thau",
-            Self::CurrentModel => "current-model",
-        }
-    }
-}
-
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.load_coefficient.is_some() && args.observer != Which::Thau {
+    if args.load_coefficient.is_some() && args.observer != "thau" {
         return Err(Failure::Input("--load-coefficient is for --observer thau: the others know no load torque".into()));
     }
     if let Some(dir) = &args.out {
@@ -94,12 +73,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let motor = MotorFile::read(&args.motor)?;
     let data = Replayed::read(&args.data, args.mapping.as_deref(), &motor, args.out.as_deref())?;
-    if args.observer == Which::CurrentModel && !data.has_speed() {
-        return Err(Failure::Input(format!(
-            "{}: the current model needs a measured speed; choose another observer",
-            args.data.display()
-        )));
-    }
     let r = &data.recording;
     let refused = |e: im_observers::ObserverError| {
         let file = args.gains.as_deref().unwrap_or(&args.motor).display();
@@ -111,21 +84,46 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         basis = basis.with_saturation(&motor.machine);
         basis = basis.with_inverter(motor.machine.effects().inverter_nonlinearity).map_err(refused)?;
     }
-    let gains = gains::Gains::of(args.gains.as_deref())?;
-    let estimates = match args.observer {
-        Which::CurrentModel => {
-            gains.none_for("the current model")?;
-            over(r, &CurrentModel::new(basis))
-        }
-        Which::Kubota => over(r, &gains.kubota(&motor, basis).map_err(|e| e.or(refused))?),
-        Which::Derdiyok => over(r, &gains.derdiyok(&motor, basis).map_err(|e| e.or(refused))?),
-        Which::Utkin => over(r, &gains.utkin(&motor, basis).map_err(|e| e.or(refused))?),
-        Which::Thau => over(r, &gains.thau(basis, args.load_coefficient).map_err(|e| e.or(refused))?),
-    };
+    let gains = GainsFile::of(args.gains.as_deref())?;
+    let mut replay = Replay { args, motor: &motor, data: &data, basis, gains, estimates: None };
+    each(&mut replay);
+    let named = replay.estimates.expect("the argument is one of the names");
+    let estimates = named.map_err(|e| e.or(refused))?;
     if let Some(folder) = &args.out {
         write(folder, args, r, &estimates)?;
     }
     Ok(tell(args, &motor, &data, &estimates)?)
+}
+
+/// The recording through the observer that the arguments name.
+struct Replay<'a> {
+    args: &'a Args,
+    motor: &'a MotorFile,
+    data: &'a Replayed,
+    basis: Basis<f64>,
+    gains: GainsFile,
+    estimates: Option<Result<Vec<Estimate<f64>>, Refused>>,
+}
+
+impl Visit<f64> for Replay<'_> {
+    fn visit<O: Named<f64> + 'static>(&mut self) {
+        if O::NAME == self.args.observer {
+            self.estimates = Some(self.through::<O>());
+        }
+    }
+}
+
+impl Replay<'_> {
+    fn through<O: Named<f64>>(&self) -> Result<Vec<Estimate<f64>>, Refused> {
+        if O::NEEDS_SPEED && !self.data.has_speed() {
+            let file = self.args.data.display();
+            return Err(
+                Failure::Input(format!("{file}: the {} needs a measured speed; choose another observer", O::TITLE)).into()
+            );
+        }
+        let gains = self.gains.of_observer::<O>(self.basis.sample_time_s(), self.args.load_coefficient)?;
+        Ok(over(&self.data.recording, &O::made(self.basis, &self.motor.machine, &self.motor.rating, &gains)?))
+    }
 }
 
 fn over<O: Observer<f64>>(r: &Recording, observer: &O) -> Vec<Estimate<f64>> {
@@ -155,7 +153,7 @@ fn tell(args: &Args, motor: &MotorFile, data: &Replayed, estimates: &[Estimate<f
         let pair = |e: Option<[f64; 2]>| e.map(|[mean, rms]| json!({"mean": mean, "rms": rms}));
         let summary = json!({
             "schema": 1,
-            "observer": args.observer.name(),
+            "observer": args.observer,
             "machine": motor.name,
             "rows": r.len(),
             "sample_time_s": r.sample_time_s,
@@ -177,7 +175,7 @@ fn tell(args: &Args, motor: &MotorFile, data: &Replayed, estimates: &[Estimate<f
         "{}: {} rows through {}, valid {begun}, {} % of rows",
         args.data.display(),
         r.len(),
-        args.observer.name(),
+        args.observer,
         rounded(100.0 * share)
     )?;
     for (name, e) in [("where valid", whole), ("second half", end)] {
@@ -221,7 +219,7 @@ fn write(folder: &Path, args: &Args, r: &Recording, estimates: &[Estimate<f64>])
     let recorded = Series::line("recorded", points(&|k| r.omega_m[k])).coloured(INK);
     let estimated = Series::line("estimated", points(&|k| estimates[k].omega_m)).coloured(COLOURS[1]);
     let invalid = spans((0..r.len()).map(|k| r.time_s(k)), |k| !estimates[k].status.is_valid());
-    let title = format!("{}: the speed as {} has it", r.name, args.observer.name());
+    let title = format!("{}: the speed as {} has it", r.name, args.observer);
     let panel = Panel::new("speed, rad/s:", [recorded, estimated]).tall(240.0);
     let svg = panels_with_marks(&title, "time, s", &[panel], "not valid", &invalid);
     Ok(write_atomically(&folder.join("speed.svg"), |out| out.write_all(svg.as_bytes()))?)

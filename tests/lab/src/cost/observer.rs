@@ -82,21 +82,26 @@ fn thau_box<T: Scalar>() -> Result<Thau<T>, ObserverError> {
     Thau::in_box(basis(), gains, LoadTorqueModel::Balanced)
 }
 
-fn each<T: Scalar + 'static>() -> Vec<Cost> {
-    let rating = &MOTULATOR_2_2_KW.rating;
+/// Every observer that is registered, with the gains one starts from.
+struct Registered(Vec<Cost>);
+
+impl<T: Scalar> Visit<T> for Registered {
+    fn visit<O: Named<T> + 'static>(&mut self) {
+        let made = || O::made(basis(), &machine(), &MOTULATOR_2_2_KW.rating, &StartingGains);
+        self.0.push(cost::<T, O>(&O::NAME.replace('-', "_"), made));
+    }
+}
+
+fn every<T: Scalar>() -> Vec<Cost> {
     let plain = || KubotaGains { gain: [[0.0; 2]; 4], gain_per_speed: [[0.0; 2]; 4], ..kubota_gains() };
-    vec![
-        cost::<T, _>("current_model", || Ok(CurrentModel::new(basis()))),
-        cost::<T, _>("kubota", || Kubota::try_new(basis(), kubota_gains())),
-        cost::<T, _>("kubota_euler", move || Kubota::discretized(basis(), plain(), Discretization::ForwardEuler)),
-        cost::<T, _>("kubota_full", kubota_full),
-        cost::<T, _>("derdiyok", move || Derdiyok::try_new(basis(), DerdiyokGains::for_machine(&machine(), rating))),
-        cost::<T, _>("utkin", move || Utkin::try_new(basis(), UtkinGains::for_machine(&machine(), rating))),
-        cost::<T, _>("thau", || Thau::try_new(basis(), ThauGains::published(), LoadTorqueModel::EqualToTorque)),
-        cost::<T, _>("thau_box", thau_box),
-    ]
+    let mut all = Registered(Vec::new());
+    each::<T>(&mut all);
+    all.0.push(cost::<T, _>("kubota_euler", move || Kubota::discretized(basis(), plain(), Discretization::ForwardEuler)));
+    all.0.push(cost::<T, _>("kubota_full", kubota_full));
+    all.0.push(cost::<T, _>("thau_box", thau_box));
+    all.0
 }
 
 pub fn costs() -> Vec<Cost> {
-    each::<f32>().into_iter().chain(each::<f64>()).collect()
+    every::<f32>().into_iter().chain(every::<f64>()).collect()
 }

@@ -1,6 +1,6 @@
 //! Bad input: the state stays finite, the estimate says that it is not valid, and good samples bring it back.
 
-use im_lab::observation::{C, Truth, basis, five, machine, volts_per_hertz};
+use im_lab::observation::{C, Truth, basis, every_observer, machine, volts_per_hertz};
 use im_model::machines::{JADOT_TABLE_I, MOTULATOR_2_2_KW};
 use im_observers::{Estimate, Input, ObserverStatus};
 use proptest::prelude::*;
@@ -30,7 +30,7 @@ fn a_fault_is_named_and_good_samples_bring_the_estimate_back() {
         ("saturated voltage", |x| Input { u_s: x.u_s * 2.0, ..*x }, ObserverStatus::VOLTAGE_LIMITED),
     ];
     for (fault, spoil, reason) in faults {
-        for mut observer in five(&machine(&m), &m.rating, basis(&m, 1e-4)) {
+        for mut observer in every_observer(&machine(&m), &m.rating, basis(&m, 1e-4)) {
             let name = observer.name;
             // Ten bad samples at 2 s.
             let bad = truth.at(2.0)..truth.at(2.0) + 10;
@@ -58,7 +58,7 @@ fn a_fault_is_named_and_good_samples_bring_the_estimate_back() {
 fn a_voltage_that_is_not_believed_leaves_the_flux_turning() {
     let truth = running();
     let m = JADOT_TABLE_I;
-    for mut observer in five(&machine(&m), &m.rating, basis(&m, 1e-4)).into_iter().filter(|o| o.name == "Derdiyok") {
+    for mut observer in every_observer(&machine(&m), &m.rating, basis(&m, 1e-4)).into_iter().filter(|o| o.name == "Derdiyok") {
         let bad = truth.at(2.0)..truth.at(2.0) + 10;
         for k in 0..bad.end {
             let good = truth.input(k);
@@ -75,7 +75,7 @@ fn a_voltage_that_is_not_believed_leaves_the_flux_turning() {
 #[test]
 fn without_flux_nothing_is_claimed() {
     let m = MOTULATOR_2_2_KW;
-    for mut observer in five(&machine(&m), &m.rating, basis(&m, 1e-4)) {
+    for mut observer in every_observer(&machine(&m), &m.rating, basis(&m, 1e-4)) {
         for _ in 0..2000 {
             let e = observer.step(&Input::new(C::new(0.0, 0.0), C::new(0.0, 0.0)).with_speed(0.0));
             assert!(finite(&e) && e.status.contains(ObserverStatus::FLUX_LOW), "{}: {e:?}", observer.name);
@@ -87,7 +87,7 @@ fn without_flux_nothing_is_claimed() {
 fn the_current_model_says_when_it_has_no_speed() {
     let truth = running();
     let m = JADOT_TABLE_I;
-    let mut observer = five(&machine(&m), &m.rating, basis(&m, 1e-4)).remove(0);
+    let mut observer = every_observer(&machine(&m), &m.rating, basis(&m, 1e-4)).remove(0);
     for k in 0..truth.len() {
         let with = truth.input(k);
         let e = observer.step(&Input { omega_m: if k % 2 == 0 { None } else { Some(f64::NAN) }, ..with });
@@ -115,7 +115,7 @@ proptest! {
     #[test]
     fn whatever_comes_in_the_state_stays_finite(garbage in prop::collection::vec((number(), number(), number(), number(), number()), 200)) {
         let m = JADOT_TABLE_I;
-        for mut observer in five(&machine(&m), &m.rating, basis(&m, 1e-4)) {
+        for mut observer in every_observer(&machine(&m), &m.rating, basis(&m, 1e-4)) {
             for &(a, b, c, d, w) in &garbage {
                 let e = observer.step(&Input::new(C::new(a, b), C::new(c, d)).with_speed(w));
                 prop_assert!(finite(&e), "{}: {e:?}", observer.name);
@@ -128,7 +128,7 @@ proptest! {
 fn after_garbage_the_machine_is_found_again() {
     let truth = running();
     let m = JADOT_TABLE_I;
-    for mut observer in five(&machine(&m), &m.rating, basis(&m, 1e-4)) {
+    for mut observer in every_observer(&machine(&m), &m.rating, basis(&m, 1e-4)) {
         let name = observer.name;
         for k in 0..truth.len() {
             // Tenth of a second of nonsense at 1.2 s.

@@ -1,6 +1,6 @@
 //! What one starts from follows from the rating, and an estimate's status from its own numbers.
 
-use im_lab::observation::{C, Truth, basis, five, held, machine, rms, volts_per_hertz};
+use im_lab::observation::{C, Truth, basis, every_observer, held, machine, rms, volts_per_hertz};
 use im_model::machines::{ALL, JADOT_TABLE_I, KWON_TABLE_IV, NamedMachine};
 use im_model::space_vector::cross;
 use im_observers::*;
@@ -112,7 +112,7 @@ fn the_status_says_what_the_numbers_say() {
     let c = machine(&m).parameters().windings().derived(m.pole_pairs);
     // Narrow ones, so that every bound is passed from both sides: rated flux is reached at the end only, residuals are a few mA.
     let limits = Limits { flux_min_vs: 0.5, residual_max_a: 0.02, settling_s: 0.0123, ..Limits::of(&machine(&m), &m.rating) };
-    for mut o in five(&machine(&m), &m.rating, basis(&m, H).with_limits(limits).unwrap()) {
+    for mut o in every_observer(&machine(&m), &m.rating, basis(&m, H).with_limits(limits).unwrap()) {
         let (mut low, mut large, mut good) = (0, 0, 0u32);
         for k in 0..truth.len() {
             let input = truth.input(k);
@@ -159,7 +159,7 @@ fn nothing_in_nothing_out() {
     let derdiyok = DerdiyokGains { boundary_layer_a: 0.0, ..DerdiyokGains::for_machine(&machine(&m), &m.rating) };
     let utkin = UtkinGains { boundary_layer_avs: 0.0, ..UtkinGains::for_machine(&machine(&m), &m.rating) };
     let euler = Discretization::ForwardEuler;
-    let mut all = five(&machine(&m), &m.rating, b);
+    let mut all = every_observer(&machine(&m), &m.rating, b);
     all.push(im_lab::observation::Running::from_rest("Derdiyok, Euler", Derdiyok::discretized(b, derdiyok, euler).unwrap()));
     all.push(im_lab::observation::Running::from_rest("Utkin, Euler", Utkin::discretized(b, utkin, euler).unwrap()));
     let zero = C::new(0.0, 0.0);

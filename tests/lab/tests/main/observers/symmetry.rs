@@ -1,6 +1,6 @@
 //! What an observer owes to the machine's symmetry: it has no preferred direction of rotation, and no preferred axis.
 
-use im_lab::observation::{Running, Truth, basis, five, held, machine, volts_per_hertz};
+use im_lab::observation::{Running, Truth, basis, every_observer, held, machine, volts_per_hertz};
 use im_model::machines::{JADOT_TABLE_I, NamedMachine};
 use im_model::space_vector::unit;
 use im_observers::*;
@@ -17,10 +17,10 @@ fn boxed() -> ThauBoxGains {
     }
 }
 
-/// The five with what one starts from, and those with options that see more of the input.
+/// The every_observer with what one starts from, and those with options that see more of the input.
 fn all(b: Basis<f64>) -> Vec<Running> {
     let (machine, rating) = (machine(&M), &M.rating);
-    let mut all = five(&machine, rating, b);
+    let mut all = every_observer(&machine, rating, b);
     let (p, i) = KubotaGains::speed_law(&machine, rating, 100.0);
     let euler = Kubota::discretized(b, KubotaGains::without_feedback(p, i), Discretization::ForwardEuler);
     all.push(Running::from_rest("Kubota, Euler", euler.unwrap()));
