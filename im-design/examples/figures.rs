@@ -2,7 +2,7 @@
 
 use im_design::certificate::Design;
 use im_design::kubota::{KubotaRequest, best_rate, closed_form, least_norm};
-use im_design::kubota_loop::{certify, mended, no_feedback, unstable_fraction};
+use im_design::kubota_loop::{certify, no_feedback, stabilized, unstable_fraction};
 use im_design::machine::Constants;
 use im_design::mtpa::{Aqdm, CurrentLaw, LogLaw, SlipLaw, for_torque, laws};
 use im_design::request::{Kind, Period, design_sampled};
@@ -107,15 +107,15 @@ fn loop_figures() -> Result<(), DesignError> {
         unstable_fraction(&plant.constants())
     );
     let (speeds, slips) = ([5.0, 10.0, 20.0, 40.0, 80.0], [-24.0, -16.0, -12.0, -8.0, -4.0, 4.0, 12.0]);
-    let mending = mended(plant, 0.2, 0.0, 0.05, 20.0)?;
-    for (name, gains) in [("no feedback", no_feedback(0.05, 20.0)), ("mended, rho = 0.2", mending.clone())] {
+    let stabilizing = stabilized(plant, 0.2, 0.0, 0.05, 20.0)?;
+    for (name, gains) in [("no feedback", no_feedback(0.05, 20.0)), ("stabilized, rho = 0.2", stabilizing.clone())] {
         println!("{name}: speed rad/s \\ slip rad/s {slips:?}");
         for (speed, row) in speeds.iter().zip(gains.map(plant, &speeds, &slips, 0.9)) {
             println!("{speed} | {}", row.iter().map(|d| format!("{d:.2}")).collect::<Vec<_>>().join(" | "));
         }
     }
     for (speed, slip) in [([5.0, 10.0], [-8.0, -2.0]), ([10.0, 40.0], [-15.0, 15.0])] {
-        match certify(plant, &mending, speed, slip, 0.9, 6) {
+        match certify(plant, &stabilizing, speed, slip, 0.9, 6) {
             Ok((d, _)) => println!("certified: speed {speed:?}, slip {slip:?} in {} cells", d.cells.len()),
             Err(e) => println!("{e}"),
         }

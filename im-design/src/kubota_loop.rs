@@ -17,6 +17,7 @@
 //!   In time domain V = |e_i|² + ρ|e_i + βe_λ|² obeys V̇ = −2D|e_i|², and Δω enters e_i only, so that V + Δω²/α needs no
 //!   assumption (5), λ_aλ̂_b = λ̂_aλ_b.
 
+use crate::cells::{covered, halve};
 use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, not_negative, ordered, positive};
 use crate::exact::Field;
@@ -26,7 +27,6 @@ use crate::linalg;
 use crate::machine::Constants;
 use crate::matrix::Matrix;
 use crate::model;
-use crate::tiles::{halve, tiled};
 use serde::{Deserialize, Serialize};
 
 /// The gains of the adaptive observer.
@@ -59,11 +59,11 @@ pub fn no_feedback(proportional: f64, integral: f64) -> LoopGains {
     LoopGains { gain: Matrix::zeros(4, 2), gain_per_speed: Matrix::zeros(4, 2), proportional, integral }
 }
 
-/// The mending gain for ρ > 0 and l₂ (1/s, above −γ − η).
+/// The stabilizing gain for ρ > 0 and l₂ (1/s, above −γ − η).
 ///
 /// # Errors
 /// ρ or l₂ out of range.
-pub fn mended(plant: DesignModel, rho: f64, l2: f64, proportional: f64, integral: f64) -> Result<LoopGains, DesignError> {
+pub fn stabilized(plant: DesignModel, rho: f64, l2: f64, proportional: f64, integral: f64) -> Result<LoopGains, DesignError> {
     let c = plant.constants::<f64>();
     if !(rho > 0.0 && rho.is_finite() && l2 > -c.gamma - c.eta && l2.is_finite()) {
         let least = -c.gamma - c.eta;
@@ -151,7 +151,7 @@ pub struct LoopDesign {
     pub slip_rad_s: [f64; 2],
     /// The gains.
     pub gains: LoopGains,
-    /// Cells that tile the region.
+    /// Cells that cover the region.
     pub cells: Vec<Cell>,
 }
 
@@ -163,7 +163,7 @@ fn corners(speed: [f64; 2], slip: [f64; 2], flux_vs: f64) -> [Point; 4] {
 impl Claim for LoopDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
         let cells: Vec<_> = self.cells.iter().map(|cell| [cell.speed_rad_s, cell.slip_rad_s]).collect();
-        tiled::<F>(&cells, [self.speed_rad_s, self.slip_rad_s])?;
+        covered::<F>(&cells, [self.speed_rad_s, self.slip_rad_s])?;
         let mut obligations = Vec::new();
         for (k, cell) in self.cells.iter().enumerate() {
             if (cell.p.rows(), cell.p.cols()) != (5, 5) {
@@ -197,12 +197,12 @@ pub fn certify(
 ) -> Result<(LoopDesign, Certificate), DesignError> {
     validate(gains, speed_rad_s, slip_rad_s, flux_vs)?;
     let c = plant.constants::<f64>();
-    let cells = match tile(&c, gains, speed_rad_s, slip_rad_s, flux_vs, depth) {
+    let cells = match in_cells(&c, gains, speed_rad_s, slip_rad_s, flux_vs, depth) {
         Ok(cells) => cells,
         Err(unproven) => {
             let part = |share| (shrunk(speed_rad_s, share), shrunk(slip_rad_s, share));
             // Coarser cells answer sooner, and what they prove is proven.
-            let works = |share| tile(&c, gains, part(share).0, part(share).1, flux_vs, depth.min(2)).is_ok();
+            let works = |share| in_cells(&c, gains, part(share).0, part(share).1, flux_vs, depth.min(2)).is_ok();
             return Err(DesignError::Infeasible {
                 constraint: unproven.describe(&c),
                 feasible: match largest_share(works) {
@@ -210,7 +210,7 @@ pub fn certify(
                         let (speed, slip) = part(share);
                         format!("speeds of {} rad/s with slips of {} rad/s", range(speed), range(slip))
                     }
-                    None => "another centre of the region, away from zero stator frequency, or the mending gain".into(),
+                    None => "another centre of the region, away from zero stator frequency, or the stabilizing gain".into(),
                 },
             });
         }
@@ -258,7 +258,7 @@ pub(crate) fn scales(c: &Constants<f64>, gains: &LoopGains, flux_vs: f64) -> Mat
 }
 
 /// Cells, each with its P.
-fn tile(
+fn in_cells(
     c: &Constants<f64>,
     gains: &LoopGains,
     speed_rad_s: [f64; 2],
@@ -318,10 +318,10 @@ mod tests {
     }
 
     #[test]
-    fn mended_loop_is_stable_everywhere_but_at_zero_frequency() {
+    fn stabilized_loop_is_stable_everywhere_but_at_zero_frequency() {
         for (proportional, integral) in [(0.0, 0.1), (0.01, 1.0), (0.5, 50.0), (50.0, 5000.0)] {
             for rho in [0.05, 1.0, 20.0] {
-                let gains = mended(plant(), rho, 0.0, proportional, integral).unwrap();
+                let gains = stabilized(plant(), rho, 0.0, proportional, integral).unwrap();
                 for speed in [-150.0, -20.0, -1.0, 0.0, 3.0, 50.0, 150.0] {
                     for frequency in [-300.0, -40.0, -3.0, -0.5, 0.5, 3.0, 40.0, 300.0] {
                         let decay = gains.decay(plant(), point(speed, frequency));
@@ -336,7 +336,7 @@ mod tests {
     fn a_regenerating_region_is_certified_after_mending_only() {
         // Low speed, regenerating: speed 5..10 rad/s, slip −8..−2 rad/s.
         let (speed, slip) = ([5.0, 10.0], [-8.0, -2.0]);
-        let gains = mended(plant(), 0.2, 0.0, 0.05, 20.0).unwrap();
+        let gains = stabilized(plant(), 0.2, 0.0, 0.05, 20.0).unwrap();
         let (design, certificate) = certify(plant(), &gains, speed, slip, 0.9, 4).unwrap();
         certificate.check().unwrap();
         assert!(!design.cells.is_empty());

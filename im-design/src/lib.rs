@@ -24,6 +24,7 @@
 //! | `pure-lapack` | yes | BLAS and LAPACK for the solver in Rust alone: cargo and a C linker build it |
 //! | `system-lapack` | no | the system's BLAS and LAPACK instead, whatever `pure-lapack` says |
 
+mod cells;
 pub mod certificate;
 pub mod error;
 pub mod exact;
@@ -45,7 +46,6 @@ pub mod sampled;
 pub mod sliding;
 pub mod thau;
 pub mod thau_box;
-mod tiles;
 
 pub use certificate::{Certificate, DesignModel};
 pub use error::DesignError;

@@ -151,7 +151,7 @@ mod tests {
             prop_assert!((got - exact).norm() <= 0.02 * angle.powi(5) * (x.norm() + b.norm() / omega) + 1e-12);
         }
 
-        /// von Neumann: a dissipative M contracts at any step. In the norm |e_i|² + ρ|e_i + βe_λ|² of the mended gain.
+        /// von Neumann: a dissipative M contracts at any step. In the norm |e_i|² + ρ|e_i + βe_λ|² of the stabilized gain.
         #[test]
         fn a_contraction_at_every_step(eta in 0.1..20.0f64, w in -1000.0..1000.0f64, rho in 0.05..2.0f64, beta in 1.0..200.0f64, gamma in 1.0..500.0f64,
             x in complex(1.0), y in complex(10.0), exponent in -6.0..1.0f64,

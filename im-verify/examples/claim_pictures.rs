@@ -17,7 +17,7 @@ type Picture = (u32, &'static str, &'static str, Option<(u32, &'static str)>);
 
 const PICTURES: [Picture; 21] = [
     (3, "flux_error_angle_rad", "angle of the flux error against the flux, rad", None),
-    (6, "slip_share", "slip over rated slip", Some((7, "with the mended gain"))),
+    (6, "slip_share", "slip over rated slip", Some((7, "with the stabilized gain"))),
     (12, "speed_share", "speed over rated speed", Some((13, "with the anchor"))),
     (16, "slip_share", "slip over rated slip", None),
     (19, "flux_share", "flux over rated flux", None),
@@ -83,7 +83,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(&folder)?;
     let all = claims::all();
     let of = |number: u32| all.iter().find(|c| c.number == number).ok_or(format!("there is no claim {number}"));
-    for (number, name, label, mended) in PICTURES {
+    for (number, name, label, stabilized) in PICTURES {
         let claim = of(number)?;
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/counterexamples/{number:02}-{}.toml", claim.name));
         let (_, point, machines) = case_file::from_text(&std::fs::read_to_string(file)?, &all, None)?;
@@ -94,8 +94,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             _ => 120,
         };
         let mut series = vec![Series::line(format!("claim {number}"), curve(claim, variable, &point, &machines, points))];
-        if let Some((mended, how)) = mended {
-            series.push(Series::line(format!("claim {mended}, {how}"), curve(of(mended)?, variable, &point, &machines, points)));
+        if let Some((stabilized, how)) = stabilized {
+            series.push(Series::line(
+                format!("claim {stabilized}, {how}"),
+                curve(of(stabilized)?, variable, &point, &machines, points),
+            ));
         }
         series.push(Series::line("allowed", [(variable.low, 1.0), (variable.high, 1.0)]));
         let (y_label, range) = scaled(&mut series);

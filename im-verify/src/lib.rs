@@ -8,7 +8,7 @@
 //! * [`properties`]: the same properties for a user's own observer or controller, written against the traits of `im-observers` and
 //!   `im-model`; `examples/verify_my_observer.rs` shows it.
 //!
-//! Claims drive the code of the other crates wherever there is code for what is claimed: what they find is about that code too.
+//! Where a crate of the workspace implements what is claimed, the property runs that code, so that it tests the code as well as the claim.
 
 pub mod case_file;
 pub mod claims;

@@ -11,7 +11,10 @@ use crate::{Problem, commands, links};
 
 /// The order of the pages beside each one; those that are not named here come last.
 const GROUPS: [(&str, &[&str]); 5] = [
-    ("Begin", &["README.md", "docs/walkthrough.md", "docs/gallery.md", "docs/program.md"]),
+    (
+        "Begin",
+        &["README.md", "docs/walkthrough.md", "docs/gallery.md", "docs/program.md", "docs/architecture.md", "docs/glossary.md"],
+    ),
     ("The machine", &["docs/conventions.md", "docs/model.md", "docs/effects.md"]),
     ("Measurements", &["docs/recordings.md", "docs/diagnosis.md"]),
     ("Drives", &["docs/observers.md", "docs/controllers.md", "docs/identifiers.md", "docs/design.md"]),

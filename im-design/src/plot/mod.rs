@@ -80,12 +80,12 @@ mod tests {
     use super::*;
     use crate::LinearMachine;
     use crate::kubota::{KubotaRequest, closed_form};
-    use crate::kubota_loop::{certify, mended, no_feedback};
+    use crate::kubota_loop::{certify, no_feedback, stabilized};
 
     #[test]
     fn pictures_are_closed_and_show_both_colours() {
         let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
-        let gains = mended(plant, 0.2, 0.0, 0.05, 20.0).unwrap();
+        let gains = stabilized(plant, 0.2, 0.0, 0.05, 20.0).unwrap();
         let region = [[5.0, 10.0], [-8.0, -2.0]];
         let (design, _) = certify(plant, &gains, region[0], region[1], 0.9, 4).unwrap();
         let cells: Vec<_> = design.cells.iter().map(|cell| [cell.speed_rad_s, cell.slip_rad_s]).collect();

@@ -28,7 +28,7 @@ pub enum Kind {
     ThauBox,
     /// `kubota`: [`kubota::least_norm`]; region: [`KubotaFile`].
     Kubota,
-    /// `kubota-loop`: [`kubota_loop::mended`] and [`kubota_loop::certify`]; region: [`LoopRequest`].
+    /// `kubota-loop`: [`kubota_loop::stabilized`] and [`kubota_loop::certify`]; region: [`LoopRequest`].
     KubotaLoop,
     /// `derdiyok`: [`sliding::derdiyok`]; region: [`DerdiyokRequest`].
     Derdiyok,
@@ -118,7 +118,7 @@ pub fn design(kind: Kind, plant: DesignModel, region: &str) -> Result<Certificat
         }
         Kind::KubotaLoop => {
             let r: LoopRequest = read(region)?;
-            let gains = kubota_loop::mended(plant, r.rho, r.l2_per_s, r.proportional, r.integral)?;
+            let gains = kubota_loop::stabilized(plant, r.rho, r.l2_per_s, r.proportional, r.integral)?;
             kubota_loop::certify(plant, &gains, r.speed_rad_s, r.slip_rad_s, r.flux_vs, r.depth).map(|d| d.1)
         }
         Kind::Derdiyok => {
@@ -219,7 +219,7 @@ pub fn design_sampled(kind: Kind, plant: DesignModel, region: &str, period: Peri
         }
         Kind::KubotaLoop => {
             let r: LoopRequest = read(region)?;
-            let gains = kubota_loop::mended(plant, r.rho, r.l2_per_s, r.proportional, r.integral)?;
+            let gains = kubota_loop::stabilized(plant, r.rho, r.l2_per_s, r.proportional, r.integral)?;
             sampled::adaptive(plant, &gains, r.speed_rad_s, r.slip_rad_s, r.flux_vs, r.depth, r.rate_per_s, at).map(|d| d.1)
         }
         Kind::Kenne => {

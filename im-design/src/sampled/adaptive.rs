@@ -23,6 +23,7 @@
 //! in the direction of ω_e; the cells cover that.
 
 use super::{longest_from, no_period};
+use crate::cells::{covered, halve};
 use crate::certificate::{Certificate, Claim, DesignModel, Obligation, decide};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
@@ -31,7 +32,6 @@ use crate::linalg;
 use crate::lmi::{Affine, Problem};
 use crate::machine::Constants;
 use crate::matrix::Matrix;
-use crate::tiles::{halve, tiled};
 use serde::{Deserialize, Serialize};
 
 /// A cell of operating points with its proof.
@@ -66,7 +66,7 @@ pub struct SampledLoopDesign {
     pub gains: LoopGains,
     /// What the sampled slips of the region lie in, electrical rad/s.
     pub sampled_slip_rad_s: [f64; 2],
-    /// Cells that tile speeds and sampled slips.
+    /// Cells that cover speeds and sampled slips.
     pub cells: Vec<SampledCell>,
 }
 
@@ -95,7 +95,7 @@ fn vertices(speed: [f64; 2], slip: [f64; 2]) -> impl Iterator<Item = [f64; 3]> {
 impl Claim for SampledLoopDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
         let cells: Vec<_> = self.cells.iter().map(|cell| [cell.speed_rad_s, cell.sampled_slip_rad_s]).collect();
-        tiled::<F>(&cells, [self.speed_rad_s, self.sampled_slip_rad_s])?;
+        covered::<F>(&cells, [self.speed_rad_s, self.sampled_slip_rad_s])?;
         let f = F::from_f64;
         let h = f(self.period_s);
         let [less, room, more] = slip_room(c, self);
@@ -242,7 +242,7 @@ pub fn adaptive(
     validate(gains, speed_rad_s, slip_rad_s, flux_vs)?;
     positive("rate_per_s", rate_per_s)?;
     let c = plant.constants::<f64>();
-    let tiles = |h: f64| -> Option<SampledLoopDesign> {
+    let certified = |h: f64| -> Option<SampledLoopDesign> {
         let mut d = SampledLoopDesign {
             flux_vs,
             speed_rad_s,
@@ -266,15 +266,15 @@ pub fn adaptive(
     let found = match period_s {
         Some(h) => {
             positive("period_s", h)?;
-            tiles(h).ok_or_else(|| DesignError::Infeasible {
+            certified(h).ok_or_else(|| DesignError::Infeasible {
                 constraint: format!("{rate_per_s} 1/s in every cell, sampled every {h} s"),
-                feasible: match longest_from(1e-3 * most, h.min(most), tiles) {
+                feasible: match longest_from(1e-3 * most, h.min(most), certified) {
                     Some(d) => format!("this rate at periods up to {:.2} µs", 1e6 * d.period_s),
                     None => "a lower rate, or a smaller region away from zero stator frequency".into(),
                 },
             })?
         }
-        None => longest_from(1e-3 * most, most, tiles).ok_or_else(|| no_period(rate_per_s, most))?,
+        None => longest_from(1e-3 * most, most, certified).ok_or_else(|| no_period(rate_per_s, most))?,
     };
     let cells = found.cells.iter().map(|cell| fastest(plant, &found, cell.clone())).collect();
     let design = SampledLoopDesign { cells, ..found };
@@ -286,14 +286,14 @@ pub fn adaptive(
 mod tests {
     use super::*;
     use crate::LinearMachine;
-    use crate::kubota_loop::{mended, no_feedback};
+    use crate::kubota_loop::{no_feedback, stabilized};
 
     const REGION: ([f64; 2], [f64; 2]) = ([5.0, 10.0], [-8.0, -2.0]);
 
     #[test]
-    fn a_regenerating_region_is_certified_sampled_and_only_mended() {
+    fn a_regenerating_region_is_certified_sampled_and_only_stabilized() {
         let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
-        let gains = mended(plant, 0.2, 0.0, 0.05, 20.0).unwrap();
+        let gains = stabilized(plant, 0.2, 0.0, 0.05, 20.0).unwrap();
         let at = |gains: &LoopGains, depth| adaptive(plant, gains, REGION.0, REGION.1, 0.9, depth, 0.2, Some(1e-4));
         let (d, certificate) = at(&gains, 2).unwrap();
         certificate.check().unwrap();

@@ -23,6 +23,7 @@
 //! delay of the voltage; what holding the feedforward over a sample does, which is a disturbance and no error dynamics.
 
 use super::longest_from;
+use crate::cells::{covered, halve};
 use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
@@ -32,7 +33,6 @@ use crate::lmi::{Affine, Problem};
 use crate::machine::Constants;
 use crate::matrix::Matrix;
 use crate::model::complex;
-use crate::tiles::{halve, tiled};
 use serde::{Deserialize, Serialize};
 
 /// A cell of speeds and slips with the proof of the electrical errors in it.
@@ -67,7 +67,7 @@ pub struct SampledJadotDesign {
     pub continuous: JadotDesign,
     /// Sampling period h, s: the longest time between two samples.
     pub period_s: f64,
-    /// Of the electrical errors, in cells that tile the region.
+    /// Of the electrical errors, in cells that cover the region.
     pub electrical: Vec<HeldCell>,
     /// Of the loop of speed, flux and current reference.
     pub outer: HeldProof,
@@ -161,7 +161,7 @@ impl HeldProof {
 impl Claim for SampledJadotDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
         let cells: Vec<_> = self.electrical.iter().map(|cell| [cell.electrical_speed_rad_s, cell.slip_rad_s]).collect();
-        tiled::<F>(&cells, [self.continuous.electrical_speed_rad_s, self.continuous.slip_rad_s])?;
+        covered::<F>(&cells, [self.continuous.electrical_speed_rad_s, self.continuous.slip_rad_s])?;
         let mut obligations = self.continuous.obligations(c)?;
         let h = F::from_f64(self.period_s);
         obligations.push(Obligation::Positive("period".into(), h.clone()));

@@ -80,7 +80,7 @@ pub const CLAIMS: &[Claim] = &[
         assumptions: "Constant speed up to 40 % of rated, any quadrant, ω_e beyond 2 % of rated; L_r = 0, as it is mostly run. From 5 % of speed and 3° of flux.",
         found: Found::Fails,
         finding: "Fails when regenerating at low frequency, 0 < ω_e/(n_pω) < (R_s/σL_s)/(γ + η), where the linearized loop is unstable \
-                  for any gains of the PI law; there (5) is what does not hold. Mended by claim 7.",
+                  for any gains of the PI law; there (5) is what does not hold. Stabilized in claim 7.",
         cost: Cost::Run,
         variables: &QUADRANTS,
         check: |case| {
@@ -92,7 +92,7 @@ pub const CLAIMS: &[Claim] = &[
     },
     Claim {
         number: 7,
-        name: "kubota_speed_converges_with_the_mended_gain",
+        name: "kubota_speed_converges_with_the_stabilized_gain",
         paper: Paper::Kwon,
         place: "summary of III",
         statement: "The same, with a gain L_r made for the loop with the speed law.",

@@ -13,7 +13,7 @@ use std::path::Path;
 use im_control::MtpaLaw;
 use im_design::mtpa::{AirGap, Aqdm, CurrentLaw, SlipLaw, for_torque};
 use im_design::plot::{Series, chart};
-use im_lab::aqdm::{MENDED, SOURCES, fitted, run_with};
+use im_lab::aqdm::{SOURCES, STABILIZED, fitted, run_with};
 
 const TORQUES_NM: [f64; 6] = [5.0, 20.0, 50.0, 100.0, 150.0, 200.0];
 /// What is drawn: the speed measured, and by the paper's observer without and with a load torque that balances friction too.
@@ -45,7 +45,7 @@ fn fig_7() -> Result<Pictures, Box<dyn Error>> {
     println!("|---|---|{}", "---|".repeat(TORQUES_NM.len()));
     let mut marks: Vec<Vec<[f64; 3]>> = Vec::new();
     let mut errors = Vec::new();
-    let laws = SOURCES.into_iter().chain([MENDED]).map(|source| (source, "fitted", fitted()));
+    let laws = SOURCES.into_iter().chain([STABILIZED]).map(|source| (source, "fitted", fitted()));
     for (source, name, law) in std::iter::once((SOURCES[0], "(30), (31)", MtpaLaw::kwon_printed())).chain(laws) {
         let mut cells = Vec::new();
         let mut points = Vec::new();

@@ -258,9 +258,9 @@ pub fn fitted() -> MtpaLaw<f64> {
 pub const SOURCES: [&str; 6] = ["sensor", "kubota", "derdiyok", "utkin", "thau", "thau, balanced"];
 
 /// Kubota's observer with the gain that `im-observers` begins with.
-pub const MENDED: &str = "kubota, mended";
+pub const STABILIZED: &str = "kubota, stabilized";
 
-/// The drive with the speed of one of [`SOURCES`], or of [`MENDED`].
+/// The drive with the speed of one of [`SOURCES`], or of [`STABILIZED`].
 pub fn run_with(source: &str, law: &MtpaLaw<f64>, slip_factor: f64, torque_nm: f64) -> Result<Settled, ObserverError> {
     fn of<O: Observer<f64>>(observer: O, law: &MtpaLaw<f64>, slip_factor: f64, torque_nm: f64) -> Settled {
         run(law, slip_factor, torque_nm, &mut Observed::new(observer), 5.0)
@@ -274,7 +274,7 @@ pub fn run_with(source: &str, law: &MtpaLaw<f64>, slip_factor: f64, torque_nm: f
             let gains = KubotaGains::without_feedback(proportional, integral);
             of(Kubota::try_new(basis, gains)?, law, slip_factor, torque_nm)
         }
-        MENDED => of(Kubota::try_new(basis, KubotaGains::for_machine(&machine, &RATING)?)?, law, slip_factor, torque_nm),
+        STABILIZED => of(Kubota::try_new(basis, KubotaGains::for_machine(&machine, &RATING)?)?, law, slip_factor, torque_nm),
         "derdiyok" => of(Derdiyok::try_new(basis, DerdiyokGains::for_machine(&machine, &RATING))?, law, slip_factor, torque_nm),
         "utkin" => of(Utkin::try_new(basis, UtkinGains::for_machine(&machine, &RATING))?, law, slip_factor, torque_nm),
         "thau" => of(thau(LoadTorqueModel::EqualToTorque)?, law, slip_factor, torque_nm),

@@ -34,7 +34,7 @@ enum What {
     /// Flux observer of Kubota et al.: a gain scheduled over speed, smallest for a decay rate
     #[command(visible_alias = "scheduled", after_help = help(Kind::Kubota))]
     Kubota(make::Args),
-    /// Kubota's adaptive speed observer: mended and certified where it fails, regenerating at low speed
+    /// Kubota's adaptive speed observer: stabilized and certified where it fails, regenerating at low speed
     #[command(after_help = help(Kind::KubotaLoop))]
     KubotaLoop(make::Args),
     /// Thau observer of Kwon et al.: the largest Lipschitz constant that a gain can tolerate

@@ -46,7 +46,7 @@ impl Kind {
         match self {
             Self::CurrentModel => "current model (with speed sensor)",
             Self::KubotaPublished => "Kubota, L = 0",
-            Self::Kubota => "Kubota, mended",
+            Self::Kubota => "Kubota, stabilized",
             Self::DerdiyokPublished => "Derdiyok, as published",
             Self::Derdiyok => "Derdiyok, anchored",
             Self::Utkin => "Utkin",

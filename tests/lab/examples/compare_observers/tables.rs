@@ -72,13 +72,13 @@ pub fn maps() -> String {
     let (p, i) = KubotaGains::speed_law(&machine, &rating, 100.0);
     let utkin = Utkin::try_new(basis, UtkinGains::for_machine(&machine, &rating)).expect("fits");
     let without = Kubota::try_new(basis, KubotaGains::without_feedback(p, i)).expect("fits");
-    let mended = Kubota::try_new(basis, KubotaGains::mended(&machine, 0.5, p, i).expect("valid")).expect("fits");
+    let stabilized = Kubota::try_new(basis, KubotaGains::stabilized(&machine, 0.5, p, i).expect("valid")).expect("fits");
     let speeds = [5.0, 10.0, 20.0, 40.0, 80.0, 120.0];
     let slips = [-24.0, -16.0, -12.0, -8.0, -4.0, 0.0, 4.0, 8.0, 16.0];
     let mut text = String::from(
         "### Where they converge: jadot_table_i, speed in rad/s down, slip in rad/s across\n\n`+` converges, `-` does not, `0` has |stator frequency| below 3 rad/s.\n\n```text\n",
     );
-    let _ = writeln!(text, "{:>8}  {:<29} {:<29} Kubota, mended", "", "Utkin", "Kubota, L = 0");
+    let _ = writeln!(text, "{:>8}  {:<29} {:<29} Kubota, stabilized", "", "Utkin", "Kubota, L = 0");
     let heads: String = slips.iter().map(|s| format!("{s:>3.0}")).collect();
     let _ = writeln!(text, "{:>8}  {heads:<29} {heads:<29} {heads}", "");
     for speed in speeds {
@@ -94,7 +94,7 @@ pub fn maps() -> String {
                     let off = match which {
                         0 => last_error(&utkin, &truth),
                         1 => last_error(&without, &truth),
-                        _ => last_error(&mended, &truth),
+                        _ => last_error(&stabilized, &truth),
                     };
                     if off < 0.05 * speed { "  +" } else { "  -" }
                 })
@@ -115,7 +115,7 @@ pub fn pictures() -> Vec<(&'static str, String)> {
     let load = Profile::points([[1.0, 0.0], [1.0, 10.0], [2.3, 10.0], [2.3, 0.0]]).expect("ordered");
     let truth = Truth::of(&maker.machine(), &scenario(&m, hz, load, 4.0));
     let shown = [Kind::Kubota, Kind::Derdiyok, Kind::Utkin, Kind::ThauPublished];
-    let names = ["Kubota, mended", "Derdiyok, anchored", "Utkin", "Thau, L = 0"];
+    let names = ["Kubota, stabilized", "Derdiyok, anchored", "Utkin", "Thau, L = 0"];
     let rows = || (0..truth.len()).step_by(100);
     let line = |name: &str, points: Vec<_>| Series::line(name, points);
     let mut speeds = vec![line("true", rows().map(|k| (truth.time_s(k), truth.omega[k])).collect())];

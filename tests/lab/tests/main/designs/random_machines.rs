@@ -106,7 +106,7 @@ proptest! {
     }
 
     #[test]
-    fn mended_loop_is_stable_at_random_points(
+    fn stabilized_loop_is_stable_at_random_points(
         machine in machine(), speed in -1.0..1.0f64, slip in -1.0..1.0f64, gain in 0.01..10.0f64, rho in 0.02..10.0f64
     ) {
         let plant = DesignModel::Machine(machine);
@@ -119,7 +119,7 @@ proptest! {
         prop_assume!((c.n_p * at.speed_rad_s + at.slip_rad_s).abs() > 0.5);
         let unit = 1.0 / (c.n_p * c.beta * 0.9).powi(2);
         let (k_p, k_i) = (gain * unit * c.gamma, gain * unit * c.gamma * c.gamma);
-        let gains = kubota_loop::mended(plant, rho, 0.0, k_p, k_i).unwrap();
+        let gains = kubota_loop::stabilized(plant, rho, 0.0, k_p, k_i).unwrap();
         prop_assert!(gains.decay(plant, at) > 0.0, "{}", gains.decay(plant, at));
     }
 }

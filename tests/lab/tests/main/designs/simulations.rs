@@ -1,6 +1,6 @@
 //! What was proven, seen in simulations of the nonlinear machine.
 
-use im_design::kubota_loop::{LoopGains, mended, no_feedback};
+use im_design::kubota_loop::{LoopGains, no_feedback, stabilized};
 use im_design::machine::Constants;
 use im_design::thau_box::{BoxRegion, fastest};
 use im_design::{DesignModel, LinearMachine, model, thau};
@@ -36,15 +36,15 @@ fn adaptive_speed_error(c: &Constants<f64>, gains: &LoopGains, speed: f64, slip:
 }
 
 #[test]
-fn regenerating_at_low_speed_fails_without_feedback_and_works_mended() {
+fn regenerating_at_low_speed_fails_without_feedback_and_works_stabilized() {
     let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
     let c = plant.constants::<f64>();
     // Speed 20 rad/s, slip −28 rad/s: stator frequency 12 rad/s, inside the unstable band.
     let (speed, slip) = (20.0, -28.0);
     let bad = adaptive_speed_error(&c, &no_feedback(0.02, 4.0), speed, slip, 0.5, 2.0);
-    let good = adaptive_speed_error(&c, &mended(plant, 0.2, 0.0, 0.02, 4.0).unwrap(), speed, slip, 0.5, 2.0);
+    let good = adaptive_speed_error(&c, &stabilized(plant, 0.2, 0.0, 0.02, 4.0).unwrap(), speed, slip, 0.5, 2.0);
     assert!(bad.abs() > 2.0, "the plain observer must leave: {bad}");
-    assert!(good.abs() < 0.2, "the mended one must stay: {good}");
+    assert!(good.abs() < 0.2, "the stabilized one must stay: {good}");
 }
 
 #[test]

@@ -113,9 +113,9 @@ mod kubota {
         assert!((up - down).abs() > 1.99 * extra * 0.99, "the term that was assumed away: {extra}");
     }
 
-    /// Regenerating at low frequency: without feedback the observer leaves the machine, with the mended gain it comes back.
+    /// Regenerating at low frequency: without feedback the observer leaves the machine, with the stabilized gain it comes back.
     #[test]
-    fn regenerating_at_low_frequency_fails_without_feedback_and_works_mended() {
+    fn regenerating_at_low_frequency_fails_without_feedback_and_works_stabilized() {
         let m = JADOT_TABLE_I;
         let machine = machine(&m);
         // 10 rad/s, n_pω = 20, slip −14: ω_e = 6 rad/s, inside 0 < ω_e/(n_pω) < 0.625.
@@ -129,18 +129,18 @@ mod kubota {
             (e[e.len() - 1].omega_m - 10.0).abs()
         };
         let without = error(KubotaGains::without_feedback(p, i));
-        let mended = error(KubotaGains::mended(&machine, 0.5, p, i).unwrap());
+        let stabilized = error(KubotaGains::stabilized(&machine, 0.5, p, i).unwrap());
         assert!(without > 3.0, "{without}");
-        assert!(mended < 0.05, "{mended}");
+        assert!(stabilized < 0.05, "{stabilized}");
     }
 
     /// The closed form here is the one that is certified there.
     #[test]
-    fn mended_gain_is_the_designed_one() {
+    fn stabilized_gain_is_the_designed_one() {
         for m in MACHINES {
             let machine = machine(&m);
-            let design = kubota_loop::mended(plant(&machine), 0.3, 0.0, 0.05, 20.0).unwrap();
-            let here = KubotaGains::mended(&machine, 0.3, 0.05, 20.0).unwrap();
+            let design = kubota_loop::stabilized(plant(&machine), 0.3, 0.0, 0.05, 20.0).unwrap();
+            let here = KubotaGains::stabilized(&machine, 0.3, 0.05, 20.0).unwrap();
             for (a, b) in [(rows::<4>(&design.gain), here.gain), (rows(&design.gain_per_speed), here.gain_per_speed)] {
                 for (x, y) in a.iter().flatten().zip(b.iter().flatten()) {
                     assert!((x - y).abs() <= 1e-9 * (1.0 + y.abs()), "{x} {y}");

@@ -263,7 +263,7 @@ fn gains_and_limits_out_of_range_are_named() {
     let good = KubotaGains::for_machine(&machine, &m.rating).unwrap();
     told(Kubota::try_new(b, KubotaGains { integral: 0.0, ..good }).unwrap_err(), "integral = 0");
     told(Kubota::try_new(b, KubotaGains { proportional: f64::NAN, ..good }).unwrap_err(), "proportional = NaN");
-    told(KubotaGains::mended(&machine, 0.0, 0.1, 1.0).unwrap_err(), "rho = 0");
+    told(KubotaGains::stabilized(&machine, 0.0, 0.1, 1.0).unwrap_err(), "rho = 0");
     let mut skewed = good;
     skewed.gain[0][1] = 3.0;
     told(Kubota::try_new(b, skewed).unwrap_err(), "form [x, -y; y, x]");

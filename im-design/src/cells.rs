@@ -1,9 +1,9 @@
-//! Cells that tile a region of speeds and slips: each with a proof of its own, together the whole region.
+//! Cells that cover a region of speeds and slips: each with a proof of its own, together the whole region.
 
 use crate::exact::Field;
 
-/// Whether cells, as (speeds, slips), tile a region: inside it, apart, and of its whole area together. A region may be a line or a point.
-pub(crate) fn tiled<F: Field>(cells: &[[[f64; 2]; 2]], region: [[f64; 2]; 2]) -> Result<(), String> {
+/// Whether cells, as (speeds, slips), cover a region: inside it, apart, and of its whole area together. A region may be a line or a point.
+pub(crate) fn covered<F: Field>(cells: &[[[f64; 2]; 2]], region: [[f64; 2]; 2]) -> Result<(), String> {
     let flat = region.map(|[low, high]| low == high);
     let area = |part: [[f64; 2]; 2]| {
         let width = |n: usize| if flat[n] { F::one() } else { F::from_f64(part[n][1]) - F::from_f64(part[n][0]) };
@@ -28,7 +28,7 @@ pub(crate) fn tiled<F: Field>(cells: &[[[f64; 2]; 2]], region: [[f64; 2]; 2]) ->
     Ok(())
 }
 
-/// Cells that tile a region of speeds and slips, each proven, halved up to `depth` times where they are not.
+/// Cells that cover a region of speeds and slips, each proven, halved up to `depth` times where they are not.
 ///
 /// # Errors
 /// The first cell that stays unproven.
@@ -68,18 +68,18 @@ mod tests {
     fn cells_tile_planes_lines_and_points_and_nothing_else() {
         let plane = [[0.0, 2.0], [-1.0, 1.0]];
         let [left, right] = [[[0.0, 1.0], [-1.0, 1.0]], [[1.0, 2.0], [-1.0, 1.0]]];
-        assert_eq!(tiled::<f64>(&[left, right], plane), Ok(()));
-        assert!(tiled::<f64>(&[left], plane).unwrap_err().contains("do not cover"));
-        assert!(tiled::<f64>(&[left, left], plane).unwrap_err().contains("overlaps"));
-        assert!(tiled::<f64>(&[[[0.0, 3.0], [-1.0, 1.0]]], plane).unwrap_err().contains("leaves"));
-        assert!(tiled::<f64>(&[left, right, [[1.0, 1.0], [0.0, 1.0]]], plane).unwrap_err().contains("empty"));
+        assert_eq!(covered::<f64>(&[left, right], plane), Ok(()));
+        assert!(covered::<f64>(&[left], plane).unwrap_err().contains("do not cover"));
+        assert!(covered::<f64>(&[left, left], plane).unwrap_err().contains("overlaps"));
+        assert!(covered::<f64>(&[[[0.0, 3.0], [-1.0, 1.0]]], plane).unwrap_err().contains("leaves"));
+        assert!(covered::<f64>(&[left, right, [[1.0, 1.0], [0.0, 1.0]]], plane).unwrap_err().contains("empty"));
         let line = [[1.0, 1.0], [-1.0, 1.0]];
         let [below, above] = [[[1.0, 1.0], [-1.0, 0.0]], [[1.0, 1.0], [0.0, 1.0]]];
-        assert_eq!(tiled::<f64>(&[below, above], line), Ok(()));
-        assert!(tiled::<f64>(&[below, below], line).unwrap_err().contains("overlaps"));
-        assert!(tiled::<f64>(&[below], line).unwrap_err().contains("do not cover"));
+        assert_eq!(covered::<f64>(&[below, above], line), Ok(()));
+        assert!(covered::<f64>(&[below, below], line).unwrap_err().contains("overlaps"));
+        assert!(covered::<f64>(&[below], line).unwrap_err().contains("do not cover"));
         let point = [[1.0, 1.0], [0.5, 0.5]];
-        assert_eq!(tiled::<f64>(&[point], point), Ok(()));
-        assert!(tiled::<f64>(&[point, point], point).is_err() && tiled::<f64>(&[], point).is_err());
+        assert_eq!(covered::<f64>(&[point], point), Ok(()));
+        assert!(covered::<f64>(&[point, point], point).is_err() && covered::<f64>(&[], point).is_err());
     }
 }
