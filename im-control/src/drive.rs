@@ -13,6 +13,7 @@ use im_model::space_vector::norm2;
 use im_model::{Bound, Complex, ModelError, Scalar};
 
 use crate::error::ControlError;
+use crate::guard::is_sample_time;
 use crate::machine_data::MachineData;
 use crate::modulation::DeadTimeCompensation;
 use crate::status::{DriveStatus, Reports};
@@ -172,14 +173,15 @@ impl<T: Scalar, C: Controller<T> + Reports + Clone> Drive<T, C> {
     fn believe(&mut self, m: &Measured<T>) -> (Measured<T>, DriveStatus) {
         let (l, s) = (&self.limits, &self.state);
         let last = &s.believed;
-        let t_ok = m.sample_time_s > T::zero() && m.sample_time_s.is_finite();
+        // A sampling time that no drive has is a fault of the caller's clock.
+        let t_ok = is_sample_time(m.sample_time_s);
         let sample_time_s = if t_ok { m.sample_time_s } else { last.sample_time_s };
         let speed_ok = m.omega_m.is_finite() && m.omega_m.abs() <= l.speed_range_rad_s;
         let omega_m = if speed_ok { m.omega_m } else { last.omega_m };
         let current_ok = t_ok && is_finite(m.i_s) && norm2(m.i_s) <= l.current_range_a * l.current_range_a;
         let n_p = T::from_f64(f64::from(l.pole_pairs));
         let i_s = if current_ok { m.i_s } else { last.i_s * rotation(n_p * omega_m * sample_time_s) };
-        let dc_ok = m.dc_voltage_v.is_finite() && m.dc_voltage_v >= T::zero();
+        let dc_ok = m.dc_voltage_v >= T::zero() && m.dc_voltage_v <= l.voltage_max_v * T::from_f64(1e3);
         let dc_voltage_v = if dc_ok { m.dc_voltage_v } else { last.dc_voltage_v };
         let u_s = if is_finite(m.u_s) { m.u_s - s.compensation } else { last.u_s };
         let status = DriveStatus::OK

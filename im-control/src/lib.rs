@@ -23,6 +23,7 @@ mod error;
 mod field_weakening;
 mod flux;
 mod flying_start;
+mod guard;
 mod load_torque;
 mod machine_data;
 #[cfg(feature = "std")]

@@ -30,12 +30,26 @@ pub struct Duty<T> {
     pub limited: bool,
 }
 
-/// Duty cycles for an average voltage, V. A voltage out of reach keeps its direction. Without a positive dc voltage all are ½.
+/// Dc voltages that a bridge may have, V: what lies outside is no measurement.
+const DC_VOLTAGES_V: [f64; 2] = [1e-3, 1e6];
+
+/// A voltage that can be computed with, shortened to some times the dc voltage where it is absurd; `None` where it is no number, or the
+/// dc voltage is none.
+fn usable<T: Scalar>(u: Complex<T>, dc_voltage_v: T) -> Option<Complex<T>> {
+    let [low, high] = DC_VOLTAGES_V.map(T::from_f64);
+    // What is not a number fails every comparison.
+    if !(dc_voltage_v >= low && dc_voltage_v <= high && u.re.is_finite() && u.im.is_finite()) {
+        return None;
+    }
+    let (size, most) = (u.re.abs().max(u.im.abs()), dc_voltage_v * T::from_f64(100.0));
+    Some(if size > most { Complex::new(u.re / size * most, u.im / size * most) } else { u })
+}
+
+/// Duty cycles for an average voltage, V. A voltage out of reach keeps its direction. Where the voltage is no number, or the dc voltage
+/// not between 1 mV and 1 MV, all are ½ (`limited`): never does a timer get a NaN.
 pub fn duty_cycles<T: Scalar>(u: Complex<T>, dc_voltage_v: T, zero_sequence: ZeroSequence) -> Duty<T> {
     let half = T::from_f64(0.5);
-    if dc_voltage_v.partial_cmp(&T::zero()) != Some(core::cmp::Ordering::Greater) {
-        return Duty { duty: [half; 3], limited: true };
-    }
+    let Some(u) = usable(u, dc_voltage_v) else { return Duty { duty: [half; 3], limited: true } };
     let phases = to_phases(u);
     let (most, least) = extremes(phases);
     let reach = match zero_sequence {
@@ -75,11 +89,12 @@ pub struct Dwell<T> {
     pub zero: T,
 }
 
-/// Space-vector modulation as dwell times, for timers that are loaded with vectors. A voltage beyond the hexagon is shortened to it.
+/// Space-vector modulation as dwell times, for timers that are loaded with vectors. A voltage beyond the hexagon is shortened to it; where
+/// [`duty_cycles`] gives ½ everywhere, the zero vectors have the whole period.
 pub fn dwell_times<T: Scalar>(u: Complex<T>, dc_voltage_v: T) -> Dwell<T> {
-    if dc_voltage_v.partial_cmp(&T::zero()) != Some(core::cmp::Ordering::Greater) {
+    let Some(u) = usable(u, dc_voltage_v) else {
         return Dwell { sector: 0, first: T::zero(), second: T::zero(), zero: T::one() };
-    }
+    };
     let [a, b, c] = to_phases(Bridge::ideal(dc_voltage_v).limited(u)).map(|x| x / dc_voltage_v);
     // The order of the phases is the sector; the steps between them are the shares.
     let (sector, [high, middle, low]) = match (a >= b, b >= c, c >= a) {
@@ -93,6 +108,9 @@ pub fn dwell_times<T: Scalar>(u: Complex<T>, dc_voltage_v: T) -> Dwell<T> {
     let (one, two) = (high - middle, middle - low);
     // In odd sectors the vector with two phases high comes first.
     let (first, second) = if sector % 2 == 0 { (one, two) } else { (two, one) };
+    // Rounding must not fill more than the period.
+    let first = first.max(T::zero()).min(T::one());
+    let second = second.max(T::zero()).min(T::one() - first);
     Dwell { sector, first, second, zero: (T::one() - first - second).max(T::zero()) }
 }
 
@@ -156,6 +174,35 @@ mod tests {
     /// The mean voltage of duty cycles.
     fn mean(duty: [f64; 3], u_dc: f64) -> Complex<f64> {
         from_phases(duty) * u_dc
+    }
+
+    /// Numbers as a fault leaves them, and some good ones.
+    fn anything() -> impl Strategy<Value = f64> {
+        prop_oneof![
+            prop::num::f64::ANY,
+            prop::sample::select(vec![0.0, -0.0, 5e-324, 1e-310, 1e38, 1e300, f64::MAX, f64::NAN, f64::INFINITY, 600.0, 5e-39]),
+            -1e3..1e3f64,
+        ]
+    }
+
+    fn timers<T: Scalar>(u: [f64; 2], dc: f64) -> Vec<f64> {
+        let (u, dc) = (Complex::new(T::from_f64(u[0]), T::from_f64(u[1])), T::from_f64(dc));
+        let w = dwell_times(u, dc);
+        let zeros = [ZeroSequence::None, ZeroSequence::Centred, ZeroSequence::Low, ZeroSequence::High];
+        let duties = zeros.into_iter().flat_map(|z| duty_cycles(u, dc, z).duty);
+        duties.chain([w.first, w.second, w.zero]).map(|x| x.value()).collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+
+        /// Whatever comes in, a timer gets a share of its period.
+        #[test]
+        fn no_timer_ever_gets_a_nan(a in anything(), b in anything(), dc in anything()) {
+            for x in timers::<f64>([a, b], dc).into_iter().chain(timers::<f32>([a, b], dc)) {
+                prop_assert!((0.0..=1.0).contains(&x), "{x} of {a} {b} at {dc}");
+            }
+        }
     }
 
     proptest! {

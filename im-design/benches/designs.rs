@@ -35,14 +35,7 @@ fn designs(criterion: &mut Criterion) {
         b.iter(|| over_box(black_box(plant), &region, Some(20e-6), 1.0));
     });
     let circuit = Circuit::Aqdm(Aqdm::kwon_table_v());
-    let law = MtpaRequest {
-        torque_n_m: [1.0, 510.0],
-        tolerance: 0.01,
-        law: LawKind::Series,
-        slip_max_rad_s: 500.0,
-        points: 25,
-        aqdm: None,
-    };
+    let law = MtpaRequest { torque_n_m: [1.0, 510.0], tolerance: 0.01, law: LawKind::Series, points: 25, aqdm: None };
     let kwon = DesignModel::Machine(LinearMachine::kwon_table_iv());
     criterion.bench_function("mtpa of Table V, 25 torques, with proof", |b| {
         b.iter(|| mtpa::design(black_box(kwon), circuit, &law));

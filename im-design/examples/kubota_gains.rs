@@ -4,7 +4,7 @@
 //!     cargo run --release -p im-design --example kubota_gains -- kubota_gains.svg
 
 use im_design::certificate::{Certificate, Design};
-use im_design::gains::GainSet;
+use im_design::gains::{Precision, Provenance};
 use im_design::request::{Kind, design};
 use im_design::{DesignModel, LinearMachine, plot};
 
@@ -37,7 +37,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("altered: {}", forged.check().err().ok_or("an altered certificate must be refused")?);
     println!("sealed anew: {}", forged.prove().err().ok_or("a false claim must be refused")?);
 
-    println!("\n{}", GainSet::from(&certificate.design).to_rust("f32"));
+    let from = Provenance { motor: "Table IV of Kwon et al.".into(), ..Provenance::default() };
+    println!("\n{}", certificate.to_rust(Precision::F32, &from)?);
     if let Some(path) = std::env::args().nth(1) {
         std::fs::write(path, plot::picture(&certificate))?;
     }

@@ -161,7 +161,13 @@ impl Claim for JadotDesign {
         let f = F::from_f64;
         let decay = |a: &Matrix<F>, p: &Matrix<F>, rate: f64| -&(&(p * a).plus_transpose() + &p.scaled(&(f(2.0) * f(rate))));
         // The adaptation is no part of the proof; that its time scale is apart from the loops' is.
-        let slower = |rate: f64| f(rate) - f(5.0) * f(self.adaptation_rate_per_s);
+        let slower = |name: &str, rate: f64| {
+            Obligation::Exceeds(
+                format!("{name} rate over five adaptation rates"),
+                f(rate),
+                f(5.0) * f(self.adaptation_rate_per_s),
+            )
+        };
         let five = f(5.0) * f(self.adaptation_frequency_rad_s);
         let bandwidth2 = f(self.current_proportional_ohm) * f(self.current_integral_per_s) * c.inverse_sigma_l_s.clone();
         let frequency2 = five.clone() * five;
@@ -170,10 +176,10 @@ impl Claim for JadotDesign {
             Obligation::Positive("electrical rate".into(), f(self.electrical_rate_per_s)),
             Obligation::Positive("outer rate".into(), f(self.outer_rate_per_s)),
             Obligation::Positive("adaptation rate".into(), f(self.adaptation_rate_per_s)),
-            Obligation::Positive("electrical rate less five adaptation rates".into(), slower(self.electrical_rate_per_s)),
-            Obligation::Positive("outer rate less five adaptation rates".into(), slower(self.outer_rate_per_s)),
+            slower("electrical", self.electrical_rate_per_s),
+            slower("outer", self.outer_rate_per_s),
             Obligation::Positive("adaptation frequency".into(), f(self.adaptation_frequency_rad_s)),
-            Obligation::Positive("current bandwidth less five adaptation frequencies, squared".into(), bandwidth2 - frequency2),
+            Obligation::Exceeds("current bandwidth over five adaptation frequencies, squared".into(), bandwidth2, frequency2),
             Obligation::Definite("P of the electrical errors".into(), inner.clone()),
             Obligation::Definite("P of the outer loop".into(), outer.clone()),
         ];

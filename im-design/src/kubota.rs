@@ -97,7 +97,7 @@ impl Claim for KubotaDesign {
         for speed in self.speed_rad_s {
             let flow = &p * &self.error_matrix(c, speed);
             let decay = -&(&flow.plus_transpose() + &p.scaled(&two_alpha));
-            obligations.push(Obligation::Definite(format!("decay at {speed} rad/s"), decay));
+            obligations.push(Obligation::Definite(format!("decay at {speed} rad/s"), decay).limit());
         }
         Ok(obligations)
     }

@@ -45,6 +45,11 @@ impl<F: Field> Matrix<F> {
         Self::from_fn(of.rows, of.cols, |i, j| F::from_f64(of[(i, j)]))
     }
 
+    /// All entries.
+    pub fn entries_mut(&mut self) -> impl Iterator<Item = &mut F> {
+        self.data.iter_mut()
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.rows

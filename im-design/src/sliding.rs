@@ -55,7 +55,7 @@ impl Claim for DerdiyokDesign {
         Ok(vec![
             Obligation::Positive("reserve".into(), f(self.reserve)),
             Obligation::Positive("nu0 less reserve".into(), rest.clone()),
-            Obligation::Positive("(nu0 - reserve)² less the squared bound".into(), square(rest) - bound),
+            Obligation::Exceeds("(nu0 - reserve)² over the squared bound".into(), square(rest), bound).limit(),
         ])
     }
 }
@@ -125,12 +125,14 @@ impl Claim for UtkinDesign {
         Ok(vec![
             Obligation::Positive("flux_min_vs".into(), flux),
             Obligation::Positive("root_bound".into(), f(self.root_bound)),
-            Obligation::Positive(
-                "root_bound² less η² + n_p²ω²".into(),
-                square(f(self.root_bound)) - square(c.eta.clone()) - square(w),
-            ),
+            Obligation::Exceeds(
+                "root_bound² over η² + n_p²ω²".into(),
+                square(f(self.root_bound)),
+                square(c.eta.clone()) + square(w),
+            )
+            .limit(),
             Obligation::Positive("βλ_min less the current error".into(), lever),
-            Obligation::Positive("reach of ω₀ less what it must overcome".into(), reach - need),
+            Obligation::Exceeds("reach of ω₀ over what it must overcome".into(), reach, need).limit(),
         ])
     }
 }

@@ -84,7 +84,7 @@ impl Claim for ThauDesign {
         Ok(vec![
             Obligation::Positive("Lipschitz constant".into(), kappa.clone()),
             Obligation::Definite("P".into(), p.clone()),
-            Obligation::Definite("S-procedure".into(), slack(c, &Matrix::exact(&self.gain), &p, &kappa)),
+            Obligation::Definite("S-procedure".into(), slack(c, &Matrix::exact(&self.gain), &p, &kappa)).limit(),
         ])
     }
 }

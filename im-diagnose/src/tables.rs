@@ -26,6 +26,78 @@ const TACHOMETER: f64 = 0.002;
 /// Least wrong scale of a speed sensor that is worth mending.
 const WRONG_SCALE: f64 = 0.004;
 
+/// Different rows that tables need between them: fewer leave parameters undetermined.
+const ROWS: usize = 5;
+
+/// What is wrong with tables before anything is fitted to them.
+pub fn look(motor: &MotorFile, tables: &[SteadyTable]) -> Vec<Finding> {
+    let mut out: Vec<Finding> = tables.iter().flat_map(|t| look_at(motor, t)).collect();
+    let count = tables.iter().map(|t| distinct(t).len()).sum::<usize>();
+    if count < ROWS {
+        let text = format!("{count} different rows in all do not determine a machine");
+        let advice = "Measure at least five points: voltages without load, currents with the rotor locked, torques.";
+        let finding = Finding::new(FindingKind::TooFewRows, Severity::Serious, text, advice);
+        let names: Vec<&str> = tables.iter().map(|t| t.name.as_str()).collect();
+        out.push(Finding { recording: names.join(", "), ..finding });
+    }
+    out
+}
+
+fn distinct(t: &SteadyTable) -> Vec<&SteadyRow> {
+    let mut rows: Vec<&SteadyRow> = Vec::new();
+    for row in &t.rows {
+        if !rows.contains(&row) {
+            rows.push(row);
+        }
+    }
+    rows
+}
+
+fn look_at(motor: &MotorFile, t: &SteadyTable) -> Vec<Finding> {
+    let mut out = Vec::new();
+    let mut say = |kind, severity, text: String, advice: &str| {
+        let finding = Finding::new(kind, severity, text, advice);
+        out.push(Finding { recording: t.name.clone(), ..finding });
+    };
+    let twice = t.rows.len() - distinct(t).len();
+    if twice > 0 {
+        let text = format!("{twice} rows stand twice; they count twice");
+        say(FindingKind::RepeatedRows, Severity::Warning, text, "Leave one of each out.");
+    }
+    let torque: Vec<f64> = t.rows.iter().filter_map(|r| r.torque_nm).collect();
+    let rated = motor.rating.torque_nm;
+    let loaded = t.kind == TableKind::Load || varied(t);
+    if loaded && torque.iter().all(|x| x.abs() < 1e-3 * rated) {
+        let text = match torque.is_empty() {
+            true => "The power varies at one voltage as under load, and there is no torque".to_owned(),
+            false => "The power varies at one voltage as under load, and the torque is zero in every row".to_owned(),
+        };
+        say(FindingKind::MissingLoad, Severity::Serious, text, "Give the column of the torque at the shaft, T_Nm.");
+    }
+    let current = motor.rating.current_peak_a(motor.machine.parameters(), motor.machine.pole_pairs()) / SQRT_2;
+    let voltage = motor.rating.phase_voltage_peak_v / SQRT_2;
+    for (what, unit, rated, largest) in [
+        ("current", "A", current, t.rows.iter().map(|r| r.current_rms_a).fold(0.0, f64::max)),
+        ("phase voltage", "V", voltage, t.rows.iter().map(|r| r.phase_voltage_rms_v).fold(0.0, f64::max)),
+    ] {
+        if largest > 40.0 * rated || largest < 1e-3 * rated {
+            let text = format!("The {what} reaches {largest:.3} {unit} rms, where the motor is rated for {rated:.3}");
+            say(FindingKind::OutOfRange, Severity::Serious, text, "Check its unit in [table].");
+        }
+    }
+    out
+}
+
+/// Whether the machine works harder in some rows than in others, at one voltage and turning.
+fn varied(t: &SteadyTable) -> bool {
+    let turning: Vec<&SteadyRow> = t.rows.iter().filter(|r| r.omega_m_rad_s.is_some_and(|w| w.abs() > 1.0)).collect();
+    let spread = |f: &dyn Fn(&SteadyRow) -> f64| {
+        let (low, high) = turning.iter().fold((f64::INFINITY, 0.0f64), |(l, h), r| (l.min(f(r)), h.max(f(r))));
+        high / low.max(1e-9)
+    };
+    turning.len() > 1 && spread(&|r| r.phase_voltage_rms_v) < 1.1 && spread(&|r| r.active_power_w.abs()) > 2.0
+}
+
 /// The tables as a case, at the rated frequency of the motor; the scale of the speed sensor is checked against the no-load test, where
 /// the slip is next to nothing, and corrected where it is wrong.
 ///

@@ -23,6 +23,23 @@ pub enum ModelError {
         /// L_s L_r, H².
         product: f64,
     },
+    /// A machine that changes too fast to be followed at a sampling time.
+    #[error(
+        "{part}.{quantity} = {} makes the machine change within {} s: {} steps for each sample of {sample_time_s} s, where {} are taken at most",
+        Short(*.value), Short(1.0 / *.rate_per_s), Short(*.sample_time_s * *.rate_per_s / 0.8), crate::plant::SUBSTEPS_MAX
+    )]
+    TooStiff {
+        /// The effect that it belongs to, or the machine.
+        part: &'static str,
+        /// What makes it so.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// The fastest rate, 1/s.
+        rate_per_s: f64,
+        /// The sampling time, s.
+        sample_time_s: f64,
+    },
     /// No steady state was found at the requested operating point.
     #[error("no steady state at {frequency_hz} Hz with load torque {torque_nm} Nm: the machine cannot carry it")]
     NoSteadyState {
@@ -40,6 +57,8 @@ pub enum Bound {
     Positive,
     /// Finite and ≥ 0.
     NotNegative,
+    /// Positive, and between two numbers beyond which no machine is.
+    OfMachines(f64, f64),
     /// Within the closed interval.
     Within(f64, f64),
     /// A whole number, from the first to the second.
@@ -51,6 +70,7 @@ impl core::fmt::Display for Bound {
         match *self {
             Self::Positive => f.write_str("positive and finite"),
             Self::NotNegative => f.write_str("zero or positive, and finite"),
+            Self::OfMachines(a, b) => write!(f, "from {} to {}, where all machines are", Short(a), Short(b)),
             Self::Within(a, b) => write!(f, "from {} to {}", Short(a), Short(b)),
             Self::Whole(a, b) => write!(f, "a whole number from {a} to {b}"),
         }
@@ -75,9 +95,13 @@ impl Bound {
             && match self {
                 Self::Positive => value > 0.0,
                 Self::NotNegative => value >= 0.0,
-                Self::Within(a, b) => (a..=b).contains(&value),
+                Self::Within(a, b) | Self::OfMachines(a, b) => (a..=b).contains(&value),
                 Self::Whole(a, b) => f64::from(value as u32) == value && (a..=b).contains(&(value as u32)),
             };
-        if ok { Ok(()) } else { Err(ModelError::OutOfBounds { quantity, value, bound: self }) }
+        let bound = match self {
+            Self::OfMachines(..) if !(value > 0.0 && value.is_finite()) => Self::Positive,
+            bound => bound,
+        };
+        if ok { Ok(()) } else { Err(ModelError::OutOfBounds { quantity, value, bound }) }
     }
 }

@@ -72,7 +72,7 @@ pub use num_complex::Complex;
 pub use parameters::{
     BaseParameter, DerivedConstants, GammaParameters, InverseGammaParameters, KenneConstants, TParameters, WindingParameters,
 };
-pub use plant::{Evaluation, Ledger, Plant, PlantInput, Powers};
+pub use plant::{Evaluation, Ledger, Plant, PlantInput, Powers, SUBSTEPS_MAX};
 #[cfg(feature = "std")]
 pub use recording::Recording;
 #[cfg(feature = "std")]

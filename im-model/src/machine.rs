@@ -152,12 +152,12 @@ pub struct Rating {
 }
 
 impl Rating {
-    /// Checks every quantity.
+    /// Checks every quantity: of a size that machines have.
     pub fn validate(&self) -> Result<(), ModelError> {
-        Bound::Positive.check("torque_nm", self.torque_nm)?;
-        Bound::Positive.check("electrical_frequency_hz", self.electrical_frequency_hz)?;
-        Bound::Positive.check("phase_voltage_peak_v", self.phase_voltage_peak_v)?;
-        Bound::Positive.check("rotor_flux_vs", self.rotor_flux_vs)
+        Bound::OfMachines(1e-9, 1e9).check("torque_nm", self.torque_nm)?;
+        Bound::OfMachines(1e-3, 1e5).check("electrical_frequency_hz", self.electrical_frequency_hz)?;
+        Bound::OfMachines(1e-3, 1e6).check("phase_voltage_peak_v", self.phase_voltage_peak_v)?;
+        Bound::OfMachines(1e-7, 1e4).check("rotor_flux_vs", self.rotor_flux_vs)
     }
 
     /// A plausible rating when none is given: 50 Hz, one volt-second of flux scaled so that the magnetizing current is a third of

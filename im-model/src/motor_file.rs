@@ -266,7 +266,7 @@ mod tests {
         );
         assert_eq!(
             bad("= 0.045", "= \"heavy\""),
-            "motor.toml:11: inertia_kg_m2 is the text \"heavy\", expected a number, positive and finite"
+            "motor.toml:11: inertia_kg_m2 is the text \"heavy\", expected a number, from 1e-10 to 1e8, where all machines are"
         );
         assert_eq!(
             bad("pole_pairs = 2", "pole_pairs = 2.5"),

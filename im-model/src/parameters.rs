@@ -7,6 +7,10 @@
 use crate::error::{Bound, ModelError};
 use crate::scalar::Scalar;
 
+const RESISTANCES_OHM: Bound = Bound::OfMachines(1e-7, 1e5);
+const INDUCTANCES_H: Bound = Bound::OfMachines(1e-8, 1e4);
+const INERTIAS_KG_M2: Bound = Bound::OfMachines(1e-10, 1e8);
+
 /// The T circuit with mechanics: the base machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TParameters<T> {
@@ -87,11 +91,13 @@ impl BaseParameter {
         }
     }
 
-    /// The allowed range.
+    /// The allowed range: a factor of a hundred and more beyond the machines that are built, from milliwatts to tens of megawatts.
     pub const fn bound(self) -> Bound {
         match self {
-            Self::ViscousFriction => Bound::NotNegative,
-            _ => Bound::Positive,
+            Self::StatorResistance | Self::RotorResistance => RESISTANCES_OHM,
+            Self::StatorLeakageInductance | Self::RotorLeakageInductance | Self::MagnetizingInductance => INDUCTANCES_H,
+            Self::Inertia => INERTIAS_KG_M2,
+            Self::ViscousFriction => Bound::Within(0.0, 1e6),
         }
     }
 }
@@ -128,7 +134,7 @@ impl<T: Scalar> TParameters<T> {
         TParameters::from_values(self.values().map(|x| U::from_f64(x.value())))
     }
 
-    /// Checks every quantity: finite, inductances, resistances and inertia positive, friction not negative.
+    /// Checks every quantity: of a size that machines have; friction may be zero.
     pub fn validate(&self) -> Result<(), ModelError> {
         for (p, x) in BaseParameter::ALL.into_iter().zip(self.values()) {
             p.bound().check(p.key(), x.value())?;
@@ -283,17 +289,19 @@ pub struct WindingParameters<T> {
 impl<T: Scalar> WindingParameters<T> {
     /// Checks that every quantity is in range and that L_m² < L_s L_r.
     pub fn validate(&self) -> Result<(), ModelError> {
-        for (quantity, x) in [
-            ("stator_resistance_ohm", self.stator_resistance_ohm),
-            ("rotor_resistance_ohm", self.rotor_resistance_ohm),
-            ("stator_inductance_h", self.stator_inductance_h),
-            ("rotor_inductance_h", self.rotor_inductance_h),
-            ("mutual_inductance_h", self.mutual_inductance_h),
-            ("inertia_kg_m2", self.inertia_kg_m2),
+        for (quantity, x, bound) in [
+            ("stator_resistance_ohm", self.stator_resistance_ohm, RESISTANCES_OHM),
+            ("rotor_resistance_ohm", self.rotor_resistance_ohm, RESISTANCES_OHM),
+            ("stator_inductance_h", self.stator_inductance_h, INDUCTANCES_H),
+            ("rotor_inductance_h", self.rotor_inductance_h, INDUCTANCES_H),
+            ("mutual_inductance_h", self.mutual_inductance_h, INDUCTANCES_H),
+            ("inertia_kg_m2", self.inertia_kg_m2, INERTIAS_KG_M2),
         ] {
-            Bound::Positive.check(quantity, x.value())?;
+            bound.check(quantity, x.value())?;
         }
-        Bound::NotNegative.check("viscous_friction_nm_s_per_rad", self.viscous_friction_nm_s_per_rad.value())?;
+        BaseParameter::ViscousFriction
+            .bound()
+            .check("viscous_friction_nm_s_per_rad", self.viscous_friction_nm_s_per_rad.value())?;
         let squared = (self.mutual_inductance_h * self.mutual_inductance_h).value();
         let product = (self.stator_inductance_h * self.rotor_inductance_h).value();
         if squared < product { Ok(()) } else { Err(ModelError::CouplingNotPhysical { squared, product }) }

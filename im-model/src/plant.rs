@@ -7,7 +7,7 @@
 use num_complex::Complex;
 use num_traits::Zero;
 
-use crate::effects::{Active, Effects, Operating};
+use crate::effects::{Active, Effects, Operating, Role};
 use crate::error::ModelError;
 use crate::flux_map::{Currents, FluxMap};
 use crate::machine::Machine;
@@ -92,6 +92,9 @@ pub struct Evaluation<T> {
     /// Powers.
     pub powers: Powers<T>,
 }
+
+/// Steps per sample at most. Machines at usual sampling times take one to ten, with an inverter's steep characteristic up to a hundred.
+pub const SUBSTEPS_MAX: u32 = 1000;
 
 /// A valid machine prepared for stepping. Plain data, no allocation; steps cannot fail.
 #[derive(Clone, Copy, Debug)]
@@ -333,12 +336,62 @@ impl<T: Scalar> Plant<T> {
         own.max(resistance * self.map.steepest_leakage() / leakage)
     }
 
-    /// How many steps a sample of length `sample_time_s` needs: each at most 0.8/[`fastest_rate`](Self::fastest_rate).
+    /// How many steps a sample of length `sample_time_s` needs: each at most 0.8/[`fastest_rate`](Self::fastest_rate), and no more than
+    /// [`SUBSTEPS_MAX`]. A machine that needs more is not followed; [`followed`](Self::followed) says so beforehand.
     pub fn substeps(&self, sample_time_s: f64) -> u32 {
         let n = (sample_time_s * self.fastest_rate() / 0.8).max(1.0);
         // Rounded up by hand: f64::ceil is not in core.
-        let whole = n.min(1e6) as u32;
-        if f64::from(whole) < n { whole + 1 } else { whole }
+        let whole = n.min(f64::from(SUBSTEPS_MAX)) as u32;
+        if f64::from(whole) < n && whole < SUBSTEPS_MAX { whole + 1 } else { whole.max(1) }
+    }
+
+    /// That [`substeps`](Self::substeps) are enough at a sampling time.
+    ///
+    /// # Errors
+    /// [`ModelError::TooStiff`] with what makes the machine too fast.
+    pub fn followed(&self, sample_time_s: f64) -> Result<(), ModelError> {
+        let rate_per_s = self.fastest_rate();
+        if sample_time_s * rate_per_s / 0.8 <= f64::from(SUBSTEPS_MAX) {
+            return Ok(());
+        }
+        let (part, quantity, value) = self.stiffest();
+        Err(ModelError::TooStiff { part, quantity, value, rate_per_s, sample_time_s })
+    }
+
+    /// The parameter to look at in a machine that is too fast: of the effect without which it is the slowest, that which is farthest from
+    /// its usual size; without effects the leakage or the larger resistance.
+    fn stiffest(&self) -> (&'static str, &'static str, f64) {
+        let p = self.parameters.cast::<f64>();
+        let leakage = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
+        let mut found = if leakage < 1e-5 {
+            ("machine", "stator_leakage_inductance_h + rotor_leakage_inductance_h", leakage)
+        } else if p.stator_resistance_ohm > p.rotor_resistance_ohm {
+            ("machine", "stator_resistance_ohm", p.stator_resistance_ohm)
+        } else {
+            ("machine", "rotor_resistance_ohm", p.rotor_resistance_ohm)
+        };
+        let mut least = 0.5 * self.fastest_rate();
+        for id in self.effects.active() {
+            let mut effects = self.effects;
+            for (k, _) in id.parameters().iter().enumerate().filter(|(_, info)| info.role == Role::Strength) {
+                effects.set(id, k, T::zero());
+            }
+            let on = effects.which();
+            let without = Self { map: FluxMap::new(&self.parameters, &effects), effects, on, ..*self };
+            let rate = without.fastest_rate();
+            if rate < least {
+                least = rate;
+                // In logarithms, as sizes go over decades.
+                let far = |k: usize| {
+                    let (x, usual) = (self.effects.get(id, k).value(), id.parameters()[k].typical.1.max(1e-300));
+                    Scalar::ln((x.abs() / usual).max(1e-300)).abs()
+                };
+                let given = (0..id.parameters().len()).filter(|&k| self.effects.get(id, k).value() != 0.0);
+                let k = given.max_by(|a, b| far(*a).total_cmp(&far(*b))).unwrap_or(0);
+                found = (id.name(), id.parameters()[k].key, self.effects.get(id, k).value());
+            }
+        }
+        found
     }
 }
 

@@ -22,7 +22,7 @@ use im_model::{Bound, Complex, Machine, Rating, Scalar};
 use num_traits::Zero;
 
 use crate::basis::{Basis, Discretization, Watch};
-use crate::error::ObserverError;
+use crate::error::{GAIN_MAX, ObserverError};
 use crate::interface::{Estimate, Input, Observer};
 use crate::registry::{Gains, Named};
 use crate::tustin::step1;
@@ -57,10 +57,10 @@ impl DerdiyokGains {
     }
 
     fn validate(&self) -> Result<(), ObserverError> {
-        Bound::Positive.check("nu0", self.nu0)?;
-        Bound::NotNegative.check("boundary_layer_a", self.boundary_layer_a)?;
-        Bound::NotNegative.check("filter_rad_s", self.filter_rad_s)?;
-        Ok(Bound::NotNegative.check("anchor_per_s", self.anchor_per_s)?)
+        Bound::Within(f64::from(f32::MIN_POSITIVE), GAIN_MAX).check("nu0", self.nu0)?;
+        Bound::Within(0.0, GAIN_MAX).check("boundary_layer_a", self.boundary_layer_a)?;
+        Bound::Within(0.0, GAIN_MAX).check("filter_rad_s", self.filter_rad_s)?;
+        Ok(Bound::Within(0.0, GAIN_MAX).check("anchor_per_s", self.anchor_per_s)?)
     }
 }
 

@@ -33,10 +33,13 @@ pub enum ObserverError {
     },
 }
 
-/// A matrix whose entries are all finite.
+/// Gains beyond this are none: they and what they are multiplied with stay within the range of `f32`.
+pub(crate) const GAIN_MAX: f64 = 1e12;
+
+/// A matrix whose entries are gains.
 pub(crate) fn finite<const R: usize>(name: &'static str, rows: &[[f64; 2]; R]) -> Result<(), ObserverError> {
     for x in rows.iter().flatten() {
-        Bound::Within(-1e12, 1e12).check(name, *x)?;
+        Bound::Within(-GAIN_MAX, GAIN_MAX).check(name, *x)?;
     }
     Ok(())
 }

@@ -18,7 +18,7 @@ use im_model::{Bound, Complex, Machine, Rating, Scalar};
 use num_traits::Zero;
 
 use crate::basis::{Basis, Discretization, Watch};
-use crate::error::{ObserverError, finite};
+use crate::error::{GAIN_MAX, ObserverError, finite};
 use crate::interface::{Estimate, Input, Observer};
 use crate::registry::{Gains, Named};
 use crate::saturation::Electrical;
@@ -118,8 +118,8 @@ impl KubotaGains {
         finite("gain_per_speed", &self.gain_per_speed)?;
         invariant("gain", &self.gain)?;
         invariant("gain_per_speed", &self.gain_per_speed)?;
-        Bound::NotNegative.check("proportional", self.proportional)?;
-        Bound::NotNegative.check("fade_a", self.fade_a)?;
+        Bound::Within(0.0, GAIN_MAX).check("proportional", self.proportional)?;
+        Bound::Within(0.0, GAIN_MAX).check("fade_a", self.fade_a)?;
         Ok(Bound::Positive.check("integral", self.integral)?)
     }
 }

@@ -16,7 +16,7 @@ use im_model::{Bound, Complex, Machine, Rating, Scalar};
 use num_traits::Zero;
 
 use crate::basis::{Basis, Discretization, Watch};
-use crate::error::ObserverError;
+use crate::error::{GAIN_MAX, ObserverError};
 use crate::interface::{Estimate, Input, Observer};
 use crate::registry::{Gains, Named};
 use crate::tustin::{Flow, warped};
@@ -40,9 +40,9 @@ impl UtkinGains {
     }
 
     fn validate(&self) -> Result<(), ObserverError> {
-        Bound::Positive.check("omega0_rad_s", self.omega0_rad_s)?;
-        Bound::NotNegative.check("boundary_layer_avs", self.boundary_layer_avs)?;
-        Ok(Bound::NotNegative.check("filter_rad_s", self.filter_rad_s)?)
+        Bound::Within(f64::from(f32::MIN_POSITIVE), GAIN_MAX).check("omega0_rad_s", self.omega0_rad_s)?;
+        Bound::Within(0.0, GAIN_MAX).check("boundary_layer_avs", self.boundary_layer_avs)?;
+        Ok(Bound::Within(0.0, GAIN_MAX).check("filter_rad_s", self.filter_rad_s)?)
     }
 }
 

@@ -40,6 +40,9 @@ pub struct Args {
     /// What the columns of the recordings mean, instead of the recording.toml beside them
     #[arg(long, value_name = "FILE", requires = "train")]
     mapping: Option<PathBuf>,
+    /// Go on where what was noticed about the data makes the answer meaningless
+    #[arg(long, requires = "train")]
+    anyway: bool,
     /// Where to write the motor
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -52,7 +55,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let effect = args.effect;
     let (train, holdout, mapping) = (args.train.clone(), args.holdout.clone(), args.mapping.clone());
-    let data = Data { motor: args.motor.clone(), train, table: Vec::new(), holdout, mapping };
+    let data = Data { motor: args.motor.clone(), train, table: Vec::new(), holdout, mapping, anyway: args.anyway };
     data.outputs().file(&args.output)?;
     let motor = MotorFile::read(&args.motor)?;
     if motor.machine.effects().is_on(effect) {

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 
 use im_diagnose::case::Case;
 use im_diagnose::consistency;
+use im_diagnose::intake::{Finding, FindingKind};
 use im_diagnose::report::{Comparison, Meta, compare_html, compare_terminal};
 use im_model::{MotorFile, write_atomically};
 use serde_json::json;
 
-use super::inputs::{quality, recordings_or_drafts};
+use super::inputs::{followed, meaningful, quality, recordings_or_drafts};
 use crate::failure::Failure;
 use crate::output::Outputs;
 use crate::spinner::spinning;
@@ -33,6 +34,9 @@ pub struct Args {
     /// What the columns of the recordings mean, instead of the recording.toml beside them
     #[arg(long, value_name = "FILE")]
     mapping: Option<PathBuf>,
+    /// Go on where the times of a recording cannot be those of the motor
+    #[arg(long)]
+    anyway: bool,
     /// Folder for compare.html
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -50,8 +54,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let motor = MotorFile::read(&args.motor)?;
     let (data, guessed) = recordings_or_drafts(&args.data, args.mapping.as_deref(), &motor, args.out.as_deref())?;
     let mut noticed = im_diagnose::intake::findings(data.iter());
+    // What else is wrong is what a comparison shows; by a wrong clock nothing can be simulated.
+    let clock: Vec<_> = noticed.iter().filter(|f| f.kind == FindingKind::TimeUnit).cloned().collect();
+    meaningful(&clock, args.anyway)?;
+    for taken in &data {
+        followed(&motor, &args.motor, taken)?;
+    }
     let case = Case::from_intake(motor.clone(), data, None);
-    noticed.extend(spinning("comparing the recordings", || consistency::check(&case)));
+    if !noticed.iter().any(Finding::stops) {
+        noticed.extend(spinning("comparing the recordings", || consistency::check(&case)));
+    }
     let comparison = spinning("looking where the model fails", || Comparison::new(motor, case.train));
     let program = concat!("im ", env!("CARGO_PKG_VERSION")).into();
     let meta = Meta { program, quality: quality(&noticed), ..Meta::default() };

@@ -9,7 +9,7 @@ use im_diagnose::intake::{self, Draft, Finding, FindingKind, Intake, IntakeError
 use im_diagnose::search::Options;
 use im_diagnose::tables;
 use im_identify::offline::FitError;
-use im_model::{MotorFile, Recording};
+use im_model::{MotorFile, Plant, Recording};
 
 use crate::failure::Failure;
 use crate::output::Outputs;
@@ -34,6 +34,25 @@ pub struct Data {
     /// What the columns of the recordings mean, instead of the recording.toml beside them
     #[arg(long, value_name = "FILE")]
     pub mapping: Option<PathBuf>,
+    /// Go on where what was noticed about the data makes the answer meaningless
+    #[arg(long)]
+    pub anyway: bool,
+}
+
+/// That the motor can be simulated at a recording's sampling time.
+pub fn followed(motor: &MotorFile, file: &Path, taken: &Intake) -> Result<(), Failure> {
+    let e = &taken.experiment;
+    let machine = Plant::new(&motor.machine).followed(e.sample_time_s);
+    machine.map_err(|why| Failure::Input(format!("{} with {}: {why}", file.display(), e.name)))
+}
+
+/// Ends a run whose answer would mean nothing, unless it is wanted anyway.
+pub fn meaningful(findings: &[Finding], anyway: bool) -> Result<(), Failure> {
+    let stops: Vec<String> = findings.iter().filter(|f| f.stops()).map(Finding::line).collect();
+    if stops.is_empty() || anyway {
+        return Ok(());
+    }
+    Err(Failure::Input(format!("{}\nUntil that is corrected the answer means nothing; --anyway goes on", stops.join("\n"))))
 }
 
 impl Data {
@@ -56,13 +75,22 @@ impl Data {
         let mapping = self.mapping.as_deref();
         if !self.table.is_empty() {
             let tables = self.table.iter().map(|p| SteadyTable::read(p, mapping)).collect::<Result<Vec<_>, _>>()?;
-            return tables::case(motor, &tables).map_err(|e| refused(&self.motor, &e));
+            let noticed = tables::look(&motor, &tables);
+            meaningful(&noticed, self.anyway)?;
+            let (case, mut findings) = tables::case(motor, &tables).map_err(|e| refused(&self.motor, &e))?;
+            findings.extend(noticed);
+            return Ok((case, findings));
         }
         let train = recordings(&self.train, mapping, &motor)?;
         let holdout = self.holdout.as_deref().map(|p| recording(p, mapping, &motor)).transpose()?;
         let mut findings = intake::findings(train.iter().chain(&holdout));
+        meaningful(&findings, self.anyway)?;
+        for taken in train.iter().chain(&holdout) {
+            followed(&motor, &self.motor, taken)?;
+        }
         let case = Case::from_intake(motor, train, holdout);
         findings.extend(spinning("comparing the recordings", || consistency::check(&case)));
+        meaningful(&findings, self.anyway)?;
         // What makes all that follows doubtful is said before it, and once more in its place.
         for f in findings.iter().filter(|f| f.severity == Severity::Serious) {
             say(&wrapped("! ", &f.line()));

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use im_model::simulation::{Run, Scenario, Simulation, SimulationError};
-use im_model::{MotorFile, Recording, read_text};
+use im_model::{ModelError, MotorFile, Recording, read_text};
 use serde_json::json;
 
 use crate::controllers;
@@ -91,8 +91,12 @@ fn recording_of(scenario: &Path) -> Option<PathBuf> {
 }
 
 fn refused(args: &Args, e: &SimulationError) -> Failure {
-    let file = args.scenario.display();
-    Failure::Input(format!("{file}: {e}"))
+    let (motor, scenario) = (args.motor.display(), args.scenario.display());
+    Failure::Input(match e {
+        SimulationError::Model(ModelError::TooStiff { .. }) => format!("{motor} in {scenario}: {e}"),
+        SimulationError::Diverged { .. } => format!("{scenario} with {motor}: {e}"),
+        e => format!("{scenario}: {e}"),
+    })
 }
 
 fn summary(args: &Args, motor: &MotorFile, run: &Run) -> io::Result<()> {

@@ -10,7 +10,7 @@ use im_identify::offline::{residuals, start_on};
 use im_model::MotorFile;
 use serde_json::json;
 
-use super::inputs::recording;
+use super::inputs::{followed, meaningful, recording};
 use crate::failure::Failure;
 use crate::terminal::{rounded, stdout, wrapped};
 
@@ -32,6 +32,9 @@ pub struct Args {
     /// What the columns of the recording mean, instead of the recording.toml beside it
     #[arg(long, value_name = "FILE")]
     mapping: Option<PathBuf>,
+    /// Go on where what was noticed about the data makes the answer meaningless
+    #[arg(long)]
+    anyway: bool,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -52,6 +55,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let taken = recording(&args.data, args.mapping.as_deref(), &after)?;
     let noticed = taken.findings.clone();
+    meaningful(&noticed, args.anyway)?;
+    followed(&before, &args.before, &taken)?;
+    followed(&after, &args.after, &taken)?;
     let mut case = Case::from_intake(after.clone(), vec![taken], None);
     let drawn = nudged(&case.train);
     let starts = |m: &MotorFile| drawn.iter().map(|e| start_on(&m.machine, e, &m.rating)).collect::<Vec<_>>();
@@ -60,6 +66,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     case.set_noise_from(&drawn, &left);
     let pair = |e: &[_]| (errors(&before.machine, e, &start_before), errors(&after.machine, e, &start_after));
     let (free, aided) = (pair(&case.train), pair(&nudged(&case.train)));
+    for (file, e) in [(&args.before, &free.0), (&args.before, &aided.0), (&args.after, &free.1), (&args.after, &aided.1)] {
+        if !e.chi2_per_sample.is_finite() {
+            return Err(Failure::Input(format!(
+                "{}: simulated with {} it leaves the finite range; check the voltages and times of the recording, and the motor's numbers",
+                file.display(),
+                args.data.display()
+            )));
+        }
+    }
     let mut out = stdout();
     if args.json {
         let pair = |p: &(im_diagnose::residuals::Errors, im_diagnose::residuals::Errors)| {

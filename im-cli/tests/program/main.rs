@@ -5,6 +5,7 @@ mod common;
 mod design;
 mod identify;
 mod main_job;
+mod mistakes;
 mod observe;
 mod simulate;
 #[cfg(feature = "verify")]

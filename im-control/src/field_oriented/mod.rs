@@ -16,11 +16,12 @@ use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::error::ControlError;
 use crate::flux::{RotorFlux, RotorFluxModel};
 use crate::flying_start::{BeginsAt, Caught};
+use crate::guard::{self, no_reference};
 use crate::machine_data::MachineData;
 use crate::reference::Shaped;
 use crate::speed_regulator::SpeedRegulator;
 use crate::status::{DriveStatus, Reports};
-use crate::vector::{clamp, norm, rotation};
+use crate::vector::{clamp, is_finite, norm, rotation};
 
 pub use gains::{FieldOrientedGains, Orientation};
 use stator_flux::StatorFlux;
@@ -33,6 +34,8 @@ const MAGNETIZED: [f64; 2] = [0.8, 0.25];
 pub struct FieldOriented<T> {
     law: Law<T>,
     state: State<T>,
+    /// Before the first sample.
+    first: State<T>,
 }
 
 /// What does not change from sample to sample.
@@ -67,6 +70,9 @@ struct State<T> {
     magnetized: bool,
     torque_nm: T,
     status: DriveStatus,
+    /// The last reference in numbers, and the last command.
+    reference: Reference<T>,
+    command: Complex<T>,
 }
 
 impl<T: Scalar> FieldOriented<T> {
@@ -114,8 +120,10 @@ impl<T: Scalar> FieldOriented<T> {
             magnetized: false,
             torque_nm: o,
             status: DriveStatus::OK,
+            reference: no_reference(),
+            command: z,
         };
-        Ok(Self { law, state })
+        Ok(Self { law, state, first: state })
     }
 
     /// The rotor resistance from now on, Ω: how an identifier takes part. Ignored unless positive and finite.
@@ -140,8 +148,36 @@ impl<T: Scalar> FieldOriented<T> {
 }
 
 impl<T: Scalar> Controller<T> for FieldOriented<T> {
+    /// A sample that cannot be computed with leaves the last command standing, and the state as it is; should the state leave the finite
+    /// range all the same, it begins anew. One sample later everything is as before.
     #[inline]
     fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
+        let s = &mut self.state;
+        s.reference = guard::numbers(reference, &s.reference);
+        if !guard::is_usable(m, self.law.current_max_a) {
+            s.status = DriveStatus::OK.and(DriveStatus::CURRENT_LOST);
+            return Command::Voltage(guard::held(s.command));
+        }
+        let reference = s.reference;
+        let u = self.follow(m, &reference);
+        if is_finite(u)
+            && self.state.flux_limit.is_finite()
+            && is_finite(self.state.current_integral)
+            && self.state.torque_nm.is_finite()
+        {
+            self.state.command = u;
+        } else {
+            self.state = State { reference, ..self.first };
+            self.state.status = DriveStatus::OK.and(DriveStatus::RESTARTED);
+        }
+        Command::Voltage(self.state.command)
+    }
+}
+
+impl<T: Scalar> FieldOriented<T> {
+    /// The law for a sample that is one.
+    #[inline]
+    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
         let (law, s) = (&self.law, &mut self.state);
         let g = &law.gains;
         let (t, omega_e) = (m.sample_time_s, law.model.pole_pairs * m.omega_m);
@@ -217,7 +253,7 @@ impl<T: Scalar> Controller<T> for FieldOriented<T> {
             .and_if(!s.magnetized, DriveStatus::MAGNETIZING)
             .and_if(s.magnetized && torque.abs() >= torque_max, DriveStatus::CURRENT_LIMITED)
             .and_if(flux < wanted * T::from_f64(0.98), DriveStatus::FIELD_WEAKENING);
-        Command::Voltage(out.u_s)
+        out.u_s
     }
 }
 

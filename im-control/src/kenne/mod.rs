@@ -29,11 +29,12 @@ use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::error::ControlError;
 use crate::flux::{RotorFlux, RotorFluxModel};
 use crate::flying_start::{BeginsAt, Caught};
+use crate::guard::{self, no_reference};
 use crate::load_torque::{LoadTorqueEstimate, LoadTorqueObserver};
 use crate::machine_data::MachineData;
 use crate::reference::Shaped;
 use crate::status::{DriveStatus, Reports};
-use crate::vector::{norm, rotation};
+use crate::vector::{is_finite, norm, rotation};
 
 pub use gains::{KenneGains, LoadTorqueSource, input_gains, switching_gain};
 use law::{Aims, Law, Seen};
@@ -52,6 +53,8 @@ pub struct Kenne<T> {
     rotor_resistance_ohm: T,
     current_max_a: T,
     state: State<T>,
+    /// Before the first sample.
+    first: State<T>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -71,6 +74,9 @@ struct State<T> {
     magnetized: bool,
     torque_nm: T,
     status: DriveStatus,
+    /// The last reference in numbers, and the last command.
+    reference: Reference<T>,
+    command: Complex<T>,
 }
 
 impl<T: Scalar> Kenne<T> {
@@ -85,6 +91,23 @@ impl<T: Scalar> Kenne<T> {
         let law = Law::new(w, machine.pole_pairs);
         let k_r = w.mutual_inductance_h / w.rotor_inductance_h;
         let (o, z) = (T::zero(), Complex::new(T::zero(), T::zero()));
+        let state = State {
+            rotor: RotorFlux::default(),
+            load: LoadTorqueEstimate::default(),
+            direction: Complex::new(T::one(), o),
+            current_integral: z,
+            lacking: z,
+            shaped: Shaped::at(o),
+            flux_limit: o,
+            flux2_before: None,
+            wanted_v: o,
+            omega_s: o,
+            magnetized: false,
+            torque_nm: o,
+            status: DriveStatus::OK,
+            reference: no_reference(),
+            command: z,
+        };
         Ok(Self {
             law,
             gains: *gains,
@@ -107,21 +130,8 @@ impl<T: Scalar> Kenne<T> {
             },
             rotor_resistance_ohm: w.rotor_resistance_ohm,
             current_max_a: machine.current_max_a,
-            state: State {
-                rotor: RotorFlux::default(),
-                load: LoadTorqueEstimate::default(),
-                direction: Complex::new(T::one(), o),
-                current_integral: z,
-                lacking: z,
-                shaped: Shaped::at(o),
-                flux_limit: o,
-                flux2_before: None,
-                wanted_v: o,
-                omega_s: o,
-                magnetized: false,
-                torque_nm: o,
-                status: DriveStatus::OK,
-            },
+            state,
+            first: state,
         })
     }
 
@@ -166,8 +176,36 @@ impl<T: Scalar> Kenne<T> {
 }
 
 impl<T: Scalar> Controller<T> for Kenne<T> {
+    /// A sample that cannot be computed with leaves the last command standing, and the state as it is; should the state leave the finite
+    /// range all the same, it begins anew. One sample later everything is as before.
     #[inline]
     fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
+        let s = &mut self.state;
+        s.reference = guard::numbers(reference, &s.reference);
+        if !guard::is_usable(m, self.current_max_a) {
+            s.status = DriveStatus::OK.and(DriveStatus::CURRENT_LOST);
+            return Command::Voltage(guard::held(s.command));
+        }
+        let reference = s.reference;
+        let u = self.follow(m, &reference);
+        if is_finite(u)
+            && self.state.flux_limit.is_finite()
+            && is_finite(self.state.current_integral)
+            && self.state.torque_nm.is_finite()
+        {
+            self.state.command = u;
+        } else {
+            self.state = State { reference, ..self.first };
+            self.state.status = DriveStatus::OK.and(DriveStatus::RESTARTED);
+        }
+        Command::Voltage(self.state.command)
+    }
+}
+
+impl<T: Scalar> Kenne<T> {
+    /// The law for a sample that is one.
+    #[inline]
+    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
         let (law, g, s) = (&self.law, &self.gains, &mut self.state);
         let c = T::from_f64;
         let (t, r_r) = (m.sample_time_s, self.rotor_resistance_ohm);
@@ -245,7 +283,7 @@ impl<T: Scalar> Controller<T> for Kenne<T> {
         // What the sliding terms add is not the steady need for voltage; it averages out in the limit of the flux.
         s.wanted_v = out.wanted_v * self.model.rotor_inductance_h / law.m_big;
         s.status = status.and_if(out.limited, DriveStatus::VOLTAGE_LIMITED);
-        Command::Voltage(out.u_s)
+        out.u_s
     }
 }
 

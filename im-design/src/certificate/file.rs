@@ -1,6 +1,7 @@
 //! The certificate file.
 
 use super::check::{CheckError, Margin, Obligation, decide};
+use super::validity;
 use crate::error::DesignError;
 use crate::exact::{Field, Rational};
 use crate::machine::{Constants, LinearMachine};
@@ -95,6 +96,9 @@ designs! {
     Mtpa(crate::mtpa::MtpaDesign),
 }
 
+/// Version of the file format.
+const SCHEMA: u32 = 2;
+
 /// A design with its proof, as written to a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -117,7 +121,8 @@ impl Certificate {
     /// # Errors
     /// [`DesignError::Unproven`] when an obligation is false in exact arithmetic.
     pub fn seal(plant: DesignModel, design: impl Into<Design>) -> Result<Self, DesignError> {
-        let mut certificate = Certificate { schema: 1, digest: String::new(), plant, design: design.into(), margins: Vec::new() };
+        let mut certificate =
+            Certificate { schema: SCHEMA, digest: String::new(), plant, design: design.into(), margins: Vec::new() };
         certificate.margins = certificate.prove()?;
         certificate.digest = certificate.content_digest()?;
         Ok(certificate)
@@ -128,11 +133,9 @@ impl Certificate {
     /// # Errors
     /// The first obligation that is false.
     pub fn prove(&self) -> Result<Vec<Margin>, CheckError> {
-        if let DesignModel::Machine(machine) = &self.plant {
-            machine.validate().map_err(|e| CheckError::Malformed(e.to_string()))?;
-        }
-        let table = toml::Value::try_from(self).map_err(|e| CheckError::Malformed(e.to_string()))?;
-        refuse_impossible("certificate", &table)?;
+        let malformed = |e: toml::ser::Error| CheckError::Malformed(e.to_string());
+        self.plant.check()?;
+        validity::check("design", &toml::Value::try_from(&self.design).map_err(malformed)?)?;
         let constants = self.plant.constants::<Rational>();
         decide(&self.design.obligations(&constants).map_err(CheckError::Malformed)?)
     }
@@ -161,10 +164,17 @@ impl Certificate {
     /// # Errors
     /// Why it is refused.
     pub fn check_text(text: &str) -> Result<(Self, Vec<Margin>), CheckError> {
-        let certificate: Certificate = toml::from_str(text).map_err(|e| CheckError::Malformed(e.to_string()))?;
-        if certificate.schema != 1 {
-            return Err(CheckError::Malformed(format!("schema {} is not known here", certificate.schema)));
+        #[derive(Deserialize)]
+        struct Version {
+            schema: u32,
         }
+        let malformed = |e: toml::de::Error| CheckError::Malformed(e.to_string());
+        let Version { schema } = toml::from_str(text).map_err(malformed)?;
+        if schema != SCHEMA {
+            let what = format!("schema {schema} is not {SCHEMA}, the one decided here: make the design again with this version");
+            return Err(CheckError::Malformed(what));
+        }
+        let certificate: Certificate = toml::from_str(text).map_err(malformed)?;
         let margins = certificate.check()?;
         Ok((certificate, margins))
     }
@@ -180,19 +190,6 @@ impl Certificate {
     fn content_digest(&self) -> Result<String, CheckError> {
         let text = Certificate { digest: String::new(), ..self.clone() }.to_text()?;
         Ok(Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect())
-    }
-}
-
-/// Numbers that are not finite have no exact value, and a negative rate proves nothing.
-fn refuse_impossible(key: &str, value: &toml::Value) -> Result<(), CheckError> {
-    match value {
-        toml::Value::Float(x) if !x.is_finite() => Err(CheckError::Malformed(format!("{key} = {x} is not finite"))),
-        toml::Value::Float(x) if *x < 0.0 && key.ends_with("rate_per_s") => {
-            Err(CheckError::NotPositive { name: key.into(), value: *x })
-        }
-        toml::Value::Array(items) => items.iter().try_for_each(|item| refuse_impossible(key, item)),
-        toml::Value::Table(table) => table.iter().try_for_each(|(key, item)| refuse_impossible(key, item)),
-        _ => Ok(()),
     }
 }
 
@@ -221,8 +218,8 @@ mod tests {
         let text = closed_form(plant, &request).unwrap().1.to_text().unwrap();
         assert!(Certificate::check_text(&text).is_ok());
         let refused = |text: &str| matches!(Certificate::check_text(text), Err(CheckError::Malformed(_)));
-        assert!(refused(&text.replacen("schema = 1", "schema = 2", 1)));
-        assert!(refused(&text.replacen("schema = 1", "schema = 1\nextra = 2", 1)));
+        assert!(refused(&text.replacen("schema = 2", "schema = 1", 1)));
+        assert!(refused(&text.replacen("schema = 2", "schema = 2\nextra = 2", 1)));
         assert!(refused(&text.replacen("rate_per_s", "rate", 1)));
         assert!(Certificate::check_text(&format!("# a comment changes nothing\n{text}")).is_ok());
     }

@@ -7,7 +7,10 @@
 
 mod check;
 mod file;
+mod subject;
+mod validity;
 
 pub(crate) use check::decide;
 pub use check::{CheckError, Margin, Obligation};
 pub use file::{Certificate, Claim, Design, DesignModel};
+pub use subject::Difference;

@@ -91,14 +91,15 @@ impl Claim for KenneDesign {
         Ok(vec![
             Obligation::Positive("reach_omega".into(), f(self.region.reach_omega)),
             Obligation::Positive("reach_lambda".into(), f(self.region.reach_lambda)),
-            Obligation::Positive("k_sq less (25)".into(), f(self.k_sq) - b.k_sq),
-            Obligation::Positive("k_sd less (26)".into(), f(self.k_sd) - b.k_sd),
+            Obligation::Exceeds("k_sq over (25)".into(), f(self.k_sq), b.k_sq),
+            Obligation::Exceeds("k_sd over (26)".into(), f(self.k_sd), b.k_sd),
             Obligation::Positive("K less (34) without flux".into(), left.clone()),
-            Obligation::Positive(
-                "what is left of K, squared, less the flux's part of (34), squared".into(),
-                left.clone() * left - by_flux2,
+            Obligation::Exceeds(
+                "what is left of K, squared, over the flux's part of (34), squared".into(),
+                left.clone() * left,
+                by_flux2,
             ),
-            Obligation::Positive("k_Rr less the rate bound".into(), f(self.k_rr_per_s) - b.k_rr),
+            Obligation::Exceeds("k_Rr over the rate bound".into(), f(self.k_rr_per_s), b.k_rr),
         ])
     }
 }

@@ -9,7 +9,8 @@
 //! T = (3/2)n_p λ_m² G and 2I_s² = λ_m²(G² + (Γ_m + B)²).
 
 use super::t_circuit::TCircuit;
-use crate::exact::Interval;
+use crate::exact::{Field, Interval};
+use crate::machine::Constants;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -28,9 +29,9 @@ pub trait AirGap {
     /// The same at all points of two coordinates of the circuit's own: ranges that contain them.
     fn enclose(&self, cell: [Interval; 2]) -> Enclosure;
 
-    /// The coordinates that hold every point of currents up to one (rms, A). The q-d model, made for small slips, is looked at
-    /// up to a slip (rad/s) only.
-    fn coordinates(&self, current_rms_a: f64, slip_rad_s: f64) -> [Interval; 2];
+    /// Coordinates that hold every operating point of currents up to one (rms, A), at any slip; `None` where the circuit sets no bound,
+    /// as one whose magnetizing current does not rise with flux.
+    fn coordinates(&self, current_rms_a: f64) -> Option<[Interval; 2]>;
 
     /// The coordinates of one operating point.
     fn coordinates_of(&self, level: f64, slip_rad_s: f64) -> [f64; 2];
@@ -47,8 +48,11 @@ pub struct Enclosure {
     pub slip_rad_s: Interval,
 }
 
-/// Air-gap fluxes that the q-d model is looked at up to, Wb; its exponential saturation takes thousands of amperes long before.
-const FLUX_MAX: f64 = 8.0;
+/// Air-gap flux beyond which no bound on the flux is looked for, Wb: no machine has it.
+const FLUX_MAX: f64 = 1e6;
+
+/// Slip from which on the q-d model is enclosed in 1/ω_s, electrical rad/s: up to infinity.
+const FAST: f64 = 1e3;
 
 /// The alternative q-d model of Kwon and Sudhoff.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,6 +84,11 @@ impl Aqdm {
         m1 - m2 * flux_vs + (m3 * (flux_vs - m4)).exp() + (m5 * (flux_vs - m6)).exp()
     }
 
+    fn enclose_magnetizing(&self, flux: Interval) -> Interval {
+        let [m1, m2, m3, m4, m5, m6] = self.magnetizing.map(Interval::point);
+        m1 - m2 * flux + (m3 * (flux - m4)).exp() + (m5 * (flux - m6)).exp()
+    }
+
     fn rotor_leakage_h(&self, flux_vs: f64) -> f64 {
         let [l1, l2, l3, l4] = self.rotor_leakage;
         l1 + l2 / (1.0 + l3 * flux_vs.powf(l4))
@@ -106,32 +115,57 @@ impl AirGap for Aqdm {
         level
     }
 
-    /// Coordinates: flux and slip themselves.
+    /// Coordinates: flux and slip themselves, the slip up to infinity.
     fn enclose(&self, [flux, slip]: [Interval; 2]) -> Enclosure {
         let p = Interval::point;
-        let [m1, m2, m3, m4, m5, m6] = self.magnetizing.map(p);
-        let gamma = m1 - m2 * flux + (m3 * (flux - m4)).exp() + (m5 * (flux - m6)).exp();
+        let gamma = self.enclose_magnetizing(flux);
         let [l1, l2, l3, l4] = self.rotor_leakage;
         let leakage = p(l1) + p(l2).over(p(1.0) + p(l3) * flux.power(l4));
-        // Y_r = a − jb.
-        let (mut a, mut b) = (p(0.0), p(0.0));
+        // Y_r = a − jb, times ω; for large ω in s = 1/ω, so that no end is infinite.
+        let (mut wa, mut wb) = (p(0.0), p(0.0));
+        let s = p(1.0).over(slip).not_negative();
         for [y, tau] in self.rotor.map(|branch| branch.map(p)) {
-            let w = tau * slip;
-            a = a + y.over(p(1.0) + w.squared());
-            b = b + (y * w).over(p(1.0) + w.squared());
+            let (real, imaginary) = if slip.low >= FAST {
+                let d = s.squared() + tau.squared();
+                ((y * s).over(d), (y * tau).over(d))
+            } else {
+                let w = tau * slip;
+                let d = p(1.0) + w.squared();
+                ((y * slip).over(d), (y * w * slip).over(d))
+            };
+            wa = wa + real.not_negative();
+            wb = wb + imaginary.not_negative();
         }
-        // Y_ag = ω(a − jb)/((1 + ωLb) + jωLa): G = ωa/D, B = ω(b + ωL(a² + b²))/D.
-        let x = slip * leakage;
-        let d = (p(1.0) + x * b).squared() + (x * a).squared();
-        let conductance = (slip * a).over(d);
-        let susceptance = (slip * (b + x * (a.squared() + b.squared()))).over(d);
+        // Y_ag = ω(a − jb)/((1 + ωLb) + jωLa): G = ωa/D, B = (ωb + L(ω²a² + ω²b²))/D.
+        let turn = p(1.0) + leakage * wb;
+        let d = turn.squared() + (leakage * wa).squared();
+        // Whatever a is, G ≤ 1/(2L(1 + ωLb)).
+        let top = p(1.0).over(p(2.0) * leakage * turn).high;
+        let mut conductance = wa.over(d).not_negative();
+        conductance.high = conductance.high.min(top);
+        let susceptance = (wb + leakage * (wa.squared() + wb.squared())).over(d).not_negative();
         let current = (conductance.squared() + (gamma + susceptance).squared()).root() * flux;
         let torque = p(1.5 * f64::from(self.pole_pairs)) * flux.squared() * conductance;
         Enclosure { current_rms_a: current.over(p(2.0).root()), torque_n_m: torque, slip_rad_s: slip }
     }
 
-    fn coordinates(&self, _current_rms_a: f64, slip_rad_s: f64) -> [Interval; 2] {
-        [Interval::new(0.0, FLUX_MAX), Interval::new(0.0, slip_rad_s)]
+    /// √2 I_s ≥ λΓ_m(λ), and Γ_m is convex: from a flux on where it is positive and rises, and takes more than the current, all fluxes do.
+    fn coordinates(&self, current_rms_a: f64) -> Option<[Interval; 2]> {
+        let p = Interval::point;
+        let [_, m2, m3, m4, m5, m6] = self.magnetizing.map(p);
+        let beyond = |flux: f64| {
+            let slope = m3 * (m3 * (p(flux) - m4)).exp() + m5 * (m5 * (p(flux) - m6)).exp() - m2;
+            let current = (p(flux) * self.enclose_magnetizing(p(flux))).over(p(2.0).root());
+            slope.low >= 0.0 && current.low > current_rms_a
+        };
+        let mut flux = 1.0;
+        while !beyond(flux) {
+            flux *= 1.25;
+            if flux > FLUX_MAX {
+                return None;
+            }
+        }
+        Some([Interval::new(0.0, flux), Interval::new(0.0, f64::INFINITY)])
     }
 
     fn coordinates_of(&self, flux_vs: f64, slip_rad_s: f64) -> [f64; 2] {
@@ -178,10 +212,10 @@ impl AirGap for Circuit {
         }
     }
 
-    fn coordinates(&self, current_rms_a: f64, slip_rad_s: f64) -> [Interval; 2] {
+    fn coordinates(&self, current_rms_a: f64) -> Option<[Interval; 2]> {
         match self {
-            Circuit::T(c) => c.coordinates(current_rms_a, slip_rad_s),
-            Circuit::Aqdm(c) => c.coordinates(current_rms_a, slip_rad_s),
+            Circuit::T(c) => c.coordinates(current_rms_a),
+            Circuit::Aqdm(c) => c.coordinates(current_rms_a),
         }
     }
 
@@ -199,12 +233,42 @@ impl Circuit {
         match self {
             Circuit::T(c) => c.complaint(),
             Circuit::Aqdm(c) => {
-                let leakage = c.rotor_leakage.iter().all(|x| *x >= 0.0) && c.rotor_leakage[3] > 0.0;
-                let rotor = c.rotor.iter().flatten().all(|x| *x >= 0.0) && c.rotor.iter().any(|[y, _]| *y > 0.0);
-                let good = leakage && rotor && c.pole_pairs > 0 && c.magnetizing.iter().all(|x| x.is_finite());
-                (!good).then(|| "the q-d circuit needs leakages and rotor branches that are not negative".into())
+                let finite = |x: &f64| x.is_finite();
+                let leakage = c.rotor_leakage.iter().all(|x| finite(x) && *x >= 0.0);
+                let leakage = leakage && c.rotor_leakage[3] > 0.0 && c.rotor_leakage[0] + c.rotor_leakage[1] > 0.0;
+                let branch = |[y, tau]: &[f64; 2]| finite(y) && finite(tau) && *y >= 0.0 && (*y == 0.0 || *tau > 0.0);
+                let rotor = c.rotor.iter().all(branch) && c.rotor.iter().any(|[y, _]| *y > 0.0);
+                let good = leakage && rotor && c.pole_pairs > 0 && c.magnetizing.iter().all(finite);
+                let what =
+                    "the q-d circuit needs leakages, and rotor branches with time constants, that are finite and not negative";
+                (!good).then(|| what.into())
             }
         }
+    }
+
+    /// Which of its parameters are not those of a machine, if any are; of the q-d model only the pole pairs are compared.
+    pub(super) fn foreign<F: Field>(&self, c: &Constants<F>) -> Option<&'static str> {
+        if F::from_f64(f64::from(self.pole_pairs())) != c.n_p {
+            return Some("pole_pairs");
+        }
+        let Circuit::T(own) = self else { return None };
+        // L_m = ηL_m/η, L_m/L_r = βσL_s, R_r = ηL_r.
+        let l_m = c.eta_l_m.clone() / c.eta.clone();
+        let l_r = l_m.clone() * c.inverse_sigma_l_s.clone() / c.beta.clone();
+        let r_r = c.eta.clone() * l_r.clone();
+        let rounding = F::from_f64(1e-12);
+        let differs = |own: f64, machine: F, size: &F| {
+            let off = F::from_f64(own) - machine;
+            let off = if off < F::zero() { -off } else { off };
+            off > rounding.clone() * size.clone()
+        };
+        if differs(own.magnetizing_inductance_h, l_m.clone(), &l_m) {
+            return Some("magnetizing_inductance_h");
+        }
+        if differs(own.rotor_leakage_inductance_h, l_r.clone() - l_m, &l_r) {
+            return Some("rotor_leakage_inductance_h");
+        }
+        differs(own.rotor_resistance_ohm, r_r.clone(), &r_r).then_some("rotor_resistance_ohm")
     }
 
     /// n_p.

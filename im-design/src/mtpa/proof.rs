@@ -26,8 +26,6 @@ pub struct MtpaDesign {
     pub torque_n_m: [f64; 2],
     /// ε, relative.
     pub tolerance: f64,
-    /// Slips up to which the q-d circuit is searched for better points, electrical rad/s; the T circuit is searched at all.
-    pub slip_max_rad_s: f64,
     /// The circuit.
     pub circuit: Circuit,
     /// The laws.
@@ -50,8 +48,24 @@ pub struct Witness {
 const CELLS: usize = 3_000_000;
 /// How often a line between witnesses is halved.
 const HALVES: u32 = 14;
+/// Where the slips from zero to infinity are cut first, electrical rad/s.
+const FIRST_SLIP: f64 = 1e3;
 /// Widths of the pieces that the law's current is known on, relative.
 const PIECE: f64 = 1e-3;
+
+/// Witnesses at most.
+const POINTS_MAX: usize = 10_000;
+
+/// Torques that laws are proven for: what machines have, over a range that can be cut into pieces.
+///
+/// # Errors
+/// What is out of reach, and what is not.
+pub(super) fn in_reach([low, high]: [f64; 2]) -> Result<(), String> {
+    if low >= 1e-6 && low < high && high <= 1e8 && high <= 1e9 * low {
+        return Ok(());
+    }
+    Err(format!("torque_n_m = [{low:e}, {high:e}] must ascend, lie between 1e-6 and 1e8 N m, and span a factor of 1e9 at most"))
+}
 
 /// The largest current of a law from the lowest torque up to any other.
 struct Most {
@@ -81,10 +95,10 @@ impl Most {
 }
 
 /// Number of cells that prove that no point gives a torque from `least` on with (1 − ε) times the current of the law, or less.
-fn no_better(circuit: &Circuit, least: f64, most: &Most, tolerance: f64, slip_max: f64) -> Option<usize> {
+fn no_better(circuit: &Circuit, least: f64, most: &Most, tolerance: f64) -> Option<usize> {
     let share = Interval::point(1.0) - Interval::point(tolerance);
     let allowed = |torque: f64| (share * Interval::point(most.up_to(torque))).high;
-    let mut open = vec![circuit.coordinates(allowed(f64::INFINITY), slip_max)];
+    let mut open = vec![circuit.coordinates(allowed(f64::INFINITY))?];
     let mut seen = 0;
     while let Some(cell) = open.pop() {
         seen += 1;
@@ -92,13 +106,16 @@ fn no_better(circuit: &Circuit, least: f64, most: &Most, tolerance: f64, slip_ma
         if e.torque_n_m.high < least || e.current_rms_a.low > allowed(e.torque_n_m.high) {
             continue;
         }
-        let width = |i: Interval| (i.high - i.low) / (i.high + i.low);
+        let width = |i: Interval| if i.high.is_finite() { (i.high - i.low) / (i.high + i.low) } else { 1.0 };
         let k = usize::from(width(cell[1]) > width(cell[0]));
         // A cell that cannot be cut further is an operating point, or the origin's neighbour by rounding.
         if seen > CELLS || width(cell[k]) < 1e-12 || cell[k].high < 1e-12 {
             return None;
         }
-        let middle = 0.5 * (cell[k].low + cell[k].high);
+        let middle = match cell[k] {
+            Interval { low, high } if high.is_finite() => 0.5 * (low + high),
+            Interval { low, .. } => 4.0 * low.max(0.25 * FIRST_SLIP),
+        };
         for half in [Interval::new(cell[k].low, middle), Interval::new(middle, cell[k].high)] {
             let mut part = cell;
             part[k] = half;
@@ -149,11 +166,18 @@ impl Claim for MtpaDesign {
         if !(ordered && ends == [low, high] && low > 0.0) {
             return Err("the points must ascend from one end of the range of torque to the other".into());
         }
-        if !(self.tolerance > 0.0 && self.tolerance < 1.0 && self.slip_max_rad_s > 0.0) {
-            return Err("the tolerance must lie between 0 and 1, the largest slip must be positive".into());
+        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
+            return Err("the tolerance must lie between 0 and 1".into());
         }
-        if F::from_f64(f64::from(self.circuit.pole_pairs())) != c.n_p {
-            return Err("the circuit has other pole pairs than the machine".into());
+        in_reach(self.torque_n_m)?;
+        if self.points.len() > POINTS_MAX {
+            return Err(format!("{} points are more than the {POINTS_MAX} that are decided", self.points.len()));
+        }
+        if let Some(parameter) = self.circuit.foreign(c) {
+            return Err(format!("{parameter} of the circuit is not the machine's"));
+        }
+        if self.points.iter().any(|w| !w.at.iter().all(|x| *x > 0.0)) {
+            return Err("the coordinates of a witness must be positive".into());
         }
         let mut obligations = Vec::new();
         let mut positive = |name: String, value: f64| obligations.push(Obligation::Positive(name, F::from_f64(value)));
@@ -167,7 +191,7 @@ impl Claim for MtpaDesign {
             positive(name, count(self.way(&pair[0], &pair[1])));
         }
         let most = Most::of(&self.law, self.torque_n_m);
-        let cells = no_better(&self.circuit, low, &most, self.tolerance, self.slip_max_rad_s);
+        let cells = no_better(&self.circuit, low, &most, self.tolerance);
         positive("cells that show that less is too little".into(), count(cells));
         Ok(obligations)
     }
@@ -182,8 +206,7 @@ mod tests {
     use crate::{Certificate, DesignError, DesignModel, LinearMachine};
 
     fn request(torque_n_m: [f64; 2]) -> MtpaRequest {
-        let (tolerance, slip_max_rad_s) = (0.01, 500.0);
-        MtpaRequest { torque_n_m, tolerance, law: LawKind::Series, slip_max_rad_s, points: 9, aqdm: None }
+        MtpaRequest { torque_n_m, tolerance: 0.01, law: LawKind::Series, points: 9, aqdm: None }
     }
 
     fn plant() -> DesignModel {
@@ -228,7 +251,7 @@ mod tests {
         let circuit = Circuit::T(circuit);
         let below = |current: f64| {
             let most = Most { pieces: vec![(torque(12.0), current)] };
-            no_better(&circuit, torque(12.0), &most, 0.0, 500.0)
+            no_better(&circuit, torque(12.0), &most, 0.0)
         };
         assert!(below(11.999).is_some());
         assert!(below(12.001).is_none(), "a point of 12 A gives this torque");
@@ -237,7 +260,7 @@ mod tests {
     #[test]
     fn printed_kind_of_laws_says_how_far_off_it_is() {
         let circuit = Circuit::Aqdm(Aqdm::kwon_table_v());
-        let kwon = MtpaRequest { law: LawKind::Kwon, slip_max_rad_s: 50.0, ..request([1.0, 510.0]) };
+        let kwon = MtpaRequest { law: LawKind::Kwon, ..request([1.0, 510.0]) };
         let error = design(plant(), circuit, &kwon).unwrap_err();
         assert!(matches!(&error, DesignError::Infeasible { feasible, .. } if feasible.contains("a tolerance of")), "{error}");
         let moderate = MtpaRequest { tolerance: 0.04, ..kwon };

@@ -4,9 +4,9 @@ use super::circuit::Circuit;
 use super::law::Law;
 use super::laws;
 use super::optimum::for_torque;
-use super::proof::{MtpaDesign, Witness};
+use super::proof::{MtpaDesign, Witness, in_reach};
 use crate::certificate::{Certificate, DesignModel};
-use crate::error::{DesignError, positive};
+use crate::error::DesignError;
 use serde::Deserialize;
 
 /// What is asked for.
@@ -21,9 +21,6 @@ pub struct MtpaRequest {
     /// The series, or (27) and (29); the series when not given.
     #[serde(default)]
     pub law: LawKind,
-    /// Largest slip at which a better point is looked for, electrical rad/s; 500 when not given.
-    #[serde(default = "five_hundred")]
-    pub slip_max_rad_s: f64,
     /// Torques with a witness at first; 25 when not given. More are added where the way between two is not proven.
     #[serde(default = "twenty_five")]
     pub points: u32,
@@ -58,10 +55,6 @@ fn hundredth() -> f64 {
     0.01
 }
 
-fn five_hundred() -> f64 {
-    500.0
-}
-
 fn twenty_five() -> u32 {
     25
 }
@@ -80,12 +73,9 @@ pub fn design(plant: DesignModel, circuit: Circuit, request: &MtpaRequest) -> Re
     if let Some(complaint) = circuit.complaint() {
         return Err(DesignError::request(complaint));
     }
-    let MtpaRequest { torque_n_m, tolerance, slip_max_rad_s, .. } = *request;
+    let MtpaRequest { torque_n_m, tolerance, .. } = *request;
     let [low, high] = torque_n_m;
-    positive("slip_max_rad_s", slip_max_rad_s)?;
-    if !(low > 0.0 && low < high && high.is_finite()) {
-        return Err(DesignError::request(format!("torque_n_m = {torque_n_m:?} must be positive and ordered")));
-    }
+    in_reach(torque_n_m).map_err(DesignError::request)?;
     if !(LEAST_TOLERANCE..0.5).contains(&tolerance) {
         let what = format!(
             "tolerance = {tolerance} must lie between {LEAST_TOLERANCE}, below which the proof has too many cells, and 0.5"
@@ -127,7 +117,7 @@ pub fn design(plant: DesignModel, circuit: Circuit, request: &MtpaRequest) -> Re
         Ok(Witness { torque_n_m: torque, at: best.at })
     };
     let points: Vec<Witness> = torques.into_iter().map(&mut witness).collect::<Result<_, _>>()?;
-    let mut design = MtpaDesign { torque_n_m, tolerance, slip_max_rad_s, circuit, law: law.clone(), points: Vec::new() };
+    let mut design = MtpaDesign { torque_n_m, tolerance, circuit, law: law.clone(), points: Vec::new() };
     let mut ahead: Vec<Witness> = points.into_iter().rev().collect();
     design.points.extend(ahead.pop());
     // Between two torques closer than this the law itself is off.

@@ -55,6 +55,22 @@ impl TCircuit {
         }
     }
 
+    /// The parameters that an unsaturated machine does not have, by name.
+    pub(crate) fn effects(&self) -> Vec<(String, f64)> {
+        let named = [
+            ("main_flux_saturation", self.main_saturation.as_slice()),
+            ("leakage_flux_saturation", &self.leakage_saturation),
+            ("rotor_skin_effect", &self.skin_effect),
+        ];
+        let strength = |(name, x): (&str, &[f64])| (format!("strength of {name}"), x[0]);
+        let size = |(name, x): (&str, &[f64])| {
+            // What switches an effect of strength zero off has no size.
+            let on = x[0] != 0.0;
+            x[1..].iter().map(|x| (format!("parameter of {name}"), if on { *x } else { 0.0 })).collect::<Vec<_>>()
+        };
+        named.into_iter().flat_map(|part| [vec![strength(part)], size(part)].concat()).collect()
+    }
+
     /// Every number must be finite and in its physical range.
     pub(super) fn complaint(&self) -> Option<String> {
         let [k_m, s, psi] = self.main_saturation;
@@ -165,9 +181,9 @@ impl AirGap for TCircuit {
     }
 
     /// x ≤ r ≤ |i_s| and ψ_q ≤ L_m |i_s|: magnetizing and rotor currents add along the first axis.
-    fn coordinates(&self, current_rms_a: f64, _slip_rad_s: f64) -> [Interval; 2] {
+    fn coordinates(&self, current_rms_a: f64) -> Option<[Interval; 2]> {
         let peak = 1.5 * current_rms_a;
-        [Interval::new(0.0, peak), Interval::new(0.0, self.magnetizing_inductance_h * peak)]
+        Some([Interval::new(0.0, peak), Interval::new(0.0, self.magnetizing_inductance_h * peak)])
     }
 
     fn coordinates_of(&self, x: f64, slip_rad_s: f64) -> [f64; 2] {

@@ -170,7 +170,7 @@ impl FromStr for Period {
     type Err = DesignError;
     fn from_str(text: &str) -> Result<Self, DesignError> {
         match text.parse() {
-            Ok(s) if s > 0.0 && s < 1.0 => Ok(Period::At(s)),
+            Ok(s) => sampled::usual(s).map(|()| Period::At(s)),
             _ if text == "largest" => Ok(Period::Largest),
             _ => Err(DesignError::request(format!("a period is a number of seconds such as 50e-6, or largest; not {text}"))),
         }

@@ -22,7 +22,7 @@
 //! As tan x lies between x and x/(1 − ½x²), the sampled slip ω' − n_pω exceeds the slip by at most |ω_e| q/(1 − q), q = (hω_e)²/8,
 //! in the direction of ω_e; the cells cover that.
 
-use super::{longest_from, no_period};
+use super::{image_of_the_machine, longest_from, longest_meaningful_s, meaningful, no_period};
 use crate::cells::{covered, halve};
 use crate::certificate::{Certificate, Claim, DesignModel, Obligation, decide};
 use crate::error::{DesignError, positive};
@@ -101,6 +101,7 @@ impl Claim for SampledLoopDesign {
         let [less, room, more] = slip_room(c, self);
         let mut obligations = vec![
             Obligation::Positive("period".into(), h.clone()),
+            image_of_the_machine(c, self.period_s),
             Obligation::Positive("flux".into(), f(self.flux_vs)),
             Obligation::Positive("eight less the squared turn per sample".into(), room),
             Obligation::Positive("sampled slips below the region's".into(), less),
@@ -262,10 +263,10 @@ pub fn adaptive(
         d.cells = halve(speed_rad_s, d.sampled_slip_rad_s, depth, cell).ok()?;
         Some(d)
     };
-    let most = 1.0 / c.gamma;
+    let most = 0.999 * longest_meaningful_s(&c);
     let found = match period_s {
         Some(h) => {
-            positive("period_s", h)?;
+            meaningful(&c, h)?;
             certified(h).ok_or_else(|| DesignError::Infeasible {
                 constraint: format!("{rate_per_s} 1/s in every cell, sampled every {h} s"),
                 feasible: match longest_from(1e-3 * most, h.min(most), certified) {

@@ -39,7 +39,7 @@ impl Claim for SampledDerdiyokDesign {
         obligations.extend([
             Obligation::Positive("period".into(), h),
             Obligation::Positive("1 - period times gamma".into(), kept.clone()),
-            Obligation::Positive("boundary layer less the longest jump".into(), kept * layer - reach),
+            Obligation::Exceeds("boundary layer over the longest jump".into(), kept * layer, reach).limit(),
         ]);
         Ok(obligations)
     }

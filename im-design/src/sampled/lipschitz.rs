@@ -10,7 +10,7 @@
 //!
 //! (V⁺ − ρ²V + h(κ²‖e‖² − ‖Δu₂‖²) < 0, its Schur complement divided by h); h → 0 gives the continuous inequality.
 
-use super::{longest, longest_meaningful_s, meaningful, no_period};
+use super::{image_of_the_machine, longest, longest_meaningful_s, meaningful, no_period};
 use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, proportion};
 use crate::exact::Field;
@@ -45,6 +45,7 @@ impl Claim for SampledThauDesign {
         let [h, kappa, rho] = [self.period_s, self.lipschitz, self.contraction].map(F::from_f64);
         let mut obligations = vec![
             Obligation::Positive("period".into(), h.clone()),
+            image_of_the_machine(c, self.period_s),
             Obligation::Positive("Lipschitz constant".into(), kappa.clone()),
             Obligation::Positive("contraction".into(), rho.clone()),
             Obligation::Positive("1 - contraction".into(), F::one() - rho.clone()),
@@ -64,7 +65,7 @@ impl Claim for SampledThauDesign {
             &[&hn, &hpb, &p.scaled(&h)],
         ]);
         obligations.push(Obligation::Definite("P".into(), p));
-        obligations.push(Obligation::Definite("sampled S-procedure".into(), block));
+        obligations.push(Obligation::Definite("sampled S-procedure".into(), block).limit());
         Ok(obligations)
     }
 }

@@ -84,6 +84,7 @@ impl Claim for SampledDesign {
         let rho = f(self.contraction);
         let mut obligations = vec![
             Obligation::Positive("period".into(), f(self.period_s)),
+            image_of_the_machine(c, self.period_s),
             Obligation::Positive("1 - contraction".into(), F::one() - rho.clone()),
             Obligation::Positive("contraction".into(), rho.clone()),
             Obligation::Definite("P".into(), p.clone()),
@@ -246,7 +247,7 @@ fn attempt(
 /// # Errors
 /// [`DesignError::Infeasible`] with the largest period at which the rate can be had.
 pub fn design(plant: DesignModel, speed_rad_s: [f64; 2], period_s: f64, rate_per_s: f64) -> Result<Sealed, DesignError> {
-    positive("period_s", period_s)?;
+    meaningful(&plant.constants(), period_s)?;
     positive("rate_per_s", rate_per_s)?;
     ordered("speed_rad_s", speed_rad_s)?;
     let attempt = |h: f64| attempt(plant, speed_rad_s, h, rate_per_s, None);
@@ -272,8 +273,12 @@ pub fn design_for_largest_period(
 ) -> Result<Sealed, DesignError> {
     positive("rate_per_s", rate_per_s)?;
     ordered("speed_rad_s", speed_rad_s)?;
+    let most_s = most_s.min(0.999 * longest_meaningful_s(&plant.constants()));
     longest(most_s, |h| attempt(plant, speed_rad_s, h, rate_per_s, None)).ok_or_else(|| no_period(rate_per_s, most_s))
 }
+
+/// Periods that are designed for, s.
+pub(crate) const PERIODS_S: std::ops::Range<f64> = 1e-10..100.0;
 
 /// Longest period at which a step of forward Euler is an image of the machine: from hγ = 1 on the currents' own decay turns
 /// round, and what is proven of the steps says nothing of the machine.
@@ -281,9 +286,23 @@ pub(crate) fn longest_meaningful_s(c: &Constants<f64>) -> f64 {
     1.0 / c.gamma
 }
 
-/// A period must be positive and meaningful.
+/// That hγ < 1, of a proof by forward Euler.
+fn image_of_the_machine<F: Field>(c: &Constants<F>, period_s: f64) -> Obligation<F> {
+    Obligation::Exceeds("1 over period times gamma".into(), F::one(), F::from_f64(period_s) * c.gamma.clone())
+}
+
+/// A period must be one that a drive may have.
+pub(crate) fn usual(period_s: f64) -> Result<(), DesignError> {
+    if PERIODS_S.contains(&period_s) {
+        return Ok(());
+    }
+    let (low, high) = (PERIODS_S.start, PERIODS_S.end);
+    Err(DesignError::request(format!("a period of {period_s:e} s is not between {low:e} and {high} s; usual are 20 to 500 µs")))
+}
+
+/// A period must be usual, and meaningful.
 pub(crate) fn meaningful(c: &Constants<f64>, period_s: f64) -> Result<(), DesignError> {
-    positive("period_s", period_s)?;
+    usual(period_s)?;
     let most = longest_meaningful_s(c);
     if period_s < most {
         return Ok(());
@@ -312,6 +331,7 @@ pub(crate) fn no_period(rate_per_s: f64, most_s: f64) -> DesignError {
 pub fn largest_period(plant: DesignModel, design: &KubotaDesign, rate_per_s: f64, most_s: f64) -> Result<Sealed, DesignError> {
     positive("most_s", most_s)?;
     positive("rate_per_s", rate_per_s)?;
+    let most_s = most_s.min(0.999 * longest_meaningful_s(&plant.constants()));
     longest(most_s, |h| attempt(plant, design.speed_rad_s, h, rate_per_s, Some(design)))
         .ok_or_else(|| no_period(rate_per_s, most_s))
 }

@@ -22,10 +22,10 @@
 //! The electrical errors are proven cell by cell: no P serves all speeds at long periods. What is left out: the references of (17), (20), which the controller steps implicitly, are taken as continuous in the outer loop; a
 //! delay of the voltage; what holding the feedforward over a sample does, which is a disturbance and no error dynamics.
 
-use super::longest_from;
+use super::{longest_from, usual};
 use crate::cells::{covered, halve};
 use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
-use crate::error::{DesignError, positive};
+use crate::error::DesignError;
 use crate::exact::Field;
 use crate::jadot::{JadotDesign, JadotRequest};
 use crate::linalg;
@@ -240,7 +240,7 @@ pub fn regulation(
     request: &JadotRequest,
     period_s: Option<f64>,
 ) -> Result<(SampledJadotDesign, Certificate), DesignError> {
-    period_s.map_or(Ok(()), |h| positive("period_s", h))?;
+    period_s.map_or(Ok(()), usual)?;
     let (continuous, _) = crate::jadot::design(plant, request)?;
     let c = plant.constants::<f64>();
     let [inner_scale, outer_scale] = continuous.scales(&c, request.speed_bandwidth_rad_s);

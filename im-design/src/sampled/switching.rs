@@ -19,7 +19,7 @@
 //! |λ|' ≤ η(Λ + MI) + wΛ, |i|' ≤ β(η + w)Λ + γI + U/σL_s, |ω|'' ≤ μ(|λ|'I + Λ|i|') + (D/J)|ω|' + |T_L|'/J. The identifier's sign law, taken
 //! implicitly as in `im-identify`, needs no more at any period: |e| falls by (k_Rr − |Ṙ_r|)h per sample, to |Ṙ_r|h.
 
-use super::longest;
+use super::{longest, usual};
 use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
@@ -73,10 +73,10 @@ impl Claim for SampledKenneDesign {
         let f = F::from_f64;
         obligations.extend([
             Obligation::Positive("period".into(), h),
-            Obligation::Positive("k_sq less (25) sampled".into(), k_sq - need_q),
-            Obligation::Positive("k_sd less (26) sampled".into(), k_sd - need_d),
-            Obligation::Positive("layer of s_omega less the longest jump".into(), f(self.boundary_omega) - omega),
-            Obligation::Positive("layer of s_lambda less the longest jump".into(), f(self.boundary_lambda) - lambda),
+            Obligation::Exceeds("k_sq over (25) sampled".into(), k_sq, need_q).limit(),
+            Obligation::Exceeds("k_sd over (26) sampled".into(), k_sd, need_d).limit(),
+            Obligation::Exceeds("layer of s_omega over the longest jump".into(), f(self.boundary_omega), omega).limit(),
+            Obligation::Exceeds("layer of s_lambda over the longest jump".into(), f(self.boundary_lambda), lambda).limit(),
         ]);
         Ok(obligations)
     }
@@ -97,7 +97,7 @@ pub fn switching(
     for (name, layer) in ["boundary_omega", "boundary_lambda"].into_iter().zip(wanted.into_iter().flatten()) {
         positive(name, layer)?;
     }
-    period_s.map_or(Ok(()), |h| positive("period_s", h))?;
+    period_s.map_or(Ok(()), usual)?;
     let rates = kenne::rates(&plant.constants::<f64>(), region);
     let above = 1.0 + 1e-12;
     let attempt = |h: f64| {

@@ -5,7 +5,7 @@
 //! six coordinates, proves contraction. `Thau::in_box_discretized` of im-observers steps so, with the ω_f that keeps its flux on the d axis:
 //! the frame of one sample ends where that of the next begins.
 
-use super::{Polytope, longest, longest_meaningful_s, meaningful, no_period};
+use super::{Polytope, image_of_the_machine, longest, longest_meaningful_s, meaningful, no_period};
 use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
@@ -55,6 +55,7 @@ impl Claim for SampledBoxDesign {
         let rho = f(self.contraction);
         let mut obligations = vec![
             Obligation::Positive("period".into(), f(self.period_s)),
+            image_of_the_machine(c, self.period_s),
             Obligation::Positive("1 - contraction".into(), F::one() - rho.clone()),
             Obligation::Positive("contraction".into(), rho.clone()),
             Obligation::Definite("P".into(), p.clone()),

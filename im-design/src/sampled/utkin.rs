@@ -21,7 +21,7 @@
 //! with |λ̂| = x, so that λ_min is the worst.) An exact s = 0 cannot be claimed of a sampled sign; a layer in proportion to h can. What
 //! is claimed holds while the errors are those of the region, as for the continuous observer.
 
-use super::longest;
+use super::{longest, usual};
 use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, positive};
 use crate::exact::Field;
@@ -101,13 +101,11 @@ impl Claim for SampledUtkinDesign {
         obligations.extend([
             Obligation::Positive("period".into(), f(self.period_s)),
             Obligation::Positive("voltage".into(), f(self.voltage_max_v)),
-            Obligation::Positive(
-                "largest less smallest flux".into(),
-                f(self.flux_max_vs) - f(self.continuous.region.flux_min_vs),
-            ),
+            Obligation::Exceeds("largest over smallest flux".into(), f(self.flux_max_vs), f(self.continuous.region.flux_min_vs)),
             Obligation::Positive("1 - period times (eta + gamma)".into(), s.kept.clone()),
             Obligation::Positive("approach to the layer, A Wb/s".into(), at(s.reach)),
-            Obligation::Positive("boundary layer less the longest jump".into(), s.kept * f(self.boundary_layer_avs) - at(s.jump)),
+            Obligation::Exceeds("boundary layer over the longest jump".into(), s.kept * f(self.boundary_layer_avs), at(s.jump))
+                .limit(),
         ]);
         Ok(obligations)
     }
@@ -156,7 +154,7 @@ pub fn utkin(
     let what = layer_avs.map_or("any boundary layer".into(), |layer| format!("a boundary layer of {layer} A Wb"));
     match period_s {
         Some(h) => {
-            positive("period_s", h)?;
+            usual(h)?;
             attempt(h).ok_or_else(|| DesignError::Infeasible {
                 constraint: format!("forward Euler at {h} s with {what}"),
                 feasible: longest(h.min(most), attempt)

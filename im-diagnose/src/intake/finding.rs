@@ -30,6 +30,10 @@ pub enum FindingKind {
     IrregularSampling,
     /// Fewer samples than the supply or the leakage need.
     SlowSampling,
+    /// Times that are no machine's: probably in another unit.
+    TimeUnit,
+    /// Voltage, current or power that are probably given in another convention: line to line, rms, power-invariant.
+    Convention,
     /// More rows than are needed or can be used.
     Decimated,
     /// Rows that stand twice.
@@ -40,6 +44,8 @@ pub enum FindingKind {
     WrongPolePairs,
     /// The speed's unit or gain is off.
     SpeedScale,
+    /// Fewer points than what is looked for needs.
+    TooFewRows,
     /// No load torque is known.
     MissingLoad,
     /// No speed is known.
@@ -99,6 +105,12 @@ impl Finding {
             sentence: sentence.into(),
             advice: advice.into(),
         }
+    }
+
+    /// Whether what would be found means nothing until this is corrected, so that it is better not begun.
+    pub fn stops(&self) -> bool {
+        // A voltage sensor that clips leaves most of a recording as it is.
+        self.severity == Severity::Serious && self.kind != FindingKind::ClippedSensor
     }
 
     /// About one column.

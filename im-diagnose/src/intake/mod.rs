@@ -22,7 +22,7 @@ pub mod unit;
 use std::path::{Path, PathBuf};
 
 use im_identify::offline::{Channel, ChannelKind, Experiment, Start};
-use im_model::{CanonicalColumns, FileError, MotorFile, TextFormat, VectorColumns, read_text};
+use im_model::{CanonicalColumns, FileError, MotorFile, Problem, TextFormat, VectorColumns, read_text};
 
 pub use draft::Draft;
 pub use error::IntakeError;
@@ -154,6 +154,11 @@ fn sources(path: &Path, mapping: Option<&Path>) -> Result<Vec<(PathBuf, Option<M
         } else {
             mapping.files.iter().map(|f| folder.join(f)).collect()
         };
+        if let Some(missing) = files.iter().find(|f| !f.is_file()) {
+            let problem =
+                Problem::Unexpected { found: missing.display().to_string(), expected: "a recording that is there".into() };
+            return Err(FileError::new(&path.display().to_string(), None, Some("file"), problem));
+        }
         return Ok(files.into_iter().map(|f| (f, Some(mapping.clone()))).collect());
     }
     let beside = [path.with_extension("recording.toml"), path.with_file_name("recording.toml")];

@@ -1,6 +1,6 @@
 //! Levenberg-Marquardt over all experiments at once.
 
-use im_model::{Machine, ModelError, State};
+use im_model::{Machine, ModelError, Plant, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use thiserror::Error;
@@ -228,6 +228,7 @@ pub fn fit_from(
         e.validate()?;
     }
     let mut here = Point::new(machine, starts);
+    here.room = Room::of(machine, experiments)?;
     for &fraction in &options.horizons {
         // A rough answer is enough to start the next horizon from.
         descend(&mut here, experiments, free, fraction, options.iterations.min(12), 1e-3)?;
@@ -261,17 +262,48 @@ pub(super) struct Point {
     pub(super) starts: Vec<State<f64>>,
     residuals: Residuals,
     cost: f64,
+    room: Room,
+}
+
+/// How much work a simulation may become on the way: a step towards a machine that needs many times the steps is not taken.
+#[derive(Clone, Copy)]
+struct Room {
+    sample_time_s: f64,
+    rate_per_s: f64,
+}
+
+/// Times the steps of the start, and steps that cost nothing to speak of.
+const MORE_STEPS: f64 = 5.0;
+const FEW_STEPS: f64 = 10.0;
+
+impl Room {
+    /// No bound.
+    const ANY: Self = Self { sample_time_s: 0.0, rate_per_s: f64::INFINITY };
+
+    /// Around a start, which must be one that can be followed.
+    fn of(machine: &Machine<f64>, experiments: &[Experiment]) -> Result<Self, ModelError> {
+        let runs = experiments.iter().filter(|e| !e.is_table());
+        let sample_time_s = runs.map(|e| e.sample_time_s).fold(0.0, f64::max);
+        let plant = Plant::new(machine);
+        plant.followed(sample_time_s)?;
+        Ok(Self { sample_time_s, rate_per_s: plant.fastest_rate() })
+    }
+
+    fn holds(&self, machine: &Machine<f64>) -> bool {
+        let rate = Plant::new(machine).fastest_rate();
+        rate <= MORE_STEPS * self.rate_per_s || self.sample_time_s * rate <= FEW_STEPS
+    }
 }
 
 impl Point {
     /// Not yet simulated.
     pub(super) fn new(machine: &Machine<f64>, starts: Vec<State<f64>>) -> Self {
-        Self { machine: *machine, starts, residuals: Vec::new(), cost: f64::INFINITY }
+        Self { machine: *machine, starts, residuals: Vec::new(), cost: f64::INFINITY, room: Room::ANY }
     }
 
-    fn simulated(machine: Machine<f64>, starts: Vec<State<f64>>, experiments: &[Experiment], fraction: f64) -> Self {
+    fn simulated(machine: Machine<f64>, starts: Vec<State<f64>>, experiments: &[Experiment], fraction: f64, room: Room) -> Self {
         let residuals = simulated(&machine, experiments, &starts, fraction);
-        Self { cost: sum_of_squares(&residuals), machine, starts, residuals }
+        Self { cost: sum_of_squares(&residuals), machine, starts, residuals, room }
     }
 
     /// Refuses a point whose simulation has run away, by the name of the experiment.
@@ -299,7 +331,7 @@ pub(super) fn descend(
     tolerance: f64,
 ) -> Result<End, FitError> {
     if free.is_empty() || iterations == 0 {
-        *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, fraction);
+        *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, fraction, here.room);
         return here.check(experiments).map(|()| End { accepted: 0, converged: free.is_empty(), normal: None });
     }
     let mut damping = 1e-3;
@@ -328,11 +360,12 @@ pub(super) fn descend(
                 damping *= 10.0;
                 continue;
             };
-            let Ok((machine, starts)) = moved(&here.machine, &here.starts, free, &step) else {
+            let there = moved(&here.machine, &here.starts, free, &step).ok().filter(|(machine, _)| here.room.holds(machine));
+            let Some((machine, starts)) = there else {
                 damping *= 10.0;
                 continue;
             };
-            let there = Point::simulated(machine, starts, experiments, fraction);
+            let there = Point::simulated(machine, starts, experiments, fraction, here.room);
             if there.cost.is_finite() && there.cost < here.cost {
                 let gain = (here.cost - there.cost) / here.cost;
                 *here = there;

@@ -82,25 +82,32 @@ impl Free {
     }
 }
 
+/// A fit moves a base parameter by this factor at most: beyond, the start is not of the machine, or the recording not what it seems.
+const REGION: f64 = 20.0;
+
 /// The base parameters that recordings can determine: R_s, R_r, the two leakages by one factor (their ratio cannot be seen in a
 /// linear machine), L_m, J by factors, and D, which may vanish, by its own size or amounts that brake `machine` in ten seconds, whichever
 /// is more.
 pub fn base_parameters(machine: &Machine<f64>) -> Vec<Free> {
     use BaseParameter as P;
-    let free = |ids: &[P]| Free {
-        target: Target::Machine(ids.iter().map(|p| ParameterId::Base(*p)).collect()),
-        transform: Transform::Log,
-        limits: (1e-12, 1e12),
-    };
     let p = machine.parameters();
-    let friction = Transform::Linear(p.viscous_friction_nm_s_per_rad.max(0.1 * p.inertia_kg_m2));
+    let values = p.values();
+    let free = |ids: &[P]| {
+        let given = values[ids[0] as usize];
+        Free {
+            target: Target::Machine(ids.iter().map(|p| ParameterId::Base(*p)).collect()),
+            transform: Transform::Log,
+            limits: (given / REGION, given * REGION),
+        }
+    };
+    let unit = p.viscous_friction_nm_s_per_rad.max(0.1 * p.inertia_kg_m2);
     vec![
         free(&[P::StatorResistance]),
         free(&[P::RotorResistance]),
         free(&[P::StatorLeakageInductance, P::RotorLeakageInductance]),
         free(&[P::MagnetizingInductance]),
         free(&[P::Inertia]),
-        Free { transform: friction, limits: (0.0, 1e12), ..free(&[P::ViscousFriction]) },
+        Free { transform: Transform::Linear(unit), limits: (0.0, REGION * unit), ..free(&[P::ViscousFriction]) },
     ]
 }
 
@@ -129,7 +136,7 @@ pub fn effect_parameters(effect: EffectId, machine: &Machine<f64>, rating: &Rati
             let hard = match info.bound {
                 Bound::Positive => (f64::MIN_POSITIVE, f64::MAX),
                 Bound::NotNegative => (0.0, f64::MAX),
-                Bound::Within(a, b) => (a, b),
+                Bound::Within(a, b) | Bound::OfMachines(a, b) => (a, b),
                 Bound::Whole(a, b) => (f64::from(a), f64::from(b)),
             };
             Free {

@@ -52,8 +52,68 @@ pub struct Sample<T> {
 }
 
 impl<T: Scalar> Sample<T> {
-    pub(crate) fn is_finite(&self) -> bool {
-        finite(self.i_s) && finite(self.u_s) && self.omega_m.is_finite()
+    /// Numbers, of sizes that machines have: up to 10⁵ A, 10⁶ V, 10⁵ rad/s.
+    fn is_one(&self) -> bool {
+        let within = |z: Complex<T>, most: f64| z.re.abs() <= T::from_f64(most) && z.im.abs() <= T::from_f64(most);
+        within(self.i_s, 1e5) && within(self.u_s, 1e6) && self.omega_m.abs() <= T::from_f64(1e5)
+    }
+}
+
+/// How far current and speed may go within a sample: many times what voltage and torque do to them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Reach<T> {
+    /// A per V: h/σL_s, ten times.
+    per_volt: T,
+    /// rad/s.
+    speed: T,
+}
+
+impl<T: Scalar> Reach<T> {
+    /// For a leakage σL_s, H, and a sampling time, s; speeds change by up to 2·10⁵ rad/s².
+    pub fn new(leakage_h: T, sample_time_s: T) -> Self {
+        let c = T::from_f64;
+        Self { per_volt: c(10.0) * sample_time_s / leakage_h, speed: c(2e5) * sample_time_s + c(5.0) }
+    }
+}
+
+/// What is believed of samples: a current or a speed farther from the one before than machines go is an outlier, unless it stays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Belief<T> {
+    before: Option<Sample<T>>,
+    doubts: u8,
+}
+
+/// So many outliers in a row are left out; the next is believed.
+const DOUBTS: u8 = 3;
+/// Voltage that stands for noise and for what the flux induces where little is applied, V.
+const LEAST_V: f64 = 100.0;
+
+impl<T: Scalar> Belief<T> {
+    /// Nothing seen yet.
+    pub const fn new() -> Self {
+        Self { before: None, doubts: 0 }
+    }
+
+    /// Whether to believe a sample; one that is believed is compared with next.
+    pub fn admits(&mut self, s: &Sample<T>, reach: &Reach<T>) -> bool {
+        if !s.is_one() {
+            return false;
+        }
+        let outlier = self.before.is_some_and(|before| {
+            let c = T::from_f64;
+            let volts = s.u_s.re.abs() + s.u_s.im.abs() + before.u_s.re.abs() + before.u_s.im.abs() + c(LEAST_V);
+            let size = before.i_s.re.abs() + before.i_s.im.abs();
+            let room = reach.per_volt * volts + size * c(0.5);
+            let gone = s.i_s - before.i_s;
+            let faster = (s.omega_m - before.omega_m).abs() > reach.speed + before.omega_m.abs() * c(0.2);
+            faster || gone.re.abs() > room || gone.im.abs() > room
+        });
+        if outlier && self.doubts < DOUBTS {
+            self.doubts += 1;
+            return false;
+        }
+        *self = Self { before: Some(*s), doubts: 0 };
+        true
     }
 }
 
@@ -75,7 +135,7 @@ pub enum IdentifierStatus {
     NoExcitation,
     /// In the dead zone of the scheme.
     DeadZone,
-    /// A measurement was lost (not a number, infinite).
+    /// A measurement was lost: not a number, infinite, or an outlier farther from the one before than any machine goes.
     LostSample,
 }
 

@@ -127,6 +127,69 @@ fn fixed_parameters_stay_and_do_not_claim_to_adapt() {
     spoil(&fixed, truth.values(), 1e-12);
 }
 
+/// One wrong reading in a good run: what it moves the estimates by, and that it is said.
+fn jolt<const N: usize, I: Identifier<f64, N, Input = Sample<f64>>>(
+    identifier: &I,
+    spoilt: impl Fn(&Sample<f64>) -> Sample<f64>,
+) {
+    let point = Point { omega_r: 250.0, omega_g: 7.0, flux_vs: 0.9 };
+    let mut bench = Bench::new(table_i(), 2, H);
+    bench.settle(&point);
+    let mut state = identifier.start();
+    let mut before = None;
+    bench.hold(4.0, &point, |s, _| before = Some(identifier.step(&mut state, s)));
+    let before = before.unwrap();
+    let mut n = 0;
+    bench.hold(0.2, &point, |s, _| {
+        n += 1;
+        let e = identifier.step(&mut state, &if n == 5 { spoilt(s) } else { *s });
+        if n == 5 {
+            assert_eq!((e.status, e.values), (IdentifierStatus::LostSample, e.values));
+        }
+        for (a, b) in e.values.iter().zip(before.values) {
+            assert!((a / b - 1.0).abs() < 0.01, "{n}: {e:?} after {before:?}");
+        }
+    });
+    // 32 ms later, at 500 1/s, everything is as before.
+    let mut last = None;
+    bench.hold(0.01, &point, |s, _| last = Some(identifier.step(&mut state, s)));
+    assert_eq!(last.unwrap().status, before.status);
+}
+
+#[test]
+fn one_outlier_is_not_believed() {
+    let (s, p) = (kenne(), table_i());
+    let w = p.windings();
+    let both = KenneResistances::try_new(&w, 2, &s, H).unwrap();
+    let truth = RegulationParameters::from(p.inverse_gamma());
+    let reduced = SchemeSettings { weights: [1.0, 1.0, 0.0, 0.0], ..SchemeSettings::full(truth, H) };
+    let fast = Follower::try_new(gains(), TimeVarying::try_new(&reduced, 36.0 * std::f64::consts::PI, 1000.0).unwrap()).unwrap();
+    let wrong: [fn(&Sample<f64>) -> Sample<f64>; 4] = [
+        |s| Sample { omega_m: 1e4, ..*s },
+        |s| Sample { omega_m: -s.omega_m, ..*s },
+        |s| Sample { i_s: Complex::new(1e6, 0.0), ..*s },
+        |s| Sample { i_s: s.i_s + Complex::new(0.0, 500.0), ..*s },
+    ];
+    for spoilt in wrong {
+        jolt(&both, spoilt);
+        jolt(&fast, spoilt);
+    }
+}
+
+/// A step that stays is the machine's: believed from the fourth sample on.
+#[test]
+fn what_stays_is_believed() {
+    let truth = RegulationParameters::from(table_i().inverse_gamma());
+    let fixed = Follower::try_new(gains(), Fixed::try_new(truth).unwrap()).unwrap();
+    let mut state = fixed.start();
+    let at = |omega_m: f64| Sample { i_s: Complex::new(1.0, 0.0), u_s: Complex::new(10.0, 0.0), omega_m };
+    for _ in 0..10 {
+        fixed.step(&mut state, &at(150.0));
+    }
+    let lost: Vec<bool> = (0..6).map(|_| fixed.step(&mut state, &at(-3000.0)).status == IdentifierStatus::LostSample).collect();
+    assert_eq!(lost, [true, true, true, false, false, false]);
+}
+
 /// Settings out of bounds name their key.
 #[test]
 fn impossible_settings_are_named() {

@@ -129,6 +129,7 @@ impl<'a> Simulation<'a> {
         if matches!(s.source, Source::Mains(_)) && s.inverter != (Inverter::Averaged { dc_voltage_v: None }) {
             return Err(SimulationError::Mismatch("the mains feed the machine directly: there is no inverter to describe"));
         }
+        Plant::new(self.machine).followed(t_s)?;
         let (start, past) = self.start()?;
         let mut bench = Bench::new(self.machine, start, t_s);
         bench.set_past_command(past);

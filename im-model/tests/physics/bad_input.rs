@@ -15,12 +15,18 @@ fn bad_base_parameters_are_refused_by_name() {
         (BaseParameter::RotorResistance, f64::NAN),
         (BaseParameter::StatorResistance, f64::INFINITY),
         (BaseParameter::ViscousFriction, -1e-3),
+        // What no machine has.
+        (BaseParameter::StatorResistance, 1e-20),
+        (BaseParameter::MagnetizingInductance, 1e-308),
+        (BaseParameter::Inertia, 1e20),
     ] {
         let error = lab::base().with(&[(ParameterId::Base(parameter), bad)]).unwrap_err();
         let ModelError::OutOfBounds { quantity, value, bound } = error else { panic!("{error}") };
-        assert_eq!((quantity, value.to_bits(), bound), (parameter.key(), bad.to_bits(), parameter.bound()));
+        assert_eq!((quantity, value.to_bits()), (parameter.key(), bad.to_bits()));
         let text = error.to_string();
-        assert!(text.contains(parameter.key()) && text.contains(&bad.to_string()) && text.contains(&bound.to_string()), "{text}");
+        assert!(text.contains(parameter.key()) && text.contains(&bound.to_string()), "{text}");
+        let plain = format!("{bad}");
+        assert!(text.contains(&plain) || text.contains(&format!("{bad:e}")), "{text}");
     }
 }
 
@@ -48,7 +54,9 @@ fn effects_out_of_bounds_are_refused_by_name() {
                 Bound::Positive => bad.extend([0.0, -1.0]),
                 Bound::NotNegative => bad.push(-1e-9),
                 Bound::Whole(a, b) => bad.extend([-1.0, f64::from(a) + 0.5, f64::from(b) + 1.0]),
-                Bound::Within(a, b) => bad.extend([a - 1e-6 * (1.0 + a.abs()), b + 1e-6 * (1.0 + b.abs())]),
+                Bound::Within(a, b) | Bound::OfMachines(a, b) => {
+                    bad.extend([a - 1e-6 * (1.0 + a.abs()), b + 1e-6 * (1.0 + b.abs())])
+                }
             }
             for value in bad {
                 let mut e = Effects::none();

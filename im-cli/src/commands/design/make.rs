@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use im_design::certificate::Design;
-use im_design::gains::{GainSet, Value};
+use im_design::gains::{GainSet, Precision, Provenance, Value};
 use im_design::mtpa::TCircuit;
 use im_design::request::{Kind, Period, design_for, design_sampled};
 use im_design::{Certificate, DesignError, DesignModel, plot};
@@ -33,10 +33,10 @@ pub struct Args {
     /// Design for this sampling period (s), or for the largest that can be proven; not for mtpa and sampled
     #[arg(long, value_name = "SECONDS|largest")]
     period: Option<Period>,
-    /// Write the gains as Rust constants too, to paste into firmware
+    /// Write the gains as Rust source too: the struct that im-observers or im-control takes, for firmware
     #[arg(long, value_name = "FILE")]
     rust: Option<PathBuf>,
-    /// The type of the Rust constants
+    /// The number type of the firmware; for f32 the gains are rounded so that the claim holds, and proven as rounded
     #[arg(long, value_enum, default_value_t = Scalar::F32, requires = "rust")]
     scalar: Scalar,
     /// Draw what was designed, as SVG
@@ -76,18 +76,36 @@ pub fn run(kind: Kind, args: &Args) -> Result<(), Failure> {
     );
     // What can fail is done before anything is written.
     let picture = args.plot.as_ref().map(|path| (path, spinning("drawing", || plot::picture(&certificate))));
+    let rust = args
+        .rust
+        .as_ref()
+        .map(|path| Ok((path, source(args, &motor, &certificate)?)))
+        .transpose()
+        .map_err(|e| refused(args, kind, e))?;
     write(&args.output, &(heading + &text))?;
-    if let Some(path) = &args.rust {
-        let scalar = match args.scalar {
-            Scalar::F32 => "f32",
-            Scalar::F64 => "f64",
-        };
-        write(path, &set.to_rust(scalar))?;
+    if let Some((path, text)) = &rust {
+        write(path, text)?;
     }
     if let Some((path, svg)) = picture {
         write(path, &svg)?;
     }
     Ok(summary(args, &motor, &certificate, &set)?)
+}
+
+/// The gains as Rust source.
+fn source(args: &Args, motor: &MotorFile, certificate: &Certificate) -> Result<String, DesignError> {
+    let precision = match args.scalar {
+        Scalar::F32 => Precision::F32,
+        Scalar::F64 => Precision::F64,
+    };
+    let effects_left_out = left_out(motor, certificate).into_iter().map(str::to_owned).collect();
+    certificate.to_rust(precision, &Provenance { motor: motor.name.clone(), effects_left_out })
+}
+
+/// Effects of the motor that a proof leaves out.
+fn left_out(motor: &MotorFile, certificate: &Certificate) -> Vec<&'static str> {
+    let taken_in = |id: &EffectId| matches!(certificate.design, Design::Mtpa(_)) && TCircuit::EFFECTS.contains(id);
+    motor.machine.effects().active().filter(|id| !taken_in(id)).map(|id| id.name()).collect()
 }
 
 fn write(path: &Path, text: &str) -> Result<(), FileError> {
@@ -110,8 +128,7 @@ fn refused(args: &Args, kind: Kind, e: DesignError) -> Failure {
 
 fn summary(args: &Args, motor: &MotorFile, certificate: &Certificate, set: &GainSet) -> io::Result<()> {
     let written = [Some(&args.output), args.rust.as_ref(), args.plot.as_ref()];
-    let taken_in = |id: &EffectId| matches!(certificate.design, Design::Mtpa(_)) && TCircuit::EFFECTS.contains(id);
-    let left_out: Vec<_> = motor.machine.effects().active().filter(|id| !taken_in(id)).map(|id| id.name()).collect();
+    let left_out = left_out(motor, certificate);
     let mut out = stdout();
     if args.json {
         let value = |v: &Value| match v {

@@ -3,6 +3,8 @@
 mod check;
 mod make;
 
+pub use check::other_machine;
+
 use clap::Subcommand;
 use im_design::request::Kind;
 use std::io::Write;

@@ -17,15 +17,16 @@ use crate::terminal::{rounded, stdout};
 const SHOWN: usize = 8;
 
 /// Replays and tells.
-pub fn run(motor: &MotorFile, data: &Path, args: &Args) -> Result<(), Failure> {
-    let data = Replayed::read(data, args.mapping.as_deref(), motor, args.out.as_deref())?;
+pub fn run(motor: &MotorFile, path: &Path, args: &Args) -> Result<(), Failure> {
+    let file = path.display();
+    let data = Replayed::read(path, args.mapping.as_deref(), motor, args.out.as_deref())?;
     let recording = &data.recording;
     if !data.has_speed() {
         let what = "the identifiers need a measured speed; name its column under [speed], or say locked = true";
-        return Err(Failure::Input(format!("{}: {what}", recording.name)));
+        return Err(Failure::Input(format!("{file}: {what}")));
     }
     let rows = replay(motor, recording, args.scheme.into(), |_| true)
-        .map_err(|e| Failure::Input(format!("{}: {e}; the identifiers need it", recording.name)))?;
+        .map_err(|e| Failure::Input(format!("{file} with {}: {e}; the identifiers need it", args.motor.display())))?;
     let p = motor.machine.parameters();
     let start = RegulationParameters::from(p.inverse_gamma());
     // R_req to R_r: (L_r/L_m)².

@@ -1,5 +1,6 @@
 //! Gains from a file that `im design` wrote, or those one starts from.
 
+use im_model::MotorFile;
 use std::path::{Path, PathBuf};
 
 use im_observers::{Gains, Named, ObserverError};
@@ -36,16 +37,26 @@ impl From<Failure> for Refused {
 /// A file's tables, or none.
 pub struct GainsFile {
     file: Option<(PathBuf, toml::Table)>,
+    /// That its gains were proven for another machine, if they were.
+    pub other_machine: Option<String>,
 }
 
 impl GainsFile {
-    pub fn of(path: Option<&Path>) -> Result<Self, Failure> {
-        let Some(path) = path else { return Ok(Self { file: None }) };
+    pub fn of(path: Option<&Path>, motor: &MotorFile) -> Result<Self, Failure> {
+        let Some(path) = path else { return Ok(Self { file: None, other_machine: None }) };
         let named = |what: String| Failure::Input(format!("{}: {what}", path.display()));
         let text = std::fs::read_to_string(path).map_err(|e| named(format!("cannot be read: {e}")))?;
-        let table = text.parse::<toml::Table>().map_err(|e| named(e.message().to_owned()))?;
-        let table = if table.contains_key("design") { proven(&text).map_err(named)? } else { table };
-        Ok(Self { file: Some((path.to_owned(), table)) })
+        let syntax = |e: toml::de::Error| {
+            let line = e.span().map_or(String::new(), |s| format!(":{}", 1 + text[..s.start].matches('\n').count()));
+            Failure::Input(format!("{}{line}: {}", path.display(), e.message()))
+        };
+        let table = text.parse::<toml::Table>().map_err(syntax)?;
+        let (table, other_machine) = match table.contains_key("design") {
+            true => proven(&text, motor).map_err(named)?,
+            false => (table, None),
+        };
+        let other_machine = other_machine.map(|what| format!("{}: gains {what}", path.display()));
+        Ok(Self { file: Some((path.to_owned(), table)), other_machine })
     }
 
     /// What the file has for an observer that samples at this time, s.
@@ -116,15 +127,22 @@ impl Gains for Found<'_> {
     }
 }
 
+/// Gains with, where their proof is about another machine, a sentence that says so.
+type Proven = (toml::Table, Option<String>);
+
 /// The gains of a file that `im design` wrote, whose proof is checked first.
 #[cfg(feature = "design")]
-fn proven(text: &str) -> Result<toml::Table, String> {
+fn proven(text: &str, motor: &MotorFile) -> Result<Proven, String> {
     let (certificate, _) = im_design::Certificate::check_text(text).map_err(|e| format!("refused: {e}"))?;
-    im_design::gains::GainSet::from(&certificate.design).to_toml().parse::<toml::Table>().map_err(|e| e.message().to_owned())
+    let differences = certificate.differences(&motor.machine).map_err(|e| format!("refused: {e}"))?;
+    let set = im_design::gains::GainSet::from(&certificate.design).to_toml();
+    let table = set.parse::<toml::Table>().map_err(|e| e.message().to_owned())?;
+    let other = || crate::commands::design::other_machine(&certificate, motor, &differences);
+    Ok((table, (!differences.is_empty()).then(other)))
 }
 
 #[cfg(not(feature = "design"))]
-fn proven(_: &str) -> Result<toml::Table, String> {
+fn proven(_: &str, _: &MotorFile) -> Result<Proven, String> {
     Err("holds gains with their proof, which this build cannot check: it was made without the feature `design`".into())
 }
 

@@ -14,7 +14,7 @@ use serde_json::json;
 use super::inputs::Replayed;
 use crate::failure::Failure;
 use crate::output::Outputs;
-use crate::terminal::{rounded, stdout};
+use crate::terminal::{rounded, say, stdout, wrapped};
 use gains::{GainsFile, Refused};
 
 /// Arguments.
@@ -84,7 +84,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         basis = basis.with_saturation(&motor.machine);
         basis = basis.with_inverter(motor.machine.effects().inverter_nonlinearity).map_err(refused)?;
     }
-    let gains = GainsFile::of(args.gains.as_deref())?;
+    let gains = GainsFile::of(args.gains.as_deref(), &motor)?;
+    let other_machine = gains.other_machine.clone();
+    if let Some(what) = &other_machine {
+        say(&wrapped("! ", what));
+    }
     let mut replay = Replay { args, motor: &motor, data: &data, basis, gains, estimates: None };
     each(&mut replay);
     let named = replay.estimates.expect("the argument is one of the names");
@@ -92,7 +96,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.out {
         write(folder, args, r, &estimates)?;
     }
-    Ok(tell(args, &motor, &data, &estimates)?)
+    Ok(tell(args, &motor, &data, &estimates, other_machine.as_deref())?)
 }
 
 /// The recording through the observer that the arguments name.
@@ -141,7 +145,13 @@ fn error(r: &Recording, estimates: &[Estimate<f64>], rows: impl Iterator<Item = 
     (n > 0).then(|| [sum / n as f64, (squares / n as f64).sqrt()])
 }
 
-fn tell(args: &Args, motor: &MotorFile, data: &Replayed, estimates: &[Estimate<f64>]) -> io::Result<()> {
+fn tell(
+    args: &Args,
+    motor: &MotorFile,
+    data: &Replayed,
+    estimates: &[Estimate<f64>],
+    other_machine: Option<&str>,
+) -> io::Result<()> {
     let r = &data.recording;
     let valid = || (0..r.len()).filter(|&k| estimates[k].status.is_valid());
     let first = valid().next();
@@ -164,6 +174,7 @@ fn tell(args: &Args, motor: &MotorFile, data: &Replayed, estimates: &[Estimate<f
             "final_speed_rad_s": {"estimated": estimates[last].omega_m, "recorded": r.omega_m[last]},
             "lost_rows": data.lost_rows(),
             "guessed": data.guessed,
+            "gains_of_another_machine": other_machine,
             "data_quality": data.findings,
         });
         return writeln!(out, "{summary}");

@@ -38,6 +38,8 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
             out.push(Finding::new(FindingKind::ClippedSensor, Severity::Serious, text, advice).on(&t.column).at(ranges(&flat)));
         }
     }
+    out.extend(silent(s.voltage.iter(), "voltage", "V"));
+    out.extend(silent(s.current.iter().map(|c| &c.main), "current", "A"));
     for t in s.current.iter().map(|c| &c.main) {
         out.extend(range(t, "current", "A", rated[1], BEYOND[1]));
     }
@@ -81,6 +83,23 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
         ));
     }
     out
+}
+
+/// A sensor that shows next to nothing beside the others of its kind.
+fn silent<'a>(all: impl Iterator<Item = &'a Trace> + Clone, what: &str, unit: &str) -> Vec<Finding> {
+    let most = all.clone().map(span).fold(0.0, f64::max);
+    let dead = |t: &&Trace| span(t) > 0.0 && span(t) < 0.01 * most;
+    let finding = |t: &Trace| {
+        let text = format!(
+            "The {what} {} stays within {} {unit}, where another reaches over {} {unit}",
+            t.column,
+            number(span(t), 2),
+            number(most, 3)
+        );
+        let advice = "Its sensor is dead, not connected, or in another unit.";
+        Finding::new(FindingKind::DeadChannel, Severity::Serious, text, advice).on(&t.column)
+    };
+    all.filter(dead).map(finding).collect()
 }
 
 fn span(t: &Trace) -> f64 {

@@ -2,6 +2,7 @@
 
 mod channels;
 pub mod clip;
+mod convention;
 mod currents;
 mod machine;
 pub mod offset;
@@ -75,6 +76,8 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
     checked.steady = !steady.is_empty();
     let columns: Vec<&str> = (0..s.current.len()).map(|x| checked.current(s, x).column.as_str()).collect();
     let found = [
+        time::clock(s, &u, motor).into_iter().collect(),
+        convention::check(&steady, motor),
         time::check(s, &steady, motor.machine.parameters()),
         channels::check(s, &steady, motor),
         machine::check(&steady, motor, &columns.join(", ")),

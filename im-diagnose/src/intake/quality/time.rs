@@ -1,11 +1,86 @@
 //! Sampling: even, fast enough, and every row a new one.
 
-use im_model::TParameters;
+use std::f64::consts::PI;
+
+use im_model::{Complex, MotorFile, TParameters};
 
 use super::steady::Steady;
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
 use crate::intake::signals::Signals;
+
+/// Beyond a supply frequency this many times rated, or below the inverse of the second, the unit of time is in question.
+const FREQUENCIES: [f64; 2] = [20.0, 300.0];
+/// A sampling time this many times the leakage's leaves nothing of what is compared.
+const HOPELESS: f64 = 10.0;
+
+/// Whether the clock can be that of the motor: against its supply and its time constants.
+pub fn clock(s: &Signals, u: &[Complex<f64>], motor: &MotorFile) -> Option<Finding> {
+    let (dt, p) = (s.sample_time_s, motor.machine.parameters());
+    let (leakage_s, rotor_s) = (leakage_s(p), p.rotor_inductance_h() / p.rotor_resistance_ohm);
+    let duration = dt * s.len() as f64;
+    let serious = |text: String, advice: String| Some(Finding::new(FindingKind::TimeUnit, Severity::Serious, text, advice));
+    let unit = |times_too_long: f64| {
+        let named = [(1e3, "ms"), (1e6, "us"), (1e9, "ns"), (60.0, "min")];
+        let close = |x: f64| (times_too_long / x).ln().abs() < 1.2;
+        match named.into_iter().find(|(x, _)| close(*x)) {
+            Some((_, unit)) => format!("Is the time in {unit}? Say unit = \"{unit}\" in [time], or divide it in the file."),
+            None => "Give the time in seconds, or its unit in [time].".to_owned(),
+        }
+    };
+    if let Some(turn) = turn_per_row(u) {
+        let (found, rated) = (turn / (2.0 * PI * dt), motor.rating.electrical_frequency_hz);
+        if found > FREQUENCIES[0] * rated || found * FREQUENCIES[1] < rated {
+            let text = format!(
+                "The voltage turns at {} Hz by the times of the rows ({} rows per period), where the motor is rated for {} Hz",
+                number(found, 2),
+                number(2.0 * PI / turn, 3),
+                number(rated, 3)
+            );
+            return serious(text, unit(rated / found));
+        }
+    }
+    if dt > HOPELESS * leakage_s {
+        let text = format!(
+            "Rows stand {} s apart, {} times the leakage time constant of {} ms: none of what the currents do is seen",
+            number(dt, 2),
+            number(dt / leakage_s, 2),
+            number(1e3 * leakage_s, 2)
+        );
+        return serious(text, unit(dt / 1e-4));
+    }
+    if duration < 0.1 * leakage_s.min(rotor_s) {
+        let text = format!(
+            "The whole recording lasts {} s, a small part of the leakage time constant of {} ms: nothing happens in it",
+            number(duration, 2),
+            number(1e3 * leakage_s, 2)
+        );
+        return serious(text, "Give the time in seconds, or its unit in [time].".into());
+    }
+    None
+}
+
+/// L_σ/R of stator and rotor in series, s.
+fn leakage_s(p: &TParameters<f64>) -> f64 {
+    (p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h) / (p.stator_resistance_ohm + p.rotor_resistance_ohm)
+}
+
+/// The median turn of the voltage from row to row, rad, where it turns one way for two turns and more.
+fn turn_per_row(u: &[Complex<f64>]) -> Option<f64> {
+    let largest = u.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    let mut turns: Vec<f64> = u
+        .windows(2)
+        .filter(|w| w[0].norm().min(w[1].norm()) > 0.1 * largest)
+        .map(|w| (w[1] * w[0].conj()).arg())
+        .filter(|turn| turn.is_finite())
+        .collect();
+    let (sum, way) = turns.iter().fold((0.0, 0.0), |(s, w): (f64, f64), t| (s + t, w + t.abs()));
+    if turns.is_empty() || way < 4.0 * PI || sum.abs() < 0.8 * way {
+        return None;
+    }
+    turns.sort_by(f64::total_cmp);
+    Some(turns[turns.len() / 2].abs()).filter(|turn| *turn > 0.0)
+}
 
 /// Looks at the sampling.
 pub fn check(s: &Signals, steady: &[Steady], p: &TParameters<f64>) -> Vec<Finding> {
@@ -31,8 +106,7 @@ pub fn check(s: &Signals, steady: &[Steady], p: &TParameters<f64>) -> Vec<Findin
             out.push(warn(FindingKind::SlowSampling, text, "Sample at twenty times the supply frequency at least."));
         }
     }
-    let leakage_s =
-        (p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h) / (p.stator_resistance_ohm + p.rotor_resistance_ohm);
+    let leakage_s = leakage_s(p);
     if dt > leakage_s {
         let text = format!(
             "The sampling time of {} ms exceeds the machine's leakage time constant of {} ms: what the currents do in between is not seen",

@@ -4,7 +4,7 @@
 //! ω_g is the true slip whatever the parameters, and the integral action sees constants. Over a sample it is advanced by the
 //! trapezoidal rule (stable at any period, exact in the steady state), the voltage turned to the middle of the sample.
 
-use super::super::{Estimate, Identifier, IdentifierStatus, Sample, finite};
+use super::super::{Belief, Estimate, Identifier, IdentifierStatus, Reach, Sample, finite};
 use super::parameters::RegulationParameters;
 use super::scheme::{Adaptation, Tracking};
 use im_model::space_vector::{cross, j, norm2, turn};
@@ -97,6 +97,7 @@ pub struct FollowerState<T, S> {
     v_s: Complex<T>,
     omega_r: T,
     omega_g: T,
+    belief: Belief<T>,
     /// Of the adaptation.
     pub adaptation: S,
 }
@@ -152,13 +153,15 @@ impl<T: Scalar, A: Adaptation<T>> Identifier<T, 4> for Follower<T, A> {
             v_s: zero,
             omega_r: T::zero(),
             omega_g: T::zero(),
+            belief: Belief::new(),
             adaptation: self.adaptation.start(),
         }
     }
 
     fn step(&self, x: &mut Self::State, input: &Sample<T>) -> Estimate<T, 4> {
         let (g, h, half) = (&self.gains, self.gains.sample_time_s, T::from_f64(0.5));
-        let mut lost = !input.is_finite();
+        let reach = Reach::new(self.adaptation.parameters(&x.adaptation).leakage_inductance_h, h);
+        let mut lost = !x.belief.admits(input, &reach);
         let mut i_ref_rate = x.i_ref;
         if !lost {
             let omega_r = input.omega_m * self.n_p;
@@ -173,7 +176,7 @@ impl<T: Scalar, A: Adaptation<T>> Identifier<T, 4> for Follower<T, A> {
             x.omega_r = omega_r;
             if !(finite(x.phi_ref) && finite(x.i_ref)) {
                 // Inputs near the end of the number range: begin again, with the parameters as they are.
-                *x = FollowerState { adaptation: x.adaptation, ..self.start() };
+                *x = FollowerState { adaptation: x.adaptation, belief: x.belief, ..self.start() };
                 lost = true;
             }
         }

@@ -24,7 +24,7 @@
 //! that what (27) lacks is −jω_e'βF²[ψ_r], with βψ_r = (y − ηL_mβ i)/(−η + jω_e) by the estimates of the resistances.
 
 use super::super::filter::HighGain;
-use super::super::{Sample, finite};
+use super::super::{Belief, Reach, Sample, finite};
 use im_model::space_vector::{j, norm2};
 use im_model::{Bound, Complex, ModelError, Scalar, WindingParameters};
 
@@ -45,6 +45,7 @@ pub(super) struct CurrentModel<T> {
     l_m_beta: T,
     /// Samples until the filters have filled.
     filling: u32,
+    reach: Reach<T>,
 }
 
 /// The filters.
@@ -64,6 +65,9 @@ pub(super) struct Filters<T> {
     /// Samples until the filters have filled; then zero.
     pub filling: u32,
     begun: bool,
+    belief: Belief<T>,
+    /// Whether the last sample was left out.
+    pub lost: bool,
 }
 
 /// (27) over a sample, with its term of the acceleration, less what depends on the resistances: Δx̃₁ − R_s p − R_r q + R_sR_r r = `known`.
@@ -102,6 +106,7 @@ impl<T: Scalar> CurrentModel<T> {
             inverse_l_r: T::one() / windings.rotor_inductance_h,
             l_m_beta: windings.mutual_inductance_h * beta,
             filling,
+            reach: Reach::new(windings.derived(pole_pairs).sigma_l_s, sample_time_s),
         })
     }
 
@@ -118,13 +123,16 @@ impl<T: Scalar> CurrentModel<T> {
             flux: zero,
             filling: self.filling,
             begun: false,
+            belief: Belief::new(),
+            lost: false,
         }
     }
 
     /// Advances over the sample that ends with what `s` shows; `None` when there is nothing to compare yet, or the sample is lost. The estimates
     /// of R_s and R_r, Ω, serve the term of the acceleration alone.
     pub fn step(&self, x: &mut Filters<T>, s: &Sample<T>, [r_s, r_r]: [T; 2]) -> Option<Balance<T>> {
-        if !s.is_finite() {
+        x.lost = !x.belief.admits(s, &self.reach);
+        if x.lost {
             // The filters missed something: begin again, from where the signals are then.
             (x.begun, x.filling) = (false, self.filling);
             return None;
@@ -132,7 +140,16 @@ impl<T: Scalar> CurrentModel<T> {
         if !x.begun {
             let (i, omega_m) = (s.i_s, s.omega_m);
             let omega_e = omega_m * self.n_p;
-            *x = Filters { i, u: s.u_s, i_before: i, omega_before: omega_m, omega_e, begun: true, ..self.start() };
+            *x = Filters {
+                i,
+                u: s.u_s,
+                i_before: i,
+                omega_before: omega_m,
+                omega_e,
+                begun: true,
+                belief: x.belief,
+                ..self.start()
+            };
             return None;
         }
         let i = self.filter.ramp(&mut x.i, x.i_before, s.i_s);

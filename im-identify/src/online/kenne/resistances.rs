@@ -142,7 +142,7 @@ impl<T: Scalar> Identifier<T, 2> for KenneResistances<T> {
         let held = [false; 2];
         let Some(balance) = self.model.step(&mut x.filters, input, [x.resistance[1], x.resistance[0]]) else {
             *x = Self::State { resistance: x.resistance, filters: x.filters, ..self.start() };
-            return said(x, held, if input.is_finite() { IdentifierStatus::Filling } else { IdentifierStatus::LostSample });
+            return said(x, held, if x.filters.lost { IdentifierStatus::LostSample } else { IdentifierStatus::Filling });
         };
         let [r_r, r_s] = x.resistance;
         let per_s = self.inverse_sample_time;

@@ -189,7 +189,7 @@ impl<T: Scalar> Identifier<T, 1> for KenneRotorResistance<T> {
         };
         let Some(balance) = self.model.step(&mut x.filters, input, [self.r_s, x.resistance]) else {
             *x = Self::State { resistance: x.resistance, monitor: x.monitor, filters: x.filters, ..self.start() };
-            return said(x, if input.is_finite() { IdentifierStatus::Filling } else { IdentifierStatus::LostSample });
+            return said(x, if x.filters.lost { IdentifierStatus::LostSample } else { IdentifierStatus::Filling });
         };
         let f_1 = (balance.q - balance.r * self.r_s) * self.inverse_sample_time;
         let f_0_gone = (balance.known - balance.p * self.r_s) * self.inverse_sample_time;

@@ -2,8 +2,10 @@
 
 #![allow(dead_code, unused_imports)] // each of its users takes a part
 
+mod every;
 mod region;
 
+pub use every::every;
 pub use region::region;
 
 use im_design::LinearMachine;
@@ -61,6 +63,20 @@ pub fn t_parameters(m: &LinearMachine) -> TParameters<f64> {
 /// The same machine as a model.
 pub fn modelled(m: &LinearMachine) -> im_model::Machine<f64> {
     im_model::Machine::base(t_parameters(m), m.pole_pairs).unwrap()
+}
+
+/// The machine of `examples/motor.toml`, with friction that Thau's observer can rely on.
+pub fn four_kilowatts() -> LinearMachine {
+    LinearMachine {
+        stator_resistance_ohm: 1.5,
+        rotor_resistance_ohm: 0.9,
+        stator_inductance_h: 0.16,
+        rotor_inductance_h: 0.16,
+        mutual_inductance_h: 0.156,
+        pole_pairs: 2,
+        inertia_kg_m2: 0.045,
+        viscous_friction_n_m_s: 0.002,
+    }
 }
 
 pub fn top_speed(machine: &LinearMachine) -> f64 {

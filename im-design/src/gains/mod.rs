@@ -1,4 +1,9 @@
-//! Gain sets for programs: a TOML table, or Rust constants to paste into firmware.
+//! Gain sets for programs: a TOML table, or Rust source for firmware.
+
+mod rounded;
+mod rust;
+
+pub use rust::{Precision, Provenance};
 
 use crate::certificate::Design;
 use crate::jadot::JadotDesign;
@@ -70,26 +75,6 @@ impl GainSet {
             // Writing to a String cannot fail.
             let _ = writeln!(text, "# {}\n{} = {value}", gain.meaning, gain.name);
         }
-        text
-    }
-
-    /// Rust constants of the scalar type `f32` or `f64`, documented, in a module named after the design; no more digits than the type has.
-    pub fn to_rust(&self, scalar: &str) -> String {
-        let literal = |x: f64| if scalar == "f32" { format!("{:?}", x as f32) } else { literal(x) };
-        let list = |x: &[f64]| listed(x, literal);
-        let nested = |m: &Matrix<f64>| nested(m, literal);
-        let mut text = format!("/// Gains made by `im design`.\npub mod {} {{\n", self.kind);
-        for gain in &self.gains {
-            let (kind, value) = match &gain.value {
-                Value::Scalar(x) => (scalar.to_string(), literal(*x)),
-                Value::Range(x) => (format!("[{scalar}; 2]"), list(x)),
-                Value::List(x) => (format!("[{scalar}; {}]", x.len()), list(x)),
-                Value::Matrix(m) => (format!("[[{scalar}; {}]; {}]", m.cols(), m.rows()), nested(m)),
-            };
-            let name = gain.name.to_uppercase();
-            let _ = writeln!(text, "    /// {}\n    pub const {name}: {kind} = {value};", gain.meaning);
-        }
-        text.push_str("}\n");
         text
     }
 }
@@ -275,15 +260,12 @@ mod tests {
     use crate::{DesignModel, LinearMachine};
 
     #[test]
-    fn toml_reads_back_and_rust_has_the_shape() {
+    fn toml_reads_back() {
         let request = KubotaRequest { speed_rad_s: [-100.0, 100.0], rate_per_s: 1.0, flux_weight: 1.0 };
         let (design, certificate) = closed_form(DesignModel::Machine(LinearMachine::kwon_table_iv()), &request).unwrap();
         let set = GainSet::from(&certificate.design);
         let table: toml::Table = set.to_toml().parse().unwrap();
         let back = table["kubota"]["gain"][0][0].as_float().unwrap();
         assert_eq!(back, design.gain[(0, 0)]);
-        let rust = set.to_rust("f32");
-        assert!(rust.contains("pub const GAIN: [[f32; 2]; 4] = [["), "{rust}");
-        assert!(rust.contains("pub const RATE_PER_S: f32 = 1.0;"));
     }
 }

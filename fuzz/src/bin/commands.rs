@@ -1,0 +1,191 @@
+//! Runs of the program with mutated inputs:
+//! cargo run --release --manifest-path fuzz/Cargo.toml --bin commands -- target/release/im RUNS [SEED]
+//!
+//! Counts by kind: panics, hangs (20 s of processor time), numbers that are not finite printed or written with status 0, certificates
+//! accepted that are not those written, other statuses. What does so is kept in `fuzz/artifacts`. Status 1 where any did.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use im_fuzz::mutate::{Dice, mutated};
+
+const HANG_S: f64 = 20.0;
+
+/// A command line in which `@name` is an input file; those in the second list are mutated.
+struct Run {
+    line: &'static str,
+    inputs: &'static [&'static str],
+}
+
+const RUNS: [Run; 16] = [
+    Run { line: "simulate --motor @motor.toml --scenario @scenario.toml -o out.csv", inputs: &["motor.toml", "scenario.toml"] },
+    Run { line: "simulate --motor @motor.toml --scenario @drive.toml -o out.csv", inputs: &["motor.toml", "drive.toml"] },
+    Run { line: "compare --motor @motor.toml --data @run.csv", inputs: &["motor.toml", "run.csv"] },
+    Run { line: "fit --motor @motor.toml --train @run.csv -o out.toml", inputs: &["motor.toml", "run.csv"] },
+    Run { line: "fit --motor @motor.toml --table @table.csv -o out.toml", inputs: &["motor.toml", "table.csv"] },
+    Run { line: "validate --before @motor.toml --after @other.toml --data @run.csv --json", inputs: &["motor.toml", "other.toml", "run.csv"] },
+    Run { line: "add --motor @motor.toml --effect windage -o out.toml", inputs: &["motor.toml"] },
+    Run { line: "observe --motor @motor.toml --data @run.csv --observer kubota --gains @gains.toml --out out", inputs: &["motor.toml", "run.csv", "gains.toml"] },
+    Run { line: "observe --motor @motor.toml --data @run.csv --observer utkin --json", inputs: &["motor.toml", "run.csv"] },
+    Run { line: "identify --motor @motor.toml --online --data @run.csv --out out", inputs: &["motor.toml", "run.csv"] },
+    Run { line: "identify --motor @motor.toml --sensitivity-map --json", inputs: &["motor.toml"] },
+    Run { line: "design kubota --motor @motor.toml --region @kubota.toml -o out.toml --rust out.rs", inputs: &["motor.toml", "kubota.toml"] },
+    Run { line: "design derdiyok --motor @motor.toml --region @derdiyok.toml -o out.toml --rust out.rs --period 50e-6", inputs: &["motor.toml", "derdiyok.toml"] },
+    Run { line: "design mtpa --motor @motor.toml --region @mtpa.toml -o out.toml", inputs: &["motor.toml", "mtpa.toml"] },
+    Run { line: "design check @gains.toml", inputs: &["gains.toml"] },
+    Run { line: "design check @layer.toml", inputs: &["layer.toml"] },
+];
+
+fn main() {
+    let mut arguments = std::env::args().skip(1);
+    let im = arguments.next().map(PathBuf::from).and_then(|p| p.canonicalize().ok()).expect("first argument: the program");
+    let count: usize = arguments.next().and_then(|x| x.parse().ok()).unwrap_or(1000);
+    let mut dice = Dice(arguments.next().and_then(|x| x.parse().ok()).unwrap_or(1));
+    let folder = tempfile::tempdir().expect("a folder can be made");
+    let true_inputs = inputs(&im, folder.path());
+    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut commands: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
+    let mut slowest = (0.0, "");
+    for n in 0..count {
+        let run = &RUNS[dice.below(RUNS.len())];
+        let place = folder.path().join("run");
+        let _ = fs::remove_dir_all(&place);
+        fs::create_dir_all(&place).expect("a folder can be made");
+        for (name, text) in &true_inputs {
+            fs::write(place.join(name), text).expect("it can be written");
+        }
+        let which = dice.one(run.inputs);
+        let changed = mutated(&true_inputs[which], &mut dice);
+        fs::write(place.join(which), &changed).expect("it can be written");
+        let (kind, seconds) = outcome(&im, run, &place, which, &changed, &true_inputs);
+        let all = commands.entry(run.line.split_whitespace().next().unwrap_or_default()).or_default();
+        all[usize::from(kind != "done" && kind != "refused")] += 1;
+        *kinds.entry(kind).or_default() += 1;
+        if seconds > slowest.0 {
+            slowest = (seconds, run.line);
+        }
+        if kind != "done" && kind != "refused" {
+            let keep = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/artifacts")).join(format!("{kind}-{n}"));
+            let _ = fs::create_dir_all(&keep);
+            let _ = fs::write(keep.join(which), &changed);
+            let _ = fs::write(keep.join("command"), format!("{}\n{which} changed\n", run.line));
+            println!("{n}: {kind}: {} ({which}), kept in {}", run.line, keep.display());
+        }
+        if n % 500 == 499 {
+            println!("{}: {kinds:?}", n + 1);
+        }
+    }
+    println!("{count} runs: {kinds:?}; longest {:.1} s of processor time ({})", slowest.0, slowest.1);
+    println!("by command [fine, not]: {commands:?}");
+    let bad = kinds.keys().any(|k| *k != "done" && *k != "refused");
+    std::process::exit(i32::from(bad));
+}
+
+/// True inputs, by name.
+fn inputs(im: &Path, folder: &Path) -> BTreeMap<&'static str, String> {
+    let example = |name: &str| fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name)).expect("there");
+    let demo = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../im-cli/data/demo/train1.csv")).expect("there");
+    let run: String = demo.lines().take(1500).map(|l| l.to_owned() + "\n").collect();
+    let table = "V_LL_V,I_A,P_3ph_W,n_rpm,T_Nm\n200,1.6,140,1498,0\n300,2.6,210,1499,0\n400,4.9,310,1499,0\n400,6.1,1900,1474,10\n\
+                 400,7.0,2700,1460,15\n400,8.0,3500,1446,20\n";
+    let short = |text: String| text.replace("duration_s = ", "duration_s = 0.2 #");
+    let mut all = BTreeMap::from([
+        ("motor.toml", example("motor.toml")),
+        ("other.toml", example("motor.toml")),
+        ("scenario.toml", short(example("scenario_dol.toml"))),
+        ("drive.toml", short(example("scenario_drive.toml"))),
+        ("run.csv", run),
+        ("table.csv", table.to_owned()),
+    ]);
+    for (kind, name) in [("kubota", "kubota.toml"), ("derdiyok", "derdiyok.toml"), ("mtpa", "mtpa.toml")] {
+        let region = Command::new(im).args(["design", "example-region", kind]).output().expect("the program runs");
+        all.insert(name, String::from_utf8(region.stdout).expect("text"));
+    }
+    for (kind, name, more) in [("kubota", "gains.toml", &[][..]), ("derdiyok", "layer.toml", &["--period", "50e-6"][..])] {
+        let path = |n: &str| folder.join(n).display().to_string();
+        fs::write(path("motor.toml"), &all["motor.toml"]).expect("it can be written");
+        fs::write(path("region.toml"), &all[format!("{kind}.toml").as_str()]).expect("it can be written");
+        let (motor, region, out) = (path("motor.toml"), path("region.toml"), path(name));
+        let made = Command::new(im).args(["design", kind, "--motor", &motor, "--region", &region, "-o", &out]).args(more).output();
+        assert!(made.expect("the program runs").status.success(), "{kind} is designed");
+        all.insert(name, fs::read_to_string(&out).expect("there"));
+    }
+    all
+}
+
+fn outcome(
+    im: &Path,
+    run: &Run,
+    place: &Path,
+    which: &str,
+    changed: &str,
+    true_inputs: &BTreeMap<&'static str, String>,
+) -> (&'static str, f64) {
+    let line = run.line.replace('@', "");
+    let (out, err) = (place.join(".stdout"), place.join(".stderr"));
+    let file = |p: &Path| Stdio::from(fs::File::create(p).expect("it can be made"));
+    let mut child = Command::new(im)
+        .args(line.split_whitespace())
+        .current_dir(place)
+        .stdin(Stdio::null())
+        .stdout(file(&out))
+        .stderr(file(&err))
+        .spawn()
+        .expect("the program runs");
+    let (begun, mut used) = (Instant::now(), 0.0);
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("it is our child") {
+            break status;
+        }
+        used = processor_time(child.id()).unwrap_or(used);
+        if used > HANG_S || begun.elapsed() > Duration::from_secs(600) {
+            let _ = child.kill();
+            let _ = child.wait();
+            return ("hang", used);
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    let said = fs::read_to_string(&err).unwrap_or_default();
+    if said.contains("panicked") || status.code() == Some(101) || status.code().is_none() {
+        return ("panic", used);
+    }
+    match status.code() {
+        Some(0) => {}
+        Some(1 | 2 | 3) => return ("refused", used),
+        _ => return ("status", used),
+    }
+    // The numbers of a certificate are what it says; comments and blanks are not.
+    let meaning = |text: &str| text.lines().filter(|l| !l.trim_start().starts_with('#')).map(str::trim).collect::<Vec<_>>().join("\n");
+    if run.line.starts_with("design check") && meaning(changed) != meaning(&true_inputs[which]) && !same_values(changed, &true_inputs[which]) {
+        return ("false acceptance", used);
+    }
+    let mut texts = vec![fs::read_to_string(&out).unwrap_or_default()];
+    for name in ["out.csv", "out.toml", "out.rs", "out/estimate.csv", "out/estimates.csv", "out/speed.svg", "out/estimates.svg"] {
+        texts.extend(fs::read_to_string(place.join(name)));
+    }
+    if texts.iter().any(|text| not_finite(text)) { ("not finite", used) } else { ("done", used) }
+}
+
+/// Two TOML texts that hold the same.
+fn same_values(a: &str, b: &str) -> bool {
+    let read = |text: &str| text.parse::<toml::Table>().ok();
+    read(a).is_some_and(|a| Some(a) == read(b))
+}
+
+/// Whether NaN or infinity stands in a text as a word.
+fn not_finite(text: &str) -> bool {
+    text.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.')).any(|word| {
+        matches!(word, "NaN" | "nan" | "inf" | "Infinity" | "infinity" | "1.#INF")
+    })
+}
+
+/// User and system time of a process, s.
+fn processor_time(pid: u32) -> Option<f64> {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
+    let ticks = |k: usize| fields.get(k)?.parse::<f64>().ok();
+    Some((ticks(11)? + ticks(12)?) / 100.0)
+}

@@ -1,0 +1,164 @@
+//! Reading mistakes and absurd numbers: the run ends before it fits or simulates anything, and says what is wrong.
+
+use std::fs;
+
+use crate::common::{Folder, demo, example, im, refused, text};
+
+/// The demo's recording with every row's fields changed.
+fn spoilt(change: impl Fn(usize, &mut [f64])) -> String {
+    let whole = fs::read_to_string(demo("train1.csv")).unwrap();
+    let mut lines = whole.lines();
+    let mut out = lines.next().unwrap().to_owned() + "\n";
+    for (k, line) in lines.enumerate() {
+        let mut fields: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+        change(k, &mut fields);
+        out += &(fields.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n");
+    }
+    out
+}
+
+/// Columns: t, u_alpha, u_beta, i_alpha, i_beta, omega_m, tau_load.
+#[test]
+fn reading_mistakes_end_the_run_with_what_is_wrong() {
+    let dir = Folder::new("mistakes");
+    type Change = fn(usize, &mut [f64]);
+    let mistakes: [(&str, Change, &[&str]); 11] = [
+        ("time in us", |_, x| x[0] *= 1e6, &["unit = \"us\""]),
+        ("time in ms", |_, x| x[0] *= 1e3, &["unit = \"ms\""]),
+        ("time of no clock", |_, x| x[0] *= 1e30, &["Give the time in seconds"]),
+        ("time in thousands of s", |_, x| x[0] *= 1e-6, &["Give the time in seconds"]),
+        ("an axis of the voltage reversed", |_, x| x[2] = -x[2], &["turn against the voltages"]),
+        ("the voltage reversed", |_, x| (x[1], x[2]) = (-x[1], -x[2]), &["point the other way"]),
+        ("current in mA", |_, x| (x[3], x[4]) = (1e3 * x[3], 1e3 * x[4]), &["too large"]),
+        ("current in kA", |_, x| (x[3], x[4]) = (1e-3 * x[3], 1e-3 * x[4]), &["too small"]),
+        ("a dead current sensor", |_, x| x[4] = 0.0, &["in every row", "sensor is dead"]),
+        ("a current sensor of noise", |k, x| x[4] = 1e-4 * (k % 7) as f64, &["sensor is dead"]),
+        ("a constant voltage", |_, x| x[1] = 230.0, &["in every row"]),
+    ];
+    for (name, change, said) in mistakes {
+        let data = dir.file("run.csv", &spoilt(change));
+        let (out, to) = (dir.path("out"), dir.path("m.toml"));
+        let motor = demo("motor.toml");
+        let base = ["--motor", &motor, "--train", &data];
+        let fit = [&["fit"], &base[..], &["-o", &to]].concat();
+        let diagnose = [&["diagnose"], &base[..], &["--out", &out]].concat();
+        for command in [fit, diagnose] {
+            let message = refused(&command);
+            assert!(said.iter().all(|s| message.contains(s)), "{name}: {message}");
+            assert!(message.contains("--anyway") && message.contains("serious"), "{name}: {message}");
+        }
+        assert!(!dir.has("m.toml") && !dir.has("out/report.html"), "{name}");
+    }
+}
+
+#[test]
+fn the_true_recording_of_the_same_test_is_not_stopped() {
+    let dir = Folder::new("no-mistake");
+    let data = dir.file("run.csv", &spoilt(|_, _| ()));
+    let o = im(&["compare", "--motor", &demo("motor.toml"), "--data", &data, "--json"]);
+    assert_eq!(o.status.code(), Some(0), "{}", text(&o.stderr));
+    assert!(!text(&o.stdout).contains("\"serious\""), "{}", text(&o.stdout));
+}
+
+const TABLE: &str = "V_LL_V,I_A,P_3ph_W,n_rpm,T_Nm\n";
+
+#[test]
+fn tables_that_determine_nothing_end_the_run() {
+    let dir = Folder::new("tables");
+    let three = "400,4.9,310,1499,0\n400,6.1,1900,1474,10\n400,8.0,3500,1446,20\n";
+    let no_torque = "V_LL_V,I_A,P_3ph_W,n_rpm\n400,4.9,310,1499\n400,5.2,900,1489\n400,5.6,1400,1481\n400,6.1,1900,1474\n\
+                     400,7.0,2700,1460\n400,8.0,3500,1446\n";
+    let zero = TABLE.to_owned() + &no_torque.lines().skip(1).map(|l| l.to_owned() + ",0\n").collect::<String>();
+    for (name, rows, said) in [
+        ("three rows", TABLE.to_owned() + three, "do not determine a machine"),
+        ("one row twice", TABLE.to_owned() + &"400,4.9,310,1499,0\n".repeat(2), "do not determine a machine"),
+        ("no torque", no_torque.to_owned(), "there is no torque"),
+        ("torque all zero", zero, "the torque is zero in every row"),
+    ] {
+        let table = dir.file("table.csv", &rows);
+        for command in ["fit", "diagnose"] {
+            let (out, file) = (dir.path("out"), dir.path("m.toml"));
+            let to = if command == "fit" { ["-o", &file] } else { ["--out", &out] };
+            let message = refused(&[&[command, "--motor", &example("motor.toml"), "--table", &table][..], &to].concat());
+            assert!(message.contains(said), "{name}: {message}");
+        }
+    }
+}
+
+/// Machines and inverters that nobody has: refused by the number, with where such numbers lie.
+#[test]
+fn absurd_machines_are_refused_before_they_are_simulated() {
+    let dir = Folder::new("absurd");
+    let motor = fs::read_to_string(example("motor.toml")).unwrap();
+    let scenario = example("scenario_dol.toml");
+    let with = |from: &str, to: &str| {
+        assert!(motor.contains(from), "{from}");
+        let file = dir.file("motor.toml", &motor.replacen(from, to, 1));
+        refused(&["simulate", "--motor", &file, "--scenario", &scenario, "-o", &dir.path("run.csv")])
+    };
+    let message = with("stator_leakage_inductance_h = 0.004", "stator_leakage_inductance_h = 1e-308");
+    assert!(
+        message.contains("stator_leakage_inductance_h = 1e-308 must be from 1e-8 to 10000, where all machines are"),
+        "{message}"
+    );
+    let message = with("electrical_frequency_hz = 50", "electrical_frequency_hz = 1e20");
+    assert!(message.contains("electrical_frequency_hz = 1e20 must be"), "{message}");
+    let stiff = dir.file("stiff.toml", &(motor.clone() + "\n[effects.inverter_nonlinearity]\nvoltage_v = 1e19\n"));
+    let message = refused(&["simulate", "--motor", &stiff, "--scenario", &scenario, "-o", &dir.path("run.csv")]);
+    assert!(message.contains("inverter_nonlinearity.voltage_v = 1e19") && message.contains("stiff.toml"), "{message}");
+    let message = refused(&["compare", "--motor", &stiff, "--data", &demo("train1.csv")]);
+    assert!(message.contains("inverter_nonlinearity.voltage_v = 1e19"), "{message}");
+    assert!(!dir.has("run.csv"));
+}
+
+#[test]
+fn periods_of_no_clock_are_refused() {
+    let dir = Folder::new("periods");
+    let region = dir.path("region.toml");
+    let of = |kind: &str, text: &str, more: &[&str]| {
+        fs::write(&region, text).unwrap();
+        let (motor, to) = (example("motor.toml"), dir.path("g.toml"));
+        let base = ["design", kind, "--motor", &motor, "--region", &region, "-o", &to];
+        im(&[&base[..], more].concat())
+    };
+    let o = of("kubota", "speed_rad_s = [-100.0, 100.0]\nrate_per_s = 3.0\n", &["--period", "1e-320"]);
+    assert_eq!(o.status.code(), Some(2));
+    assert!(text(&o.stderr).contains("usual are 20 to 500"), "{}", text(&o.stderr));
+    for (period, said) in [("5e-324", "usual are 20 to 500"), ("0.3", "periods up to")] {
+        let o = of("sampled", &format!("speed_rad_s = [-100.0, 100.0]\nperiod_s = {period}\nrate_per_s = 1.0\n"), &[]);
+        assert_eq!(o.status.code(), Some(1));
+        assert!(text(&o.stderr).contains(said), "{}", text(&o.stderr));
+    }
+    assert!(!dir.has("g.toml"));
+}
+
+/// Ctrl-C while a fit runs: over at once, and nothing of the answer is there.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_nothing_half_written() {
+    use std::os::unix::process::ExitStatusExt as _;
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+    let dir = Folder::new("interrupted");
+    let out = dir.path("out");
+    let arguments = ["diagnose", "--motor", &demo("motor.toml"), "--train", &demo("train1.csv"), "--out", &out];
+    let mut child =
+        Command::new(env!("CARGO_BIN_EXE_im")).args(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(child.try_wait().unwrap().is_none(), "the diagnosis is still at work");
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let asked = Instant::now();
+    let status = child.wait().unwrap();
+    assert!(status.signal() == Some(2) && asked.elapsed() < Duration::from_secs(10), "{status}");
+    let left: Vec<_> = fs::read_dir(&out).map(|files| files.flatten().map(|f| f.file_name()).collect()).unwrap_or_default();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+#[test]
+fn a_mapping_that_names_a_missing_file_says_so() {
+    let dir = Folder::new("missing-file");
+    let columns = "[time]\ncolumn = \"t\"\n[voltage]\nalpha = \"u\"\nbeta = \"v\"\n[current]\nalpha = \"i\"\nbeta = \"j\"\n";
+    let mapping = dir.file("x.recording.toml", &format!("file = \"nope.csv\"\n{columns}"));
+    let message = refused(&["compare", "--motor", &example("motor.toml"), "--data", &mapping]);
+    assert!(message.contains("x.recording.toml: file is") && message.contains("nope.csv"), "{message}");
+}
