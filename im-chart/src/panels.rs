@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::axis::Axis;
 use crate::scale::{bounds, escape};
 use crate::series::{Area, Legend, Series};
 use crate::{INK, MARGIN, WIDTH, grid, opening};
@@ -52,14 +53,14 @@ pub fn panels(title: &str, x_label: &str, panels: &[Panel]) -> String {
 
 /// The same with a grey bar below, along the stretches of x ([`spans`](crate::spans)) where something holds, and its name.
 pub fn panels_with_marks(title: &str, x_label: &str, panels: &[Panel], mark: &str, marked: &[[f64; 2]]) -> String {
-    let x = bounds(panels.iter().flat_map(|p| &p.series).flat_map(Series::x));
+    let x = Axis::exact(bounds(panels.iter().flat_map(|p| &p.series).flat_map(Series::x)));
     let height = HEAD + panels.iter().map(|p| GAP + p.height).sum::<f64>() + FOOT;
     let mut svg = opening(title, height);
     let mut bottom = HEAD - 8.0;
     for (k, panel) in panels.iter().enumerate() {
         let level = panel.level.as_ref().map(|l| l.0);
-        let y = bounds(panel.series.iter().flat_map(Series::y).chain(level));
-        let area = Area { top: bottom + GAP, height: panel.height, x, y };
+        let y = Axis::exact(bounds(panel.series.iter().flat_map(Series::y).chain(level)));
+        let area = Area { top: bottom + GAP, height: panel.height, x: x.clone(), y };
         bottom = area.top + area.height;
         grid(&mut svg, &area, panel.height / 32.0, k + 1 == panels.len());
         let mut legend = Legend::above(&area);

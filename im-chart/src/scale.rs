@@ -43,6 +43,27 @@ pub fn thinned(points: &[[f64; 2]], column: impl Fn(f64) -> f64) -> Vec<[f64; 2]
     out
 }
 
+/// A path through points in pixels, which breaks where one is not a number.
+pub(crate) fn path(points: impl IntoIterator<Item = [f64; 2]>) -> String {
+    let mut d = String::new();
+    let mut pen = false;
+    for [x, y] in points {
+        let there = x.is_finite() && y.is_finite();
+        if there {
+            d += if pen { "L" } else { "M" };
+            d += &format!("{} {}", short(x), short(y));
+        }
+        pen = there;
+    }
+    d
+}
+
+/// Pixels to one decimal, without a zero behind the point.
+pub fn short(x: f64) -> String {
+    // Adding zero leaves no negative zero.
+    format!("{}", (x * 10.0).round() / 10.0 + 0.0)
+}
+
 /// Where something holds along x: the first and the last x of each stretch.
 pub fn spans(x: impl IntoIterator<Item = f64>, holds: impl Fn(usize) -> bool) -> Vec<[f64; 2]> {
     let mut found: Vec<[f64; 2]> = Vec::new();

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::scale::{escape, thinned};
+use crate::axis::Axis;
+use crate::scale::{escape, path, thinned};
 use crate::{COLOURS, MARGIN, WIDTH};
 
 /// How the points of a series are drawn.
@@ -78,8 +79,8 @@ fn is_finite(p: &[f64; 2]) -> bool {
 pub(crate) struct Area {
     pub top: f64,
     pub height: f64,
-    pub x: [f64; 2],
-    pub y: [f64; 2],
+    pub x: Axis,
+    pub y: Axis,
 }
 
 impl Area {
@@ -87,12 +88,11 @@ impl Area {
     const COLUMNS: f64 = 0.5 * (WIDTH - 2.0 * MARGIN);
 
     pub fn across(&self, x: f64) -> f64 {
-        MARGIN + (x - self.x[0]) / (self.x[1] - self.x[0]) * (WIDTH - 2.0 * MARGIN)
+        MARGIN + self.x.at(x) * (WIDTH - 2.0 * MARGIN)
     }
 
     pub fn down(&self, y: f64) -> f64 {
-        let [low, high] = self.y;
-        self.top + self.height - (y.clamp(low, high) - low) / (high - low) * self.height
+        self.top + (1.0 - self.y.at(y).clamp(0.0, 1.0)) * self.height
     }
 
     /// Series, and their legend above the area after what stands there already.
@@ -105,8 +105,8 @@ impl Area {
                     for [x, y] in s.finite() {
                         let (u, v) = (self.across(x), self.down(y));
                         let (a, b, c, d) = (u - 3.0, v - 3.0, u + 3.0, v + 3.0);
-                        let path = format!("M{a:.1} {b:.1}L{c:.1} {d:.1}M{a:.1} {d:.1}L{c:.1} {b:.1}");
-                        let _ = writeln!(svg, r#"<path d="{path}" stroke="{colour}"/>"#);
+                        let cross = format!("M{a:.1} {b:.1}L{c:.1} {d:.1}M{a:.1} {d:.1}L{c:.1} {b:.1}");
+                        let _ = writeln!(svg, r#"<path d="{cross}" stroke="{colour}"/>"#);
                     }
                 }
             }
@@ -115,15 +115,15 @@ impl Area {
     }
 
     fn line(&self, svg: &mut String, s: &Series, colour: &str) {
-        let column = |x: f64| (x - self.x[0]) / (self.x[1] - self.x[0]) * Self::COLUMNS;
+        let column = |x: f64| self.x.at(x) * Self::COLUMNS;
         let points: Vec<[f64; 2]> = s.points.iter().map(|&p| p.into()).collect();
         let along = points.windows(2).all(|p| !is_finite(&p[0]) || !is_finite(&p[1]) || p[1][0] >= p[0][0]);
         let whole = |a: &[f64; 2], b: &[f64; 2]| is_finite(a) && is_finite(b) && s.is_pale(a[0]) == s.is_pale(b[0]);
         for part in points.chunk_by(whole).filter(|part| is_finite(&part[0])) {
             let few = if along && part.len() > 4 * Self::COLUMNS as usize { &thinned(part, column)[..] } else { part };
-            let path: Vec<String> = few.iter().map(|p| format!("{:.1},{:.1}", self.across(p[0]), self.down(p[1]))).collect();
+            let d = path(few.iter().map(|p| [self.across(p[0]), self.down(p[1])]));
             let look = if s.is_pale(part[0][0]) { r#"stroke-opacity="0.3""# } else { r#"stroke-width="1.6""# };
-            let _ = writeln!(svg, r#"<polyline points="{}" fill="none" stroke="{colour}" {look}/>"#, path.join(" "));
+            let _ = writeln!(svg, r#"<path d="{d}" fill="none" stroke="{colour}" {look}/>"#);
         }
     }
 }

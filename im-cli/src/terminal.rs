@@ -79,7 +79,7 @@ impl Progress {
     }
 
     /// `done` of `all` steps are done.
-    pub fn tell(&mut self, done: usize, all: usize) {
+    pub fn show(&mut self, done: usize, all: usize) {
         if self.bar.is_none() && self.begun.elapsed() > Self::AFTER {
             // The bar is hidden by itself where stderr is no terminal.
             let bar = ProgressBar::new(all as u64);

@@ -1,5 +1,7 @@
 //! What can go wrong in a design.
 
+use im_model::{FileError, Problem};
+
 /// Why a design was not made.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 pub enum DesignError {
@@ -13,14 +15,9 @@ pub enum DesignError {
         /// What it must satisfy, e.g. "must be positive".
         requirement: &'static str,
     },
-    /// The region file does not fit the design.
-    #[error("region file{}: {what}", line.map_or(String::new(), |l| format!(", line {l}")))]
-    Region {
-        /// Line, from 1, where the reader knows it.
-        line: Option<usize>,
-        /// What is wrong and what was expected.
-        what: String,
-    },
+    /// The region file does not fit the design; says where and what was expected.
+    #[error("{0}")]
+    Region(FileError),
     /// The request itself makes no sense, whatever the machine.
     #[error("{what}")]
     Request {
@@ -49,6 +46,11 @@ pub enum DesignError {
 }
 
 impl DesignError {
+    /// A region file as a whole that does not fit.
+    pub(crate) fn region(what: impl Into<String>) -> Self {
+        DesignError::Region(FileError::new("region file", None, None, Problem::Syntax { reason: what.into() }))
+    }
+
     /// A request that makes no sense.
     pub(crate) fn request(what: impl Into<String>) -> Self {
         DesignError::Request { what: what.into() }

@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let points = p.points.iter().map(|&[t, y]| (t, y));
             Panel::new(p.unit.clone(), [Series::line(p.name.clone(), points)])
         });
-        std::fs::write(path, panels(best.what, "time, s", &traces.collect::<Vec<_>>()))?;
+        std::fs::write(path, panels(&best.what, "time, s", &traces.collect::<Vec<_>>()))?;
     }
     Ok(())
 }

@@ -4,7 +4,7 @@
 //! projected out, say how large an effect would be found and how far two rivals lie apart.
 
 use im_identify::offline::{Experiment, FitError, FitOptions, base_parameters, fit};
-use im_model::simulation::{Scenario, Simulation};
+use im_model::simulation::{Load, Mains, Profile, Scenario, Sensors, Simulation, Source, VoltsPerHertz};
 use im_model::{EffectId, MotorFile, Recording};
 use rayon::prelude::*;
 
@@ -35,7 +35,7 @@ pub struct Proposal {
     /// Short name.
     pub name: &'static str,
     /// What to do, in a sentence.
-    pub what: &'static str,
+    pub what: String,
     /// The scenario, as `scenario.toml`.
     pub scenario_toml: String,
     /// For every open effect: smallest size that would be found over its largest usual size; below one it can be seen.
@@ -58,24 +58,15 @@ pub struct Proposal {
 /// # Errors
 /// A machine whose own simulation cannot be fitted.
 pub fn propose(motor: &MotorFile, open: &[EffectId], noise: (f64, f64), limits: &Limits) -> Result<Vec<Proposal>, FitError> {
-    let mut proposals: Vec<Proposal> = manoeuvres(motor, noise, limits)
-        .into_par_iter()
-        .filter_map(|(name, what, toml)| proposal(motor, open, noise, limits, name, what, toml))
-        .collect();
+    let mut proposals: Vec<Proposal> =
+        manoeuvres(motor, noise, limits).into_par_iter().filter_map(|m| proposal(motor, open, noise, limits, m)).collect();
     proposals.sort_by(|a, b| b.merit.total_cmp(&a.merit));
     Ok(proposals)
 }
 
-fn proposal(
-    motor: &MotorFile,
-    open: &[EffectId],
-    noise: (f64, f64),
-    limits: &Limits,
-    name: &'static str,
-    what: &'static str,
-    toml: String,
-) -> Option<Proposal> {
-    let scenario = Scenario::parse(&toml, name, std::path::Path::new(".")).ok()?;
+fn proposal(motor: &MotorFile, open: &[EffectId], noise: (f64, f64), limits: &Limits, manoeuvre: Manoeuvre) -> Option<Proposal> {
+    let Manoeuvre { name, what, scenario } = manoeuvre;
+    let scenario_toml = scenario.to_toml()?;
     // The open effects are switched off in the machine that is moved: their signatures are what is asked for.
     let mut effects = *motor.machine.effects();
     for &e in open {
@@ -116,16 +107,7 @@ fn proposal(
     let worst = detectable.iter().map(|(_, x)| *x).fold(0.0, f64::max);
     let apart = if scores.len() > 1 { angle_deg.to_radians().sin() } else { 1.0 };
     let merit = if detectable.is_empty() { 0.0 } else { apart / worst.max(1e-9) };
-    Some(Proposal {
-        name,
-        what,
-        scenario_toml: toml,
-        detectable,
-        angle_deg,
-        reaches: (current, speed),
-        merit,
-        profile: profile(r),
-    })
+    Some(Proposal { name, what, scenario_toml, detectable, angle_deg, reaches: (current, speed), merit, profile: profile(r) })
 }
 
 /// One commanded signal of a test.
@@ -155,8 +137,18 @@ fn profile(r: &Recording) -> Vec<ProfileTrace> {
     out
 }
 
-/// The manoeuvres, written for the machine's rating.
-fn manoeuvres(motor: &MotorFile, noise: (f64, f64), limits: &Limits) -> Vec<(&'static str, &'static str, String)> {
+/// Part of the rated voltage at which a motor is switched on directly: the current stays near 2.5 times rated.
+const REDUCED_VOLTAGE: f64 = 0.4;
+
+/// Something that a machine can be made to do.
+struct Manoeuvre {
+    name: &'static str,
+    what: String,
+    scenario: Scenario,
+}
+
+/// The manoeuvres for the machine's rating.
+fn manoeuvres(motor: &MotorFile, noise: (f64, f64), limits: &Limits) -> Vec<Manoeuvre> {
     let r = &motor.rating;
     let p = motor.machine.parameters();
     let (u, f) = (r.phase_voltage_peak_v, r.electrical_frequency_hz);
@@ -164,110 +156,127 @@ fn manoeuvres(motor: &MotorFile, noise: (f64, f64), limits: &Limits) -> Vec<(&'s
     let torque = limits.torque * r.torque_nm;
     // A ramp that takes about rated torque to follow.
     let ramp = (0.6 * r.torque_nm / p.inertia_kg_m2 * f64::from(motor.machine.pole_pairs()) / std::f64::consts::TAU).min(6.0 * f);
-    let vhz = |name: &str, seconds: f64, sample: f64, level: f64, reference: &str, load: &str, boost: f64| {
-        format!(
-            "[scenario]\nname = \"{name}\"\nduration_s = {seconds}\nsample_time_s = {sample:e}\n\n[volts_per_hertz]\nvoltage_peak_v = {:.4}\n\
-             frequency_hz = {f}\nboost_v = {boost:.4}\nramp_hz_per_s = {ramp:.3}\nreference_hz = {reference}\n\n[load]\ntorque_nm = {load}\n\n\
-             [sensors]\ncurrent_noise_a = {:e}\nspeed_noise_rad_s = {:e}\nseed = 1\n",
-            u * level,
-            noise.0,
-            noise.1
-        )
+    let sensors = Sensors { current_noise_a: noise.0, speed_noise_rad_s: noise.1, seed: 1, ..Sensors::default() };
+    let on_line = |voltage: f64| Scenario { sensors, ..Scenario::direct_on_line(rounded(voltage), f, 3.0) };
+    // Values over time, as parts of a whole.
+    let over = |points: &[[f64; 2]], whole: f64| {
+        let points: Vec<[f64; 2]> = points.iter().map(|[t, x]| [*t, rounded(x * whole)]).collect();
+        Profile::points(points).unwrap_or_default()
     };
-    let hz = |x: f64| format!("{:.3}", x * f);
-    let t = |x: f64| format!("{:.3}", x * torque);
-    vec![
+    // On volts per hertz: the voltage over the rated one, parts of rated frequency and of the torque over time.
+    let drive = |level: f64, boost: f64, reference: &[[f64; 2]], load: &[[f64; 2]]| {
+        let supply = VoltsPerHertz {
+            voltage_peak_v: rounded(u * level),
+            frequency_hz: f,
+            boost_v: rounded(boost).min(rounded(u * level)),
+            ramp_hz_per_s: rounded(ramp),
+        };
+        Scenario {
+            source: Source::VoltsPerHertz(supply, over(reference, f)),
+            load: Load { torque_nm: over(load, torque), ..Load::none() },
+            ..on_line(u)
+        }
+    };
+    let still = |x: f64| [[0.0, x]];
+    let all = [
         (
             "load_steps",
-            "Run up to 80 % speed on volts per hertz, step the load up and down, and come back to 30 %.",
-            vhz(
-                "load steps",
-                3.0,
-                1e-4,
+            "Run up to 80 % speed on volts per hertz, step the load up and down, and come back to 30 %.".to_owned(),
+            drive(
                 1.0,
-                &format!("[[0, {0}], [1.9, {0}], [1.9, {1}]]", hz(0.8), hz(0.3)),
-                &format!("[[0, 0], [1.0, 0], [1.0, {0}], [1.5, {0}], [1.5, 0], [2.5, 0], [2.5, {0}]]", t(0.7)),
                 boost,
+                &[[0.0, 0.8], [1.9, 0.8], [1.9, 0.3]],
+                &[[0.0, 0.0], [1.0, 0.0], [1.0, 0.7], [1.5, 0.7], [1.5, 0.0], [2.5, 0.0], [2.5, 0.7]],
             ),
         ),
         (
             "reversals",
-            "Reverse slowly through standstill, twice, without load.",
-            vhz(
-                "reversals",
-                4.0,
-                1e-4,
-                1.0,
-                &format!("[[0, {0}], [1.2, {0}], [1.2, -{0}], [2.6, -{0}], [2.6, {0}]]", hz(0.25)),
-                "0",
-                boost,
-            ),
+            "Reverse slowly through standstill, twice, without load.".to_owned(),
+            Scenario {
+                duration_s: 4.0,
+                ..drive(1.0, boost, &[[0.0, 0.25], [1.2, 0.25], [1.2, -0.25], [2.6, -0.25], [2.6, 0.25]], &still(0.0))
+            },
         ),
         (
             "flux_low",
-            "Run at 60 % speed with the voltage at 60 %, without load and with a small one.",
-            vhz(
-                "low flux",
-                3.0,
-                1e-4,
-                0.6,
-                &format!("[[0, {}]]", hz(0.6)),
-                &format!("[[0, 0], [1.8, 0], [1.8, {}]]", t(0.2)),
-                boost,
-            ),
+            "Run at 60 % speed with the voltage at 60 %, without load and with a small one.".to_owned(),
+            drive(0.6, boost, &still(0.6), &[[0.0, 0.0], [1.8, 0.0], [1.8, 0.2]]),
         ),
         (
             "flux_high",
-            "Run at 45 % speed with the voltage at 120 %, without load and with load.",
-            vhz(
-                "high flux",
-                3.0,
-                1e-4,
-                1.2,
-                &format!("[[0, {}]]", hz(0.45)),
-                &format!("[[0, 0], [1.8, 0], [1.8, {}]]", t(0.5)),
-                boost,
-            ),
+            "Run at 45 % speed with the voltage at 120 %, without load and with load.".to_owned(),
+            drive(1.2, boost, &still(0.45), &[[0.0, 0.0], [1.8, 0.0], [1.8, 0.5]]),
         ),
         (
             "slow_loaded",
-            "Creep at 12 % speed under load steps.",
-            vhz(
-                "slow and loaded",
-                3.0,
-                1e-4,
-                1.0,
-                &format!("[[0, {}]]", hz(0.12)),
-                &format!("[[0, 0], [1.0, 0], [1.0, {0}], [2.0, {0}], [2.0, {1}]]", t(0.4), t(0.2)),
-                1.25 * boost,
-            ),
+            "Creep at 12 % speed under load steps.".to_owned(),
+            drive(1.0, 1.25 * boost, &still(0.12), &[[0.0, 0.0], [1.0, 0.0], [1.0, 0.4], [2.0, 0.4], [2.0, 0.2]]),
         ),
         (
             "direct_start",
-            "Switch on directly at half voltage and full frequency: all slips from standstill to running.",
             format!(
-                "[scenario]\nname = \"direct start\"\nduration_s = 3.0\nsample_time_s = 1e-4\n\n[mains]\nvoltage_peak_v = {:.4}\n\
-                 frequency_hz = {f}\nclosing_s = 0.02\n\n[sensors]\ncurrent_noise_a = {:e}\nspeed_noise_rad_s = {:e}\nseed = 1\n",
-                0.4 * u,
-                noise.0,
-                noise.1
+                "Switch on directly at {:.0} % of the rated voltage and full frequency: all slips from standstill to running.",
+                100.0 * REDUCED_VOLTAGE
             ),
+            Scenario {
+                source: Source::Mains(Mains {
+                    voltage_peak_v: rounded(REDUCED_VOLTAGE * u),
+                    frequency_hz: f,
+                    closing_s: 0.02,
+                    phase_rad: 0.0,
+                }),
+                ..on_line(u)
+            },
         ),
         (
             "heat_run",
-            "Hold a high load at 20 % speed for 40 s, with half a second of no load every ten.",
-            vhz(
-                "heat run",
-                40.0,
-                5e-4,
-                1.0,
-                &format!("[[0, {}]]", hz(0.2)),
-                &format!(
-                    "[[0, 0], [1, 0], [1, {0}], [10, {0}], [10, 0], [11, 0], [11, {0}], [20, {0}], [20, 0], [21, 0], [21, {0}], [30, {0}], [30, 0], [31, 0], [31, {0}]]",
-                    t(0.6)
-                ),
-                1.25 * boost,
-            ),
+            "Hold a high load at 20 % speed for 40 s, with a second of no load every ten.".to_owned(),
+            Scenario { duration_s: 40.0, sample_time_s: 5e-4, ..drive(1.0, 1.25 * boost, &still(0.2), &heating()) },
         ),
-    ]
+    ];
+    let named = |(name, what, scenario): (&'static str, String, Scenario)| {
+        let scenario = Scenario { name: name.replace('_', " "), ..scenario };
+        Manoeuvre { name, what, scenario }
+    };
+    all.into_iter().map(named).collect()
+}
+
+/// A load that is taken off for a second every ten.
+fn heating() -> Vec<[f64; 2]> {
+    let mut points = vec![[0.0, 0.0]];
+    for k in 0..4 {
+        let begin = f64::from(10 * k);
+        points.extend([[begin + 1.0, 0.0], [begin + 1.0, 0.6], [begin + 10.0, 0.6], [begin + 10.0, 0.0]]);
+    }
+    points
+}
+
+/// Four digits are enough for what a person sets.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use im_model::{Machine, Rating, machines};
+
+    /// What is run is what is written, and what a sentence says of a voltage is what is applied.
+    #[test]
+    fn every_manoeuvre_reads_back_as_it_is() {
+        for named in machines::ALL {
+            let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
+            let rating = Rating::guess(machine.parameters(), named.pole_pairs);
+            let motor = MotorFile { name: named.name.to_owned(), machine, rating };
+            for m in manoeuvres(&motor, (0.01, 0.1), &Limits::default()) {
+                let text = m.scenario.to_toml().unwrap();
+                let back = Scenario::parse(&text, m.name, std::path::Path::new("")).unwrap_or_else(|e| panic!("{e}\n{text}"));
+                assert_eq!(back, m.scenario, "{text}");
+                if let Source::Mains(mains) = m.scenario.source {
+                    let percent = 100.0 * mains.voltage_peak_v / rating.phase_voltage_peak_v;
+                    assert!(m.what.contains(&format!("{percent:.0} %")), "{}", m.what);
+                }
+            }
+        }
+    }
 }

@@ -114,6 +114,13 @@ impl FileError {
         Self { file: file.to_owned(), line, key: key.map(str::to_owned), problem: Box::new(problem) }
     }
 
+    /// The same about a file of this name, with more to say at the end.
+    #[must_use]
+    pub fn renamed(&self, file: &str, more: &str) -> Self {
+        let reason = format!("{}{more}", What(self));
+        Self { file: file.to_owned(), line: self.line, key: self.key.clone(), problem: Box::new(Problem::Syntax { reason }) }
+    }
+
     /// The system refused to do what `doing` says, as an infinitive: `read`.
     pub fn io(file: &str, doing: &'static str, e: &io::Error) -> Self {
         Self::new(file, None, None, Problem::Io { doing, kind: e.kind(), reason: e.to_string() })
@@ -127,9 +134,18 @@ impl fmt::Display for FileError {
             write!(f, ":{line}")?;
         }
         f.write_str(": ")?;
-        let key = self.key.as_deref().unwrap_or("");
+        What(self).fmt(f)
+    }
+}
+
+/// What is wrong, without where.
+struct What<'a>(&'a FileError);
+
+impl fmt::Display for What<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let key = self.0.key.as_deref().unwrap_or("");
         let place = |table: &str| if table.is_empty() { "at the top of the file".to_owned() } else { format!("in [{table}]") };
-        match &*self.problem {
+        match &*self.0.problem {
             Problem::Io { doing, kind: io::ErrorKind::NotFound, .. } => {
                 write!(f, "cannot {doing} it: no such file or folder")
             }

@@ -210,8 +210,8 @@ mod tests {
     fn nothing_in_the_documentation_is_broken() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let (files, problems) = render(&root).unwrap();
-        let told: Vec<String> = problems.iter().map(Problem::to_string).collect();
-        assert!(told.is_empty(), "{}", told.join("\n"));
+        let said: Vec<String> = problems.iter().map(Problem::to_string).collect();
+        assert!(said.is_empty(), "{}", said.join("\n"));
         // The site needs no network: nothing in it is fetched from elsewhere.
         assert!(!layout::STYLE.contains("@import") && !layout::STYLE.contains("url("));
         for file in &files {
@@ -229,9 +229,9 @@ mod tests {
         std::fs::write(root.join("docs/b.md"), "# B\n\n![no picture](images/none.svg)\n[good](../README.md#a)\n").unwrap();
         let (_, problems) = render(&root).unwrap();
         std::fs::remove_dir_all(&root).unwrap();
-        let told: Vec<String> = problems.iter().map(Problem::to_string).collect();
+        let said: Vec<String> = problems.iter().map(Problem::to_string).collect();
         assert_eq!(
-            told,
+            said,
             [
                 "README.md:3: link to docs/none.md: there is no docs/none.md",
                 "README.md:4: link to docs/b.md#gone: docs/b.md has no heading with the anchor #gone",

@@ -8,12 +8,12 @@ use crate::markdown::line_of;
 /// What is named in `text` and is not there.
 pub fn missing(root: &Path, file: &str, text: &str) -> Vec<Problem> {
     let mut problems = Vec::new();
-    let mut tell = |at: usize, what: String| problems.push(Problem { file: file.into(), line: line_of(text, at), what });
+    let mut report = |at: usize, what: String| problems.push(Problem { file: file.into(), line: line_of(text, at), what });
     for (option, folder) in [("--example ", "examples"), ("--bench ", "benches")] {
         for (at, _) in text.match_indices(option) {
             let name = word(&text[at + option.len()..]);
             if !name.is_empty() && !exists(root, folder, name) {
-                tell(at, format!("{option}{name}: no package has it"));
+                report(at, format!("{option}{name}: no package has it"));
             }
         }
     }
@@ -21,7 +21,7 @@ pub fn missing(root: &Path, file: &str, text: &str) -> Vec<Problem> {
         let before = text[..at].chars().next_back();
         let name = word(&text[at + "scripts/".len()..]);
         if !before.is_some_and(char::is_alphanumeric) && !name.is_empty() && !root.join("scripts").join(name).exists() {
-            tell(at, format!("scripts/{name}: no such script"));
+            report(at, format!("scripts/{name}: no such script"));
         }
     }
     problems
@@ -47,8 +47,8 @@ mod tests {
     fn commands_name_what_there_is() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let text = "`cargo run --example own_effect`\n`cargo run --example nobody_wrote_this`\n";
-        let told = missing(&root, "x.md", text);
-        assert_eq!(told.len(), 1);
-        assert_eq!((told[0].line, told[0].what.as_str()), (2, "--example nobody_wrote_this: no package has it"));
+        let said = missing(&root, "x.md", text);
+        assert_eq!(said.len(), 1);
+        assert_eq!((said[0].line, said[0].what.as_str()), (2, "--example nobody_wrote_this: no package has it"));
     }
 }

@@ -1,10 +1,9 @@
 //! The frame around every page: what is where, and how it looks.
 
-use std::fmt::Write;
+use maud::{DOCTYPE, PreEscaped, html};
 
 use crate::links::relative;
 use crate::markdown::Heading;
-use im_chart::escape;
 
 /// The one style sheet.
 pub const STYLE: &str = include_str!("style.css");
@@ -20,38 +19,41 @@ pub struct Entry {
 
 /// A page as HTML: list of pages, sections of this one, body.
 pub fn page(own: &str, title: &str, body: &str, groups: &[(&str, Vec<Entry>)], headings: &[Heading]) -> String {
-    let mut list = String::new();
-    for (name, entries) in groups {
-        let _ = writeln!(list, "<h2>{}</h2>\n<ul>", escape(name));
-        for entry in entries {
-            let here = if entry.address == own { " aria-current=\"page\"" } else { "" };
-            let (address, title) = (relative(own, &entry.address), escape(&entry.title));
-            let _ =
-                writeln!(list, "<li><a href=\"{address}\"{here}>{title}</a>{}</li>", sections(own == entry.address, headings));
+    let sections: Vec<&Heading> = headings.iter().filter(|h| h.level == 2).collect();
+    let list = html! {
+        @for (name, entries) in groups {
+            h2 { (name) }
+            ul { @for entry in entries {
+                @let here = entry.address == own;
+                li {
+                    a href=(relative(own, &entry.address)) aria-current=[here.then_some("page")] { (entry.title) }
+                    @if here && !sections.is_empty() {
+                        ul { @for h in &sections { li { a href={ "#" (h.id) } { (h.text) } } } }
+                    }
+                }
+            } }
         }
-        list.push_str("</ul>\n");
-    }
-    let (style, home, title) = (relative(own, "style.css"), relative(own, "index.html"), escape(title));
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title} · imkit</title>\n\
-         <link rel=\"stylesheet\" href=\"{style}\">\n</head>\n<body>\n\
-         <header><a href=\"{home}\">imkit</a><details><summary>Contents</summary><nav aria-label=\"Contents\">\n{list}</nav></details></header>\n\
-         <nav class=\"side\" aria-label=\"Contents\">\n<a class=\"home\" href=\"{home}\">imkit</a>\n{list}</nav>\n\
-         <main>\n{body}</main>\n</body>\n</html>\n"
-    )
-}
-
-/// The sections of the page one is on.
-fn sections(here: bool, headings: &[Heading]) -> String {
-    let mut out = String::new();
-    if here && headings.iter().any(|h| h.level == 2) {
-        out.push_str("<ul>");
-        for h in headings.iter().filter(|h| h.level == 2) {
-            let _ = write!(out, "<li><a href=\"#{}\">{}</a></li>", escape(&h.id), escape(&h.text));
+    };
+    let home = relative(own, "index.html");
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) " · imkit" }
+                link rel="stylesheet" href=(relative(own, "style.css"));
+            }
+            body {
+                header {
+                    a href=(home) { "imkit" }
+                    details { summary { "Contents" } nav aria-label="Contents" { (list) } }
+                }
+                nav.side aria-label="Contents" { a.home href=(home) { "imkit" } (list) }
+                main { (PreEscaped(body)) }
+            }
         }
-        out.push_str("</ul>");
-    }
-    out
+    };
+    page.into_string() + "\n"
 }

@@ -5,7 +5,6 @@ use pulldown_cmark::{CodeBlockKind, CowStr, Event, LinkType, Options, Parser, Ta
 use crate::Problem;
 use crate::math::mathml;
 use crate::slug::Slugs;
-use im_chart::escape;
 
 /// A heading of a page.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -134,19 +133,19 @@ impl<'a> Parsed<'a> {
         let mut linked = false;
         let mut events: Vec<Event<'a>> = Vec::with_capacity(self.events.len());
         for (mut event, line) in self.events {
-            let mut tell = |what| problems.push(Problem { file: self.file.into(), line, what });
+            let mut report = |what| problems.push(Problem { file: self.file.into(), line, what });
             match &mut event {
                 Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => match resolve(dest_url) {
                     Ok(address) => *dest_url = address.into(),
-                    Err(what) => tell(what),
+                    Err(what) => report(what),
                 },
                 Event::Code(code) if !linked => match named(code) {
                     Ok(Some(address)) => {
-                        let words = format!("<a href=\"{}\"><code>{}</code></a>", escape(&address), escape(code));
+                        let words = maud::html! { a href=(address) { code { (&**code) } } }.into_string();
                         event = Event::InlineHtml(words.into());
                     }
                     Ok(None) => {}
-                    Err(what) => tell(what),
+                    Err(what) => report(what),
                 },
                 _ => {}
             }
@@ -181,10 +180,10 @@ mod tests {
         let page = parse("a.md", "# One\n\n[gone](gone.md)\n\n$\\nosuch$ and [x][y]\n\n$$\na\n+ b\n$$\n\n```\n$HOME\n```\n");
         let (_, mut problems) = page.html(|link| Err(format!("link to {link}: no such file")), |_| Ok(None));
         problems.sort();
-        let told: Vec<_> = problems.iter().map(|p| (p.line, p.what.as_str())).collect();
-        assert_eq!(told[0], (3, "link to gone.md: no such file"));
-        assert_eq!((told[1].0, told[2].0), (5, 5));
-        assert!(told[1].1.contains("[y]") && told[2].1.contains("not understood"), "{told:?}");
-        assert!(told[3..].iter().all(|t| [7, 10, 12].contains(&t.0) && t.1.starts_with("a $")) && told.len() > 3, "{told:?}");
+        let said: Vec<_> = problems.iter().map(|p| (p.line, p.what.as_str())).collect();
+        assert_eq!(said[0], (3, "link to gone.md: no such file"));
+        assert_eq!((said[1].0, said[2].0), (5, 5));
+        assert!(said[1].1.contains("[y]") && said[2].1.contains("not understood"), "{said:?}");
+        assert!(said[3..].iter().all(|t| [7, 10, 12].contains(&t.0) && t.1.starts_with("a $")) && said.len() > 3, "{said:?}");
     }
 }

@@ -1,9 +1,8 @@
 //! Files and folders of the repository as pages: what a link to code shows.
 
-use std::fmt::Write;
 use std::path::Path;
 
-use im_chart::escape;
+use maud::html;
 
 /// Beyond this a text is copied as it is.
 const LARGEST: u64 = 200_000;
@@ -28,21 +27,21 @@ pub fn file(root: &Path, path: &str) -> std::io::Result<Shown> {
     if !is_text(root, path) {
         return Ok(Shown::Copied);
     }
-    let mut body = format!("<h1 class=\"path\">{}</h1>\n<pre class=\"source\"><code>", escape(path));
-    for (k, line) in std::fs::read_to_string(root.join(path))?.lines().enumerate() {
-        let _ = writeln!(body, "<span id=\"L{}\">{}</span>", k + 1, escape(line));
-    }
-    body.push_str("</code></pre>\n");
-    Ok(Shown::Page(body))
+    let text = std::fs::read_to_string(root.join(path))?;
+    let body = html! {
+        h1.path { (path) }
+        pre.source { code { @for (k, line) in text.lines().enumerate() { span id={ "L" (k + 1) } { (line) } "\n" } } }
+    };
+    Ok(Shown::Page(body.into_string()))
 }
 
 /// The names in a folder with their addresses.
 pub fn listing<'a>(path: &str, names: impl Iterator<Item = (&'a str, String)>) -> String {
-    let mut body = format!("<h1 class=\"path\">{}</h1>\n<ul>\n", escape(path));
-    for (name, address) in names {
-        let _ = writeln!(body, "<li><a href=\"{}\">{}</a></li>", escape(&address), escape(name));
-    }
-    body + "</ul>\n"
+    let body = html! {
+        h1.path { (path) }
+        ul { @for (name, address) in names { li { a href=(address) { (name) } } } }
+    };
+    body.into_string()
 }
 
 /// The names in a folder, folders with a slash at the end; what begins with a dot and build output are left out.

@@ -22,7 +22,7 @@ Examples:
   im add --motor motor.toml --effect iron_loss -o with_iron.toml
   im add --motor motor.toml --effect iron_loss --train a.csv --train b.csv -o with_iron.toml
 
-Without recordings the effect gets a usual size for the machine's rating, to edit. With recordings it is
+Without recordings the effect gets a usual size for the machine's rating, to edit. With recordings it is \
 fitted together with everything else.")]
 pub struct Args {
     /// The motor: a motor.toml
@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let sized = at_usual_size(&motor, effect)?;
     if args.train.is_empty() {
         sized.write(&args.output)?;
-        return tell(args, &sized.machine, None, &[]);
+        return print(args, &sized.machine, None, &[]);
     }
     let (case, noticed) = data.case()?;
     let fitted = |motor: MotorFile| {
@@ -75,11 +75,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (_, before) = fitted(motor.clone())?;
     let (_, after) = fitted(MotorFile { machine: with_base(&sized, &before.fit.machine)?, ..sized })?;
     MotorFile { machine: after.fit.machine, ..motor }.write(&args.output)?;
-    tell(args, &after.fit.machine, Some((&before, &after)), &noticed)
+    print(args, &after.fit.machine, Some((&before, &after)), &noticed)
 }
 
 /// What was added, and how the error changed where it was fitted.
-fn tell(args: &Args, machine: &Machine<f64>, fitted: Option<(&Model, &Model)>, noticed: &[Finding]) -> Result<(), Failure> {
+fn print(args: &Args, machine: &Machine<f64>, fitted: Option<(&Model, &Model)>, noticed: &[Finding]) -> Result<(), Failure> {
     let effect = args.effect;
     let shown = effect.parameters().iter().enumerate().filter(|(_, p)| p.role != Role::Fixed);
     let parameters = shown.map(|(k, info)| (info, machine.get(ParameterId::Effect(effect, k))));

@@ -22,7 +22,7 @@ use crate::terminal::{STORY_WIDTH, stdout, wrapped};
 Example:
   im compare --motor motor.toml --data run.csv --out out
 
-Simulates the motor as it is with the recorded voltages and says where the currents and the speed differ.
+Simulates the motor as it is with the recorded voltages and says where the currents and the speed differ. \
 im diagnose goes on from there.")]
 pub struct Args {
     /// The motor: a motor.toml

@@ -54,7 +54,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     let intro = "A motor with nameplate-grade parameters, two recordings to learn from and one held out. Something in the machine \
-                 is not in the model. Nobody has told this program what.";
+                 is not in the model. The program does not know what.";
     if !args.json {
         writeln!(stdout(), "{}", wrapped("", intro))?;
     }

@@ -19,7 +19,7 @@ use crate::terminal::{STORY_WIDTH, stdout};
 Example:
   im diagnose --motor motor.toml --train a.csv --train b.csv --holdout c.csv --out out
 
-Writes out/report.html (open it in a browser), out/motor.refined.toml (every command takes it as
+Writes out/report.html (open it in a browser), out/motor.refined.toml (every command takes it as \
 --motor), out/diagnosis.json, and out/data_quality.json: what was noticed about the recordings.")]
 pub struct Args {
     #[command(flatten)]
@@ -57,7 +57,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     finish(&found, &meta, args.out.as_deref(), args.json)
 }
 
-/// Writes the files and tells the story.
+/// Writes the files and prints the story.
 pub fn finish(found: &Diagnosis, meta: &Meta, out: Option<&Path>, json: bool) -> Result<(), Failure> {
     let written = out.map(|dir| report::write(dir, found, meta)).transpose()?;
     let mut stdout = stdout();

@@ -68,7 +68,7 @@ fn list() -> String {
     for id in EffectId::ALL {
         out += &wrapped(&format!("{:width$}  ", id.name()), id.card().title);
     }
-    out += "\nim effects show EFFECT tells how one shows, what it is mistaken for, and which\ntest excites it.\n";
+    out += "\nim effects show EFFECT says how one shows, what it is mistaken for, and which\ntest excites it.\n";
     out
 }
 

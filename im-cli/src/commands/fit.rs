@@ -20,7 +20,7 @@ use crate::terminal::{rounded, stdout, wrapped};
 Example:
   im fit --motor motor.toml --train a.csv --train b.csv -o motor.fitted.toml
 
-Fits R_s, R_r, the leakages (by one factor), L_m, J and D, and the parameters of the effects that the
+Fits R_s, R_r, the leakages (by one factor), L_m, J and D, and the parameters of the effects that the \
 motor file switches on, to all recordings at once.")]
 pub struct Args {
     #[command(flatten)]

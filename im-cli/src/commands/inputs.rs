@@ -192,8 +192,8 @@ impl Replayed {
         Ok(Self { recording: one.replay(), guessed, findings })
     }
 
-    /// Tells what was guessed and noticed.
-    pub fn tell(&self, out: &mut dyn io::Write) -> io::Result<()> {
+    /// Prints what was guessed and noticed.
+    pub fn print(&self, out: &mut dyn io::Write) -> io::Result<()> {
         for guess in &self.guessed {
             write!(out, "{}", wrapped("? ", guess))?;
         }

@@ -20,7 +20,7 @@ Examples:
   im next-test --motor out/motor.refined.toml --diagnosis out/diagnosis.json -o next.toml
   im next-test --motor motor.toml --effect iron_loss --effect windage -o next.toml
 
-Simulates safe manoeuvres with the motor and chooses the one in which the open effects are seen best and
+Simulates safe manoeuvres with the motor and chooses the one in which the open effects are seen best and \
 lie farthest apart.")]
 pub struct Args {
     /// The motor: a motor.toml, best the refined one
@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Ok(writeln!(out, "{report}")?);
     }
     write!(out, "{}", wrapped("In question: ", &names.join(", ")))?;
-    write!(out, "{}", wrapped("Next test:   ", best.what))?;
+    write!(out, "{}", wrapped("Next test:   ", &best.what))?;
     writeln!(out, "             reaches {} A and {} rad/s", rounded(best.reaches.0), rounded(best.reaches.1))?;
     for (e, x) in &best.detectable {
         let says = if *x < 1.0 { "will be seen" } else { "will not be seen" };

@@ -18,7 +18,7 @@ use crate::terminal::{Progress, rounded, stdout};
 Example:
   im simulate --motor examples/motor.toml --scenario examples/scenario_dol.toml -o run.csv
 
-The recording has the columns t_s, u_alpha_V, u_beta_V, i_alpha_A, i_beta_A, omega_m_rad_s
+The recording has the columns t_s, u_alpha_V, u_beta_V, i_alpha_A, i_beta_A, omega_m_rad_s \
 and tau_load_Nm: the voltage is the average commanded over the sample that begins at t_s.")]
 pub struct Args {
     /// The machine: a motor.toml
@@ -54,8 +54,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let file = args.scenario.display();
     let mut controller = controllers::of(&scenario, &motor).map_err(|e| Failure::Input(format!("{file}: {e}")))?;
     let mut progress = Progress::new("simulating");
-    let mut tell = |done, all| progress.tell(done, all);
-    let mut simulation = Simulation::new(&motor.machine, &scenario).with_progress(&mut tell);
+    let mut shown = |done, all| progress.show(done, all);
+    let mut simulation = Simulation::new(&motor.machine, &scenario).with_progress(&mut shown);
     if args.internals.is_some() {
         simulation = simulation.with_internals();
     }

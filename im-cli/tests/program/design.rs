@@ -78,7 +78,10 @@ fn bad_regions_are_refused_with_their_place_and_nothing_is_written() {
         refused(&[&["design", "kubota", "--motor", &example("motor.toml"), "--region", &region, "-o", &gains], more].concat())
     };
     let text = with("speed_rad_s = [-100.0, 100.0]\nrate = 3.0\n", &[]);
-    assert!(text.contains("region.toml:2: unknown field `rate`") && text.contains("example-region kubota"), "{text}");
+    assert!(
+        text.contains("region.toml:2: unknown key rate at the top of the file") && text.contains("example-region kubota"),
+        "{text}"
+    );
     let text = with("speed_rad_s = [-100.0, 100.0]\nrate_per_s = 30.0\n", &[]);
     assert!(text.contains("infeasible") && text.contains("just below 5.625"), "{text}");
     let text = with("speed_rad_s = [-100.0, 100.0]\nrate_per_s = 3.0\n", &["--period", "5e-3"]);

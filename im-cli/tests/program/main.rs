@@ -7,6 +7,7 @@ mod identify;
 mod main_job;
 mod mistakes;
 mod observe;
+mod outputs;
 mod simulate;
 #[cfg(feature = "verify")]
 mod verify;

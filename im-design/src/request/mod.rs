@@ -241,7 +241,7 @@ fn with_layer<T>(key: &str, layer: Option<T>, period_s: Option<f64>) -> Result<(
     let what = format!(
         "{key} is missing: each period has its own layer, so that the largest period needs the layer; or give the period"
     );
-    Err(DesignError::Region { line: None, what })
+    Err(DesignError::region(what))
 }
 
 /// Laws for the circuit of the region file, or else for the machine's own.
@@ -289,7 +289,7 @@ mod tests {
     #[test]
     fn errors_name_the_line_and_the_choices() {
         let error = design(Kind::Kubota, plant(), "speed_rad_s = [-1.0, 1.0]\nrate = 0.8").unwrap_err();
-        assert!(matches!(&error, DesignError::Region { line: Some(2), what } if what.contains("rate_per_s")), "{error}");
+        assert!(matches!(&error, DesignError::Region(e) if e.line == Some(2) && e.to_string().contains("rate_per_s")), "{error}");
         let missing = design(Kind::Kubota, plant(), "rate_per_s = 0.8").unwrap_err().to_string();
         assert!(missing.contains("speed_rad_s"), "{missing}");
         let at = |kind: &str, period: &str| {

@@ -4,6 +4,7 @@ use crate::error::DesignError;
 use crate::kenne::KenneRegion;
 use crate::sliding::UtkinRegion;
 use crate::thau_box::BoxRegion;
+use im_model::toml_text::TomlText;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
@@ -12,20 +13,17 @@ use serde::de::DeserializeOwned;
 /// # Errors
 /// [`DesignError::Region`] with the line and what was expected there.
 pub(super) fn read<T: DeserializeOwned>(region: &str) -> Result<T, DesignError> {
-    pairs(region)?;
-    toml::from_str(region).map_err(|e| {
-        let line = e.span().filter(|s| s.end > s.start).map(|s| 1 + region[..s.start].matches('\n').count());
-        DesignError::Region { line, what: e.message().trim().replace('\n', ", ") }
-    })
+    let toml = TomlText::new(region, "region file", &[]);
+    pairs(region, &toml)?;
+    toml.read().map_err(DesignError::Region)
 }
 
 /// Every list at the top of a region file is a range, of which the reader would take the first two numbers without a word.
-fn pairs(region: &str) -> Result<(), DesignError> {
+fn pairs(region: &str, toml: &TomlText<'_>) -> Result<(), DesignError> {
     let Ok(table) = toml::de::DeTable::parse(region) else { return Ok(()) };
     let long = |(_, value): &(_, &toml::Spanned<toml::de::DeValue<'_>>)| value.get_ref().as_array().is_some_and(|a| a.len() > 2);
-    table.get_ref().iter().find(long).map_or(Ok(()), |(key, value)| {
-        let line = Some(1 + region[..value.span().start].matches('\n').count());
-        Err(DesignError::Region { line, what: format!("`{}` is a range: two numbers, [lower, upper]", key.get_ref()) })
+    table.get_ref().iter().find(long).map_or(Ok(()), |(_, value)| {
+        Err(DesignError::Region(toml.unexpected(value.span(), None, "a range: two numbers, [lower, upper]")))
     })
 }
 
@@ -35,7 +33,7 @@ fn pairs(region: &str) -> Result<(), DesignError> {
 /// [`DesignError::Region`] that names it when it is missing.
 pub(super) fn needed<T>(key: &str, value: Option<T>) -> Result<T, DesignError> {
     let what = format!("{key} is missing: a proof for a sampling period needs it");
-    value.ok_or(DesignError::Region { line: None, what })
+    value.ok_or_else(|| DesignError::region(what))
 }
 
 /// A key that a sampled proof has no use for.
@@ -44,7 +42,7 @@ pub(super) fn needed<T>(key: &str, value: Option<T>) -> Result<T, DesignError> {
 /// [`DesignError::Region`] that names it when it is given.
 pub(super) fn unused<T>(key: &str, value: Option<T>) -> Result<(), DesignError> {
     let what = format!("{key} has no part in a proof for a sampling period, which finds its own norm: leave it out");
-    value.map_or(Ok(()), |_| Err(DesignError::Region { line: None, what }))
+    value.map_or(Ok(()), |_| Err(DesignError::region(what)))
 }
 
 /// Region of `thau`.
@@ -216,8 +214,8 @@ pub(super) fn kenne(region: &str) -> Result<(KenneRegion, Option<[f64; 2]>), Des
         (Some(omega), Some(lambda)) => Some([omega, lambda]),
         (None, None) => None,
         _ => {
-            let what = "boundary_omega and boundary_lambda belong together: give both, or neither for the smallest".into();
-            return Err(DesignError::Region { line: None, what });
+            let what = "boundary_omega and boundary_lambda belong together: give both, or neither for the smallest";
+            return Err(DesignError::region(what));
         }
     };
     // The region's own keys alone, each in its line.

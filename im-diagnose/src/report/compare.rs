@@ -2,14 +2,15 @@
 
 use im_identify::offline::{Experiment, predict, start_on};
 use im_model::{MotorFile, State};
+use maud::html;
 use rayon::prelude::*;
 
 use super::overlay::{self, channel_words};
-use super::page::{Section, page, table, term};
+use super::page::{Row, Section, numbers, page, table, term, words};
 use super::sections::{head, place, provenance};
 use super::story::{Shown, View};
 use super::terminal::{Text, place as place_text};
-use super::words::{escape, floors};
+use super::words::floors;
 use super::{DataFile, Meta};
 use crate::format::{number, sentence};
 use crate::localise::{Signals, localise};
@@ -79,44 +80,36 @@ impl Comparison {
 
 /// The page.
 pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
-    let top = format!(
-        "{}<h1>{}</h1><p class=\"say\">{}</p>",
-        head(c.title(meta), "<span class=\"badge\">comparison</span>"),
-        escape(&c.said()),
-        c.findings().iter().take(3).map(|f| escape(f)).collect::<Vec<_>>().join(" ")
-    );
+    let top = html! {
+        (head(c.title(meta), Some("comparison")))
+        h1 { (c.said()) }
+        p.say { (c.findings().iter().take(3).cloned().collect::<Vec<_>>().join(" ")) }
+    };
     let table_head = [
-        "recording".to_owned(),
-        "signal".into(),
-        format!("#{}", term("rmse", "rms error")),
-        format!("#{}", term("noise", "sensor noise (σ)")),
-        format!("#{}", term("fit", "fit")),
-        format!("#{}", term("floor", "noise floors")),
+        words("recording"),
+        words("signal"),
+        numbers(term("rmse", "rms error")),
+        numbers(term("noise", "sensor noise (σ)")),
+        numbers(term("fit", "fit")),
+        numbers(term("floor", "noise floors")),
     ];
     let mut rows = Vec::new();
     for (e, x) in c.experiments.iter().zip(&c.errors) {
         for (k, ch) in e.channels.iter().enumerate() {
             let (name, unit) = channel_words(&ch.name, ch.kind);
             let value = |v: Option<&f64>| v.map_or("–".into(), |v| format!("{}\u{a0}{unit}", number(*v, 3)));
-            rows.push((
-                false,
-                vec![
-                    if k == 0 { escape(&e.name) } else { String::new() },
-                    name,
-                    value(x.rmse.get(&ch.name)),
-                    value(Some(&ch.sigma)),
-                    x.fit_percent.get(&ch.name).map_or("–".into(), |v| format!("{}\u{a0}%", number(*v, 4))),
-                    if k == 0 { floors(x.chi2_per_sample) } else { String::new() },
-                ],
-            ));
+            let first = |text: String| if k == 0 { text } else { String::new() };
+            let fit = x.fit_percent.get(&ch.name).map_or("–".into(), |v| format!("{}\u{a0}%", number(*v, 4)));
+            let (rmse, sigma) = (value(x.rmse.get(&ch.name)), value(Some(&ch.sigma)));
+            rows.push(Row::of([first(e.name.clone()), name, rmse, sigma, fit, first(floors(x.chi2_per_sample))]));
         }
     }
-    let mut sections = vec![Section { id: "errors", short: "error", title: "The error".into(), body: table(&table_head, &rows) }];
+    let mut sections = vec![Section { id: "errors", short: "error", title: "The error", body: table(&table_head, &rows) }];
     let models = overlay::models(&c.shown);
     let mut data = None;
     if let Some(w) = &overlay::worst(&c.views) {
         let body = overlay::body(&c.views, &models, w);
-        sections.push(Section { id: "overlay", short: "signals", title: "Measured and modelled, over time".into(), body });
+        sections.push(Section { id: "overlay", short: "signals", title: "Measured and modelled, over time", body });
         data = Some(overlay::data(&c.views, &models, w));
     }
     sections.push(place::section(&c.shown));

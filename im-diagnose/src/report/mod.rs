@@ -10,7 +10,6 @@ mod page;
 mod sections;
 mod side_by_side;
 mod story;
-mod svg;
 mod terminal;
 mod text_plot;
 mod words;
@@ -27,7 +26,7 @@ pub use side_by_side::{SideBySide, side_by_side, side_by_side_terminal};
 pub use terminal::terminal;
 pub use write::{Written, write};
 
-/// What a report tells besides the result: where it comes from, and what others found.
+/// What a report says besides the result: where it comes from, and what others found.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Meta {
     /// Heading; the name of the motor when empty.

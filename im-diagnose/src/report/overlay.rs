@@ -1,12 +1,15 @@
 //! The recordings as numbers inside the page, so that the reader can zoom; and a still picture for paper.
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use im_chart::{Axis, Chart};
 use im_identify::offline::ChannelKind;
+use maud::{Markup, html};
 use serde_json::{Value, json};
 
-use super::page::{figure, legend, term};
+use super::page::{drawn, figure, legend, term, text};
 use super::story::{Shown, View};
-use super::svg::{Axis, Chart};
-use super::words::{channel_name, escape};
+use super::words::channel_name;
 use crate::format::number;
 use crate::localise::Window;
 
@@ -37,21 +40,7 @@ fn packed(values: &[f64]) -> Value {
             q.to_le_bytes()
         })
         .collect();
-    json!({"q": base64(&bytes), "s": scale, "o": offset})
-}
-
-fn base64(bytes: &[u8]) -> String {
-    const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for c in bytes.chunks(3) {
-        let b = [c[0], *c.get(1).unwrap_or(&0), *c.get(2).unwrap_or(&0)];
-        let n = u32::from(b[0]) << 16 | u32::from(b[1]) << 8 | u32::from(b[2]);
-        for k in 0..4 {
-            let sign = SIGNS[(n >> (18 - 6 * k) & 63) as usize] as char;
-            out.push(if k <= c.len() { sign } else { '=' });
-        }
-    }
-    out
+    json!({"q": STANDARD.encode(&bytes), "s": scale, "o": offset})
 }
 
 /// The series of a view in a stretch: measured (not a number where it does not count) and models.
@@ -252,20 +241,15 @@ fn label(v: &View) -> String {
 }
 
 /// The zoomable picture with its buttons. What stands in it before the script runs is the worst second, still.
-pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> String {
-    let mut entries = vec![("measured", "measured".to_owned())];
+pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> Markup {
+    let mut entries = vec![("measured", text("measured"))];
     let words = |name: &str| match name {
         "base model" => term("base", name),
         "refined model" => term("refined", name),
-        _ => name.to_owned(),
+        _ => text(name),
     };
     entries.extend(models.iter().map(|m| (m.1, words(m.0))));
-    entries.push(("noise", format!("{} ±2σ", term("noise", "noise band"))));
-    let runs: String = views
-        .iter()
-        .enumerate()
-        .map(|(k, v)| format!(r#"<button data-run="{k}" aria-pressed="false">{}</button>"#, escape(&label(v))))
-        .collect();
+    entries.push(("noise", html! { (term("noise", "noise band")) " ±2σ" }));
     let zoom = [
         ("worst", "worst second"),
         ("tenth", "worst 0.1 s"),
@@ -275,36 +259,33 @@ pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> String {
         ("left", "◀ earlier"),
         ("right", "later ▶"),
     ];
-    let zoom: String = zoom.iter().map(|(k, w)| format!(r#"<button data-zoom="{k}">{w}</button>"#)).collect();
     let nudged: Vec<String> = views.iter().filter(|v| v.nudged).map(label).collect();
-    let nudged = if nudged.is_empty() {
-        String::new()
-    } else {
-        format!(
-            "<p>{} for: {}.</p>",
-            crate::format::sentence(&term("nudged_speed", "Nudged speed")).trim_end_matches('.'),
-            escape(&nudged.join(", "))
-        )
-    };
-    format!(
-        r#"<p>The worst second is {} s to {} s of {}: the error there is {} times the noise, against {} times over all recordings. Drag across a picture to zoom, double-click to zoom out; with the picture in focus the keys ←, →, + and − work too.</p>{nudged}
-{}<div class="tools no-print" id="runs">{runs}</div><div class="tools no-print">{zoom}</div><p><b id="span"></b></p>
-<div class="zoom" id="zoom" tabindex="0" aria-label="Measured and modelled signals over time">{}</div><output class="read" id="read">Move over a picture to read the values.</output>"#,
-        number(worst.from_s, 3),
-        number(worst.to_s, 3),
-        escape(&label(&views[worst.run])),
-        number(worst.level, 3),
-        number(worst.average, 3),
-        legend(&entries),
-        still(&views[worst.run], models, worst)
-    )
+    html! {
+        p {
+            "The worst second is " (number(worst.from_s, 3)) " s to " (number(worst.to_s, 3)) " s of "
+            (label(&views[worst.run])) ": the error there is " (number(worst.level, 3)) " times the noise, against "
+            (number(worst.average, 3)) " times over all recordings. Drag across a picture to zoom, double-click to zoom out; "
+            "with the picture in focus the keys ←, →, + and − work too."
+        }
+        @if !nudged.is_empty() { p { (term("nudged_speed", "Nudged speed")) " for: " (nudged.join(", ")) "." } }
+        (legend(&entries))
+        div #runs .tools.no-print {
+            @for (k, v) in views.iter().enumerate() { button data-run=(k) aria-pressed="false" { (label(v)) } }
+        }
+        div.tools.no-print { @for (key, words) in zoom { button data-zoom=(key) { (words) } } }
+        p { b #span {} }
+        div #zoom .zoom tabindex="0" aria-label="Measured and modelled signals over time" {
+            (still(&views[worst.run], models, worst))
+        }
+        output #read .read { "Move over a picture to read the values." }
+    }
 }
 
-fn still(v: &View, models: &Models, w: &Window) -> String {
+fn still(v: &View, models: &Models, w: &Window) -> Markup {
     let t = v.experiment.sample_time_s;
     let (from, to) = ((w.from_s / t).round() as usize, ((w.to_s / t).round() as usize).min(v.experiment.len()));
     let line = |x: &[f64]| x.iter().enumerate().map(|(k, y)| [(from + k) as f64 * t, *y]).collect::<Vec<_>>();
-    let mut out = String::new();
+    let mut charts = Vec::new();
     for (c, ch) in v.experiment.channels.iter().enumerate() {
         let (m, p) = channel(v, c, from, to);
         let (name, unit) = channel_words(&ch.name, ch.kind);
@@ -316,21 +297,14 @@ fn still(v: &View, models: &Models, w: &Window) -> String {
         for (p, (_, class)) in p.iter().zip(models) {
             chart.line(&line(p), class);
         }
-        out += &figure(&chart.finish(), "");
+        charts.push(figure(drawn(chart), ""));
     }
-    out
+    html! { @for chart in &charts { (chart) } }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn base64_is_as_elsewhere() {
-        assert_eq!(base64(b"Man"), "TWFu");
-        assert_eq!(base64(b"Ma"), "TWE=");
-        assert_eq!(base64(b"M"), "TQ==");
-    }
 
     #[test]
     fn extremes_keep_order_and_skip_gaps() {

@@ -1,8 +1,6 @@
 //! The page around the sections: head, style, script, glossary; and the small pieces of HTML that sections are made of.
 
-use std::fmt::Write as _;
-
-use super::words::escape;
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 const STYLE: &str = include_str!("assets/page.css");
 const SCRIPT: &str = include_str!("assets/page.js");
@@ -76,9 +74,14 @@ const GLOSSARY: &[(&str, &str, &str)] = &[
 ];
 
 /// A word with its explanation: a tooltip, and a link to the glossary at the end for paper and touch.
-pub(crate) fn term(key: &str, shown: &str) -> String {
+pub(crate) fn term(key: &str, shown: &str) -> Markup {
     let text = GLOSSARY.iter().find(|g| g.0 == key).map_or("", |g| g.2);
-    format!(r##"<a class="term" href="#g-{key}" title="{}">{}</a>"##, escape(text), escape(shown))
+    html! { a class="term" href={ "#g-" (key) } title=(text) { (shown) } }
+}
+
+/// Text that stands for itself.
+pub(crate) fn text(text: impl Render) -> Markup {
+    html! { (text) }
 }
 
 /// A section with a heading.
@@ -86,80 +89,113 @@ pub(crate) struct Section {
     pub id: &'static str,
     /// In the list of contents.
     pub short: &'static str,
-    pub title: String,
-    pub body: String,
+    pub title: &'static str,
+    pub body: Markup,
 }
 
 /// A caption under a picture.
-pub(crate) fn figure(picture: &str, caption: &str) -> String {
-    format!("<figure>{picture}<figcaption>{caption}</figcaption></figure>")
+pub(crate) fn figure(picture: impl Render, caption: impl Render) -> Markup {
+    html! { figure { (picture) figcaption { (caption) } } }
 }
 
-/// A table; columns whose heading starts with `#` hold numbers.
-pub(crate) fn table(head: &[String], rows: &[(bool, Vec<String>)]) -> String {
-    let number: Vec<bool> = head.iter().map(|h| h.starts_with('#')).collect();
-    let mut out = String::from(r#"<div class="scroll"><table><thead><tr>"#);
-    for h in head {
-        let class = if h.starts_with('#') { r#" class="n""# } else { "" };
-        let _ = write!(out, "<th{class}>{}</th>", h.trim_start_matches('#'));
+/// A finished picture.
+pub(crate) fn drawn(chart: im_chart::Chart) -> Markup {
+    PreEscaped(chart.finish())
+}
+
+/// The heading of a column, of numbers or of words.
+pub(crate) struct Column {
+    heading: Markup,
+    number: bool,
+}
+
+/// A column of words.
+pub(crate) fn words(heading: impl Render) -> Column {
+    Column { heading: text(heading), number: false }
+}
+
+/// A column of numbers.
+pub(crate) fn numbers(heading: impl Render) -> Column {
+    Column { heading: text(heading), number: true }
+}
+
+/// A row of a table; `hit` stands out.
+pub(crate) struct Row {
+    pub hit: bool,
+    pub cells: Vec<Markup>,
+}
+
+impl Row {
+    /// One that does not stand out.
+    pub fn new(cells: impl IntoIterator<Item = Markup>) -> Self {
+        Self { hit: false, cells: cells.into_iter().collect() }
     }
-    out.push_str("</tr></thead><tbody>");
-    for (hit, row) in rows {
-        // A single cell is a heading within the table.
-        if let [heading] = &row[..] {
-            let _ = write!(out, r#"<tr><th class="sub" colspan="{}">{heading}</th></tr>"#, head.len());
-            continue;
-        }
-        out.push_str(if *hit { r#"<tr class="hit">"# } else { "<tr>" });
-        for (k, cell) in row.iter().enumerate() {
-            let class = match number.get(k) {
-                Some(true) => r#" class="n""#,
-                _ if shown(cell) < 30 => r#" class="k""#,
-                _ => "",
-            };
-            let _ = write!(out, "<td{class}>{cell}</td>");
-        }
-        out.push_str("</tr>");
+
+    /// Of cells of text.
+    pub fn of(cells: impl IntoIterator<Item = impl Render>) -> Self {
+        Self::new(cells.into_iter().map(text))
     }
-    out.push_str("</tbody></table></div>");
-    out
+}
+
+/// A table.
+pub(crate) fn table(head: &[Column], rows: &[Row]) -> Markup {
+    let class = |k: usize, cell: &Markup| match head.get(k) {
+        Some(c) if c.number => Some("n"),
+        _ => (shown(&cell.0) < 30).then_some("k"),
+    };
+    html! {
+        div.scroll { table {
+            thead { tr { @for h in head { th class=[h.number.then_some("n")] { (h.heading) } } } }
+            tbody { @for row in rows {
+                // A single cell is a heading within the table.
+                @if let [heading] = &row.cells[..] {
+                    tr { th.sub colspan=(head.len()) { (heading) } }
+                } @else {
+                    tr class=[row.hit.then_some("hit")] {
+                        @for (k, cell) in row.cells.iter().enumerate() { td class=[class(k, cell)] { (cell) } }
+                    }
+                }
+            } }
+        } }
+    }
 }
 
 /// How many characters of a cell are seen: those outside tags.
 fn shown(cell: &str) -> usize {
-    let mut inside = false;
-    cell.chars()
-        .filter(|c| {
-            inside |= *c == '<';
-            let seen = !inside;
-            inside &= *c != '>';
-            seen
-        })
-        .count()
+    cell.split('<').map(|part| part.rsplit('>').next().unwrap_or(part).chars().count()).sum()
 }
 
 /// The legend of lines.
-pub(crate) fn legend(entries: &[(&str, String)]) -> String {
-    let mut out = String::from(r#"<div class="legend">"#);
-    for (class, word) in entries {
-        let picture = match *class {
-            "noise" => r#"<rect class="fill-noise" width="30" height="12"/>"#.to_owned(),
-            c if c.starts_with("bar") || c == "gone" => format!(r#"<rect class="{c}" x="1" y="1" width="28" height="10"/>"#),
-            c => format!(r#"<path class="line {c}" d="M0 6L30 6"/>"#),
-        };
-        let _ = write!(out, r#"<span><svg viewBox="0 0 30 12" aria-hidden="true">{picture}</svg>{word}</span>"#);
+pub(crate) fn legend(entries: &[(&str, Markup)]) -> Markup {
+    html! {
+        div.legend { @for (class, word) in entries {
+            span {
+                svg viewBox="0 0 30 12" aria-hidden="true" {
+                    @if *class == "noise" {
+                        rect.fill-noise width="30" height="12" {}
+                    } @else if class.starts_with("bar") || *class == "gone" {
+                        rect class=(class) x="1" y="1" width="28" height="10" {}
+                    } @else {
+                        path class={ "line " (class) } d="M0 6L30 6" {}
+                    }
+                }
+                (word)
+            }
+        } }
     }
-    out.push_str("</div>");
-    out
 }
 
 /// The scale of cells from light to dark.
-pub(crate) fn scale(from: &str, to: &str) -> String {
-    let cells: String =
-        (0..9).map(|k| format!(r#"<rect class="h{k}" x="{}" width="13.4" height="12"/>"#, f64::from(k) * 13.33)).collect();
-    format!(
-        r#"<div class="scale"><span>{from}</span><svg viewBox="0 0 120 12" aria-hidden="true">{cells}</svg><span>{to}</span></div>"#
-    )
+pub(crate) fn scale(from: &str, to: &str) -> Markup {
+    html! {
+        div.scale {
+            span { (from) }
+            svg viewBox="0 0 120 12" aria-hidden="true" {
+                @for k in 0..9 { rect class={ "h" (k) } x=(f64::from(k) * 13.33) width="13.4" height="12" {} }
+            }
+            span { (to) }
+        }
+    }
 }
 
 /// Which of nine shades for a value from 0 to 1.
@@ -168,42 +204,65 @@ pub(crate) fn shade(x: f64) -> usize {
 }
 
 /// A list.
-pub(crate) fn list(items: &[String]) -> String {
-    if items.is_empty() {
-        return String::new();
-    }
-    format!("<ul>{}</ul>", items.iter().map(|i| format!("<li>{i}</li>")).collect::<String>())
+pub(crate) fn list(items: &[impl Render]) -> Markup {
+    html! { @if !items.is_empty() { ul { @for item in items { li { (item) } } } } }
+}
+
+/// JSON for a script element: nothing in it may end the element or open a comment, and `<` stands in texts alone.
+fn within_script(json: &str) -> Markup {
+    PreEscaped(json.replace('<', "\\u003c"))
 }
 
 /// The whole page. It may load nothing: the policy in its head forbids every request.
-pub(crate) fn page(title: &str, top: &str, sections: &[Section], data: Option<&str>) -> String {
-    let contents: String = sections.iter().map(|s| format!(r##"<a href="#{}">{}</a>"##, s.id, s.short)).collect();
-    let body: String =
-        sections.iter().map(|s| format!(r#"<section id="{}"><h2>{}</h2>{}</section>"#, s.id, s.title, s.body)).collect();
-    let used: String = GLOSSARY
-        .iter()
-        .filter(|g| {
-            let link = format!("\"#g-{}\"", g.0);
-            body.contains(&link) || top.contains(&link)
-        })
-        .map(|(key, word, text)| format!(r#"<dt id="g-{key}">{}</dt><dd>{}</dd>"#, escape(word), escape(text)))
-        .collect();
-    let data = data.map_or(String::new(), |d| {
-        format!(r#"<script type="application/json" id="recordings">{}</script>"#, d.replace("</", "<\\/"))
-    });
-    let words = if used.is_empty() {
-        String::new()
-    } else {
-        format!(r#"<section id="glossary"><h2>Words</h2><dl class="gloss">{used}</dl></section>"#)
+pub(crate) fn page(title: &str, top: &Markup, sections: &[Section], data: Option<&str>) -> String {
+    let body = html! {
+        @for s in sections { section id=(s.id) { h2 { (s.title) } (s.body) } }
     };
-    format!(
-        r#"<!DOCTYPE html>
-<html lang="en" data-theme="light"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'">
-<title>{}</title><style>{STYLE}</style></head>
-<body><main>{top}<nav class="no-print" aria-label="Contents">{contents}</nav>{body}
-{words}</main>{data}<script>{SCRIPT}</script></body></html>
-"#,
-        escape(title)
-    )
+    let linked = |key: &str| {
+        let link = format!("\"#g-{key}\"");
+        body.0.contains(&link) || top.0.contains(&link)
+    };
+    let used: Vec<_> = GLOSSARY.iter().filter(|g| linked(g.0)).collect();
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" data-theme="light" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width,initial-scale=1";
+                meta http-equiv="Content-Security-Policy"
+                    content="default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                main {
+                    (top)
+                    nav.no-print aria-label="Contents" { @for s in sections { a href={ "#" (s.id) } { (s.short) } } }
+                    (body)
+                    @if !used.is_empty() {
+                        section #glossary { h2 { "Words" } dl.gloss {
+                            @for (key, word, text) in used { dt id={ "g-" (key) } { (word) } dd { (text) } }
+                        } }
+                    }
+                }
+                @if let Some(data) = data { script #recordings type="application/json" { (within_script(data)) } }
+                script { (PreEscaped(SCRIPT)) }
+            }
+        }
+    };
+    page.into_string() + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn json_within_the_page_cannot_leave_its_element() {
+        let name = "<!--<script></script>";
+        let page = page(name, &text(name), &[], Some(&serde_json::json!({"name": name}).to_string()));
+        assert!(!page.contains(name) && page.contains("&lt;!--&lt;script&gt;"), "{page}");
+        let data = page.split("application/json\">").nth(1).unwrap().split("</script>").next().unwrap();
+        assert_eq!(serde_json::from_str::<serde_json::Value>(data).unwrap()["name"], name);
+    }
 }

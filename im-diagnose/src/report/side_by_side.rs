@@ -3,12 +3,13 @@
 use std::collections::BTreeSet;
 
 use im_model::EffectId;
+use maud::html;
 use serde_json::Value;
 
-use super::page::{Section, figure, legend, page, table, term};
-use super::sections::{Fall, head, waterfall};
+use super::page::{Column, Row, Section, figure, numbers, page, table, term, words};
+use super::sections::{Fall, fall_key, head, waterfall};
 use super::terminal::Text;
-use super::words::{channel_name, escape, floors, short_effect_name};
+use super::words::{channel_name, floors, short_effect_name};
 use crate::format::{interval, number, percent_change, quantity, sentence};
 use crate::uncertainty::MachineQuantity;
 
@@ -183,12 +184,13 @@ fn score_rows(all: &[SideBySide]) -> Vec<Vec<String>> {
         .collect()
 }
 
-fn headed(rows: Vec<Vec<String>>) -> Vec<(bool, Vec<String>)> {
-    rows.into_iter().map(|r| (false, r.iter().map(|c| escape(&sentence_if_first(c, r[0] == *c))).collect())).collect()
-}
-
-fn sentence_if_first(c: &str, first: bool) -> String {
-    if first { sentence(c).trim_end_matches('.').to_owned() } else { c.to_owned() }
+/// Rows with their first cell as the beginning of a sentence.
+fn headed(rows: Vec<Vec<String>>) -> Vec<Row> {
+    let first = |mut row: Vec<String>| {
+        row[0] = sentence(&row[0]).trim_end_matches('.').to_owned();
+        Row::of(row)
+    };
+    rows.into_iter().map(first).collect()
 }
 
 /// Labels without the folders that all of them share.
@@ -202,50 +204,38 @@ fn relabelled(all: &[SideBySide]) -> Vec<SideBySide> {
 /// The page.
 pub fn side_by_side(all: &[SideBySide]) -> String {
     let all = &relabelled(all)[..];
-    let top = format!("{}<h1>{}</h1>", head("Diagnoses side by side", ""), escape(&said(all)));
-    let names = |first: &str, last: Option<&str>| {
-        std::iter::once(first.to_owned())
-            .chain(all.iter().map(|x| format!("#{}", escape(&x.label))))
-            .chain(last.map(|l| format!("#{l}")))
-            .collect::<Vec<_>>()
+    let top = html! { (head("Diagnoses side by side", None)) h1 { (said(all)) } };
+    let names = |first: &str, last: Option<&str>| -> Vec<Column> {
+        [words(first)].into_iter().chain(all.iter().map(|x| numbers(&x.label))).chain(last.map(numbers)).collect()
     };
-    let falls: String = all
-        .iter()
-        .filter(|x| !x.falls().is_empty())
-        .map(|x| figure(&waterfall(&x.falls()), &format!("<b>{}</b>: {}", escape(&x.label), escape(&x.verdict()))))
-        .collect();
-    let key = legend(&[
-        ("bar-train", term("train", "training")),
-        ("bar-hold", term("holdout", "held out")),
-        ("gone", "removed by this step".into()),
-    ]);
     let two = (all.len() > 1).then_some("last against first");
+    let falls = html! {
+        p { "In " (term("floor", "noise floors")) ", on a logarithmic scale." }
+        (fall_key())
+        div.grid2 {
+            @for x in all.iter().filter(|x| !x.falls().is_empty()) {
+                (figure(waterfall(&x.falls()), html! { b { (x.label) } ": " (x.verdict()) }))
+            }
+        }
+    };
     let sections = [
         Section {
             id: "verdicts",
             short: "verdicts",
-            title: "Verdicts and errors".into(),
+            title: "Verdicts and errors",
             body: table(&names("", None), &headed(verdict_rows(all))),
         },
-        Section {
-            id: "errors",
-            short: "error",
-            title: "How the error fell".into(),
-            body: format!(
-                "<p>In {}, on a logarithmic scale.</p>{key}<div class=\"grid2\">{falls}</div>",
-                term("floor", "noise floors")
-            ),
-        },
+        Section { id: "errors", short: "error", title: "How the error fell", body: falls },
         Section {
             id: "parameters",
             short: "parameters",
-            title: "Parameters as refined, ± 95 %".into(),
+            title: "Parameters as refined, ± 95 %",
             body: table(&names("parameter", two), &headed(parameter_rows(all, two.is_some()))),
         },
         Section {
             id: "candidates",
             short: "candidates",
-            title: "Candidates: score, and predicted size".into(),
+            title: "Candidates: score, and predicted size",
             body: table(&names("effect", None), &headed(score_rows(all))),
         },
     ];

@@ -1,4 +1,4 @@
-//! What there is to tell: models, recordings with what each model says, where they fail, and the sentences. HTML and terminal share it.
+//! What a report says: models, recordings with what each model says, where they fail, and the sentences. HTML and terminal share it.
 
 use im_identify::offline::{Channel, Experiment, predict, start_on};
 use im_model::{EffectId, MotorFile, State};

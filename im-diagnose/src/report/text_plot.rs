@@ -25,22 +25,9 @@ pub(crate) fn log_bar(v: f64, lo: f64, hi: f64, width: usize) -> String {
 
 /// Breaks text into lines of at most `width` characters, later lines indented by `indent`.
 pub(crate) fn wrapped(text: &str, width: usize, indent: usize) -> String {
-    let mut out = String::new();
-    let mut used = 0;
-    for word in text.split(' ').filter(|w| !w.is_empty()) {
-        let n = word.chars().count();
-        if used > 0 && used + 1 + n > width {
-            out.push('\n');
-            out.push_str(&" ".repeat(indent));
-            used = indent;
-        } else if used > 0 {
-            out.push(' ');
-            used += 1;
-        }
-        out.push_str(word);
-        used += n;
-    }
-    out
+    let rest = " ".repeat(indent);
+    let words: Vec<&str> = text.split(' ').filter(|w| !w.is_empty()).collect();
+    textwrap::fill(&words.join(" "), textwrap::Options::new(width).subsequent_indent(&rest).break_words(false))
 }
 
 /// A table in columns; `right` marks columns of numbers. Cells longer than `most` are cut, but for those of the last column.

@@ -2,8 +2,6 @@
 
 use crate::format::number;
 use crate::uncertainty::MachineQuantity;
-/// Text for HTML.
-pub use im_chart::escape;
 use im_model::{BaseParameter, EffectId, ParameterId};
 
 /// An effect's name in a sentence: "main-flux saturation".

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 
 use crate::error::{Bound, ModelError};
+use crate::toml_text::exact;
 
 /// A quantity over time, constant before its first point and after its last.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +50,19 @@ impl Profile {
     /// The largest magnitude.
     pub fn largest(&self) -> f64 {
         self.points.iter().fold(0.0, |m, p| m.max(p[1].abs()))
+    }
+}
+
+impl Profile {
+    /// As it stands in a file: a number, or points.
+    pub(crate) fn to_toml(&self) -> String {
+        match &self.points[..] {
+            [[0.0, x]] => exact(*x),
+            points => {
+                let points: Vec<String> = points.iter().map(|[t, x]| format!("[{}, {}]", exact(*t), exact(*x))).collect();
+                format!("[{}]", points.join(", "))
+            }
+        }
     }
 }
 

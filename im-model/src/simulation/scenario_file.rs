@@ -16,7 +16,7 @@ use crate::simulation::sensors::Sensors;
 use crate::simulation::supply::{Mains, VoltsPerHertz};
 use crate::steady_state::Held;
 use crate::text_file::read_text;
-use crate::toml_text::{NotNegative, Positive, TomlText, Whole, Within};
+use crate::toml_text::{NotNegative, Positive, TomlText, Whole, Within, exact, quoted};
 
 type Number = Within<-1_000_000_000, 1_000_000_000>;
 
@@ -269,6 +269,108 @@ impl Scenario {
         scenario.validate().map_err(|e| toml.value(e))?;
         Ok(scenario)
     }
+
+    /// The text of a file that reads back as this; `None` with a recording or a state in it, which a file can only name.
+    pub fn to_toml(&self) -> Option<String> {
+        let mut out = String::new();
+        let mut table = |name: &str, keys: &[(&str, String)]| {
+            out += &format!("{}[{name}]\n", if out.is_empty() { "" } else { "\n" });
+            keys.iter().for_each(|(key, value)| out += &format!("{key} = {value}\n"));
+        };
+        let (duration, sample) = (exact(self.duration_s), exact(self.sample_time_s));
+        let every = self.record_every.to_string();
+        let head = [("name", quoted(&self.name)), ("duration_s", duration), ("sample_time_s", sample), ("record_every", every)];
+        table("scenario", &head);
+        match &self.source {
+            Source::Mains(m) => table(
+                "mains",
+                &[
+                    ("voltage_peak_v", exact(m.voltage_peak_v)),
+                    ("frequency_hz", exact(m.frequency_hz)),
+                    ("closing_s", exact(m.closing_s)),
+                    ("phase_deg", exact(m.phase_rad.to_degrees())),
+                ],
+            ),
+            Source::VoltsPerHertz(v, reference) => table(
+                "volts_per_hertz",
+                &[
+                    ("voltage_peak_v", exact(v.voltage_peak_v)),
+                    ("frequency_hz", exact(v.frequency_hz)),
+                    ("boost_v", exact(v.boost_v)),
+                    ("ramp_hz_per_s", exact(v.ramp_hz_per_s)),
+                    ("reference_hz", reference.to_toml()),
+                ],
+            ),
+            Source::RotatingCurrent { amplitude_a, frequency_hz } => {
+                table("current", &[("amplitude_a", amplitude_a.to_toml()), ("frequency_hz", frequency_hz.to_toml())]);
+            }
+            Source::Controller { name, references: r } => table(
+                "controller",
+                &[
+                    ("name", quoted(name)),
+                    ("speed_rad_s", r.speed_rad_s.to_toml()),
+                    ("rotor_flux_vs", r.rotor_flux_vs.to_toml()),
+                    ("torque_nm", r.torque_nm.to_toml()),
+                ],
+            ),
+            Source::Recording(_) => return None,
+        }
+        match &self.imposed_speed {
+            Some(speed) => table("load", &[("imposed_speed_rad_s", speed.to_toml())]),
+            None => {
+                let quadratic = exact(self.load.quadratic_nm_s2);
+                table("load", &[("torque_nm", self.load.torque_nm.to_toml()), ("quadratic_nm_s2", quadratic)]);
+            }
+        }
+        let switched = |kind: &str, (key, value): (&'static str, f64), b: &Bridge<f64>| {
+            [
+                ("kind", quoted(kind)),
+                (key, exact(value)),
+                ("dc_voltage_v", exact(b.dc_voltage_v)),
+                ("dead_time_s", exact(b.dead_time_s)),
+                ("drop_v", exact(b.drop_v)),
+                ("on_resistance_ohm", exact(b.on_resistance_ohm)),
+            ]
+        };
+        match &self.inverter {
+            Inverter::Averaged { dc_voltage_v: None } => {}
+            Inverter::Averaged { dc_voltage_v: Some(u) } => {
+                table("inverter", &[("kind", quoted("averaged")), ("dc_voltage_v", exact(*u))]);
+            }
+            Inverter::CarrierPwm(pwm, bridge) => {
+                table("inverter", &switched("carrier_pwm", ("carrier_frequency_hz", 0.5 / pwm.half_period_s), bridge));
+            }
+            Inverter::DeltaModulation(delta, bridge) => {
+                table("inverter", &switched("delta_modulation", ("period_s", delta.period_s), bridge));
+            }
+        }
+        match &self.start {
+            Start::Rest => {}
+            Start::SteadyState(held) => {
+                let (key, x) = match held {
+                    Held::Load(torque) => ("load_nm", torque),
+                    Held::Speed(speed) => ("speed_rad_s", speed),
+                };
+                table("start", &[("kind", quoted("steady_state")), (key, exact(*x))]);
+            }
+            Start::State(_) => return None,
+        }
+        let s = &self.sensors;
+        if *s != Sensors::default() {
+            let keys = [
+                ("current_noise_a", exact(s.current_noise_a)),
+                ("speed_noise_rad_s", exact(s.speed_noise_rad_s)),
+                ("torque_noise_nm", exact(s.torque_noise_nm)),
+                ("current_offset_alpha_a", exact(s.current_offset_a[0])),
+                ("current_offset_beta_a", exact(s.current_offset_a[1])),
+                ("current_step_a", exact(s.current_step_a)),
+                ("speed_step_rad_s", exact(s.speed_step_rad_s)),
+                ("seed", s.seed.to_string()),
+            ];
+            table("sensors", &keys);
+        }
+        Some(out)
+    }
 }
 
 fn source(toml: &TomlText<'_>, file: &mut ScenarioToml, folder: &Path) -> Result<Source, FileError> {
@@ -458,5 +560,35 @@ mod tests {
         assert!(none.contains("dead_time_s is given for kind = \"averaged\", expected none"), "{none}");
         let file = "[scenario]\nname = \"x\"\n[recording]\nfile = \"a.csv\"\n";
         assert_eq!(parse(file).unwrap_err().to_string(), "/nowhere/a.csv: cannot read it: no such file or folder");
+    }
+
+    #[test]
+    fn what_is_written_reads_back() {
+        let steps = || Profile::points([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0 / 3.0]]).unwrap();
+        let base = Scenario { name: "a \"b\" </script>".into(), ..Scenario::direct_on_line(325.3, 50.0, 1.5) };
+        let bridge = Bridge { dc_voltage_v: 560.0, dead_time_s: 2e-6, drop_v: 1.0, on_resistance_ohm: 0.01 };
+        let references =
+            References { speed_rad_s: steps(), rotor_flux_vs: Profile::constant(0.95), torque_nm: Profile::default() };
+        let supply = VoltsPerHertz { voltage_peak_v: 320.0, frequency_hz: 50.0, boost_v: 10.0, ramp_hz_per_s: 100.0 };
+        let sensors = Sensors { current_offset_a: [0.1, -0.2], seed: 7, ..Sensors::default() };
+        for scenario in [
+            Scenario { start: Start::SteadyState(Held::Load(3.0)), sensors, ..base.clone() },
+            Scenario { source: Source::VoltsPerHertz(supply, steps()), imposed_speed: Some(steps()), ..base.clone() },
+            Scenario {
+                source: Source::RotatingCurrent { amplitude_a: steps(), frequency_hz: Profile::constant(5.0) },
+                inverter: Inverter::DeltaModulation(DeltaModulator { period_s: 5e-5 }, bridge),
+                ..base.clone()
+            },
+            Scenario {
+                source: Source::Controller { name: "x".into(), references },
+                inverter: Inverter::CarrierPwm(CarrierPwm { half_period_s: 5e-5 }, bridge),
+                load: Load { torque_nm: steps(), quadratic_nm_s2: 7e-4 },
+                ..base.clone()
+            },
+            Scenario { inverter: Inverter::Averaged { dc_voltage_v: Some(560.0) }, ..base },
+        ] {
+            let text = scenario.to_toml().unwrap();
+            assert_eq!(parse(&text).unwrap_or_else(|e| panic!("{e}\n{text}")), scenario, "{text}");
+        }
     }
 }

@@ -9,7 +9,7 @@ use im_design::gains::{GainSet, Precision, Provenance, Value};
 use im_design::mtpa::TCircuit;
 use im_design::request::{Kind, Period, design_for, design_sampled};
 use im_design::{Certificate, DesignError, DesignModel, plot};
-use im_model::{EffectId, FileError, MotorFile, Problem, read_text, write_atomically};
+use im_model::{EffectId, FileError, MotorFile, read_text, write_atomically};
 use serde_json::json;
 
 use super::check::proven;
@@ -59,7 +59,6 @@ pub fn run(kind: Kind, args: &Args) -> Result<(), Failure> {
     let written = [Some(&args.output), args.rust.as_ref(), args.plot.as_ref()];
     written.into_iter().flatten().try_for_each(|path| outputs.file(path))?;
     let motor = MotorFile::read(&args.motor)?;
-    let region_file = args.region.display().to_string();
     let region = read_text(&args.region)?;
     let plant = DesignModel::Machine(im_design::LinearMachine::from(&motor.machine));
     let made = spinning("designing and proving", || match args.period {
@@ -69,10 +68,13 @@ pub fn run(kind: Kind, args: &Args) -> Result<(), Failure> {
     let certificate = made.map_err(|e| refused(args, kind, e))?;
     let text = certificate.to_text().map_err(|e| Failure::Input(e.to_string()))?;
     let set = GainSet::from(&certificate.design);
+    // A name with a line end in it would end the comment.
+    let one_line = |path: &Path| path.display().to_string().replace(char::is_control, "?");
     let heading = format!(
-        "# Made by: im design {} --motor {} --region {region_file}\n# Verify with: im design check FILE\n",
+        "# Made by: im design {} --motor {} --region {}\n# Verify with: im design check FILE\n",
         kind.name(),
-        args.motor.display()
+        one_line(&args.motor),
+        one_line(&args.region)
     );
     // What can fail is done before anything is written.
     let picture = args.plot.as_ref().map(|path| (path, spinning("drawing", || plot::picture(&certificate))));
@@ -115,11 +117,9 @@ fn write(path: &Path, text: &str) -> Result<(), FileError> {
 fn refused(args: &Args, kind: Kind, e: DesignError) -> Failure {
     let file = args.region.display().to_string();
     match e {
-        DesignError::Region { line, what } => {
-            let key = what.split('`').nth(1).map(str::to_owned);
+        DesignError::Region(e) => {
             let advice = format!("; im design example-region {} prints a file to start from", kind.name());
-            FileError::new(&file, line, key.as_deref().filter(|_| line.is_some()), Problem::Syntax { reason: what + &advice })
-                .into()
+            e.renamed(&file, &advice).into()
         }
         DesignError::Machine { .. } => Failure::Input(format!("{}: {e}", args.motor.display())),
         e => Failure::Input(format!("{file}: {e}")),

@@ -26,9 +26,9 @@ Example:
   im design kubota --motor examples/motor.toml --region region.toml -o gains.toml --rust gains.rs
   im design check gains.toml
 
-The file of gains carries its own proof: machine, region, gains, Lyapunov matrices and rates. `im design check` decides
-every inequality again in exact rational arithmetic, without the solver, and refuses a file of which one digit was altered.
-With --period gains and proof are for a sampling period: observers by forward Euler, controllers with their voltage held.
+The file of gains carries its own proof: machine, region, gains, Lyapunov matrices and rates. `im design check` decides \
+every inequality again in exact rational arithmetic, without the solver, and refuses a file of which one digit was altered. \
+With --period gains and proof are for a sampling period: observers by forward Euler, controllers with their voltage held. \
 `im design KIND --help` explains a design and shows a region file for it.";
 
 #[derive(Subcommand)]

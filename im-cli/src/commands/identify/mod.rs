@@ -20,9 +20,9 @@ Examples:
   im identify --motor motor.toml --sensitivity-map --out out
   im identify --motor motor.toml --online --data run.csv --out out
 
-The map shows over speed and load which of R_req, L, R_s, L_f an adaptation can learn. --online runs a
-recording through the identifiers of Kenné et al. (R_r; R_r and R_s) and Jadot et al., beginning with the
-values of the motor file, and writes estimates.csv and estimates.svg. Files in other columns are
+The map shows over speed and load which of R_req, L, R_s, L_f an adaptation can learn. --online runs a \
+recording through the identifiers of Kenné et al. (R_r; R_r and R_s) and Jadot et al., beginning with the \
+values of the motor file, and writes estimates.csv and estimates.svg. Files in other columns are \
 described by a recording.toml, as for im compare; rows that its checks leave out are lost samples.")]
 #[command(group(clap::ArgGroup::new("what").required(true).args(["sensitivity_map", "online"])))]
 pub struct Args {

@@ -16,7 +16,7 @@ use crate::terminal::{rounded, stdout};
 /// Rows printed.
 const SHOWN: usize = 8;
 
-/// Replays and tells.
+/// Replays the recording and prints the estimates.
 pub fn run(motor: &MotorFile, path: &Path, args: &Args) -> Result<(), Failure> {
     let file = path.display();
     let data = Replayed::read(path, args.mapping.as_deref(), motor, args.out.as_deref())?;
@@ -58,7 +58,7 @@ pub fn run(motor: &MotorFile, path: &Path, args: &Args) -> Result<(), Failure> {
         });
         return Ok(writeln!(text, "{report}")?);
     }
-    data.tell(&mut text)?;
+    data.print(&mut text)?;
     writeln!(text, "{}: {} rows of {} s", recording.name, recording.len(), rounded(recording.sample_time_s))?;
     writeln!(
         text,

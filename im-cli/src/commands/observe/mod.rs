@@ -25,12 +25,12 @@ Examples:
   im observe --observer derdiyok --motor motor.toml --data run.csv --out out
   im observe --observer thau --motor motor.toml --data run.csv --gains gains.toml
 
-Without --gains an observer takes the gains one starts from for the motor. A gains file is what
-`im design` writes, its proof checked before it is used, or a table of your own: [kubota_loop],
-[kubota], [derdiyok], [utkin], [thau], [thau_box]. What was designed for a sampling period
-(--period) is stepped by forward Euler, as its proof says.
-The observer sees voltage and current alone; the recorded speed is what it is compared with
-(the current model reads it). Files in other columns are described by a recording.toml, as for
+Without --gains an observer takes the gains one starts from for the motor. A gains file is what \
+`im design` writes, its proof checked before it is used, or a table of your own: [kubota_loop], \
+[kubota], [derdiyok], [utkin], [thau], [thau_box]. What was designed for a sampling period \
+(--period) is stepped by forward Euler, as its proof says. \
+The observer sees voltage and current alone; the recorded speed is what it is compared with \
+(the current model reads it). Files in other columns are described by a recording.toml, as for \
 im compare; rows that its checks leave out are lost samples to the observer.")]
 pub struct Args {
     /// Which observer
@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.out {
         write(folder, args, r, &estimates)?;
     }
-    Ok(tell(args, &motor, &data, &estimates, other_machine.as_deref())?)
+    Ok(print(args, &motor, &data, &estimates, other_machine.as_deref())?)
 }
 
 /// The recording through the observer that the arguments name.
@@ -145,7 +145,7 @@ fn error(r: &Recording, estimates: &[Estimate<f64>], rows: impl Iterator<Item = 
     (n > 0).then(|| [sum / n as f64, (squares / n as f64).sqrt()])
 }
 
-fn tell(
+fn print(
     args: &Args,
     motor: &MotorFile,
     data: &Replayed,
@@ -179,7 +179,7 @@ fn tell(
         });
         return writeln!(out, "{summary}");
     }
-    data.tell(&mut out)?;
+    data.print(&mut out)?;
     let begun = first.map_or("never".into(), |k| format!("from {} s on", rounded(r.time_s(k))));
     writeln!(
         out,

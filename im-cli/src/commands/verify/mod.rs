@@ -29,12 +29,12 @@ Examples:
   im verify --all --cases 20 --trials strong --trials clean --out quick
   im verify --replay out/cases/03-kubota_v_falls_for_any_error-1642.toml
 
-A case follows from seed, claim and index alone, so that shards are exactly the parts of the whole. With
---out every finished block of cases is a line of DIR/results.jsonl and every finished trial of --all one
-of DIR/trials.jsonl: the same command run again goes on where it was, and the lines of several shards put
+A case follows from seed, claim and index alone, so that shards are exactly the parts of the whole. With \
+--out every finished block of cases is a line of DIR/results.jsonl and every finished trial of --all one \
+of DIR/trials.jsonl: the same command run again goes on where it was, and the lines of several shards put \
 into one file are summed up by running the whole. Another version of im needs another folder.
 
-Exit status: 0 the claims came out as docs/claims.md states them (a claim known to fail, by a
+Exit status: 0 the claims came out as docs/claims.md states them (a claim known to fail, by a \
 counterexample that was found) and no trial was refused, 3 otherwise, 1 bad input, 2 wrong usage.")]
 pub struct Args {
     /// All claims, and the hidden-effect campaign of im diagnose
@@ -203,12 +203,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     } else if args.all {
         table::trials(&mut out, &finished)?;
     }
-    let told = |(c, r): (&Claim, &Row)| match (c.found, r.cases) {
+    let said = |(c, r): (&Claim, &Row)| match (c.found, r.cases) {
         (_, 0) => format!("{} (no case meets its assumptions)", c.name),
         (im_verify::Found::Fails, n) => format!("{} (no counterexample in {n} cases; more may have one)", c.name),
         (_, n) => format!("{} (violated in {} of {n} cases)", c.name, r.violated),
     };
-    let mut wrong: Vec<String> = campaign.claims.iter().zip(&rows).filter(|(_, r)| !r.as_stated).map(told).collect();
+    let mut wrong: Vec<String> = campaign.claims.iter().zip(&rows).filter(|(_, r)| !r.as_stated).map(said).collect();
     let refused = finished.iter().filter(|f| f.outcome.is_err()).count();
     if refused > 0 {
         wrong.push(format!("{refused} trials were refused"));
@@ -240,7 +240,7 @@ fn tried(campaign: &Campaign, out: Option<&Path>) -> Result<Vec<Block>, Failure>
     let total = campaign.effort_left(&before);
     campaign.run(&before, |block| {
         effort += campaign.effort_of(block);
-        progress.tell(effort as usize, total as usize);
+        progress.show(effort as usize, total as usize);
         if let Some(journal) = &mut journal {
             journal.append(block).map_err(|e| Failure::Input(e.to_string()))?;
         }

@@ -10,7 +10,7 @@ use super::kept;
 use crate::failure::Failure;
 use crate::terminal::Progress;
 
-/// The trials that are asked for: those that all words of a wish tell of, for any of the wishes; all trials if there are no wishes.
+/// The trials that are asked for: those that match all words of a wish, for any of the wishes; all trials if there are no wishes.
 pub fn chosen(seeds: u64, wishes: &[String]) -> Result<Vec<Planned>, Failure> {
     let all = plan(seeds);
     let fits = |p: &Planned, wish: &str| wish.split(',').all(|word| p.is(word.trim()));
@@ -36,7 +36,7 @@ pub fn tried(planned: &[Planned], shard: Shard, out: Option<&Path>) -> Result<Ve
     let mut now = 0;
     run_all(&left, |_, f, _| {
         now += 1;
-        progress.tell(now, left.len());
+        progress.show(now, left.len());
         if let Some(journal) = &mut journal {
             journal.append(f).map_err(|e| Failure::Input(e.to_string()))?;
         }

@@ -1,48 +1,42 @@
 //! The candidates, and which of them look alike.
 
-use std::fmt::Write as _;
-
+use im_chart::short;
 use im_model::EffectId;
+use maud::{Markup, html};
 
-use crate::statistics::cosine;
-
-use super::super::page::{Section, figure, scale, shade, table, term};
+use super::super::page::{Row, Section, figure, numbers, scale, shade, table, term, text, words};
 use super::super::story::Story;
-use super::super::svg::short;
-use super::super::words::{escape, short_effect_name};
+use super::super::words::{floors, short_effect_name};
+use crate::diagnosis::Candidate;
 use crate::format::{number, quantity};
+use crate::statistics::cosine;
 
 pub(crate) fn section(s: &Story) -> Section {
     let d = s.d;
-    let head = vec![
-        "effect".to_owned(),
-        format!("#{}", term("score", "score")),
-        "#threshold".into(),
-        format!("#{}", term("size", "predicted size")),
-        format!("#{}", term("detectable", "detectable size")),
-        format!("#{}", term("keep", "keep")),
-        "conclusion".into(),
+    let head = [
+        words("effect"),
+        numbers(term("score", "score")),
+        numbers("threshold"),
+        numbers(term("size", "predicted size")),
+        numbers(term("detectable", "detectable size")),
+        numbers(term("keep", "keep")),
+        words("conclusion"),
     ];
-    let rows: Vec<(bool, Vec<String>)> = d
-        .ranking
-        .iter()
-        .map(|c| {
-            let size = |x: f64| escape(&quantity(x, c.unit, 2));
-            let score = if c.score > c.threshold { format!("<b>{}</b>", number(c.score, 3)) } else { number(c.score, 3) };
-            (
-                d.effects.contains(&c.effect),
-                vec![
-                    format!(r#"<span title="{}">{}</span>"#, escape(c.effect.card().what), escape(&short_effect_name(c.effect))),
-                    score,
-                    number(c.threshold, 3),
-                    size(c.predicted_size),
-                    size(c.detectable_size),
-                    format!("{}\u{a0}%", number(100.0 * c.explained_share, 2)),
-                    escape(&c.conclusion),
-                ],
-            )
-        })
-        .collect();
+    let row = |c: &Candidate| {
+        let size = |x: f64| text(quantity(x, c.unit, 2));
+        let score = number(c.score, 3);
+        let cells = [
+            html! { span title=(c.effect.card().what) { (short_effect_name(c.effect)) } },
+            html! { @if c.score > c.threshold { b { (score) } } @else { (score) } },
+            text(number(c.threshold, 3)),
+            size(c.predicted_size),
+            size(c.detectable_size),
+            text(format!("{}\u{a0}%", number(100.0 * c.explained_share, 2))),
+            text(&c.conclusion),
+        ];
+        Row { hit: d.effects.contains(&c.effect), ..Row::new(cells) }
+    };
+    let rows: Vec<Row> = d.ranking.iter().map(row).collect();
     let significant = d.ranking.iter().filter(|c| c.score > c.threshold).count();
     let said = match significant {
         0 => "No effect of the library is needed: no score is above its threshold.".to_owned(),
@@ -51,43 +45,33 @@ pub(crate) fn section(s: &Story) -> Section {
             d.ranking.len()
         ),
     };
-    let mut body = format!("<p>{said}</p>{}", table(&head, &rows));
-    body += &trials(s);
-    body += &alike(s);
-    Section { id: "candidates", short: "candidates", title: "Candidates".into(), body }
+    let body = html! { p { (said) } (table(&head, &rows)) (trials(s)) (alike(s)) };
+    Section { id: "candidates", short: "candidates", title: "Candidates", body }
 }
 
 /// Refits of the leading candidates, round by round.
-fn trials(s: &Story) -> String {
+fn trials(s: &Story) -> Markup {
     let mut rows = Vec::new();
     for (k, round) in s.d.course.rounds.iter().enumerate() {
         let chosen = s.d.effects.get(k);
         for (n, t) in round.trials.iter().enumerate() {
             let first = if n == 0 { format!("{}", k + 1) } else { String::new() };
-            rows.push((
-                chosen == Some(&t.effect),
-                vec![
-                    first,
-                    escape(&short_effect_name(t.effect)),
-                    super::super::words::floors(t.model.train()),
-                    t.model.holdout.map_or("–".into(), super::super::words::floors),
-                ],
-            ));
+            let held_out = t.model.holdout.map_or("–".into(), floors);
+            let row = Row::of([first, short_effect_name(t.effect), floors(t.model.train()), held_out]);
+            rows.push(Row { hit: chosen == Some(&t.effect), ..row });
         }
     }
-    if rows.is_empty() {
-        return String::new();
-    }
-    let head = ["round", "refitted with", "#training error, noise floors", "#held out, noise floors"].map(str::to_owned);
-    format!("<h3>What the leading candidates leave when refitted</h3>{}", table(&head, &rows))
+    let head =
+        [words("round"), words("refitted with"), numbers("training error, noise floors"), numbers("held out, noise floors")];
+    html! { @if !rows.is_empty() { h3 { "What the leading candidates leave when refitted" } (table(&head, &rows)) } }
 }
 
 /// Cosines between signatures.
-fn alike(s: &Story) -> String {
-    let Some(round) = s.d.course.rounds.first() else { return String::new() };
+fn alike(s: &Story) -> Markup {
+    let Some(round) = s.d.course.rounds.first() else { return html! {} };
     let scores: Vec<_> = round.scores.iter().filter(|x| !x.signature.is_empty()).collect();
     if scores.len() < 2 {
-        return String::new();
+        return html! {};
     }
     let all: Vec<(EffectId, EffectId, f64)> = (0..scores.len())
         .flat_map(|a| (0..a).map(move |b| (a, b)))
@@ -95,7 +79,7 @@ fn alike(s: &Story) -> String {
         .collect();
     let mut near: Vec<_> = all.iter().filter(|x| x.2 > 0.8).collect();
     near.sort_by(|a, b| b.2.total_cmp(&a.2));
-    // The leading ones, and those that are hard to tell apart.
+    // The leading ones, and those that are hard to distinguish.
     let mut chosen: Vec<usize> = (0..scores.len().min(6)).collect();
     for e in near.iter().flat_map(|x| [x.0, x.1]) {
         if let Some(k) = scores.iter().position(|x| x.effect == e).filter(|k| chosen.len() < 12 && !chosen.contains(k)) {
@@ -103,61 +87,6 @@ fn alike(s: &Story) -> String {
         }
     }
     chosen.sort_unstable();
-    let n = chosen.len() as f64;
-    let (left, cell) = (130.0, 230.0 / n);
-    let height = 18.0 + n * cell;
-    let mut picture = format!(
-        r#"<svg class="chart" viewBox="0 0 364 {}" role="img" aria-label="which effects look alike">"#,
-        short(height + 4.0)
-    );
-    for (r, &a) in chosen.iter().enumerate() {
-        let y = 16.0 + r as f64 * cell;
-        let name = short_effect_name(scores[a].effect);
-        let _ = write!(
-            picture,
-            r#"<text class="small" x="{}" y="{}" text-anchor="end">{}&#160;{}</text>"#,
-            short(left - 4.0),
-            short(y + 0.5 * cell + 4.0),
-            escape(&name),
-            r + 1
-        );
-        let _ = write!(
-            picture,
-            r#"<text class="tick small" x="{}" y="11" text-anchor="middle">{}</text>"#,
-            short(left + (r as f64 + 0.5) * cell),
-            r + 1
-        );
-        for (c, &b) in chosen.iter().enumerate() {
-            if c > r {
-                continue;
-            }
-            let v = if r == c { 1.0 } else { cosine(&scores[a].signature, &scores[b].signature) };
-            let x = left + c as f64 * cell;
-            let _ = write!(
-                picture,
-                r#"<rect class="h{}" x="{}" y="{}" width="{}" height="{}"><title>{} and {}: {v:.2}</title></rect>"#,
-                shade(v),
-                short(x),
-                short(y),
-                short(cell - 1.0),
-                short(cell - 1.0),
-                escape(&name),
-                escape(&short_effect_name(scores[b].effect)),
-            );
-            if r != c && v >= 0.3 {
-                let high = if v > 0.55 { "high" } else { "" };
-                let size = if cell > 24.0 { "small" } else { "tiny" };
-                let _ = write!(
-                    picture,
-                    r#"<text class="{high} {size}" x="{}" y="{}" text-anchor="middle">{}</text>"#,
-                    short(x + 0.5 * cell),
-                    short(y + 0.5 * cell + 3.5),
-                    format!("{v:.2}").trim_start_matches('0')
-                );
-            }
-        }
-    }
-    picture.push_str("</svg>");
     let said = if near.is_empty() {
         "No two effects look alike in these recordings (all cosines below 0.8): whatever is missing can be named.".to_owned()
     } else {
@@ -166,15 +95,45 @@ fn alike(s: &Story) -> String {
             .take(4)
             .map(|(a, b, v)| format!("{} and {} ({v:.2})", short_effect_name(*a), short_effect_name(*b)))
             .collect();
-        format!("These recordings can hardly tell apart: {}. Their cards name the test that can.", pairs.join(", "))
+        format!("These recordings hardly distinguish {}. Their cards name the test that does.", pairs.join(", "))
     };
-    format!(
-        "<h3>Which effects {}</h3><p>{}</p>{}",
-        term("alike", "look alike"),
-        escape(&said),
-        figure(
-            &format!("{picture}{}", scale("0: nothing in common", "1: the same")),
-            "Confusability of the leading candidates in these recordings, after a refit of the base parameters. Numbers from 0.3 up."
-        )
-    )
+    let chosen: Vec<_> = chosen.into_iter().map(|k| (short_effect_name(scores[k].effect), &scores[k].signature[..])).collect();
+    let caption =
+        "Confusability of the leading candidates in these recordings, after a refit of the base parameters. Numbers from 0.3 up.";
+    html! {
+        h3 { "Which effects " (term("alike", "look alike")) }
+        p { (said) }
+        (figure(html! { (triangle(&chosen)) (scale("0: nothing in common", "1: the same")) }, caption))
+    }
+}
+
+/// Cosines between all pairs of signatures, with the names beside the rows.
+fn triangle(chosen: &[(String, &[f64])]) -> Markup {
+    let n = chosen.len() as f64;
+    let (left, side) = (130.0, 230.0 / n);
+    let cell = |r: usize, c: usize| {
+        let v = if r == c { 1.0 } else { cosine(chosen[r].1, chosen[c].1) };
+        let (x, y) = (left + c as f64 * side, 16.0 + r as f64 * side);
+        let class = format!("{} {}", if v > 0.55 { "high" } else { "" }, if side > 24.0 { "small" } else { "tiny" });
+        html! {
+            rect class={ "h" (shade(v)) } x=(short(x)) y=(short(y)) width=(short(side - 1.0)) height=(short(side - 1.0)) {
+                title { (chosen[r].0) " and " (chosen[c].0) ": " (format!("{v:.2}")) }
+            }
+            @if r != c && v >= 0.3 {
+                text class=(class) x=(short(x + 0.5 * side)) y=(short(y + 0.5 * side + 3.5)) text-anchor="middle" {
+                    (format!("{v:.2}").trim_start_matches('0'))
+                }
+            }
+        }
+    };
+    html! {
+        svg.chart viewBox={ "0 0 364 " (short(22.0 + n * side)) } role="img" aria-label="which effects look alike" {
+            @for (r, (name, _)) in chosen.iter().enumerate() {
+                @let y = 16.0 + r as f64 * side;
+                text.small x=(short(left - 4.0)) y=(short(y + 0.5 * side + 4.0)) text-anchor="end" { (name) "\u{a0}" (r + 1) }
+                text.tick.small x=(short(left + (r as f64 + 0.5) * side)) y="11" text-anchor="middle" { (r + 1) }
+                @for c in 0..=r { (cell(r, c)) }
+            }
+        }
+    }
 }

@@ -1,14 +1,13 @@
 //! Cards of the effects found, with their curves; and of those that the recordings cannot show, with the test that would.
 
-use std::fmt::Write as _;
-
+use im_chart::{Axis, Chart};
 use im_model::EffectId;
+use maud::{Markup, html};
 
 use super::super::curves::curve;
-use super::super::page::{Section, figure, table};
+use super::super::page::{Row, Section, drawn, figure, numbers, table, words};
 use super::super::story::Story;
-use super::super::svg::{Axis, Chart};
-use super::super::words::{escape, short_effect_name};
+use super::super::words::short_effect_name;
 use crate::format::{quantity, sentence};
 
 /// Nothing where no effect was found.
@@ -16,44 +15,44 @@ pub(crate) fn section(s: &Story) -> Option<Section> {
     if s.d.effects.is_empty() {
         return None;
     }
-    let mut body = String::new();
-    for (k, &e) in s.d.effects.iter().enumerate() {
-        body += &card(s, e, "");
-        for &a in &s.d.alternatives[k] {
-            body += &card(s, a, "could be this instead");
+    let body = html! {
+        @for (e, alternatives) in s.d.effects.iter().zip(&s.d.alternatives) {
+            (card(s, *e, ""))
+            @for a in alternatives { (card(s, *a, "could be this instead")) }
         }
-    }
-    Some(Section { id: "cards", short: "the cause", title: "The cause".into(), body })
+    };
+    Some(Section { id: "cards", short: "the cause", title: "The cause", body })
 }
 
-fn card(s: &Story, e: EffectId, note: &str) -> String {
+fn card(s: &Story, e: EffectId, note: &str) -> Markup {
     let c = e.card();
-    let note = if note.is_empty() { String::new() } else { format!(" <span class=\"flag\">({note})</span>") };
-    let mut rivals = String::new();
-    for (name, how) in c.rivals {
-        let title = EffectId::from_name(name).map_or((*name).to_owned(), short_effect_name);
-        let _ = write!(rivals, "<dt>Not {}</dt><dd>{}</dd>", escape(&title), escape(&sentence(how)));
+    let title = |name: &str| EffectId::from_name(name).map_or_else(|| name.to_owned(), short_effect_name);
+    html! {
+        div.card {
+            h3 { (c.title) @if !note.is_empty() { " " span.flag { "(" (note) ")" } } }
+            div.grid2 {
+                dl {
+                    dt { "What" } dd { (c.what) }
+                    dt { "Shows as" } dd { (c.shows) }
+                    @for (name, how) in c.rivals { dt { "Not " (title(name)) } dd { (sentence(how)) } }
+                    dt { "Test" } dd { (c.test) }
+                    dt { "Acts on" } dd { (c.place) }
+                    dt { "Source" } dd { (c.source) }
+                }
+                @if let Some(picture) = picture(s, e) { (picture) }
+            }
+        }
     }
-    let picture = picture(s, e);
-    format!(
-        r#"<div class="card"><h3>{}{note}</h3><div class="grid2"><dl><dt>What</dt><dd>{}</dd><dt>Shows as</dt><dd>{}</dd>{rivals}<dt>Test</dt><dd>{}</dd><dt>Acts on</dt><dd>{}</dd><dt>Source</dt><dd>{}</dd></dl>{picture}</div></div>"#,
-        escape(c.title),
-        escape(c.what),
-        escape(c.shows),
-        escape(c.test),
-        escape(c.place),
-        escape(c.source)
-    )
 }
 
 /// The curve of an effect that the refined model holds.
-fn picture(s: &Story, e: EffectId) -> String {
+fn picture(s: &Story, e: EffectId) -> Option<Markup> {
     let last = &s.d.course.models[s.d.course.models.len() - 1];
     let machine = &s.d.refined.machine;
     if !machine.effects().is_on(e) {
-        return String::new();
+        return None;
     }
-    let Some(c) = curve(e, machine, &last.fit, &s.d.refined.rating) else { return String::new() };
+    let c = curve(e, machine, &last.fit, &s.d.refined.rating)?;
     let ys = || c.points.iter().chain(&c.without).map(|p| p[1]).chain(c.band.iter().flat_map(|b| [b[1], b[2]]));
     let (x, y) = if c.log {
         let all: Vec<f64> = ys().filter(|v| *v > 0.0).collect();
@@ -70,14 +69,9 @@ fn picture(s: &Story, e: EffectId) -> String {
     let span = ys().fold(f64::NEG_INFINITY, f64::max) - ys().fold(f64::INFINITY, f64::min);
     let thin = if widest < 0.01 * span { " It is narrower than the line is thick." } else { "" };
     let unit = c.y_label.rsplit(", ").next().filter(|_| c.y_label.contains(", ")).unwrap_or("");
-    figure(
-        &chart.finish(),
-        &format!(
-            "{} The shaded band is the 95 % interval from sensor noise, at most ±{}.{thin}",
-            escape(c.caption),
-            escape(&quantity(widest, unit, 2))
-        ),
-    )
+    let widest = quantity(widest, unit, 2);
+    let caption = format!("{} The shaded band is the 95 % interval from sensor noise, at most ±{widest}.{thin}", c.caption);
+    Some(figure(drawn(chart), caption))
 }
 
 /// What was not excited, and which test would excite it.
@@ -86,30 +80,22 @@ pub(crate) fn unexcited(s: &Story) -> Option<Section> {
     if hidden.is_empty() {
         return None;
     }
-    let head = ["effect", "#smallest that would show", "#usual at most", "test that would show it"].map(str::to_owned);
-    let rows = hidden
-        .iter()
-        .map(|c| {
-            (
-                false,
-                vec![
-                    escape(&short_effect_name(c.effect)),
-                    escape(&quantity(c.detectable_size, c.unit, 2)),
-                    escape(&quantity(c.usual_size, c.unit, 2)),
-                    escape(c.effect.card().test),
-                ],
-            )
-        })
-        .collect::<Vec<_>>();
+    let head = [words("effect"), numbers("smallest that would show"), numbers("usual at most"), words("test that would show it")];
+    let row = |c: &&crate::diagnosis::Candidate| {
+        let size = |x: f64| quantity(x, c.unit, 2);
+        Row::of([short_effect_name(c.effect), size(c.detectable_size), size(c.usual_size), c.effect.card().test.to_owned()])
+    };
+    let rows: Vec<Row> = hidden.iter().map(row).collect();
     Some(Section {
         id: "hidden",
         short: "not excited",
-        title: "What these recordings cannot show".into(),
-        body: format!(
-            "<p>{} of {} effects could be there at a usual size without leaving a trace above the noise. Nothing is said about them.</p>{}",
-            hidden.len(),
-            s.d.ranking.len(),
-            table(&head, &rows)
-        ),
+        title: "What these recordings cannot show",
+        body: html! {
+            p {
+                (hidden.len()) " of " (s.d.ranking.len())
+                " effects could be there at a usual size without leaving a trace above the noise. Nothing is said about them."
+            }
+            (table(&head, &rows))
+        },
     })
 }

@@ -1,12 +1,12 @@
 //! The error before and after, as a falling waterfall and as a table.
 
-use std::fmt::Write as _;
+use im_chart::short;
+use maud::{Markup, html};
 
 use super::super::overlay::channel_words;
-use super::super::page::{Section, figure, legend, table, term};
+use super::super::page::{Row, Section, figure, legend, numbers, table, term, text, words};
 use super::super::story::Story;
-use super::super::svg::short;
-use super::super::words::{escape, floors, short_effect_name};
+use super::super::words::{floors, short_effect_name};
 use crate::format::{number, sentence};
 use crate::residuals::Errors;
 
@@ -38,15 +38,8 @@ pub(crate) fn section(s: &Story) -> Section {
         .iter()
         .map(|(name, t, h)| Fall { name: name.clone(), train: t.chi2_per_sample, holdout: h.as_ref().map(|h| h.chi2_per_sample) })
         .collect();
-    let picture = figure(
-        &waterfall(&falls),
-        &format!("Error in {}, on a logarithmic scale: what each step removes is dashed.", term("floor", "noise floors")),
-    );
-    let key = legend(&[
-        ("bar-train", term("train", "training")),
-        ("bar-hold", term("holdout", "held out")),
-        ("gone", "removed by this step".into()),
-    ]);
+    let caption =
+        html! { "Error in " (term("floor", "noise floors")) ", on a logarithmic scale: what each step removes is dashed." };
     let (before, after, which) = s.fall();
     let said = if s.d.steps.len() > 1 {
         format!(
@@ -63,90 +56,82 @@ pub(crate) fn section(s: &Story) -> Section {
     Section {
         id: "errors",
         short: "error",
-        title: "The error, before and after".into(),
-        body: format!("<p>{said}</p>{key}<div class=\"split\">{picture}<div>{}</div></div>", error_table(&rows, s)),
+        title: "The error, before and after",
+        body: html! {
+            p { (said) }
+            (key())
+            div.split { (figure(waterfall(&falls), caption)) div { (error_table(&rows, s)) } }
+        },
     }
 }
 
+/// What the bars of a waterfall mean.
+pub(crate) fn key() -> Markup {
+    legend(&[
+        ("bar-train", term("train", "training")),
+        ("bar-hold", term("holdout", "held out")),
+        ("gone", text("removed by this step")),
+    ])
+}
+
 /// Errors in units, per channel.
-fn error_table(rows: &[(String, Errors, Option<Errors>)], s: &Story) -> String {
-    let mut head = vec!["step".to_owned()];
-    head.push(format!("#{}, training", term("rmse", "rms error")));
-    head.push("#held out".into());
-    head.push(format!("#{}, held out", term("fit", "fit")));
+fn error_table(rows: &[(String, Errors, Option<Errors>)], s: &Story) -> Markup {
+    let head = [
+        words("step"),
+        numbers(html! { (term("rmse", "rms error")) ", training" }),
+        numbers("held out"),
+        numbers(html! { (term("fit", "fit")) ", held out" }),
+    ];
     let mut body = Vec::new();
     for c in s.channels() {
         let (name, unit) = channel_words(&c.name, c.kind);
-        body.push((false, vec![escape(&sentence(&name)).trim_end_matches('.').to_owned()]));
+        body.push(Row::of([sentence(&name).trim_end_matches('.')]));
         for (k, (step, train, hold)) in rows.iter().enumerate() {
             let value = |e: Option<&Errors>| {
                 e.and_then(|e| e.rmse.get(&c.name)).map_or("–".into(), |x| format!("{}\u{a0}{unit}", number(*x, 3)))
             };
-            let fit = hold
-                .as_ref()
-                .or(Some(train))
-                .and_then(|e| e.fit_percent.get(&c.name))
-                .map_or("–".into(), |x| format!("{}\u{a0}%", number(*x, 4)));
-            body.push((k + 1 == rows.len() && rows.len() > 1, vec![escape(step), value(Some(train)), value(hold.as_ref()), fit]));
+            let percent = hold.as_ref().unwrap_or(train).fit_percent.get(&c.name);
+            let fit = percent.map_or("–".into(), |x| format!("{}\u{a0}%", number(*x, 4)));
+            let row = Row::of([step.clone(), value(Some(train)), value(hold.as_ref()), fit]);
+            body.push(Row { hit: k + 1 == rows.len() && rows.len() > 1, ..row });
         }
-        body.push((
-            false,
-            vec![term("noise", "sensor noise (σ)"), format!("{}\u{a0}{unit}", number(c.sigma, 3)), String::new(), String::new()],
-        ));
+        let noise = text(format!("{}\u{a0}{unit}", number(c.sigma, 3)));
+        body.push(Row::new([term("noise", "sensor noise (σ)"), noise, text(""), text("")]));
     }
     table(&head, &body)
 }
 
 /// Bars of errors on a logarithmic scale.
-pub(crate) fn waterfall(rows: &[Fall]) -> String {
+pub(crate) fn waterfall(rows: &[Fall]) -> Markup {
     let most = rows.iter().flat_map(|r| [Some(r.train), r.holdout]).flatten().filter(|x| x.is_finite()).fold(2.0, f64::max);
     let (left, width, line) = (6.0, 348.0, 62.0);
     let height = rows.len() as f64 * line + 26.0;
     let (lo, hi) = (0.5f64, most * 1.6);
     let x = |v: f64| left + (v.clamp(lo, hi) / lo).ln() / (hi / lo).ln() * (width - left - 58.0);
-    let mut out = format!(
-        r#"<svg class="chart" viewBox="0 0 360 {}" role="img" aria-label="error in noise floors, step by step">"#,
-        short(height)
-    );
     let floor = x(1.0);
-    let _ = write!(
-        out,
-        r#"<path class="line floor" d="M{f} 18L{f} {b}"/><text class="tick" x="{t}" y="{y}">1: as good as the sensors can tell</text>"#,
-        f = short(floor),
-        b = short(height - 8.0),
-        t = short(floor + 4.0),
-        y = short(height - 6.0)
-    );
-    for (k, r) in rows.iter().enumerate() {
-        let y = k as f64 * line;
-        let _ = write!(out, r#"<text class="strong over" x="{left}" y="{}">{}</text>"#, short(y + 15.0), escape(&r.name));
-        let before = k.checked_sub(1).map(|j| &rows[j]);
-        let bars =
-            [("bar-train", Some(r.train), before.map(|b| b.train)), ("bar-hold", r.holdout, before.and_then(|b| b.holdout))];
-        for (n, (class, value, previous)) in bars.into_iter().enumerate() {
-            let Some(v) = value else { continue };
-            let top = y + 21.0 + 18.0 * n as f64;
-            let end = x(v);
-            let _ = write!(
-                out,
-                r#"<rect class="{class}" x="{left}" y="{}" width="{}" height="14"/>"#,
-                short(top),
-                short((end - left).max(1.0))
-            );
-            let mut word_at = end;
-            if let Some(p) = previous.filter(|p| *p > v) {
-                let _ = write!(
-                    out,
-                    r#"<rect class="gone" x="{}" y="{}" width="{}" height="13"/>"#,
-                    short(end),
-                    short(top + 0.5),
-                    short(x(p) - end)
-                );
-                word_at = x(p);
+    // Before and after a step, one below the other.
+    let bar = |class: &str, top: f64, v: f64, previous: Option<f64>| {
+        let end = x(v);
+        let gone = previous.filter(|p| *p > v).map(x);
+        html! {
+            rect class=(class) x=(left) y=(short(top)) width=(short((end - left).max(1.0))) height="14" {}
+            @if let Some(before) = gone {
+                rect.gone x=(short(end)) y=(short(top + 0.5)) width=(short(before - end)) height="13" {}
             }
-            let _ = write!(out, r#"<text x="{}" y="{}">{}</text>"#, short(word_at + 5.0), short(top + 11.5), floors(v));
+            text x=(short(gone.unwrap_or(end) + 5.0)) y=(short(top + 11.5)) { (floors(v)) }
+        }
+    };
+    html! {
+        svg.chart viewBox={ "0 0 360 " (short(height)) } role="img" aria-label="error in noise floors, step by step" {
+            path class="line floor" d={ "M" (short(floor)) " 18L" (short(floor)) " " (short(height - 8.0)) } {}
+            text.tick x=(short(floor + 4.0)) y=(short(height - 6.0)) { "1: as good as the sensors can tell" }
+            @for (k, r) in rows.iter().enumerate() {
+                @let y = k as f64 * line;
+                @let before = k.checked_sub(1).map(|j| &rows[j]);
+                text.strong.over x=(left) y=(short(y + 15.0)) { (r.name) }
+                (bar("bar-train", y + 21.0, r.train, before.map(|b| b.train)))
+                @if let Some(v) = r.holdout { (bar("bar-hold", y + 39.0, v, before.and_then(|b| b.holdout))) }
+            }
         }
     }
-    out.push_str("</svg>");
-    out
 }

@@ -23,7 +23,7 @@ pub(super) fn whole(s: &Story) -> String {
         sections.push(Section {
             id: "overlay",
             short: "signals",
-            title: "Measured and modelled, over time".into(),
+            title: "Measured and modelled, over time",
             body: overlay::body(&s.views, &models, w),
         });
         data = Some(overlay::data(&s.views, &models, w));
@@ -43,6 +43,6 @@ pub(super) fn whole(s: &Story) -> String {
     page(&s.title(), &top::top(s), &sections, data.as_deref())
 }
 
-pub(super) use errors::{Fall, rows as fall_rows, waterfall};
+pub(super) use errors::{Fall, key as fall_key, rows as fall_rows, waterfall};
 pub(super) use parameters::{note as parameters_note, warning as parameter_warning};
 pub(super) use top::head;

@@ -2,9 +2,11 @@
 
 use im_model::ParameterId;
 
-use super::super::page::{Section, table, term};
+use maud::html;
+
+use super::super::page::{Row, Section, numbers, table, term, text, words};
 use super::super::story::Story;
-use super::super::words::{escape, quantity_name};
+use super::super::words::quantity_name;
 use crate::diagnosis::{Diagnosis, ParameterChange};
 use crate::format::{interval, percent_change, quantity};
 use crate::uncertainty::{HALF_95, MachineQuantity};
@@ -57,55 +59,46 @@ pub(crate) fn note(d: &Diagnosis) -> String {
 pub(crate) fn section(s: &Story) -> Section {
     let d = s.d;
     let several = d.steps.len() > 1;
-    let mut head = vec!["parameter".to_owned(), "#given".into()];
+    let mut head = vec![words("parameter"), numbers("given")];
     if several {
-        head.push(format!("#{}", term("base", "base model refitted")));
+        head.push(numbers(term("base", "base model refitted")));
     }
-    head.push(format!("#{} {}", if several { "refined" } else { "refitted" }, term("interval", "± 95 % interval")));
-    head.push("#change from given".into());
+    let fitted = if several { "refined " } else { "refitted " };
+    head.push(numbers(html! { (fitted) (term("interval", "± 95 % interval")) }));
+    head.push(numbers("change from given"));
     let base = &d.steps[0].machine;
-    let rows = d
-        .parameters
-        .iter()
-        .map(|p| {
-            let (name, meaning) = quantity_name(p.quantity);
-            let unit = p.quantity.unit();
-            let given = match p.quantity {
-                MachineQuantity::Parameter(ParameterId::Effect(e, _)) if !d.case.motor.machine.effects().is_on(e) => {
-                    "–".to_owned()
-                }
-                _ => quantity(p.before, unit, 4),
-            };
-            let flag = if warning(p, d).is_some() { " <span class=\"flag\">⚠</span>" } else { "" };
-            let mut row = vec![format!(r#"<span title="{}">{}</span>{flag}"#, escape(&meaning), escape(&name)), given.clone()];
-            if several {
-                let there = match p.quantity {
-                    MachineQuantity::Parameter(ParameterId::Effect(..)) => "–".to_owned(),
-                    other => quantity(other.of(base), unit, 4),
-                };
-                row.push(there);
-            }
-            row.push(match p.std {
-                Some(std) => interval(p.after, HALF_95 * std, unit),
-                None => format!("{}, {}", quantity(p.after, unit, 4), term("ratio", "ratio held as given")),
-            });
-            row.push(if given == "–" { "new".into() } else { percent_change(p.before, p.after) });
-            (false, row)
-        })
-        .collect::<Vec<_>>();
-    let warnings: String = d
-        .parameters
-        .iter()
-        .filter_map(|p| warning(p, d))
-        .map(|w| format!("<p class=\"warn\">⚠ {}</p>", escape(&crate::format::sentence(&w))))
-        .collect();
-    let absorbed = absorbed(s).map_or(String::new(), |t| format!("<p>{}</p>", escape(&t)));
-    Section {
-        id: "parameters",
-        short: "parameters",
-        title: "Parameters, before and after".into(),
-        body: format!("{warnings}{absorbed}<p>{}</p>{}", escape(&note(d)), table(&head, &rows)),
-    }
+    let row = |p: &ParameterChange| {
+        let (name, meaning) = quantity_name(p.quantity);
+        let unit = p.quantity.unit();
+        let effect = match p.quantity {
+            MachineQuantity::Parameter(ParameterId::Effect(e, _)) => Some(e),
+            _ => None,
+        };
+        let new = effect.is_some_and(|e| !d.case.motor.machine.effects().is_on(e));
+        let or_none = |value: Option<f64>| text(value.map_or("–".to_owned(), |x| quantity(x, unit, 4)));
+        let mut row = vec![html! {
+            span title=(meaning) { (name) }
+            @if warning(p, d).is_some() { " " span.flag { "⚠" } }
+        }];
+        row.push(or_none((!new).then_some(p.before)));
+        if several {
+            row.push(or_none(effect.is_none().then(|| p.quantity.of(base))));
+        }
+        row.push(match p.std {
+            Some(std) => text(interval(p.after, HALF_95 * std, unit)),
+            None => html! { (quantity(p.after, unit, 4)) ", " (term("ratio", "ratio held as given")) },
+        });
+        row.push(text(if new { "new".to_owned() } else { percent_change(p.before, p.after) }));
+        Row::new(row)
+    };
+    let rows: Vec<Row> = d.parameters.iter().map(row).collect();
+    let body = html! {
+        @for w in d.parameters.iter().filter_map(|p| warning(p, d)) { p.warn { "⚠ " (crate::format::sentence(&w)) } }
+        @if let Some(absorbed) = absorbed(s) { p { (absorbed) } }
+        p { (note(d)) }
+        (table(&head, &rows))
+    };
+    Section { id: "parameters", short: "parameters", title: "Parameters, before and after", body }
 }
 
 /// Which parameter had moved most to imitate what was missing.

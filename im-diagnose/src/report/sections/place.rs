@@ -1,66 +1,58 @@
 //! Where it fails: over time, speed and torque, flux, around zero crossings, over frequency, in step with what.
 
-use std::fmt::Write as _;
+use im_chart::{Axis, Chart};
+use maud::{Markup, html};
 
-use super::super::page::{Section, figure, legend, scale, shade, table, term};
+use super::super::page::{Row, Section, drawn, figure, legend, numbers, scale, shade, table, term, text, words};
 use super::super::story::Shown;
-use super::super::svg::{Axis, Chart};
-use super::super::words::escape;
 use crate::format::{number, sentence};
-use crate::localise::{Plane, Profile, ProfileOver, Quantity};
+use crate::localise::{Crossings, Memory, Plane, Profile, ProfileOver, Quantity, Spectrum};
 
 /// The section; the first model is the one that fails.
 pub(crate) fn section(shown: &[Shown]) -> Section {
     let base = &shown[0];
     let name = base.name;
     let findings = base.place.findings();
-    let mut body = if findings.is_empty() {
-        format!("<p>The error of the {name} does not depend on anything that was looked at.</p>")
-    } else {
-        format!("<p class=\"say\">{}</p>", findings.iter().take(3).map(|f| escape(&sentence(f))).collect::<Vec<_>>().join(" "))
-    };
-    body += "<p>For this section the simulated speed is nudged towards the measured one, so that one error does not hide behind another. Training recordings only.</p>";
-    let mut entries: Vec<(&str, String)> = shown.iter().map(|s| (s.class, s.name.to_owned())).collect();
+    let mut entries: Vec<(&str, Markup)> = shown.iter().map(|s| (s.class, text(s.name))).collect();
     entries.push(("floor", term("noise", "sensor noise")));
-    body += &legend(&entries);
-    let mut grid = String::new();
-    for q in Quantity::ALL {
-        grid += &over_time(shown, q);
-    }
-    body += &format!("<h3>Over time</h3><div class=\"grid2\">{grid}</div>");
-
-    let mut grid = String::new();
-    for over in ProfileOver::ALL {
-        for q in Quantity::ALL {
-            let wanted = matches!((q, over), (Quantity::Current, _) | (Quantity::Speed, ProfileOver::Speed | ProfileOver::Slip));
-            if wanted {
-                grid += &profiles(shown, q, over);
-            }
+    let over: Vec<Markup> = ProfileOver::ALL
+        .into_iter()
+        .flat_map(|over| Quantity::ALL.map(|q| (q, over)))
+        .filter(|p| matches!(p, (Quantity::Current, _) | (Quantity::Speed, ProfileOver::Speed | ProfileOver::Slip)))
+        .filter_map(|(q, over)| profiles(shown, q, over))
+        .collect();
+    let body = html! {
+        @if findings.is_empty() {
+            p { "The error of the " (name) " does not depend on anything that was looked at." }
+        } @else {
+            p.say { (findings.iter().take(3).map(|f| sentence(f)).collect::<Vec<_>>().join(" ")) }
         }
-    }
-    let _ = write!(
-        body,
-        "<h3>Over {}, current, speed and {}</h3><div class=\"grid2\">{grid}</div>",
-        term("flux", "flux"),
-        term("slip", "slip frequency")
-    );
-
-    let planes: String = base.place.planes.iter().map(plane).collect();
-    if !planes.is_empty() {
-        let _ = write!(body, "<h3>Over speed and torque ({name})</h3><div class=\"grid2\">{planes}</div>");
-    }
-    let crossings = crossings(shown);
-    let _ = write!(
-        body,
-        "<h3>Around current zero crossings, and over frequency</h3><div class=\"grid2\">{crossings}{}</div>",
-        spectra(shown)
-    );
-    let _ = write!(body, "<h3>In step with what ({})</h3>{}", term("correlation", "correlations"), correlations(shown));
-    Section { id: "where", short: "where it fails", title: "Where it fails".into(), body }
+        p {
+            "For this section the simulated speed is nudged towards the measured one, so that one error does not hide behind "
+            "another. Training recordings only."
+        }
+        (legend(&entries))
+        h3 { "Over time" }
+        div.grid2 { @for q in Quantity::ALL { (over_time(shown, q)) } }
+        h3 { "Over " (term("flux", "flux")) ", current, speed and " (term("slip", "slip frequency")) }
+        div.grid2 { @for chart in &over { (chart) } }
+        @if !base.place.planes.is_empty() {
+            h3 { "Over speed and torque (" (name) ")" }
+            div.grid2 { @for p in &base.place.planes { (plane(p)) } }
+        }
+        h3 { "Around current zero crossings, and over frequency" }
+        div.grid2 {
+            @if let Some(first) = &base.place.crossings { (crossings(first, shown)) }
+            @for first in &base.place.spectra { (spectrum(first, shown)) }
+        }
+        h3 { "In step with what (" (term("correlation", "correlations")) ")" }
+        (correlations(shown))
+    };
+    Section { id: "where", short: "where it fails", title: "Where it fails", body }
 }
 
-fn over_time(shown: &[Shown], q: Quantity) -> String {
-    let mut out = String::new();
+fn over_time(shown: &[Shown], q: Quantity) -> Markup {
+    let mut charts = Vec::new();
     for (k, trace) in shown[0].place.time.iter().enumerate().filter(|(_, t)| t.quantity == q) {
         let all = shown.iter().filter_map(|s| s.place.time.get(k));
         let lo = trace.noise.max(1e-12) * 0.5;
@@ -74,14 +66,14 @@ fn over_time(shown: &[Shown], q: Quantity) -> String {
         for (t, s) in all.zip(shown) {
             chart.line(&t.points, &format!("{} solid", s.class));
         }
-        out += &figure(&chart.finish(), &escape(&run));
+        charts.push(figure(drawn(chart), run));
     }
-    out
+    html! { @for chart in &charts { (chart) } }
 }
 
-fn profiles(shown: &[Shown], q: Quantity, over: ProfileOver) -> String {
+fn profiles(shown: &[Shown], q: Quantity, over: ProfileOver) -> Option<Markup> {
     let of = |s: &Shown| s.place.profiles.iter().find(|p| p.quantity == q && p.over == over).cloned();
-    let Some(first) = of(&shown[0]) else { return String::new() };
+    let first = of(&shown[0])?;
     let all: Vec<(Profile, &str)> = shown.iter().filter_map(|s| of(s).map(|p| (p, s.class))).collect();
     let xs = all.iter().flat_map(|(p, _)| p.bins.iter().map(|b| b.at));
     let ys = all.iter().flat_map(|(p, _)| p.bins.iter().map(|b| b.rms)).chain([0.0, 1.5 * first.noise]);
@@ -96,10 +88,10 @@ fn profiles(shown: &[Shown], q: Quantity, over: ProfileOver) -> String {
         chart.line(&points, class);
         chart.dots(&points, class);
     }
-    figure(&chart.finish(), &escape(&sentence(&first.conclusion)))
+    Some(figure(drawn(chart), sentence(&first.conclusion)))
 }
 
-fn plane(p: &Plane) -> String {
+fn plane(p: &Plane) -> Markup {
     let found = || p.cells.iter().flatten().flatten();
     let most = found().copied().fold(0.0, f64::max);
     let least = found().copied().fold(f64::INFINITY, f64::min).min(most);
@@ -128,11 +120,10 @@ fn plane(p: &Plane) -> String {
         }
     }
     let key = scale(&format!("{} {unit}", number(lo, 2)), &format!("{} {unit} (rms, log)", number(hi, 2)));
-    figure(&format!("{}{key}", chart.finish()), &escape(&sentence(&p.conclusion)))
+    figure(html! { (drawn(chart)) (key) }, sentence(&p.conclusion))
 }
 
-fn crossings(shown: &[Shown]) -> String {
-    let Some(first) = &shown[0].place.crossings else { return String::new() };
+fn crossings(first: &Crossings, shown: &[Shown]) -> Markup {
     let all = shown.iter().filter_map(|s| s.place.crossings.as_ref().map(|c| (c, s.class)));
     let ys = all.clone().flat_map(|(c, _)| c.bins.iter().map(|b| b[2])).chain([0.0, 1.5 * first.noise]);
     let mut chart = Chart::new(
@@ -145,82 +136,71 @@ fn crossings(shown: &[Shown]) -> String {
     for (c, class) in all {
         chart.line(&c.bins.iter().map(|b| [b[0], b[2]]).collect::<Vec<_>>(), class);
     }
-    figure(&chart.finish(), &escape(&sentence(&first.conclusion)))
+    figure(drawn(chart), sentence(&first.conclusion))
 }
 
-fn spectra(shown: &[Shown]) -> String {
-    let mut out = String::new();
-    for first in &shown[0].place.spectra {
-        let q = first.quantity;
-        let all: Vec<_> =
-            shown.iter().filter_map(|s| s.place.spectra.iter().find(|x| x.quantity == q).map(|x| (x, s.class))).collect();
-        let ys = || all.iter().flat_map(|(x, _)| x.points.iter().map(|p| p[1]));
-        let most = ys().fold(0.0, f64::max);
-        let mut sorted: Vec<f64> = ys().collect();
-        sorted.sort_by(f64::total_cmp);
-        let least = sorted.get(sorted.len() / 50).copied().unwrap_or(1e-6).max(most * 1e-6);
-        let (start, end) = (first.points.first().map_or(1.0, |p| p[0]), first.points.last().map_or(1.0, |p| p[0]));
-        let mut chart = Chart::new(
-            format!("spectrum of the {} error", q.name()),
-            Axis::log(start, end, "frequency, Hz (log)"),
-            Axis::log(least, most * 2.5, format!("amplitude, {} (log)", q.unit())),
-        );
-        for (x, class) in &all {
-            chart.line(&x.points, &format!("{class} thin solid"));
-        }
-        let mut lines = first.lines.clone();
-        lines.sort_by(|a, b| b.prominence.total_cmp(&a.prominence));
-        for l in lines.iter().take(6) {
-            chart.mark(l.frequency_hz, &l.name, "mark-line");
-        }
-        let seen = if q == Quantity::Current { format!(" ({})", term("fluxframe", "seen from the flux")) } else { String::new() };
-        let caption = format!(
-            "{} From {} s to {} s of a recording, supply {} ± {} Hz{seen}.",
-            escape(&sentence(&first.conclusion)),
-            number(first.window_s[0], 3),
-            number(first.window_s[1], 3),
-            number(first.supply_hz, 3),
-            number(first.spread_hz, 2)
-        );
-        out += &figure(&chart.finish(), &caption);
+fn spectrum(first: &Spectrum, shown: &[Shown]) -> Markup {
+    let q = first.quantity;
+    let of = |s: &'_ Shown| s.place.spectra.iter().find(|x| x.quantity == q).cloned().map(|x| (x, s.class));
+    let all: Vec<_> = shown.iter().filter_map(of).collect();
+    let ys = || all.iter().flat_map(|(x, _)| x.points.iter().map(|p| p[1]));
+    let most = ys().fold(0.0, f64::max);
+    let mut sorted: Vec<f64> = ys().collect();
+    sorted.sort_by(f64::total_cmp);
+    let least = sorted.get(sorted.len() / 50).copied().unwrap_or(1e-6).max(most * 1e-6);
+    let (start, end) = (first.points.first().map_or(1.0, |p| p[0]), first.points.last().map_or(1.0, |p| p[0]));
+    let mut chart = Chart::new(
+        format!("spectrum of the {} error", q.name()),
+        Axis::log(start, end, "frequency, Hz (log)"),
+        Axis::log(least, most * 2.5, format!("amplitude, {} (log)", q.unit())),
+    );
+    for (x, class) in &all {
+        chart.line(&x.points, &format!("{class} thin solid"));
     }
-    out
+    let mut lines = first.lines.clone();
+    lines.sort_by(|a, b| b.prominence.total_cmp(&a.prominence));
+    for l in lines.iter().take(6) {
+        chart.mark(l.frequency_hz, &l.name, "mark-line");
+    }
+    let [from, to] = first.window_s.map(|t| number(t, 3));
+    let supply = format!("{} ± {} Hz", number(first.supply_hz, 3), number(first.spread_hz, 2));
+    let caption = html! {
+        (sentence(&first.conclusion)) " From " (from) " s to " (to) " s of a recording, supply " (supply)
+        @if q == Quantity::Current { " (" (term("fluxframe", "seen from the flux")) ")" } "."
+    };
+    figure(drawn(chart), caption)
 }
 
-fn correlations(shown: &[Shown]) -> String {
+fn correlations(shown: &[Shown]) -> Markup {
     let c = &shown[0].place.correlations;
-    let mut head = vec!["error in".to_owned()];
-    head.extend(c.signals.iter().map(|s| format!("#{s}")));
-    let rows = c
-        .errors
-        .iter()
-        .zip(&c.coefficients)
-        .map(|(name, line)| {
-            let mut row = vec![escape(name)];
-            row.extend(line.iter().map(|v| {
-                let text = if v.is_finite() { format!("{v:+.2}").replace('-', "−") } else { "–".into() };
-                if v.abs() > 0.3 { format!("<b>{text}</b>") } else { text }
-            }));
-            (false, row)
-        })
-        .collect::<Vec<_>>();
-    let mut charts = String::new();
-    for first in &shown[0].place.memory {
-        let end = first.points.last().map_or(1.0, |p| p[0] * 1e3);
-        let mut chart = Chart::new(
-            format!("autocorrelation of the {} error", first.quantity.name()),
-            Axis::new(0.0, end, "later by, ms"),
-            Axis::new(-0.5, 1.0, "correlation with itself"),
-        )
-        .sized(360.0, 190.0);
-        chart.band(&[[0.0, -first.chance, first.chance], [end, -first.chance, first.chance]], "fill-noise");
-        chart.level(0.0, "zero");
-        for s in shown {
-            if let Some(m) = s.place.memory.iter().find(|m| m.quantity == first.quantity) {
-                chart.line(&m.points.iter().map(|p| [p[0] * 1e3, p[1]]).collect::<Vec<_>>(), s.class);
-            }
-        }
-        charts += &figure(&chart.finish(), &escape(&sentence(&first.conclusion)));
+    let head: Vec<_> = [words("error in")].into_iter().chain(c.signals.iter().map(numbers)).collect();
+    let coefficient = |v: &f64| {
+        let text = if v.is_finite() { format!("{v:+.2}").replace('-', "−") } else { "–".into() };
+        html! { @if v.abs() > 0.3 { b { (text) } } @else { (text) } }
+    };
+    let row = |(name, line): (&&str, &Vec<f64>)| Row::new([text(name)].into_iter().chain(line.iter().map(coefficient)));
+    let rows: Vec<Row> = c.errors.iter().zip(&c.coefficients).map(row).collect();
+    html! {
+        p { (sentence(&c.conclusion)) }
+        (table(&head, &rows))
+        div.grid2 { @for first in &shown[0].place.memory { (memory(first, shown)) } }
     }
-    format!("<p>{}</p>{}<div class=\"grid2\">{charts}</div>", escape(&sentence(&c.conclusion)), table(&head, &rows))
+}
+
+fn memory(first: &Memory, shown: &[Shown]) -> Markup {
+    let end = first.points.last().map_or(1.0, |p| p[0] * 1e3);
+    let mut chart = Chart::new(
+        format!("autocorrelation of the {} error", first.quantity.name()),
+        Axis::new(0.0, end, "later by, ms"),
+        Axis::new(-0.5, 1.0, "correlation with itself"),
+    )
+    .sized(360.0, 190.0);
+    chart.band(&[[0.0, -first.chance, first.chance], [end, -first.chance, first.chance]], "fill-noise");
+    chart.level(0.0, "zero");
+    for s in shown {
+        if let Some(m) = s.place.memory.iter().find(|m| m.quantity == first.quantity) {
+            chart.line(&m.points.iter().map(|p| [p[0] * 1e3, p[1]]).collect::<Vec<_>>(), s.class);
+        }
+    }
+    figure(drawn(chart), sentence(&first.conclusion))
 }

@@ -1,9 +1,10 @@
 //! What the last model's error still depends on, with its shape.
 
-use super::super::page::{Section, figure, list};
+use im_chart::{Axis, Chart};
+use maud::{Markup, html};
+
+use super::super::page::{Section, drawn, figure, list};
 use super::super::story::{Story, dependence_words};
-use super::super::svg::{Axis, Chart};
-use super::super::words::escape;
 use crate::format::{power_of_ten, sentence};
 use crate::residual_tests::{Dependence, Variable};
 
@@ -25,17 +26,20 @@ pub(crate) fn section(s: &Story, unexplained: bool) -> Option<Section> {
         )
     };
     let most = if unexplained { 6 } else { 2 };
-    let charts: String = d.leftover.iter().take(most).map(chart).collect();
-    let hints = if unexplained { list(&hints(&d.leftover, d.refined.machine.pole_pairs())) } else { String::new() };
+    let hints = if unexplained { hints(&d.leftover, d.refined.machine.pole_pairs()) } else { Vec::new() };
     Some(Section {
         id: "left",
         short: "what is left",
-        title: "What is left".into(),
-        body: format!("<p>{intro}</p>{hints}<div class=\"grid2\">{charts}</div>"),
+        title: "What is left",
+        body: html! {
+            p { (intro) }
+            (list(&hints))
+            div.grid2 { @for x in d.leftover.iter().take(most) { (chart(x)) } }
+        },
     })
 }
 
-fn chart(x: &Dependence) -> String {
+fn chart(x: &Dependence) -> Markup {
     let part = x.part.label();
     let (label, angle) = match x.variable {
         Variable::RotorAngle(n) => (format!("angle within one of {n} ripples per revolution, °"), true),
@@ -60,7 +64,7 @@ fn chart(x: &Dependence) -> String {
         chart.dots(&line, "refined");
     }
     let chance = format!("Probability of chance: {}.", power_of_ten(-x.log_p));
-    figure(&chart.finish(), &format!("{} {chance}", escape(&sentence(&dependence_words(x)))))
+    figure(drawn(chart), format!("{} {chance}", sentence(&dependence_words(x))))
 }
 
 /// What such a dependence usually means.

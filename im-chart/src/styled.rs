@@ -1,92 +1,19 @@
-//! A small writer of SVG charts: axes, lines, bands, bars, cells. Colours come from the page's style sheet by class.
+//! A chart whose colours come from the style sheet of the page around it, by class: axes, lines, bands, bars, cells.
 
 use std::fmt::Write as _;
 
-use super::words::escape;
-use crate::format::number;
+use crate::axis::Axis;
+use crate::scale::{escape, path, short, thinned};
 
-/// One axis of a chart.
-#[derive(Clone, Debug)]
-pub(crate) struct Axis {
-    lo: f64,
-    hi: f64,
-    label: String,
-    log: bool,
-}
-
-impl Axis {
-    /// Linear, widened where it has no extent.
-    pub fn new(lo: f64, hi: f64, label: impl Into<String>) -> Self {
-        let (lo, hi) = if lo.is_finite() && hi.is_finite() { (lo.min(hi), lo.max(hi)) } else { (0.0, 1.0) };
-        let (lo, hi) = if hi - lo > 1e-12 * hi.abs().max(lo.abs()) && hi > lo {
-            (lo, hi)
-        } else {
-            (lo - 0.5 * lo.abs().max(1e-3), hi + 0.5 * hi.abs().max(1e-3))
-        };
-        Self { lo, hi, label: label.into(), log: false }
-    }
-
-    /// Around values, with a little room; zero included where it is near.
-    pub fn around(values: impl IntoIterator<Item = f64>, label: impl Into<String>) -> Self {
-        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
-        for v in values.into_iter().filter(|v| v.is_finite()) {
-            lo = lo.min(v);
-            hi = hi.max(v);
-        }
-        if lo > 0.0 && lo < 0.6 * hi {
-            lo = 0.0;
-        }
-        if hi < 0.0 && hi > 0.6 * lo {
-            hi = 0.0;
-        }
-        let room = 0.06 * (hi - lo);
-        let keep = |x: f64, moved: f64| if x == 0.0 { x } else { moved };
-        Self::new(keep(lo, lo - room), keep(hi, hi + room), label)
-    }
-
-    /// Logarithmic; bounds are taken to be positive.
-    pub fn log(lo: f64, hi: f64, label: impl Into<String>) -> Self {
-        let (lo, hi) = (lo.max(1e-12), hi.max(1e-11));
-        let (lo, hi) = if hi > 1.2 * lo { (lo, hi) } else { (lo / 1.5, hi * 1.5) };
-        Self { lo, hi, label: label.into(), log: true }
-    }
-
-    fn at(&self, v: f64) -> f64 {
-        if self.log {
-            (v.max(self.lo * 1e-3) / self.lo).ln() / (self.hi / self.lo).ln()
-        } else {
-            (v - self.lo) / (self.hi - self.lo)
-        }
-    }
-
-    /// Ticks with their words.
-    fn ticks(&self, wanted: f64) -> Vec<(f64, String)> {
-        if self.log {
-            let decades = (self.hi / self.lo).log10();
-            let steps: &[f64] = if decades < 1.6 { &[1.0, 2.0, 5.0] } else { &[1.0] };
-            let every = (decades / 6.0).ceil().max(1.0) as i32;
-            let mut out = Vec::new();
-            let first = self.lo.log10().floor() as i32;
-            for d in (first..=self.hi.log10().ceil() as i32).filter(|d| d.rem_euclid(every) == 0) {
-                for s in steps {
-                    let v = s * 10f64.powi(d);
-                    if v >= self.lo * 0.999 && v <= self.hi * 1.001 {
-                        out.push((v, number(v, 2)));
-                    }
-                }
-            }
-            return out;
-        }
-        im_chart::ticks([self.lo, self.hi], wanted)
-    }
-}
+/// Around the axes, pixels.
+const LEFT: f64 = 48.0;
+const TOP: f64 = 22.0;
+const BOTTOM: f64 = 34.0;
 
 /// A chart under construction.
-pub(crate) struct Chart {
+pub struct Chart {
     width: f64,
     height: f64,
-    left: f64,
-    bottom: f64,
     x: Axis,
     y: Axis,
     title: String,
@@ -103,8 +30,6 @@ impl Chart {
         Self {
             width: 360.0,
             height: 230.0,
-            left: 48.0,
-            bottom: 34.0,
             x,
             y,
             title: title.into(),
@@ -128,11 +53,11 @@ impl Chart {
     }
 
     fn plot_width(&self) -> f64 {
-        self.width - self.left - 8.0
+        self.width - LEFT - 8.0
     }
 
     fn plot_height(&self) -> f64 {
-        self.height - 22.0 - self.bottom
+        self.height - TOP - BOTTOM
     }
 
     fn px(&self, x: f64) -> f64 {
@@ -144,28 +69,17 @@ impl Chart {
         ((1.0 - self.y.at(y)) * self.plot_height()).clamp(-1e4, 1e4)
     }
 
-    fn path(&self, points: impl Iterator<Item = [f64; 2]>) -> String {
-        let mut d = String::new();
-        let mut pen = false;
-        for [x, y] in points {
-            let (x, y) = (self.px(x), self.py(y));
-            if !(x.is_finite() && y.is_finite()) {
-                pen = false;
-                continue;
-            }
-            let _ = write!(d, "{}{} {}", if pen { "L" } else { "M" }, short(x), short(y));
-            pen = true;
-        }
-        d
+    fn path(&self, points: impl IntoIterator<Item = [f64; 2]>) -> String {
+        path(points.into_iter().map(|[x, y]| [self.px(x), self.py(y)]))
     }
 
     /// A line; where many points share a pixel, the lowest and the highest of them.
     pub fn line(&mut self, points: &[[f64; 2]], class: &str) {
-        let d = self.path(im_chart::thinned(points, |x| self.px(x)).into_iter());
+        let d = self.path(thinned(points, |x| self.px(x)));
         let _ = write!(self.body, r#"<path class="line {class}" d="{d}"/>"#);
     }
 
-    /// Steps between points: a histogram-like line.
+    /// A dot at every point.
     pub fn dots(&mut self, points: &[[f64; 2]], class: &str) {
         for p in points {
             let (x, y) = (self.px(p[0]), self.py(p[1]));
@@ -253,15 +167,15 @@ impl Chart {
             let _ = write!(
                 out,
                 r#"<path class="grid" d="M{l} {y}L{r} {y}"/><text class="tick" x="{t}" y="{b}" text-anchor="end">{text}</text>"#,
-                l = short(self.left),
-                r = short(self.left + w),
-                t = short(self.left - 4.0),
+                l = short(LEFT),
+                r = short(LEFT + w),
+                t = short(LEFT - 4.0),
                 y = short(y),
                 b = short(y + 4.0)
             );
         }
         for (v, text) in self.x_ticks.clone().unwrap_or_else(|| self.x.ticks(w / 62.0)) {
-            let x = self.left + self.px(v);
+            let x = LEFT + self.px(v);
             let anchor = if x > self.width - 16.0 { "end" } else { "middle" };
             let at = if anchor == "end" { self.width - 2.0 } else { x };
             let _ = write!(
@@ -276,26 +190,17 @@ impl Chart {
         let _ = write!(
             out,
             r#"<svg x="{}" y="22" width="{}" height="{}" overflow="hidden">{}</svg>"#,
-            short(self.left),
+            short(LEFT),
             short(w),
             short(h),
             self.body
         );
         if !self.over.is_empty() {
-            let _ = write!(out, r#"<g transform="translate({} 22)">{}</g>"#, short(self.left), self.over);
+            let _ = write!(out, r#"<g transform="translate({} 22)">{}</g>"#, short(LEFT), self.over);
         }
         out.push_str("</svg>");
         out
     }
-}
-
-/// One decimal is a tenth of a pixel.
-pub(crate) fn short(x: f64) -> String {
-    let mut s = format!("{x:.1}");
-    if s.ends_with(".0") {
-        s.truncate(s.len() - 2);
-    }
-    if s == "-0" { "0".into() } else { s }
 }
 
 #[cfg(test)]
@@ -303,11 +208,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ticks_of_decades_are_few_and_every_axis_has_some() {
-        let words = |a: Axis| a.ticks(5.0).into_iter().map(|t| t.1).collect::<Vec<_>>();
-        assert_eq!(words(Axis::log(0.9, 600.0, "")), ["1", "10", "100"]);
-        // No extent, no numbers: still an axis.
-        assert!(!words(Axis::new(2.0, 2.0, "")).is_empty());
-        assert!(!words(Axis::around([f64::NAN], "")).is_empty());
+    fn names_are_escaped_and_a_line_breaks_where_it_has_no_value() {
+        let hostile = "</script><b a=\"1\">&";
+        let axis = || Axis::new(0.0, 3.0, hostile);
+        let mut chart = Chart::new(hostile, axis(), axis());
+        chart.line(&[[0.0, 1.0], [1.0, f64::NAN], [2.0, 1.0], [3.0, 2.0]], "measured");
+        chart.mark(1.0, hostile, "mark");
+        chart.cell([0.0, 1.0], [0.0, 1.0], "h1", hostile);
+        let svg = chart.finish();
+        assert!(
+            !svg.contains("</script>") && !svg.contains("<b ") && svg.contains("&lt;/script&gt;&lt;b a=&quot;1&quot;&gt;&amp;")
+        );
+        assert_eq!(
+            svg.matches('M').count() - svg.matches("class=\"grid\" d=\"M").count(),
+            3,
+            "two pieces of line and a mark: {svg}"
+        );
     }
 }
