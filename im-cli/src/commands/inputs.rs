@@ -9,6 +9,7 @@ use im_diagnose::intake::{self, Draft, Finding, FindingKind, Intake, IntakeError
 use im_diagnose::search::Options;
 use im_diagnose::tables;
 use im_identify::offline::FitError;
+use im_model::toml_text::quoted;
 use im_model::{MotorFile, Plant, Recording};
 
 use crate::failure::Failure;
@@ -236,8 +237,9 @@ fn write_draft(path: &Path, draft: &Draft, folder: Option<&Path>) -> Result<Path
     }
     // Elsewhere it needs the whole path to its recording.
     let whole = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-    let line =
-        |l: &str| if l.starts_with("file = ") { format!("file = {:?}", whole.display().to_string()) } else { l.to_owned() };
+    let line = |l: &str| {
+        if l.starts_with("file = ") { format!("file = {}", quoted(&whole.display().to_string())) } else { l.to_owned() }
+    };
     let text: Vec<String> = draft.text.lines().map(line).collect();
     write(&here, &(text.join("\n") + "\n"))?;
     Ok(here)

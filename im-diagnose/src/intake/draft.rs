@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
-use im_model::{Complex, MotorFile, TextFormat, space_vector::from_phases};
+use im_model::{Complex, MotorFile, TextFormat, space_vector::from_phases, toml_text::quoted};
 
 use super::instant::Choice;
 use super::mapping::Instant;
@@ -61,13 +61,15 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
             let quantity = unit.map(|u| u.quantity).or_else(|| quantity_by_name(name));
             let mean = x.iter().sum::<f64>() / n as f64;
             let size = (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n as f64).sqrt();
-            let key = if has_names { format!("{name:?}") } else { (k + 1).to_string() };
+            let key = if has_names { quoted(name) } else { (k + 1).to_string() };
             Seen { name, key, x, unit, said, quantity, place: place_by_name(name), size, taken: false }
         })
         .collect();
     let mut text = String::new();
-    let _ = writeln!(text, "# What the columns of {file} mean: a draft by im. Check every line.\n");
-    let _ = writeln!(text, "file = {file:?}\nstart = \"auto\"      # \"at_rest\", \"in_motion\"\n");
+    // A name with a line end in it would end the comment.
+    let shown = file.replace(char::is_control, "?");
+    let _ = writeln!(text, "# What the columns of {shown} mean: a draft by im. Check every line.\n");
+    let _ = writeln!(text, "file = {}\nstart = \"auto\"      # \"at_rest\", \"in_motion\"\n", quoted(file));
     text_section(&mut text, format, has_names);
     let dt = time_section(&mut text, &mut d, &mut seen);
     let voltage = set_section(&mut text, &mut d, &mut seen, Quantity::Voltage, None, dt);
