@@ -12,7 +12,7 @@ use num_traits::Zero;
 
 use crate::basis::{Basis, Watch};
 use crate::interface::{Estimate, Input, Observer, ObserverStatus};
-use crate::registry::{Gains, Named};
+use crate::named::{Gains, Named};
 use crate::tustin::{step1, warped};
 
 /// The observer; nothing to tune, no step limit.

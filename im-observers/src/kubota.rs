@@ -20,7 +20,7 @@ use num_traits::Zero;
 use crate::basis::{Basis, Discretization, Watch};
 use crate::error::{GAIN_MAX, ObserverError, finite};
 use crate::interface::{Estimate, Input, Observer};
-use crate::registry::{Gains, Named};
+use crate::named::{Gains, Named};
 use crate::saturation::Electrical;
 use crate::tustin::{Flow, warped};
 

@@ -1,74 +1,10 @@
 //! Every observer on one line: the command line, the steps whose cost is measured, the tests of all observers and the proof that no step can panic
 //! go through these lines, so that a new one takes part with its file and its line.
 
-use im_model::{Machine, Rating, Scalar};
+use im_model::Scalar;
 
-use crate::basis::{Basis, Discretization};
-use crate::error::ObserverError;
-use crate::interface::Observer;
+use crate::named::Named;
 use crate::{CurrentModel, Derdiyok, Kubota, Thau, Utkin};
-
-/// Gains as a file gives them, by key. Implemented by whoever reads files; [`StartingGains`] stands for no file.
-pub trait Gains {
-    /// A key that is not as it should be, or an observer that refuses its value.
-    type Error: From<ObserverError>;
-    /// The table that was found among [`Named::TABLES`]; none where there is no file, and nothing else is asked for then but numbers.
-    fn table(&self) -> Option<&str>;
-    /// A number that may be missing.
-    fn number(&self, key: &str) -> Result<Option<f64>, Self::Error>;
-    /// A number that must be there.
-    fn needed(&self, key: &str) -> Result<f64, Self::Error>;
-    /// [lower, upper].
-    fn range(&self, key: &str) -> Result<[f64; 2], Self::Error>;
-    /// Rows of two numbers.
-    fn rows<const R: usize>(&self, key: &str) -> Result<[[f64; 2]; R], Self::Error>;
-
-    /// The rule that the gains are proven for: forward Euler in the tables of a sampled design.
-    fn discretization(&self) -> Discretization {
-        match self.table() {
-            Some(name) if name.starts_with("sampled") => Discretization::ForwardEuler,
-            _ => Discretization::Implicit,
-        }
-    }
-}
-
-/// No file: every observer takes the gains one starts from.
-#[derive(Clone, Copy, Debug)]
-pub struct StartingGains;
-
-impl Gains for StartingGains {
-    type Error = ObserverError;
-    fn table(&self) -> Option<&str> {
-        None
-    }
-    fn number(&self, _: &str) -> Result<Option<f64>, ObserverError> {
-        Ok(None)
-    }
-    fn needed(&self, _: &str) -> Result<f64, ObserverError> {
-        Ok(f64::NAN)
-    }
-    fn range(&self, _: &str) -> Result<[f64; 2], ObserverError> {
-        Ok([f64::NAN; 2])
-    }
-    fn rows<const R: usize>(&self, _: &str) -> Result<[[f64; 2]; R], ObserverError> {
-        Ok([[f64::NAN; 2]; R])
-    }
-}
-
-/// An observer with what the registry needs of it beside its step.
-pub trait Named<T: Scalar>: Observer<T> + Sized {
-    /// On the command line.
-    const NAME: &'static str;
-    /// For people.
-    const TITLE: &'static str;
-    /// Whether it needs a measured speed.
-    const NEEDS_SPEED: bool = false;
-    /// Tables of a gains file that it reads, the first that is there.
-    const TABLES: &'static [&'static str];
-
-    /// The observer with gains from a file, or with those one starts from for the machine.
-    fn made<G: Gains>(basis: Basis<T>, machine: &Machine<f64>, rating: &Rating, gains: &G) -> Result<Self, G::Error>;
-}
 
 /// What is done with an observer, whichever it is.
 pub trait Visit<T: Scalar> {

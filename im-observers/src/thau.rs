@@ -32,7 +32,7 @@ use num_traits::Zero;
 use crate::basis::{Basis, Discretization, Watch};
 use crate::error::{ObserverError, finite};
 use crate::interface::{Estimate, Input, Observer};
-use crate::registry::{Gains, Named};
+use crate::named::{Gains, Named};
 use crate::tustin::{Flow, warped};
 
 /// What the observer takes the load torque to be.

@@ -18,7 +18,7 @@ use num_traits::Zero;
 use crate::basis::{Basis, Discretization, Watch};
 use crate::error::{GAIN_MAX, ObserverError};
 use crate::interface::{Estimate, Input, Observer};
-use crate::registry::{Gains, Named};
+use crate::named::{Gains, Named};
 use crate::tustin::{Flow, warped};
 
 /// Gains as `im-design` gives them (`utkin`), with the options of practice.

@@ -8,7 +8,7 @@
 mod check;
 mod file;
 mod subject;
-mod validity;
+pub(crate) mod validity;
 
 pub(crate) use check::decide;
 pub use check::{CheckError, Margin, Obligation};

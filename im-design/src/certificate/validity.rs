@@ -3,7 +3,9 @@
 //! The ranges are wide, a factor of a hundred and more beyond the machines that are built, from fractional watts to tens of megawatts.
 
 use super::check::CheckError;
-use crate::sampled::PERIODS_S;
+
+/// Periods that are designed for, s.
+pub(crate) const PERIODS_S: std::ops::Range<f64> = 1e-10..100.0;
 
 /// Where the number of a key must lie.
 #[derive(Clone, Copy)]

@@ -1,6 +1,6 @@
 //! Control laws over torque: (27) and (29), fitted under (28), and series in the logarithm that hold everywhere.
 
-use super::circuit::AirGap;
+use super::air_gap::AirGap;
 use super::optimum::{Optimum, for_current, for_torque};
 use crate::error::DesignError;
 use crate::linalg;

@@ -1,6 +1,6 @@
 //! Least current for a torque.
 
-use super::circuit::AirGap;
+use super::air_gap::AirGap;
 use crate::error::{DesignError, positive};
 
 /// A point of the maximum-torque-per-ampere curve.

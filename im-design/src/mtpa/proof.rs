@@ -11,7 +11,8 @@
 //!
 //! Curves with exponentials have no exact value; enclosures prove as much.
 
-use super::circuit::{AirGap, Circuit};
+use super::air_gap::AirGap;
+use super::circuit::Circuit;
 use super::law::Law;
 use crate::certificate::{Claim, Obligation};
 use crate::exact::{Field, Interval};

@@ -13,7 +13,7 @@
 //! The stator's own leakage and resistance take voltage but change neither current nor torque. Iron loss is left out: it makes
 //! the least current depend on speed.
 
-use super::circuit::{AirGap, Enclosure};
+use super::air_gap::{AirGap, Enclosure};
 use crate::exact::Interval;
 use im_model::EffectId;
 use serde::{Deserialize, Serialize};

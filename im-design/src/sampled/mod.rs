@@ -27,6 +27,7 @@ pub use switching::{SampledKenneDesign, switching};
 pub use turning::{SampledBoxDesign, over_box};
 pub use utkin::{SampledUtkinDesign, utkin};
 
+use crate::certificate::validity;
 use crate::certificate::{Certificate, Claim, DesignModel, Obligation};
 use crate::error::{DesignError, ordered, positive};
 use crate::exact::Field;
@@ -277,9 +278,6 @@ pub fn design_for_largest_period(
     longest(most_s, |h| attempt(plant, speed_rad_s, h, rate_per_s, None)).ok_or_else(|| no_period(rate_per_s, most_s))
 }
 
-/// Periods that are designed for, s.
-pub(crate) const PERIODS_S: std::ops::Range<f64> = 1e-10..100.0;
-
 /// Longest period at which a step of forward Euler is an image of the machine: from hγ = 1 on the currents' own decay turns
 /// round, and what is proven of the steps says nothing of the machine.
 pub(crate) fn longest_meaningful_s(c: &Constants<f64>) -> f64 {
@@ -293,10 +291,10 @@ fn image_of_the_machine<F: Field>(c: &Constants<F>, period_s: f64) -> Obligation
 
 /// A period must be one that a drive may have.
 pub(crate) fn usual(period_s: f64) -> Result<(), DesignError> {
-    if PERIODS_S.contains(&period_s) {
+    if validity::PERIODS_S.contains(&period_s) {
         return Ok(());
     }
-    let (low, high) = (PERIODS_S.start, PERIODS_S.end);
+    let (low, high) = (validity::PERIODS_S.start, validity::PERIODS_S.end);
     Err(DesignError::request(format!("a period of {period_s:e} s is not between {low:e} and {high} s; usual are 20 to 500 µs")))
 }
 

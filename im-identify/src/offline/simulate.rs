@@ -122,7 +122,8 @@ pub(super) fn linearize_to(
     rows: usize,
 ) -> Linearized {
     if experiment.is_table() {
-        return steady::linearize(machine, experiment, start, free, rows);
+        let (residuals, slopes) = steady::linearize(machine, free, |m| residuals_to(m, experiment, start, rows));
+        return Linearized { residuals, slopes };
     }
     let mut rest = free;
     let chunks: Vec<&[Free]> = widths(free.len())

@@ -1,10 +1,9 @@
 //! Tables of steady states: each row is the machine settled on a sinusoidal supply, loaded or held.
 
-use im_model::{Held, Machine, Plant, State, steady_state};
+use im_model::{Held, Machine, Plant, steady_state};
 
 use super::experiment::{ChannelKind, Experiment};
 use super::free::{Free, Target};
-use super::simulate::{Linearized, residuals_to};
 
 /// Solves the first `rows` rows; `sink` receives each row's channel values, NaN where the machine has no steady state.
 pub(super) fn run(
@@ -42,22 +41,23 @@ pub(super) fn run(
 /// Change of a search variable over which a steady state is linear to a millionth and far above its rounding.
 const STEP: f64 = 1e-4;
 
-/// Residuals and slopes by differences: the solutions are exact to 1e-12, a table has tens of rows.
+/// Residuals of each channel.
+type Residuals = Vec<Vec<f64>>;
+
+/// Residuals and, for each free parameter, their slopes by differences: the solutions are exact to 1e-12, a table has tens of rows.
 pub(super) fn linearize(
     machine: &Machine<f64>,
-    experiment: &Experiment,
-    start: &State<f64>,
     free: &[Free],
-    rows: usize,
-) -> Linearized {
-    let residuals = residuals_to(machine, experiment, start, rows);
+    residuals_of: impl Fn(&Machine<f64>) -> Residuals,
+) -> (Residuals, Vec<Residuals>) {
+    let residuals = residuals_of(machine);
     let at = |f: &Free, v: f64| match &f.target {
         Target::Machine(ids) => {
             let set: Vec<_> = ids.iter().map(|&id| (id, f.value(machine.get(id), v))).collect();
             if set.iter().all(|&(id, p)| p == machine.get(id)) {
                 return None;
             }
-            machine.with(&set).ok().map(|m| residuals_to(&m, experiment, start, rows))
+            machine.with(&set).ok().map(|m| residuals_of(&m))
         }
         Target::Initial { .. } => None,
     };
@@ -69,8 +69,8 @@ pub(super) fn linearize(
             let width = if low.is_some() && high.is_some() { 2.0 * STEP } else { STEP };
             let (low, high) = (low.as_ref().unwrap_or(&residuals), high.as_ref().unwrap_or(&residuals));
             let column = |c: usize| low[c].iter().zip(&high[c]).map(|(a, b)| (a - b) / width).collect();
-            (0..experiment.channels.len()).map(column).collect()
+            (0..residuals.len()).map(column).collect()
         })
         .collect();
-    Linearized { residuals, slopes }
+    (residuals, slopes)
 }
