@@ -3,21 +3,17 @@
 use std::f64::consts::SQRT_2;
 
 use im_identify::offline::{Channel, ChannelKind, Experiment, FitError, FitOptions, Start, base_parameters_in, fit, predict};
+use im_model::effects::SteadyState;
 use im_model::{Complex, EffectId, MotorFile, State};
 
 use crate::case::Case;
 use crate::intake::steady_table::{SteadyRow, SteadyTable, TableKind};
 use crate::intake::{Finding, FindingKind, Severity};
 
-/// Effects that a sinusoidal steady state can show.
-pub const CANDIDATES: [EffectId; 6] = [
-    EffectId::MainFluxSaturation,
-    EffectId::LeakageFluxSaturation,
-    EffectId::RotorSkinEffect,
-    EffectId::IronLoss,
-    EffectId::CoulombFriction,
-    EffectId::Windage,
-];
+/// The effects that a sinusoidal steady state shows.
+pub fn candidates() -> Vec<EffectId> {
+    EffectId::ALL.iter().copied().filter(|id| id.about().steady_state == SteadyState::Shows).collect()
+}
 
 /// What meters of the usual class are good for, as a fraction of their largest reading.
 const METER: f64 = 0.01;

@@ -59,7 +59,7 @@ pub fn meaningful(findings: &[Finding], anyway: bool) -> Result<(), Failure> {
 impl Data {
     /// The effects to consider: all of the library, or those that a table can show.
     pub fn options(&self) -> Options {
-        let candidates = if self.table.is_empty() { Vec::new() } else { tables::CANDIDATES.to_vec() };
+        let candidates = if self.table.is_empty() { Vec::new() } else { tables::candidates() };
         Options { candidates, ..Options::default() }
     }
 

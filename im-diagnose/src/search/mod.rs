@@ -102,12 +102,9 @@ impl Refinement {
         let MotorFile { machine, rating, .. } = case.motor.clone();
         let mut effects = *machine.effects();
         effects.rescale(&rating, machine.parameters(), machine.pole_pairs());
-        // Iron diffuses no faster than the sampling can follow.
         let sampled = case.train.iter().filter(|e| !e.is_table());
         let longest = sampled.map(|e| e.sample_time_s).fold(0.0, f64::max);
-        if !effects.is_on(EffectId::IronLoss) {
-            effects.iron_loss.diffusion_time_s = effects.iron_loss.diffusion_time_s.max(0.5 * longest);
-        }
+        effects.suit_sampling(longest);
         let candidates = if options.candidates.is_empty() { effects.ids().collect() } else { options.candidates.clone() };
         let base = machine.with_effects(effects)?;
         case.estimate_noise();

@@ -291,7 +291,7 @@ fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating) -> Vec<Vec<
     let (lo, hi) = effect.parameters()[k].typical;
     let (lo, hi) = (lo * unit(k), hi * unit(k));
     let middle = present(k);
-    let points = if effect == EffectId::ShaftCompliance {
+    let points = if effect.about().resonant {
         // A resonance is narrow: a finer grid.
         (0..7).map(|i| lo * (hi / lo).powf(f64::from(i) / 6.0)).collect()
     } else {

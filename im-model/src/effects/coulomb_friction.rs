@@ -46,3 +46,21 @@ effect! {
         }
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for CoulombFriction<f64> {
+    fn frame(&self, on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "speed, rad/s",
+            "friction torque, Nm",
+            (-0.4 * on.speed_rad_s, 0.4 * on.speed_rad_s),
+            "Friction over speed. Dashed: the viscous part alone.",
+        )
+    }
+
+    fn law(&self, on: &super::Rated, x: f64) -> f64 {
+        let sign = x / x.hypot(self.smoothing_speed_rad_s);
+        let rise = self.stribeck_rise * (-(x / self.stribeck_speed_rad_s).powi(2)).exp();
+        on.machine.parameters().viscous_friction_nm_s_per_rad * x + self.torque_nm * (1.0 + rise) * sign
+    }
+}

@@ -64,6 +64,23 @@ impl<T: Scalar> CurrentSensorGain<T> {
 
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
 
+#[cfg(feature = "std")]
+impl super::Drawn for CurrentSensorGain<f64> {
+    fn frame(&self, _on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "direction of the current, °",
+            "shown minus true, %",
+            (0.0, 360.0),
+            "Error of the magnitude shown over the direction of the current.",
+        )
+    }
+
+    fn law(&self, _on: &super::Rated, x: f64) -> f64 {
+        let image = Complex::from_polar(1.0, -2.0 * x.to_radians()) * Complex::new(self.unbalance_alpha, self.unbalance_beta);
+        100.0 * ((image + 1.0 + self.common).norm() - 1.0)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -34,3 +34,20 @@ effect! {
         }
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for CurrentSensorOffset<f64> {
+    fn frame(&self, _on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "direction, °",
+            "offset in that direction, A",
+            (0.0, 360.0),
+            "Current shown where none flows, by direction (0° is phase a).",
+        )
+    }
+
+    fn law(&self, _on: &super::Rated, x: f64) -> f64 {
+        let (sin, cos) = x.to_radians().sin_cos();
+        self.alpha_a * cos + self.beta_a * sin
+    }
+}

@@ -44,3 +44,19 @@ effect! {
         }
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for InverterNonlinearity<f64> {
+    fn frame(&self, on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "phase current, A",
+            "voltage lost, V",
+            (-on.current_a, on.current_a),
+            "Dead-time curve: voltage lost per phase over its current.",
+        )
+    }
+
+    fn law(&self, _on: &super::Rated, x: f64) -> f64 {
+        self.voltage_v * x / x.hypot(self.zero_crossing_current_a)
+    }
+}

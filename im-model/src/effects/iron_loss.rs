@@ -86,3 +86,19 @@ effect! {
 fn psi_fe<T: Scalar>(own: &[T]) -> Complex<T> {
     Complex::new(own[0], own[1])
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for IronLoss<f64> {
+    fn frame(&self, on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "supply frequency, Hz",
+            "iron loss, W",
+            (0.0, 1.2 * on.frequency_hz),
+            "Iron loss over frequency at rated flux.",
+        )
+    }
+
+    fn law(&self, on: &super::Rated, x: f64) -> f64 {
+        1.5 * self.conductance_s * (core::f64::consts::TAU * x * on.rating.rotor_flux_vs).powi(2)
+    }
+}

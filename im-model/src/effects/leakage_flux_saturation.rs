@@ -91,3 +91,31 @@ impl<T: Scalar> LeakageLaw<T> {
         self.strength / self.scale * T::from_f64(0.5) * (q - (T::one() + q).ln())
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for LeakageFluxSaturation<f64> {
+    fn frame(&self, on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "winding current (peak), A",
+            "stator leakage inductance, mH",
+            (0.0, 8.0 * on.current_a),
+            "Stator leakage inductance (flux over current) over winding current; the rotor's falls by the same law.",
+        )
+    }
+
+    fn law(&self, on: &super::Rated, x: f64) -> f64 {
+        let l = on.machine.parameters().stator_leakage_inductance_h;
+        // ψ(i) by bisection: the law is monotone.
+        let i_of = |psi: f64| {
+            let q = (psi / (l * self.knee_current_a)).powi(2);
+            psi / l * (1.0 + self.drop * q / (1.0 + q))
+        };
+        let i = x.max(1e-6 * on.current_a);
+        let (mut lo, mut hi) = (0.0, l * i);
+        for _ in 0..60 {
+            let middle = 0.5 * (lo + hi);
+            if i_of(middle) < i { lo = middle } else { hi = middle }
+        }
+        1e3 * lo / i
+    }
+}

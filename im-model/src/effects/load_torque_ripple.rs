@@ -42,3 +42,15 @@ effect! {
         }
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for LoadTorqueRipple<f64> {
+    fn frame(&self, _on: &super::Rated) -> super::Frame {
+        super::Frame::new("shaft angle, °", "load torque added, Nm", (0.0, 360.0), "Torque that the load adds over one turn.")
+    }
+
+    fn law(&self, _on: &super::Rated, x: f64) -> f64 {
+        let (sin, cos) = (self.order * x.to_radians()).sin_cos();
+        self.cosine_nm * cos + self.sine_nm * sin
+    }
+}

@@ -54,3 +54,20 @@ effect! {
         }
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for MainFluxSaturation<f64> {
+    fn frame(&self, _on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "magnetizing flux, Vs",
+            "magnetizing current, A",
+            (0.0, 1.25 * self.reference_flux_vs),
+            "Saturation curve: magnetizing current over flux. Dashed: the same machine unsaturated.",
+        )
+    }
+
+    fn law(&self, on: &super::Rated, x: f64) -> f64 {
+        let l_m = on.machine.parameters().magnetizing_inductance_h;
+        x / l_m * (1.0 + self.excess * (x / self.reference_flux_vs).abs().powf(self.exponent))
+    }
+}

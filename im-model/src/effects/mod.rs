@@ -8,6 +8,8 @@
 //! [`register_effect!`](crate::register_effect) and [`Effects::with_custom`], through the same traits [`Effect`] and [`Hooks`].
 
 mod about;
+#[cfg(feature = "std")]
+mod curve;
 mod custom;
 mod effect;
 mod hooks;
@@ -17,6 +19,8 @@ mod set;
 use num_complex::Complex;
 
 pub use about::{About, Card, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};
+#[cfg(feature = "std")]
+pub use curve::{Drawn, Frame, Rated};
 pub use custom::{Custom, CustomEffect, CustomHooks, CustomId, MAX_CUSTOM, MAX_CUSTOM_PARAMETERS, MAX_CUSTOM_STATES};
 pub use effect::Effect;
 pub(crate) use effect::effect;

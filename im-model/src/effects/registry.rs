@@ -231,6 +231,18 @@ macro_rules! registry {
                 }
             }
 
+            /// A built-in effect as what is drawn.
+            #[cfg(feature = "std")]
+            pub(super) fn drawn(&self, effect: EffectId) -> Option<&dyn Drawn>
+            where
+                $($variant<T>: Drawn,)*
+            {
+                match effect {
+                    $(EffectId::$variant => Some(&self.$field),)*
+                    EffectId::Custom(_) => None,
+                }
+            }
+
             /// Changes fixed parameters of the effects that are off to what a sampling, s, can follow.
             pub fn suit_sampling(&mut self, sample_time_s: T) {
                 $(if self.$field.is_off() { self.$field.suit_sampling(sample_time_s); })*

@@ -38,3 +38,20 @@ effect! {
         }
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for RotorAsymmetry<f64> {
+    fn frame(&self, _on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "direction in the rotor, °",
+            "rotor resistance, Ω",
+            (0.0, 360.0),
+            "Rotor resistance by direction in the rotor.",
+        )
+    }
+
+    fn law(&self, on: &super::Rated, x: f64) -> f64 {
+        let (sin, cos) = (2.0 * x.to_radians()).sin_cos();
+        on.machine.parameters().rotor_resistance_ohm * (1.0 + self.unbalance_direct * cos + self.unbalance_quadrature * sin)
+    }
+}

@@ -87,3 +87,20 @@ impl<T: Scalar> RotorSkinEffect<T> {
         self.resistance_rise * rotor_resistance_ohm * self.time_constant_s
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for RotorSkinEffect<f64> {
+    fn frame(&self, on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "slip frequency, Hz",
+            "rotor resistance, Ω",
+            (0.0, 1.2 * on.frequency_hz),
+            "Rotor resistance over slip frequency. Dashed: without current displacement.",
+        )
+    }
+
+    fn law(&self, on: &super::Rated, x: f64) -> f64 {
+        let q = (core::f64::consts::TAU * x * self.time_constant_s).powi(2);
+        on.machine.parameters().rotor_resistance_ohm * (1.0 + self.resistance_rise * q / (1.0 + q))
+    }
+}

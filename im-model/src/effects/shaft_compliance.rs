@@ -94,3 +94,21 @@ impl<T: Scalar> ShaftCompliance<T> {
         (self.load_inertia_fraction * inertia * self.damping_ratio * self.antiresonance_rad_s).scale(2.0)
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for ShaftCompliance<f64> {
+    fn frame(&self, _on: &super::Rated) -> super::Frame {
+        let resonance = self.antiresonance_rad_s / core::f64::consts::TAU;
+        let range = (resonance / 10.0, resonance * 10.0);
+        let caption = "How much the motor's speed swings per torque, over frequency. Dashed: a stiff shaft.";
+        super::Frame { log: true, ..super::Frame::new("frequency, Hz", "speed per torque, rad/s per Nm", range, caption) }
+    }
+
+    fn law(&self, on: &super::Rated, x: f64) -> f64 {
+        let (w, a) = (core::f64::consts::TAU * x, self.antiresonance_rad_s);
+        let stiff = 1.0 / (on.machine.parameters().inertia_kg_m2 * w);
+        let damping = num_complex::Complex::new(0.0, 2.0 * self.damping_ratio * a * w);
+        let (zeros, poles) = (a * a - w * w + damping, a * a - w * w * (1.0 - self.load_inertia_fraction) + damping);
+        stiff * zeros.norm() / poles.norm()
+    }
+}

@@ -56,3 +56,28 @@ fn filtered<T: Scalar>(y: T, before: T, now: T, tau: T, t: T) -> T {
     let decay = if tau.value() > 0.0 { (-t / tau).exp() } else { T::zero() };
     now - lag + (y - before + lag) * decay
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for SpeedSensorLag<f64> {
+    fn frame(&self, _on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "time after a step, s",
+            "shown over true",
+            (0.0, 6.0 * self.time_constant_s.max(1e-6)),
+            "What the sensor shows after a step of the speed.",
+        )
+    }
+
+    fn law(&self, _on: &super::Rated, x: f64) -> f64 {
+        let (a, b) = (self.time_constant_s, self.time_constant_s * self.pole_ratio);
+        if a <= 0.0 {
+            1.0
+        } else if (a - b).abs() < 1e-6 * a {
+            1.0 - (1.0 + x / a) * (-x / a).exp()
+        } else if b <= 0.0 {
+            1.0 - (-x / a).exp()
+        } else {
+            1.0 - (a * (-x / a).exp() - b * (-x / b).exp()) / (a - b)
+        }
+    }
+}

@@ -37,3 +37,20 @@ effect! {
         }
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for StatorAsymmetry<f64> {
+    fn frame(&self, _on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "direction of the current, °",
+            "stator resistance, Ω",
+            (0.0, 360.0),
+            "Stator resistance by direction (0° is phase a).",
+        )
+    }
+
+    fn law(&self, on: &super::Rated, x: f64) -> f64 {
+        let (sin, cos) = (2.0 * x.to_radians()).sin_cos();
+        on.machine.parameters().stator_resistance_ohm * (1.0 + self.unbalance_alpha * cos + self.unbalance_beta * sin)
+    }
+}

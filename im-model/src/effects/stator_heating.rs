@@ -45,3 +45,22 @@ effect! {
         }
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for StatorHeating<f64> {
+    fn frame(&self, _on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "time at rated loss, s",
+            "stator resistance, Ω",
+            (0.0, 2.0 * self.time_constant_s.min(30.0)),
+            "Stator resistance from cold at rated current.",
+        )
+    }
+
+    fn law(&self, on: &super::Rated, x: f64) -> f64 {
+        let cold = on.machine.parameters().stator_resistance_ohm;
+        let loss = 1.5 * cold * on.current_a * on.current_a;
+        let rise = self.inverse_heat_capacity_k_per_j * loss * self.time_constant_s * (1.0 - (-x / self.time_constant_s).exp());
+        cold * (1.0 + self.temperature_coefficient_per_k * rise)
+    }
+}

@@ -32,3 +32,19 @@ effect! {
         }
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for VoltageDelay<f64> {
+    fn frame(&self, on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "supply frequency, Hz",
+            "lag of the voltage, °",
+            (0.0, 1.2 * on.frequency_hz),
+            "By how much the delay turns the voltage.",
+        )
+    }
+
+    fn law(&self, _on: &super::Rated, x: f64) -> f64 {
+        (core::f64::consts::TAU * x * self.delay_s).to_degrees()
+    }
+}

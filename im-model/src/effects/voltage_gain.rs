@@ -32,3 +32,19 @@ effect! {
         }
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for VoltageGain<f64> {
+    fn frame(&self, on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "recorded voltage, V",
+            "missing at the terminals, V",
+            (0.0, on.rating.phase_voltage_peak_v),
+            "Recorded minus real voltage over recorded voltage.",
+        )
+    }
+
+    fn law(&self, _on: &super::Rated, x: f64) -> f64 {
+        -self.gain * x
+    }
+}

@@ -30,3 +30,19 @@ effect! {
         }
     }
 }
+
+#[cfg(feature = "std")]
+impl super::Drawn for Windage<f64> {
+    fn frame(&self, on: &super::Rated) -> super::Frame {
+        super::Frame::new(
+            "speed, rad/s",
+            "friction torque, Nm",
+            (0.0, 1.1 * on.speed_rad_s),
+            "Friction over speed. Dashed: the viscous part alone.",
+        )
+    }
+
+    fn law(&self, on: &super::Rated, x: f64) -> f64 {
+        on.machine.parameters().viscous_friction_nm_s_per_rad * x + self.coefficient_nm_s2 * x * x.abs()
+    }
+}

@@ -1,0 +1,74 @@
+//! The law of an effect as a curve: what reports draw, and `docs/effects.md`.
+
+use super::{EffectId, Effects};
+use crate::machine::{Machine, Rating};
+
+/// What a curve is drawn for.
+#[derive(Clone, Copy, Debug)]
+pub struct Rated<'a> {
+    /// The machine.
+    pub machine: &'a Machine<f64>,
+    /// Its rating.
+    pub rating: &'a Rating,
+    /// Peak phase current at rated torque, A.
+    pub current_a: f64,
+    /// Synchronous speed, rad/s.
+    pub speed_rad_s: f64,
+    /// Rated frequency, Hz.
+    pub frequency_hz: f64,
+}
+
+impl<'a> Rated<'a> {
+    /// A machine with its rating.
+    pub fn new(machine: &'a Machine<f64>, rating: &'a Rating) -> Self {
+        let n_p = machine.pole_pairs();
+        Self {
+            machine,
+            rating,
+            current_a: rating.current_peak_a(machine.parameters(), n_p),
+            speed_rad_s: rating.synchronous_speed_rad_s(n_p),
+            frequency_hz: rating.electrical_frequency_hz,
+        }
+    }
+}
+
+/// The axes of a curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Horizontal axis, with unit.
+    pub x_label: &'static str,
+    /// Vertical axis, with unit.
+    pub y_label: &'static str,
+    /// Where the curve begins and ends.
+    pub range: (f64, f64),
+    /// Whether both axes are logarithmic.
+    pub log: bool,
+    /// What it shows.
+    pub caption: &'static str,
+}
+
+impl Frame {
+    /// Linear axes.
+    pub fn new(x_label: &'static str, y_label: &'static str, range: (f64, f64), caption: &'static str) -> Self {
+        Self { x_label, y_label, range, log: false, caption }
+    }
+}
+
+/// An effect whose law is drawn.
+pub trait Drawn {
+    /// The axes.
+    fn frame(&self, on: &Rated) -> Frame;
+    /// The law; that of the machine without the effect when the effect is off.
+    fn law(&self, on: &Rated, x: f64) -> f64;
+}
+
+impl Effects<f64> {
+    /// The axes of the curve of an effect; none for a user's.
+    pub fn frame(&self, effect: EffectId, on: &Rated) -> Option<Frame> {
+        self.drawn(effect).map(|e| e.frame(on))
+    }
+    /// The law of an effect; not a number for a user's.
+    pub fn law(&self, effect: EffectId, on: &Rated, x: f64) -> f64 {
+        self.drawn(effect).map_or(f64::NAN, |e| e.law(on, x))
+    }
+}
