@@ -15,6 +15,8 @@ mod effect;
 mod hooks;
 mod registry;
 mod set;
+#[cfg(test)]
+mod trying;
 
 use num_complex::Complex;
 

@@ -61,18 +61,25 @@ const CLAIMS: &[(EffectId, EffectId, Check)] = &[
     (LoadTorqueRipple, ShaftCompliance, |a, b| fixed_frequency_against_speed(b, a)),
 ];
 
+/// In the table here, or by a test `differs_from_RIVAL` in the effect's own file.
 #[test]
 fn every_rival_on_every_card_is_told_apart() {
+    let mut elsewhere = 0;
     for &id in EffectId::ALL {
+        let file = std::fs::read_to_string(format!("{}/src/effects/{id}.rs", env!("CARGO_MANIFEST_DIR"))).unwrap();
         for (rival, _) in id.card().rivals {
-            let rival = EffectId::from_name(rival).unwrap_or_else(|| panic!("{id} names {rival}, which is no effect"));
-            let check = CLAIMS.iter().find(|(a, b, _)| (*a, *b) == (id, rival));
+            let other = EffectId::from_name(rival).unwrap_or_else(|| panic!("{id} names {rival}, which is no effect"));
+            if file.contains(&format!("fn differs_from_{rival}()")) {
+                elsewhere += 1;
+                continue;
+            }
+            let check = CLAIMS.iter().find(|(a, b, _)| (*a, *b) == (id, other));
             let (_, _, check) = check.unwrap_or_else(|| panic!("{id} against {rival} is not checked"));
-            check(&typical(id), &typical(rival));
+            check(&typical(id), &typical(other));
         }
     }
     let claimed: usize = EffectId::ALL.iter().map(|id| id.card().rivals.len()).sum();
-    assert_eq!(claimed, CLAIMS.len(), "checks without a claim");
+    assert_eq!(claimed, CLAIMS.len() + elsewhere, "checks without a claim");
 }
 
 /// The machine with an effect of middling size; sensors' and windings' unbalances along α.
