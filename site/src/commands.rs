@@ -34,8 +34,9 @@ fn word(text: &str) -> &str {
 
 /// Whether a package of the workspace has the target.
 fn exists(root: &Path, folder: &str, name: &str) -> bool {
-    let Ok(packages) = std::fs::read_dir(root) else { return false };
-    packages.flatten().map(|p| p.path().join(folder)).any(|f| f.join(format!("{name}.rs")).exists() || f.join(name).is_dir())
+    let within = |at: &Path| std::fs::read_dir(at).into_iter().flatten().flatten().map(|p| p.path()).collect::<Vec<_>>();
+    let packages = within(root).into_iter().chain(within(&root.join("tests")));
+    packages.map(|p| p.join(folder)).any(|f| f.join(format!("{name}.rs")).exists() || f.join(name).is_dir())
 }
 
 #[cfg(test)]
