@@ -29,7 +29,7 @@ use im_model::{Complex, Scalar};
 pub use excitation::{Excitation, ExcitationMonitor};
 pub use jadot::{
     Adaptation, DeadZone, Fixed, Follower, FollowerGains, FollowerState, Lambda, RegulationParameters, SchemeSettings, TimeScale,
-    TimeScaleState, TimeVarying, TimeVaryingState, Tracking, relative_sensitivity, steady_regressor,
+    TimeScaleState, TimeVarying, TimeVaryingGain, TimeVaryingState, Tracking, relative_sensitivity, steady_regressor,
 };
 pub use kenne::{
     KenneResistances, KenneResistancesState, KenneRotorResistance, KenneRotorResistanceState, KenneSettings, ResistancesSettings,

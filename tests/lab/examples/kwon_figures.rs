@@ -1,23 +1,51 @@
 //! Kwon et al., Figures 8, 9 and 11: the Thau observer with L = 0 on the drive of the paper.
 //!
-//!     cargo run --release -p im-lab --example kwon_figures [8|9|11]
+//!     cargo run --release -p im-lab --example kwon_figures [8|9|11] [FOLDER]
+//!
+//! Prints the tables of docs/observers.md; with a folder, draws the figures into it: Fig. 10 is the end of Fig. 9.
 
+use std::path::{Path, PathBuf};
+
+use im_chart::{Series, chart};
 use im_lab::kwon::{self, RPM};
+use im_lab::observation::Truth;
 use im_model::machines::KWON_PRINTED_MATRICES;
 use im_model::simulation::Profile;
 use im_model::{Machine, TParameters};
-use im_observers::{LoadTorqueModel, Thau, ThauGains};
+use im_observers::{Estimate, LoadTorqueModel, Thau, ThauGains};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
+type Figure = fn(Option<&Path>) -> Outcome;
+
 fn main() -> Outcome {
-    let wanted = std::env::args().nth(1);
-    for (figure, run) in [("8", figure_8 as fn() -> Outcome), ("9", figure_9), ("11", figure_11)] {
-        if wanted.as_deref().is_none_or(|w| w == figure) {
+    let figures: [(&str, Figure); 3] = [("8", figure_8), ("9", figure_9), ("11", figure_11)];
+    let (wanted, others): (Vec<String>, Vec<String>) =
+        std::env::args().skip(1).partition(|a| figures.iter().any(|(figure, _)| figure == a));
+    let folder = others.first().map(PathBuf::from);
+    for (figure, run) in figures {
+        if wanted.is_empty() || wanted.iter().any(|w| w == figure) {
             println!("Figure {figure}\n");
-            run()?;
+            run(folder.as_deref())?;
         }
     }
+    Ok(())
+}
+
+/// Speed and its estimate, rpm, and the modulus of the stator current with its estimate, A, in two pictures of a figure.
+fn draw(folder: Option<&Path>, figure: &str, title: &str, truth: &Truth, e: &[Estimate<f64>]) -> Outcome {
+    let Some(folder) = folder else { return Ok(()) };
+    std::fs::create_dir_all(folder)?;
+    let every = truth.len().div_ceil(300);
+    let picked = || (0..truth.len()).step_by(every);
+    let line = |name: &str, y: &dyn Fn(usize) -> f64| Series::line(name, picked().map(|k| (truth.time_s(k), y(k))));
+    let speed = [line("speed", &|k| truth.omega[k] / RPM), line("estimate", &|k| e[k].omega_m / RPM)];
+    std::fs::write(folder.join(format!("kwon_fig{figure}_speed.svg")), chart(title, "t, s", "rpm", &speed))?;
+    let residual = [line("|i − î|", &|k| e[k].residual_a.norm())];
+    std::fs::write(
+        folder.join(format!("kwon_fig{figure}_current.svg")),
+        chart(title, "t, s", "A, peak, of a winding", &residual),
+    )?;
     Ok(())
 }
 
@@ -25,7 +53,7 @@ fn main() -> Outcome {
 ///
 /// The paper sees "approximately 10 % speed error one second into the simulation, which then decreases". With the same machine in plant and
 /// observer there is none; with the circuit that the paper fitted to the real motor (Table V) as the plant there is.
-fn figure_8() -> Outcome {
+fn figure_8(folder: Option<&Path>) -> Outcome {
     // 150 Nm at 900 rpm: the paper gives neither the coefficient nor the final speed.
     let k = 150.0 / (900.0 * RPM);
     let load = LoadTorqueModel::Proportional { coefficient_nm_s_per_rad: k };
@@ -41,7 +69,11 @@ fn figure_8() -> Outcome {
         println!("plant: {plant}; observer: {model}, L = 0, load torque {k:.3} Nms x estimated speed");
         let truth = kwon::run(&machine, k, None, 3.0);
         let observer = Thau::try_new(kwon::basis(&believed), ThauGains::published(), load)?;
-        kwon::table(&truth, &truth.observe(&observer), &[0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0 - 1e-4]);
+        let e = truth.observe(&observer);
+        kwon::table(&truth, &e, &[0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0 - 1e-4]);
+        if plant == "Table V" {
+            draw(folder, "8", "Kwon et al., Fig. 8: plant of Table V, observer of Table IV", &truth, &e)?;
+        }
         println!();
     }
     Ok(())
@@ -56,7 +88,7 @@ fn table_iv_with_inertia(share: f64) -> Result<Machine<f64>, im_model::ModelErro
 /// Driven at 900 rpm, 150 Nm asked for, the observer from zero with the load torque equal to the estimated torque.
 ///
 /// The paper: "starts to track the actual speed closely in under 2 seconds".
-fn figure_9() -> Outcome {
+fn figure_9(folder: Option<&Path>) -> Outcome {
     for (name, machine) in [("Table IV", kwon::table_iv()), ("Table V", kwon::table_v())] {
         let truth = kwon::run(&machine, 0.0, Some((900.0 * RPM).into()), 3.0);
         for (law, load) in
@@ -66,6 +98,9 @@ fn figure_9() -> Outcome {
             let e = truth.observe(&observer);
             println!("plant: {name}; observer: Table IV, L = 0, load torque {law}");
             kwon::table(&truth, &e, &[0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 3.0 - 1e-4]);
+            if (name, load) == ("Table V", LoadTorqueModel::EqualToTorque) {
+                draw(folder, "9", "Kwon et al., Figs. 9, 10: plant of Table V, observer of Table IV", &truth, &e)?;
+            }
             match kwon::tracks_from(&truth, &e, 0.05) {
                 Some(t) => println!("within 5 % from {t:.2} s on\n"),
                 None => println!("not within 5 % at the end\n"),
@@ -79,7 +114,7 @@ fn figure_9() -> Outcome {
 ///
 /// The paper, on its test bench: "the estimated speed follows the measured speed very closely during the steady state, and even during the
 /// transient"; in steady state (Fig. 10) within 2.5 %.
-fn figure_11() -> Outcome {
+fn figure_11(folder: Option<&Path>) -> Outcome {
     let points =
         [[0.0, 500.0], [3.0, 500.0], [4.0, 900.0], [6.0, 900.0], [7.0, 600.0], [8.0, 800.0], [9.0, 500.0], [10.0, 500.0]];
     let speed = Profile::points(points.map(|[t, rpm]| [t, rpm * RPM]))?;
@@ -88,6 +123,9 @@ fn figure_11() -> Outcome {
         let observer = Thau::try_new(kwon::basis(&kwon::table_iv()), ThauGains::published(), LoadTorqueModel::EqualToTorque)?;
         let e = truth.observe(&observer);
         println!("plant: {name}; observer: Table IV, L = 0, load torque equal to the torque");
+        if name == "Table V" {
+            draw(folder, "11", "Kwon et al., Fig. 11: plant of Table V, observer of Table IV", &truth, &e)?;
+        }
         kwon::table(&truth, &e, &[1.0, 2.9, 3.25, 3.5, 3.75, 4.5, 5.9, 6.5, 7.5, 8.5, 9.9]);
         let worst =
             (truth.at(2.0)..truth.len()).map(|k| (e[k].omega_m - truth.omega[k]).abs() / truth.omega[k]).fold(0.0, f64::max);

@@ -26,4 +26,4 @@ pub use follower::{Follower, FollowerGains, FollowerState, Lambda};
 pub use parameters::{RegulationParameters, relative_sensitivity, steady_regressor};
 pub use scheme::{Adaptation, DeadZone, SchemeSettings, Tracking};
 pub use time_scale::{TimeScale, TimeScaleState};
-pub use time_varying::{TimeVarying, TimeVaryingState};
+pub use time_varying::{TimeVarying, TimeVaryingGain, TimeVaryingState};

@@ -1,7 +1,7 @@
 //! The machine of Table I, with parameters that may change, under the passivity-based controller with one of the adaptations.
 
 use im_control::{Jadot, JadotGains, MachineData};
-use im_identify::online::{Adaptation, Fixed, RegulationParameters, SchemeSettings, TimeScale, TimeVarying};
+use im_identify::online::{Adaptation, Fixed, RegulationParameters, SchemeSettings, TimeScale, TimeVarying, TimeVaryingGain};
 use im_model::machines::JADOT_TABLE_I;
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::{Complex, Machine, Plant, PlantInput, State, TParameters};
@@ -41,8 +41,10 @@ pub enum Scheme {
     TimeScale,
     /// (47), the integral action forgetting.
     TimeVarying,
-    /// (47) with the integral action of the paper.
+    /// (47) with its L_f and the integral action of the paper.
     TimeVaryingAsPrinted,
+    /// (47) without L_f, as (48), (49) need it, with the integral action of the paper.
+    TimeVaryingWithoutLeakage,
     /// (53).
     Reduced,
 }
@@ -76,6 +78,10 @@ impl Study<'_> {
             Scheme::TimeScale => self.with(TimeScale::try_new(&full, TimeScale::<f64>::PAPER_SHARE).expect(right)),
             Scheme::TimeVarying => self.with(TimeVarying::try_new(&full, frequency, 1000.0).expect(right)),
             Scheme::TimeVaryingAsPrinted => self.with(TimeVarying::try_new(&full, frequency, 0.0).expect(right)),
+            Scheme::TimeVaryingWithoutLeakage => {
+                let gain = TimeVaryingGain::NormalizedWithoutLeakage { rate_ohm_per_s: frequency * frequency };
+                self.with(TimeVarying::with_gain(&full, gain, 0.0).expect(right))
+            }
             Scheme::Reduced => {
                 let reduced = SchemeSettings::reduced(start, H);
                 self.with(TimeScale::try_new(&reduced, TimeScale::<f64>::PAPER_SHARE).expect(right))

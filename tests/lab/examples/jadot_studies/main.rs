@@ -119,15 +119,28 @@ fn figures_3_to_5(figures: &Figures) -> Result<(), String> {
     let slow = study.run(Scheme::TimeScale);
     let fast = study.run(Scheme::TimeVarying);
     let printed = study.run(Scheme::TimeVaryingAsPrinted);
+    let without = study.run(Scheme::TimeVaryingWithoutLeakage);
     println!("Estimates in percent of the parameters (Fig. 4); t0 {}, t2 {}, t5 {} s", TIMES[0], TIMES[1], TIMES[2]);
-    for (name, rows) in [("time-scale", &slow), ("time-varying, forgetting", &fast), ("time-varying as printed", &printed)] {
+    let four = [
+        ("time-scale", &slow),
+        ("time-varying, forgetting", &fast),
+        ("time-varying, (47) as printed", &printed),
+        ("time-varying, (47) without L_f", &without),
+    ];
+    for (name, rows) in four {
         println!("{name}");
         estimates_at(rows, &[0.1, TIMES[0], TIMES[1], 10.0, 13.0, TIMES[2], 22.0, TIMES[3]]);
     }
     println!("\nMean deviations (Fig. 5): torque estimate from the load, current from the ideal one");
     // Speed constant, so that the torque is the load's.
     let spans = [[10.5, 13.0], [14.5, 16.0], [19.2, 20.9], [24.0, 26.0]];
-    for (name, rows) in [("no adaptation", &none), ("time-scale", &slow), ("time-varying, forgetting", &fast)] {
+    let all = [
+        ("no adaptation", &none),
+        ("time-scale", &slow),
+        ("time-varying, forgetting", &fast),
+        ("time-varying, (47) without L_f", &without),
+    ];
+    for (name, rows) in all {
         performance(name, rows, &ideal, &spans);
     }
     figures.draw(
@@ -148,13 +161,14 @@ fn figures_3_to_5(figures: &Figures) -> Result<(), String> {
             &[
                 ("time-scale", of(&slow)),
                 ("time-varying, forgetting", of(&fast)),
-                ("time-varying as printed", of(&printed)),
+                ("time-varying, (47) as printed", of(&printed)),
+                ("time-varying, (47) without L_f", of(&without)),
                 ("first estimate", of(&none)),
             ],
         )?;
     }
     let from = 1.0;
-    let three = [("no adaptation", &none), ("time-scale", &slow), ("time-varying, forgetting", &fast)];
+    let three = [("no adaptation", &none), ("time-scale", &slow), ("time-varying, (47) without L_f", &without)];
     let torque: Vec<_> = three.map(|(n, rows)| (n, curve(rows, from, |r| r.torque_hat_nm))).into();
     let load = ("load", curve(&ideal, from, |r| r.load_nm));
     figures.draw("fig5-torque.svg", "Estimated load torque (Fig. 5)", "Nm", &[torque, vec![load]].concat())?;
@@ -196,7 +210,21 @@ fn figures_6_and_7(figures: &Figures) -> Result<(), String> {
         "fig6-drift.svg",
         "Estimates while the resistances drift (Fig. 6)",
         "percent of Table I",
-        &[("R_req", percent(&slow, 0)), ("L", percent(&slow, 1)), ("R_s", percent(&slow, 2)), ("true R_req", truth(0))],
+        &[
+            ("R_req", percent(&slow, 0)),
+            ("L", percent(&slow, 1)),
+            ("R_s", percent(&slow, 2)),
+            ("L_f", percent(&slow, 3)),
+            ("true R_req", truth(0)),
+            ("true R_s", truth(2)),
+        ],
+    )?;
+    let current = |rows: &[Row]| curve(rows, 5.0, |r| r.current_a);
+    figures.draw(
+        "fig7-current.svg",
+        "Current consumption while the resistances drift (Fig. 7)",
+        "A, peak",
+        &[("no adaptation", current(&none)), ("time-scale", current(&slow)), ("reduced", current(&reduced))],
     )?;
     figures.draw(
         "fig7-torque.svg",
@@ -252,6 +280,13 @@ fn figures_9_to_11(figures: &Figures) -> Result<(), String> {
         [("i_d", &|r| r.i[0].re), ("i_q", &|r| r.i[0].im), ("i_d ref", &|r| r.i[1].re), ("i_q ref", &|r| r.i[1].im)];
     let series = states.map(|(n, y)| (n, curve(&reduced, 0.0, y)));
     figures.draw("fig11-current.svg", "Current with the reduced scheme (Fig. 11)", "A", &series)?;
+    let speed = |rows: &[Row], y: &dyn Fn(&Row) -> f64| curve(rows, 0.0, |r| 100.0 * y(r) / SPEED_RAD_S);
+    let series = [
+        ("full", speed(&full, &|r| r.speed_rad_s)),
+        ("reduced", speed(&reduced, &|r| r.speed_rad_s)),
+        ("reference", speed(&reduced, &|r| r.speed_ref_rad_s)),
+    ];
+    figures.draw("fig11-speed.svg", "Speed (Fig. 11)", "percent of synchronous speed", &series)?;
     let off = mean(&reduced, 4.0, 26.0, |_, r| (r.speed_rad_s - r.speed_ref_rad_s) / SPEED_RAD_S);
     println!("speed, mean deviation from its reference: {:.3} % of synchronous speed (Fig. 11)", 100.0 * off);
     for [from, to] in [[5.0, 8.0], [10.5, 13.0], [19.2, 20.9], [24.0, 26.0]] {
@@ -320,8 +355,8 @@ fn figures_13_and_14(figures: &Figures) -> Result<(), String> {
     ];
     figures.draw("jadot_fig13_estimates.svg", "Adaptation on the simulated bench (Fig. 13)", "percent of Table I", &series)?;
     let speeds = [("speed", picked(&reduced, |r| 100.0 * r.speed_rad_s / SPEED_RAD_S))];
-    figures.draw("jadot_fig14_speed.svg", "Speed (Fig. 14)", "percent of synchronous speed", &speeds)?;
-    observed(figures, "jadot_fig14", "(Fig. 14)", &none, &reduced)
+    figures.draw("jadot_fig14_speed.svg", "Speed on the simulated bench (Fig. 14)", "percent of synchronous speed", &speeds)?;
+    observed(figures, "jadot_fig14", "(Fig. 14, simulated)", &none, &reduced)
 }
 
 /// Torque and current, without and with adaptation.
@@ -360,11 +395,11 @@ fn figures_15_and_16(figures: &Figures) -> Result<(), String> {
     ];
     figures.draw(
         "jadot_fig15_estimates.svg",
-        "Adaptation while the windings heat up (Fig. 15)",
+        "Adaptation while the windings heat up (Fig. 15, simulated)",
         "percent of Table I",
         &series,
     )?;
-    observed(figures, "jadot_fig16", "(Fig. 16)", &none, &reduced)
+    observed(figures, "jadot_fig16", "(Fig. 16, simulated)", &none, &reduced)
 }
 
 fn main() -> Result<(), String> {
