@@ -15,28 +15,29 @@ use im_verify::{Claim, MACHINE, Machines, Point, Variable, case_file, claims};
 /// A claim that fails, the variable, what it is, and the claim that mends it, with how, if it has the same variables.
 type Picture = (u32, &'static str, &'static str, Option<(u32, &'static str)>);
 
-const PICTURES: [Picture; 21] = [
+const PICTURES: [Picture; 22] = [
     (3, "flux_error_angle_rad", "angle of the flux error against the flux, rad", None),
     (6, "slip_share", "slip over rated slip", Some((7, "with the stabilized gain"))),
     (12, "speed_share", "speed over rated speed", Some((13, "with the anchor"))),
     (16, "slip_share", "slip over rated slip", None),
     (19, "flux_share", "flux over rated flux", None),
     (21, "inertia_share", "inertia over that usual for the power", None),
-    (22, "slip_share", "slip over rated slip", None),
     (24, "torque_nm", "torque, N m", None),
     (26, "voltage_share", "voltage over rated voltage", Some((27, "without the m"))),
     (29, "voltage_share", "voltage over rated voltage", Some((30, "with its sign put right"))),
     (34, "flux_angle_rad", "angle of the flux, rad", None),
     (36, "voltage_share", "voltage over 311 V", None),
-    (39, "slip_share", "slip over rated slip", None),
-    (40, "error", "error at the start", None),
+    (39, "slip_tenths", "slip over rated slip, tenths", None),
+    (40, "order", "order of the method", None),
     (43, "load_share", "load over rated torque", None),
     (48, "acceleration_share", "acceleration over that by rated torque", None),
     (49, "input_share", "input over its largest", Some((50, "with K_P in the last term"))),
     (51, "distance_share", "distance at the start over the rated current", None),
     (54, "slip_share", "slip over rated slip", None),
-    (59, "l_error", "error of L at the start", Some((60, "with an integral action that forgets"))),
+    (59, "slip_2_over_rotor_rate", "slip at the second point over 1/T_r", Some((75, "with an integral action that forgets"))),
     (62, "power_w", "rated power, W", Some((55, "with the gains kept apart"))),
+    (63, "frequency_over_speed", "ω_e/(n_pω)", Some((64, "with another gain of (3)"))),
+    (73, "rotor_resistance_ratio", "R_r over the value known", None),
 ];
 
 /// Ratios up to here are drawn on a linear axis.

@@ -6,7 +6,7 @@ use im_design::plot::{Series, chart};
 use im_model::Complex;
 use im_observers::{Basis, CurrentModel, Estimate, Input, Observer};
 use im_verify::properties::{Steady, observer};
-use im_verify::{C, Claim, ClaimCase, Cost, Found, Machines, Paper, Row, Shard, Variable, Verdict};
+use im_verify::{C, Claim, ClaimCase, Cost, Found, Machines, Origin, Paper, Row, Shard, Variable, Verdict};
 
 /// The current model, with a low-pass on the speed that it is shown: does it still converge at η?
 struct Mine(CurrentModel<f64>);
@@ -42,6 +42,7 @@ fn main() -> std::io::Result<()> {
         name: "my_flux_error_decays_at_eta",
         paper: Paper::Kenne,
         place: "my notes",
+        origin: Origin::Says("the flux error decays at the rotor rate"),
         statement: "The flux error decays at R_r/L_r, and a lost sample does no harm.",
         assumptions: "Constant speed, rated slip.",
         found: Found::Holds,

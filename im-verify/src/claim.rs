@@ -41,15 +41,48 @@ impl Paper {
     }
 }
 
-/// What was found, as `docs/claims.md` states it.
+/// Whose statement a claim is, with the paper's exact words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The paper says this, and the cases lie in the range that it says it for.
+    Says(&'static str),
+    /// The paper says this; what is tried goes further: another range, another machine, a correction, a question that it leaves open.
+    Extends(&'static str),
+}
+
+impl Origin {
+    /// The paper's words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Says(words) | Self::Extends(words) => words,
+        }
+    }
+
+    /// Whether it is an extension.
+    pub const fn is_extension(self) -> bool {
+        matches!(self, Self::Extends(_))
+    }
+}
+
+/// What was found, as `docs/claims.md` states it.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Found {
     /// No case violates it.
     Holds,
     /// No case violates it under an assumption that the paper does not make; the cases meet it.
     HoldsIf,
     /// It has counterexamples.
-    Fails,
+    Fails {
+        /// The share of random cases that are counterexamples, no more than what was found: how many cases it takes to meet one.
+        rate: f64,
+    },
+}
+
+impl Found {
+    /// Whether counterexamples are known.
+    pub const fn fails(self) -> bool {
+        matches!(self, Self::Fails { .. })
+    }
 }
 
 /// What a case costs, and with it how many are tried and how they are put together.
@@ -126,11 +159,13 @@ pub struct Claim {
     pub name: &'static str,
     /// The paper.
     pub paper: Paper,
-    /// Equation, figure or sentence.
+    /// Section, and equation, figure or sentence in it.
     pub place: &'static str,
-    /// What is claimed.
+    /// Whose statement it is, in the paper's words.
+    pub origin: Origin,
+    /// What is tried.
     pub statement: &'static str,
-    /// Under which assumptions; what the cases are.
+    /// In which range and under which assumptions; what the cases are.
     pub assumptions: &'static str,
     /// What was found.
     pub found: Found,
@@ -162,6 +197,11 @@ pub struct ClaimCase {
 }
 
 impl ClaimCase {
+    /// The same values on another machine: for claims about one machine only.
+    pub(crate) fn on(&self, machine: &im_model::machines::NamedMachine) -> Self {
+        Self { subject: Subject::named(machine), values: self.values.clone() }
+    }
+
     /// The values of the claim's variables, in their order.
     ///
     /// # Panics
@@ -231,6 +271,7 @@ impl Claim {
         }
     }
 
+    /// The case of a point.
     fn case(&self, point: &Point, machines: &Machines) -> Result<ClaimCase, String> {
         let subject = match (&point.machine, machines) {
             (Some(values), _) => Subject::random(values).map_err(|e| e.to_string())?,

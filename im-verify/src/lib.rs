@@ -1,7 +1,7 @@
-//! What the three papers claim, as properties that can be tried on any machine: sixty-two of them, each with cases that follow from
-//! (seed, claim, index) alone, shrinking to the simplest counterexample, and campaigns over cores and machines.
+//! Claims of three papers, and extensions, as properties that can be tried on any machine: each with cases that follow from (seed, claim,
+//! index) alone, shrinking to a simple counterexample, and campaigns over cores and machines.
 //!
-//! * [`claims::all`]: the claims. Each is a [`Claim`]: statement, place, assumptions, variables, property, and what was found.
+//! * [`claims::all`]: the claims. Each is a [`Claim`]: the paper's words and place ([`Origin`]), statement, assumptions, variables, property, and what was found.
 //! * [`Campaign`] runs them in [`Block`]s; [`Journal`] keeps blocks on disk, so that a campaign is resumed, or put together from shards;
 //!   [`Row`] sums them up with a confidence interval.
 //! * [`shrunk`] makes a failing case simple; [`case_file`] writes it down and reads it again.
@@ -12,6 +12,7 @@
 
 pub mod case_file;
 pub mod claims;
+pub mod page;
 pub mod properties;
 
 mod campaign;
@@ -26,12 +27,12 @@ mod variable;
 mod verdict;
 
 pub use campaign::{Block, Campaign, KEPT, Shard};
-pub use claim::{C, Claim, ClaimCase, Cost, Found, Paper, Point};
+pub use claim::{C, Claim, ClaimCase, Cost, Found, Origin, Paper, Point};
 pub use journal::{Journal, JournalError};
 pub use random::Draws;
 pub use shrink::shrunk;
 pub use statistics::clopper_pearson;
 pub use subject::{MACHINE, Machines, Subject};
-pub use summary::{CONFIDENCE, Row};
+pub use summary::{CONFIDENCE, Outcome, Row};
 pub use variable::{Scale, Variable};
 pub use verdict::Verdict;

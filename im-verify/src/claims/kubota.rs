@@ -6,6 +6,7 @@ use im_design::matrix::Matrix;
 use im_model::space_vector::{cross, dot, unit};
 use im_observers::{Basis, Discretization, Input, Kubota, KubotaGains, Observer};
 
+use crate::claim::Origin::{Extends, Says};
 use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::properties::{Steady, observer};
 use crate::variable::Variable;
@@ -17,7 +18,10 @@ pub const CLAIMS: &[Claim] = &[
         number: 2,
         name: "kubota_3_is_feasible",
         paper: Paper::Kwon,
-        place: "(3)",
+        place: "Section III, (3)",
+        origin: Says(
+            "Kubota et al. [1] next postulate selecting L_r so that (A_r − L_rC_r)ᵀ + (A_r − L_rC_r) < 0 … sufficiency conditions for the existence of the gain matrix L_r such that (3) is satisfied is not discussed in their paper and appears to be unknown",
+        ),
         statement: "There is a gain L_r with (A_r − L_rC_r)ᵀ + (A_r − L_rC_r) < 0; conditions for it \"appear to be unknown\".",
         assumptions: "Any machine, any speed.",
         found: Found::Holds,
@@ -30,10 +34,11 @@ pub const CLAIMS: &[Claim] = &[
         number: 3,
         name: "kubota_v_falls_for_any_error",
         paper: Paper::Kwon,
-        place: "after (5)",
+        place: "Section III, (4), (5)",
+        origin: Extends("Kubota et al. [1] assume, without stating this explicitly, that λ_ar n_p λ̂_br = λ_br n_p λ̂_ar"),
         statement: "With ω̂' = α n_pβ(e_a λ̂_b − e_b λ̂_a) and (3), V = eᵀe + Δω²/α has V̇ = −eᵀQe ≤ 0.",
-        assumptions: "Constant speed, any error; (5), λ_aλ̂_b = λ̂_aλ_b, which Kubota et al. assume without saying so, not assumed.",
-        found: Found::Fails,
+        assumptions: "Constant speed, any error; (5), λ_aλ̂_b = λ̂_aλ_b, which the paper names as a silent assumption, is not assumed.",
+        found: Found::Fails { rate: 0.028 },
         finding: "V̇ has the term 2n_pΔω(λ × λ̂) besides, which (5) assumes away. Without a current error V grows wherever \
                   this is positive and more than 2η|λ − λ̂|²: a lag of the flux and a speed error are enough. Holds under (5): claim 4.",
         cost: Cost::Equation,
@@ -44,11 +49,15 @@ pub const CLAIMS: &[Claim] = &[
         number: 4,
         name: "kubota_v_falls_where_fluxes_are_collinear",
         paper: Paper::Kwon,
-        place: "(4), (5)",
-        statement: "The same, with λ_aλ̂_b = λ̂_aλ_b.",
-        assumptions: "Constant speed; (5): the fluxes have one direction, their sizes differ.",
-        found: Found::HoldsIf,
-        finding: "Holds, with the sign i − î of the correction that (2) needs and the summary misprints. (5) is kept by no trajectory: claim 3.",
+        place: "Section III, after (5)",
+        origin: Says(
+            "then d/dt V(e, Δω) = −eᵀQe ≤ 0 in the augmented [e, Δω]-space. Recall that the adaptive scheme was obtained under the assumption that ω is constant.",
+        ),
+        statement: "With ω̂' = α n_pβ(e_a λ̂_b − e_b λ̂_a) and L_r of (3), V = eᵀe + Δω²/α has V̇ = −eᵀQe ≤ 0.",
+        assumptions: "The paper's: constant speed, and (5), λ_aλ̂_b = λ̂_aλ_b: the fluxes have one direction, their sizes differ.",
+        found: Found::Holds,
+        finding: "Holds, with the sign i − î of the correction that (2) needs and the summary misprints. A speed error turns λ̂ away from λ \
+                  at once, so that (5) does not last: claim 3.",
         cost: Cost::Equation,
         variables: &ERRORS,
         check: |case| v_falls(case, true),
@@ -57,8 +66,9 @@ pub const CLAIMS: &[Claim] = &[
         number: 5,
         name: "kubota_errors_decay_at_the_certified_rate",
         paper: Paper::Kwon,
-        place: "(2), (3)",
-        statement: "With L_r of (3) and the true speed, e → 0: ‖e‖_P falls like e^(−αt).",
+        place: "Section III, (2), (3)",
+        origin: Extends("V(e) = eᵀe is a Lyapunov function for the system ė = (A_r − L_rC_r)e"),
+        statement: "The same in sampled time and with a rate: with L_r of (3) and the true speed ‖e‖_P falls like e^(−αt).",
         assumptions: "ω̂ = ω; P = diag(β², β², 1, 1), α = η/2; sampled at 100 µs. A wrong flux at the start, in any direction.",
         found: Found::Holds,
         finding: "Holds in sampled time too: the observer's discretization keeps the certificate at any step.",
@@ -75,12 +85,14 @@ pub const CLAIMS: &[Claim] = &[
         number: 6,
         name: "kubota_speed_converges_without_feedback",
         paper: Paper::Kwon,
-        place: "summary of III",
-        statement: "The observer with the PI law estimates speed and flux; V̇ ≤ 0 makes errors vanish.",
-        assumptions: "Constant speed up to 40 % of rated, any quadrant, ω_e beyond 2 % of rated; L_r = 0, as it is mostly run. From 5 % of speed and 3° of flux.",
-        found: Found::Fails,
+        place: "Section III, summary; Section XI",
+        origin: Extends("These observers perform well in the steady state or when the speed does not change aggressively."),
+        statement: "Without feedback, L_r = 0, the observer with the PI law finds speed and flux.",
+        assumptions: "Constant speed up to 40 % of rated, any quadrant, ω_e beyond 2 % of rated; L_r = 0, which (3) excludes but at low speed. \
+                      From 5 % of speed and 3° of flux.",
+        found: Found::Fails { rate: 0.006 },
         finding: "Fails when regenerating at low frequency, 0 < ω_e/(n_pω) < (R_s/σL_s)/(γ + η), where the linearized loop is unstable \
-                  for any gains of the PI law; there (5) is what does not hold. Stabilized in claim 7.",
+                  for any gains of the PI law. Claim 7 has a gain without such a region.",
         cost: Cost::Run,
         variables: &QUADRANTS,
         check: |case| {
@@ -94,8 +106,9 @@ pub const CLAIMS: &[Claim] = &[
         number: 7,
         name: "kubota_speed_converges_with_the_stabilized_gain",
         paper: Paper::Kwon,
-        place: "summary of III",
-        statement: "The same, with a gain L_r made for the loop with the speed law.",
+        place: "Section III, summary; Section XI",
+        origin: Extends("These observers perform well in the steady state or when the speed does not change aggressively."),
+        statement: "With a gain L_r made for the loop with the speed law, the observer finds speed and flux.",
         assumptions: "As claim 6, with l₁ = ((η + jn_pω)/ρ − R_s/σL_s)/β, ρ = 0.3, faded where the current error is large.",
         found: Found::HoldsIf,
         finding: "Holds at every speed and load tried, but for ω_e = 0, where no observer of this kind sees the speed.",
@@ -103,6 +116,50 @@ pub const CLAIMS: &[Claim] = &[
         variables: &QUADRANTS,
         check: |case| converges(case, |case| KubotaGains::for_machine(case.machine(), case.rating()).map_err(|e| e.to_string())),
     },
+    Claim {
+        number: 63,
+        name: "kubota_loop_with_a_gain_of_3_has_no_growing_mode",
+        paper: Paper::Kwon,
+        place: "Section III, (3), summary; Section XI",
+        origin: Extends(PERFORM_WELL),
+        statement: "With an L_r of (3) the loop of observer and PI law, linearized, has no positive real pole.",
+        assumptions: "L_r in closed form (claim 2), constant speed up to a tenth of the rated, ω_e/(n_pω) from −0.5 to 1.5; K_P and K_I drop out.",
+        found: Found::Fails { rate: 0.45 },
+        finding: "The constant term of the characteristic polynomial has the sign of ω_e((γ + η)ω_e − γn_pω): there is a positive real pole for \
+                  0 < ω_e/(n_pω) < γ/(γ + η), 0.98 on Jadot's machine against 0.63 with L_r = 0, and nowhere else. (3) is not the reason: it \
+                  admits gains without such a region, l₁ = β(η − jn_pω)* − R_s/(βσL_s) where γ < 4ηβ².",
+        cost: Cost::Equation,
+        variables: &LOW_FREQUENCY,
+        check: |case| no_growing_mode(case, |c, omega| C::new(c.eta_l_m + c.beta * c.eta, c.beta * c.n_p * omega)),
+    },
+    Claim {
+        number: 64,
+        name: "kubota_loop_with_another_gain_of_3_has_no_growing_mode",
+        paper: Paper::Kwon,
+        place: "Section III, (3), summary; Section XI",
+        origin: Extends(PERFORM_WELL),
+        statement: "The same with l₁ = β(η + jn_pω) − R_s/(βσL_s), which satisfies (3), too.",
+        assumptions: "As claim 63; γ < 4ηβ², as on all machines tried.",
+        found: Found::HoldsIf,
+        finding: "Holds: the constant term has the sign of ω_e².",
+        cost: Cost::Equation,
+        variables: &LOW_FREQUENCY,
+        check: |case| {
+            let (c, r_s) = (case.constants(), case.parameters().stator_resistance_ohm);
+            // (3) on the fluxes and currents: 4ηγ > |ηL_m − l₁ + β(η + jn_pω)|² = (γ/β)².
+            if 4.0 * c.eta * c.beta * c.beta <= c.gamma {
+                return Verdict::Outside;
+            }
+            no_growing_mode(case, |c, omega| C::new(c.eta, c.n_p * omega) * c.beta - r_s / (c.beta * c.sigma_l_s))
+        },
+    },
+];
+
+const PERFORM_WELL: &str = "These observers perform well in the steady state or when the speed does not change aggressively.";
+
+const LOW_FREQUENCY: [Variable; 2] = [
+    Variable::even("speed_share", -0.1, 0.1).simplest_at(0.05),
+    Variable::even("frequency_over_speed", -0.5, 1.5).simplest_at(0.5),
 ];
 
 const ERRORS: [Variable; 7] = [
@@ -235,6 +292,31 @@ fn converges(case: &ClaimCase, gains: impl Fn(&ClaimCase) -> Result<KubotaGains,
         Ok(o) => observer::speed_converges(&o, &truth, 0.05, 0.05 * case.speed(), 4.0, 0.02 * case.speed()),
         Err(e) => Verdict::refused(e),
     }
+}
+
+/// Whether the loop, linearized in the frame of the flux, has a positive real pole: det(−A) < 0. A is that of e_λ, e_i and ∫ε with l₂ = 0,
+/// written down here anew, for K_P = 0 and K_I = 1, which change the determinant by a positive factor only.
+fn no_growing_mode(case: &ClaimCase, gain: impl Fn(&im_model::DerivedConstants<f64>, f64) -> C) -> Verdict {
+    let [speed, frequency] = case.values();
+    let (c, omega) = (case.constants(), speed * case.speed());
+    let (w, lambda) = (c.n_p * omega, case.rating().rotor_flux_vs);
+    let omega_e = w * frequency;
+    let (turning, a) = (C::new(0.0, omega_e), C::new(c.eta, -w));
+    // e_λ' = −(a + jω_e)e_λ + (ηL_m − l₁)e_i − jn_pλΔω,   e_i' = βa e_λ − (γ + jω_e)e_i + jn_pβλΔω,   Δω = ∫ε,   ε = −n_pβλ × e_i
+    let blocks = [[-(a + turning), -gain(&c, omega) + c.eta_l_m], [a * c.beta, -(turning + c.gamma)]];
+    let mut m = [[0.0; 5]; 5];
+    for (k, row) in blocks.iter().enumerate() {
+        for (l, z) in row.iter().enumerate() {
+            (m[2 * k][2 * l], m[2 * k][2 * l + 1], m[2 * k + 1][2 * l], m[2 * k + 1][2 * l + 1]) = (-z.re, z.im, -z.im, -z.re);
+        }
+    }
+    m[1][4] = c.n_p * lambda;
+    m[3][4] = -c.n_p * c.beta * lambda;
+    m[4][3] = c.n_p * c.beta * lambda;
+    let d = (turning + a) * (turning + c.gamma) - a * c.beta * blocks[0][1];
+    // |D|ω_e is what the determinant is at most, but for the levers.
+    let size = (c.n_p * c.beta * lambda).powi(2) * d.norm() * omega_e.abs();
+    Verdict::at_most("1 − det(−A) over its size", 1.0 - super::determinant(m) / size, 1.0 + 1e-9)
 }
 
 fn rows<const R: usize>(m: &Matrix<f64>) -> [[f64; 2]; R] {

@@ -5,6 +5,7 @@ use crate::claim::Claim;
 mod derdiyok;
 mod jadot_equations;
 mod jadot_runs;
+mod jadot_theorem_2;
 mod kenne_equations;
 mod kenne_runs;
 mod kubota;
@@ -26,8 +27,29 @@ pub fn all() -> Vec<Claim> {
         kenne_runs::CLAIMS,
         jadot_equations::CLAIMS,
         jadot_runs::CLAIMS,
+        jadot_theorem_2::CLAIMS,
     ]
     .concat();
     all.sort_by_key(|c| c.number);
     all
+}
+
+/// A determinant, by Gauss's elimination.
+fn determinant<const N: usize>(mut m: [[f64; N]; N]) -> f64 {
+    let mut product = 1.0;
+    for k in 0..N {
+        let largest = (k..N).max_by(|a, b| m[*a][k].abs().total_cmp(&m[*b][k].abs())).unwrap_or(k);
+        if largest != k {
+            m.swap(k, largest);
+            product = -product;
+        }
+        product *= m[k][k];
+        for row in k + 1..N {
+            let share = m[row][k] / m[k][k];
+            for column in k..N {
+                m[row][column] -= share * m[k][column];
+            }
+        }
+    }
+    product
 }

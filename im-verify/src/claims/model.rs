@@ -3,6 +3,7 @@
 use im_model::state_space::{StateSpace, kwon_state};
 use im_model::{Plant, PlantInput, State};
 
+use crate::claim::Origin::Says;
 use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::variable::Variable;
 use crate::verdict::Verdict;
@@ -12,7 +13,10 @@ pub const CLAIMS: &[Claim] = &[Claim {
     number: 1,
     name: "kwon_1_is_the_machine",
     paper: Paper::Kwon,
-    place: "(1), (9)",
+    place: "Section II, (1); Section VI, (9)",
+    origin: Says(
+        "After some manipulations, we can represent the two-phase equivalent model of a three-phase cage induction motor in the form: (1)",
+    ),
     statement: "Voltage equations, linear flux linkages and torque of the machine take the form (1), that is ẋ = Ax + B₁u₁ + B₂u₂(x, τ_L).",
     assumptions: "Linear magnetics, smooth air gap. Any state, voltage and load.",
     found: Found::Holds,

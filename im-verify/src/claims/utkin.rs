@@ -5,6 +5,7 @@ use im_design::sliding::{UtkinRegion, utkin};
 use im_model::space_vector::{cross, unit};
 use im_observers::{Basis, Discretization, Input, Observer, Utkin, UtkinGains};
 
+use crate::claim::Origin::Extends;
 use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::properties::{Steady, observer};
 use crate::variable::Variable;
@@ -16,7 +17,8 @@ pub const CLAIMS: &[Claim] = &[
         number: 14,
         name: "utkin_surface_attracts_for_omega0_large_enough",
         paper: Paper::Kwon,
-        place: "V",
+        place: "Section V",
+        origin: Extends("Then, Utkin, Guldner and Shi [4] propose to use as the rotor speed estimate ω̂_e = ω₀ sign(s_n)"),
         statement: "With ω̂ = ω₀ sign(s_n) a sliding mode on s_n = λ̂ × (î − i) = 0 is enforced by ω₀ large enough.",
         assumptions: "ω₀ of im-design for errors of flux and current up to given sizes, |î − i| below β|λ̂|.",
         found: Found::HoldsIf,
@@ -36,8 +38,11 @@ pub const CLAIMS: &[Claim] = &[
         number: 15,
         name: "utkin_converges_when_motoring",
         paper: Paper::Kwon,
-        place: "V, \"successfully tested\"",
-        statement: "Flux and speed converge. There is no proof; it worked in a laboratory.",
+        place: "Section V",
+        origin: Extends(
+            "Utkin et al. [4, page 225] were not able to provide a proof of the observation error convergence. However, they successfully tested their proposed observer in a laboratory setting.",
+        ),
+        statement: "Flux and speed converge when motoring.",
         assumptions: "Motoring, from 15 % of rated speed on, a slip from a tenth of rated on; from 3° of flux.",
         found: Found::HoldsIf,
         finding: "Holds in every case tried when motoring. Not when regenerating at low frequency: claim 16.",
@@ -52,10 +57,11 @@ pub const CLAIMS: &[Claim] = &[
         number: 16,
         name: "utkin_converges_in_all_quadrants",
         paper: Paper::Kwon,
-        place: "V, \"successfully tested\"",
-        statement: "The same, in all quadrants.",
+        place: "Section V",
+        origin: Extends("However, they successfully tested their proposed observer in a laboratory setting."),
+        statement: "The same in all quadrants, which the paper does not say.",
         assumptions: "Speeds up to 40 % of rated, any slip, with ω_e beyond 2 % of rated; from 3° of flux.",
-        found: Found::Fails,
+        found: Found::Fails { rate: 0.007 },
         finding: "Fails when regenerating at low frequency, as Kubota's without feedback: in sliding both are the same zero-error dynamics.",
         cost: Cost::Run,
         variables: &[

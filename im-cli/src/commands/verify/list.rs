@@ -2,20 +2,12 @@
 
 use std::io::{self, Write};
 
-use im_verify::{Claim, Found, Paper};
+use im_verify::page::{self, stated};
+use im_verify::{Claim, Paper};
 use serde_json::json;
 
 use super::Format;
 use crate::terminal::{stdout, wrapped};
-
-/// What was found, in a word or two.
-pub fn stated(found: Found) -> &'static str {
-    match found {
-        Found::Holds => "holds",
-        Found::HoldsIf => "holds if",
-        Found::Fails => "fails",
-    }
-}
 
 pub fn print(claims: &[Claim], format: Format) -> io::Result<()> {
     let mut out = stdout();
@@ -24,25 +16,7 @@ pub fn print(claims: &[Claim], format: Format) -> io::Result<()> {
             let all: Vec<_> = claims.iter().map(entry).collect();
             writeln!(out, "{:#}", json!({"schema": 1, "claims": all}))
         }
-        Format::Markdown => claims.iter().try_for_each(|c| {
-            writeln!(
-                out,
-                "### {}. {}\n\n*{}.* {} **Assumed:** {} **Found: {}.** {}\n\nProperty: `{}`.\n{}",
-                c.number,
-                c.name.replace('_', " "),
-                c.place,
-                c.statement,
-                c.assumptions,
-                stated(c.found),
-                c.finding,
-                c.name,
-                if c.found == Found::Fails {
-                    format!("\n![claim {0}](images/claims/{0:02}.svg)\n", c.number)
-                } else {
-                    String::new()
-                }
-            )
-        }),
+        Format::Markdown => write!(out, "{}", page::list(claims)),
         Format::Text => {
             for paper in Paper::ALL {
                 let own: Vec<&Claim> = claims.iter().filter(|c| c.paper == paper).collect();
@@ -51,8 +25,12 @@ pub fn print(claims: &[Claim], format: Format) -> io::Result<()> {
                 }
                 writeln!(out, "{} (--paper {})\n", paper.authors(), paper.name())?;
                 for c in own {
-                    writeln!(out, "{:>3}  {} [{}]", c.number, c.name, stated(c.found))?;
-                    write!(out, "{}", wrapped("     ", &format!("{}: {}", c.place, c.statement)))?;
+                    writeln!(out, "{:>3}  {} [{}{}]", c.number, c.name, kind(c), stated(c.found))?;
+                    write!(
+                        out,
+                        "{}",
+                        wrapped("     ", &format!("{}: \"{}\" Tried: {}", c.place, c.origin.words(), c.statement))
+                    )?;
                 }
                 writeln!(out)?;
             }
@@ -61,9 +39,15 @@ pub fn print(claims: &[Claim], format: Format) -> io::Result<()> {
     }
 }
 
+/// What stands before the finding of an extension.
+fn kind(c: &Claim) -> &'static str {
+    if c.origin.is_extension() { "extension, " } else { "" }
+}
+
 fn entry(c: &Claim) -> serde_json::Value {
     json!({
-        "number": c.number, "name": c.name, "paper": c.paper.name(), "place": c.place, "statement": c.statement,
+        "number": c.number, "name": c.name, "paper": c.paper.name(), "place": c.place, "extension": c.origin.is_extension(),
+        "words": c.origin.words(), "statement": c.statement,
         "assumptions": c.assumptions, "found": stated(c.found), "finding": c.finding,
     })
 }

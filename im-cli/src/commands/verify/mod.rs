@@ -9,7 +9,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use im_model::{MotorFile, write_atomically};
-use im_verify::{Block, Campaign, Claim, Journal, Machines, Paper, Row, Shard, Subject, case_file, claims, shrunk};
+use im_verify::{
+    Block, Campaign, Claim, Journal, Machines, Outcome, Paper, Row, Shard, Subject, case_file, claims, page, shrunk,
+};
 
 use serde::de::DeserializeOwned;
 
@@ -34,8 +36,9 @@ A case follows from seed, claim and index alone, so that shards are exactly the 
 of DIR/trials.jsonl: the same command run again goes on where it was, and the lines of several shards put \
 into one file are summed up by running the whole. Another version of im needs another folder.
 
-Exit status: 0 the claims came out as docs/claims.md states them (a claim known to fail, by a \
-counterexample that was found) and no trial was refused, 3 otherwise, 1 bad input, 2 wrong usage.")]
+Exit status: 0 no claim came out otherwise than docs/claims.md states it and no trial was refused; too few \
+cases to tell, or no counterexample on a given machine, is no failure and is printed. 3 otherwise, 1 bad \
+input, 2 wrong usage.")]
 pub struct Args {
     /// All claims, and the hidden-effect campaign of im diagnose
     #[arg(long, conflicts_with_all = ["claim", "paper"])]
@@ -193,7 +196,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // What is for people is shown before the trials, which take long.
     match args.format() {
         Format::Text => table::text(&mut out, &campaign, &rows, &found, args)?,
-        Format::Markdown => table::markdown(&mut out, &campaign, &rows)?,
+        Format::Markdown => write!(out, "{}", page::results(&campaign, &rows))?,
         Format::Json => {}
     }
     out.flush()?;
@@ -203,12 +206,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     } else if args.all {
         table::trials(&mut out, &finished)?;
     }
-    let said = |(c, r): (&Claim, &Row)| match (c.found, r.cases) {
-        (_, 0) => format!("{} (no case meets its assumptions)", c.name),
-        (im_verify::Found::Fails, n) => format!("{} (no counterexample in {n} cases; more may have one)", c.name),
-        (_, n) => format!("{} (violated in {} of {n} cases)", c.name, r.violated),
+    let said = |(c, r): (&Claim, &Row)| match c.found.fails() {
+        true => format!("{} (no counterexample in {} cases)", c.name, r.cases),
+        false => format!("{} (violated in {} of {} cases)", c.name, r.violated, r.cases),
     };
-    let mut wrong: Vec<String> = campaign.claims.iter().zip(&rows).filter(|(_, r)| !r.as_stated).map(said).collect();
+    let otherwise = campaign.claims.iter().zip(&rows).filter(|(_, r)| r.outcome == Outcome::Otherwise);
+    let mut wrong: Vec<String> = otherwise.map(said).collect();
     let refused = finished.iter().filter(|f| f.outcome.is_err()).count();
     if refused > 0 {
         wrong.push(format!("{refused} trials were refused"));
@@ -259,12 +262,17 @@ struct Found {
     text: String,
     /// What was found, in numbers.
     why: String,
+    /// Whether it comes from the case with the smallest margin of all.
+    worst: bool,
 }
 
 fn shrink(campaign: &Campaign, rows: &[Row], keep: usize) -> Vec<Found> {
     let mut found = Vec::new();
     for (claim, row) in campaign.claims.iter().zip(rows) {
-        for index in row.violating.iter().take(keep) {
+        // The worst of all cases and the first ones.
+        let worst = row.worst.filter(|_| row.violated > 0).map(|(_, index)| index);
+        let first = row.violating.iter().copied().filter(|index| Some(*index) != worst);
+        for index in &worst.into_iter().chain(first).take(keep).collect::<Vec<_>>() {
             let point = shrunk(claim, &claim.draw(campaign.seed, *index, &campaign.machines), &campaign.machines);
             let why = match claim.verdict(&point, &campaign.machines) {
                 im_verify::Verdict::Violated { why, .. } => why,
@@ -275,6 +283,7 @@ fn shrink(campaign: &Campaign, rows: &[Row], keep: usize) -> Vec<Found> {
                 file: format!("{:02}-{}-{index}.toml", claim.number, claim.name),
                 text: case_file::to_text(claim, &point, &campaign.machines, campaign.seed, *index),
                 why,
+                worst: Some(*index) == worst,
             });
         }
     }

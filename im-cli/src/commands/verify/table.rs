@@ -3,25 +3,11 @@
 use std::io::{self, Write};
 
 use im_trials::campaign::{self, Finished};
-use im_verify::{Campaign, Row};
+use im_verify::page::{margin, percent, stated};
+use im_verify::{Campaign, Outcome, Row};
 use serde_json::json;
 
-use super::list::stated;
 use super::{Args, Found};
-
-fn percent([low, high]: [f64; 2]) -> String {
-    let p = |x: f64| match 100.0 * x {
-        0.0 => "0".to_owned(),
-        x if x < 0.1 => format!("{x:.1e}"),
-        x => format!("{x:.1}"),
-    };
-    format!("{} to {} %", p(low), p(high))
-}
-
-fn margin(row: &Row) -> String {
-    // Beyond 1 a quantity has the sign that the claim wants: how much so says nothing.
-    row.worst.map_or("none".into(), |(m, _)| if m > -10.0 { format!("{:.2}", m.min(1.0)) } else { format!("{m:.0e}") })
-}
 
 pub fn text(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Found], args: &Args) -> io::Result<()> {
     writeln!(
@@ -40,7 +26,7 @@ pub fn text(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Fo
             r.violated,
             percent(r.interval),
             margin(r),
-            if r.as_stated { "as stated" } else { "NOT AS STATED" }
+            r.outcome.words()
         )?;
     }
     let outside: u64 = rows.iter().map(|r| r.outside).sum();
@@ -52,35 +38,19 @@ pub fn text(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Fo
     }
     for f in found {
         let at = args.out.as_ref().map_or_else(String::new, |d| format!(" {}", d.join("cases").join(&f.file).display()));
-        writeln!(out, "{:>3} {}{at}", f.claim, f.why)?;
+        writeln!(out, "{:>3} {}{}{at}", f.claim, if f.worst { "(from the worst case) " } else { "" }, f.why)?;
     }
     if !found.is_empty() && args.out.is_none() {
         writeln!(out, "With --out DIR they are written to files, which im verify --replay runs again.")?;
     }
-    let right = rows.iter().filter(|r| r.as_stated).count();
-    writeln!(out, "\n{right} of {} claims came out as docs/claims.md states them.", rows.len())
-}
-
-pub fn markdown(out: &mut impl Write, campaign: &Campaign, rows: &[Row]) -> io::Result<()> {
-    writeln!(
-        out,
-        "| | claim | found | cases | violated | failure rate (95 %) | smallest margin |\n|---|---|---|---|---|---|---|"
-    )?;
-    for (c, r) in campaign.claims.iter().zip(rows) {
-        writeln!(
-            out,
-            "| {} | `{}` | {}{} | {} | {} | {} | {} |",
-            c.number,
-            c.name,
-            stated(c.found),
-            if r.as_stated { "" } else { ", NOT AS STATED" },
-            r.cases,
-            r.violated,
-            percent(r.interval),
-            margin(r)
-        )?;
+    let count = |outcome: Outcome| rows.iter().filter(|r| r.outcome == outcome).count();
+    writeln!(out, "\n{} of {} claims came out as docs/claims.md states them.", count(Outcome::AsStated), rows.len())?;
+    let none = count(Outcome::NotOnThisMachine);
+    if none > 0 {
+        writeln!(out, "{none} that fail elsewhere have no counterexample on this machine.")?;
     }
-    Ok(())
+    let few = count(Outcome::TooFew);
+    if few > 0 { writeln!(out, "Too few cases to tell of {few}: --cases gives them more.") } else { Ok(()) }
 }
 
 /// The hidden-effect campaign.
@@ -109,13 +79,14 @@ pub fn json_of(
             json!({
                 "number": c.number, "name": c.name, "found": stated(c.found), "cases": r.cases, "outside": r.outside,
                 "violated": r.violated, "rate_95": r.interval, "worst_margin": r.worst.map(|w| w.0), "worst_case": r.worst.map(|w| w.1),
-                "as_stated": r.as_stated, "counterexamples": own,
+                "as_stated": r.outcome == Outcome::AsStated, "outcome": r.outcome.words().to_lowercase(), "extension": c.origin.is_extension(),
+                "counterexamples": own,
             })
         })
         .collect();
     let all = json!({
         "schema": 1, "seed": campaign.seed, "machines": campaign.machines.label(), "claims": claims,
-        "as_stated": rows.iter().all(|r| r.as_stated),
+        "as_stated": rows.iter().all(|r| r.outcome != Outcome::Otherwise),
         "trials": finished.map(|f| json!({"number": f.len(), "table": campaign::table(f), "finished": f})),
     });
     writeln!(out, "{all:#}")
