@@ -3,7 +3,7 @@
 use crate::bench::{Bench, Point, machine};
 use im_identify::online::{
     Adaptation, DeadZone, Excitation, Follower, FollowerGains, Identifier, Lambda, RegulationParameters, SchemeSettings,
-    TimeScale, TimeVarying, TimeVaryingGain, steady_regressor,
+    TimeScale, TimeVarying, steady_regressor,
 };
 use im_model::{Complex, TParameters};
 use proptest::prelude::*;
@@ -171,14 +171,14 @@ fn two_points() -> (TParameters<f64>, [f64; 4], [Point; 2]) {
     (p, [0.2, -0.2, 0.15, -0.1], [point(300.0, 10.0), point(20.0, 3.0)])
 }
 
-/// Theorem 2 with its constant K_W: with the integral action, exciting W (rank four over two points) is not enough. The errors that both
-/// points see alike stay, the integral action holding the voltage; without it, or forgetting, the same run converges.
+/// (47) with the gain of Section V-C: with the integral action, exciting W (rank four over two points) is not enough. Errors stay, the
+/// integral action holding the voltage; without it, or forgetting, the same run converges. The theorem's constant K_W: claim 59 of im-verify.
 #[test]
 fn theorem_2_needs_an_integral_action_that_forgets() {
     let (p, off, points) = two_points();
     let run = |integral, leak| {
         let s = SchemeSettings { weights: [1.0; 4], ..settings(&p, off) };
-        let scheme = TimeVarying::with_gain(&s, TimeVaryingGain::Constant { per_v_a_s: 0.02 }, leak).unwrap();
+        let scheme = TimeVarying::try_new(&s, TimeVarying::<f64>::PAPER_FREQUENCY, leak).unwrap();
         follow(p, scheme, integral, &points, 10.0, 30)
     };
     let printed = run(true, 0.0);

@@ -49,16 +49,7 @@ pub enum Law {
     Layers,
     /// The same with switching gains that satisfy (25), (26) for what the second study changes.
     Designed,
-    /// `Layers` on an inverter that gives the rated voltage, [`DC_V`].
-    LayersRealisable,
-    /// `Designed` on that inverter.
-    DesignedRealisable,
-    /// k_vsq = 100 V, k_vsd = 60 V, a third of its voltage, on that inverter.
-    Realisable,
 }
-
-/// A dc link whose hexagon holds the circle of the rated voltage, 311 V.
-const DC_V: f64 = 540.0;
 
 /// k_vsq and k_vsd by `im_design`, V: R_s as the second study has it, R_r within 20 % of what the identifier says, the flux estimate within 10 %, speed and
 /// flux around their references, a given load.
@@ -94,10 +85,8 @@ fn gains(law: Law, known: &MachineData<f64>) -> KenneGains<f64> {
         reference: ReferenceShaper { bandwidth_rad_s: 100.0, acceleration_max_rad_s2: 1000.0 },
         field_weakening: FieldWeakening { bandwidth_per_s: 15.0, voltage_share: 0.92 },
     };
-    match law {
-        Law::Designed | Law::DesignedRealisable => [gains.k_sq, gains.k_sd] = designed_gains(),
-        Law::Realisable => [gains.k_sq, gains.k_sd] = [100.0, 60.0],
-        Law::Signs | Law::Layers | Law::LayersRealisable => {}
+    if law == Law::Designed {
+        [gains.k_sq, gains.k_sd] = designed_gains();
     }
     if law != Law::Signs {
         gains.set_boundary_layers(known, 0.0645f64.sqrt(), 1000.0);
@@ -107,7 +96,7 @@ fn gains(law: Law, known: &MachineData<f64>) -> KenneGains<f64> {
 }
 
 impl Study<'_> {
-    /// Runs it, without a limit of voltage unless the law says so.
+    /// Runs without a limit of voltage.
     pub fn run(&self, law: Law) -> Vec<Row> {
         let m = KENNE_APPENDIX_II;
         let known =
@@ -136,8 +125,6 @@ impl Study<'_> {
             (w.stator_resistance_ohm, w.rotor_resistance_ohm) = (r_s, r_r);
             Machine::base(w.to_t().expect("a machine"), m.pole_pairs).expect("a machine")
         };
-        let realisable = matches!(law, Law::LayersRealisable | Law::DesignedRealisable | Law::Realisable);
-        let dc_voltage_v = if realisable { DC_V } else { 0.0 };
         let mut noise = Noise(1);
         let (mut state, mut u_s) = (State::default(), Complex::new(0.0, 0.0));
         let mut rows = Vec::new();
@@ -147,7 +134,7 @@ impl Study<'_> {
             let mut bench = Bench::new(&machine(r_s, r_r), state, T);
             let shown = bench.output();
             let i_s = shown.i_s + Complex::new(noise.next(), noise.next()) * self.noise_a;
-            let measured = Measured { i_s, omega_m: shown.omega_m, u_s, dc_voltage_v, sample_time_s: T };
+            let measured = Measured { i_s, omega_m: shown.omega_m, u_s, dc_voltage_v: 0.0, sample_time_s: T };
             let estimate = identifier.step(&mut identified, &Sample::from(&measured));
             drive.set_rotor_resistance_ohm(estimate.values[0]);
             // A brake: it holds the rotor, but does not drive it.
