@@ -4,7 +4,7 @@ use std::path::Path;
 
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::diagnose;
-use im_diagnose::search::Options;
+use im_diagnose::search::{Options, Stage};
 use im_model::{MotorFile, Recording};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
         let d = diagnose(case, Options::default())?;
         println!("{}: {} {:?} rivals {:?}", dir.display(), d.verdict.name(), d.effects, d.alternatives);
-        for (model, round) in d.course.models.iter().zip(&d.course.rounds) {
+        for Stage { model, round, .. } in &d.course.stages {
             println!("  {:?}: train {:.4}, held out {:.4}", model.effects, model.train(), model.holdout.unwrap_or(f64::NAN));
             for s in round.scores.iter().take(5) {
                 println!(

@@ -155,4 +155,17 @@ mod tests {
         let lag1: f64 = y.windows(2).map(|p| p[0] * p[1]).sum::<f64>() / y.iter().map(|v| v * v).sum::<f64>();
         assert!(lag1.abs() < 0.02 && (w.variance - 1.0).abs() < 0.05, "{lag1} {}", w.variance);
     }
+
+    #[test]
+    fn colouring_backwards_gives_the_quadratic_form_of_the_noise() {
+        let w = Whitener { coefficients: vec![0.6, -0.2], variance: 0.3 };
+        let unit = |k: usize| (0..6).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
+        let columns: Vec<nalgebra::DVector<f64>> = (0..6).map(|k| w.apply(&unit(k)).into()).collect();
+        let filter = nalgebra::DMatrix::from_columns(&columns);
+        // Filtered noise is white: A Σ Aᵀ = I.
+        let covariance = (filter.transpose() * filter).try_inverse().unwrap();
+        let x = nalgebra::DVector::from_vec(vec![1.0, -2.0, 0.5, 3.0, 0.0, 1.5]);
+        let coloured: f64 = w.coloured_backwards(x.as_slice()).iter().map(|y| y * y).sum();
+        assert!((coloured / x.dot(&(covariance * &x)) - 1.0).abs() < 1e-12);
+    }
 }

@@ -6,6 +6,7 @@
 use std::convert::Infallible;
 
 use im_diagnose::diagnosis::Diagnosis;
+use im_diagnose::search::Stage;
 use im_tests::campaign::{Finished, Outcome, Planned, plan, run_all, table};
 
 fn main() {
@@ -51,7 +52,7 @@ fn line(p: &Planned, o: &Outcome, seconds: f64) -> String {
 }
 
 fn why(answer: &Diagnosis) {
-    for (m, r) in answer.course.models.iter().zip(&answer.course.rounds) {
+    for Stage { model: m, round: r, .. } in &answer.course.stages {
         println!("      {:?} train {:.4} held out {:.4}", m.effects, m.train(), m.holdout.unwrap_or(0.0));
         for s in r.scores.iter().take(5) {
             let name = s.effect.name();

@@ -80,18 +80,17 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     let mut leftover = leftover_of(&loop_, &course);
     if verdict_of(&course, &leftover, 1.0) == Some(Verdict::Unexplained) && explained(&course) < PARTIAL {
         // Stand-ins for something else: their names would mislead.
-        course.models.truncate(1);
-        course.alternatives.clear();
+        course.stages.truncate(1);
         leftover = leftover_of(&loop_, &course);
     }
-    let last = &course.models[course.models.len() - 1];
+    let last = &course.last().model;
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
     let floor = if caused(&course, &leftover) { 1.0 } else { last.train().max(1.0) };
     let (steps, judged) = if floor > 1.05 {
         loop_.set_noise_to_residual(&last.fit);
         steps(&loop_, &course)
     } else {
-        (steps_as_found[..course.models.len()].to_vec(), judged_as_found)
+        (steps_as_found[..course.stages.len()].to_vec(), judged_as_found)
     };
     let remainder = remainder(&course, &leftover);
     let ranking = ranking(&loop_, &course, significance, remainder.as_ref());
@@ -106,7 +105,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     Ok(Diagnosis {
         verdict,
         effects: last.effects.clone(),
-        alternatives: course.alternatives.clone(),
+        alternatives: course.alternatives(),
         ranking,
         steps,
         parameters,
@@ -121,7 +120,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
 }
 
 fn leftover_of(loop_: &Refinement, course: &Course) -> Vec<Dependence> {
-    let last = &course.models[course.models.len() - 1];
+    let last = &course.last().model;
     dependences(&last.fit.machine, &last.fit.starts, loop_.nudged())
 }
 

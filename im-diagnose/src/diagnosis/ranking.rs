@@ -35,9 +35,9 @@ pub struct Candidate {
 }
 
 pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, remainder: Option<&Remainder>) -> Vec<Candidate> {
-    let Some(first) = course.rounds.first() else { return Vec::new() };
+    let first = &course.first().round;
     let m = first.scores.len().max(1);
-    let last = &course.models[course.models.len() - 1];
+    let last = &course.last().model;
     first
         .scores
         .iter()
@@ -57,9 +57,9 @@ pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, re
                 .map(|o| (o.effect, cosine(&s.signature, &o.signature)))
                 .max_by(|a, b| a.1.total_cmp(&b.1));
             let conclusion = if let Some(k) = last.effects.iter().position(|e| *e == s.effect) {
-                let rivals: Vec<&str> = course.alternatives[k].iter().map(|e| e.name()).collect();
+                let rivals: Vec<&str> = course.stages[k + 1].rivals.iter().map(|e| e.name()).collect();
                 if rivals.is_empty() { "added".into() } else { format!("added; confounded with {}", rivals.join(", ")) }
-            } else if course.alternatives.iter().flatten().any(|e| *e == s.effect) {
+            } else if course.stages.iter().flat_map(|s| &s.rivals).any(|e| *e == s.effect) {
                 "explains the data as well as an effect added".into()
             } else if remainder.is_some_and(|r| r.suspect == Some(s.effect)) {
                 "may be missing, too: explains part of what is left, but is not confirmed".into()

@@ -69,27 +69,26 @@ fn step(loop_: &Refinement, model: &Model, (machine, starts): (Machine<f64>, Vec
 
 /// The steps of a course, and the training recordings as they are judged on them.
 pub(super) fn steps(loop_: &Refinement, course: &Course) -> (Vec<Step>, Vec<Experiment>) {
-    let last = &course.models[course.models.len() - 1];
+    let last = &course.last().model;
     // A first, generous look: what the final model can be fitted on without nudging; then the strict one, with that fit.
     let refit = Judged::new(loop_, &last.fit.machine, &last.fit.starts, 100.0);
-    let fits: Vec<_> = course.models.par_iter().map(|m| refitted(loop_, m, &refit)).collect();
+    let fits: Vec<_> = course.stages.par_iter().map(|s| refitted(loop_, &s.model, &refit)).collect();
     let (machine, starts) = &fits[fits.len() - 1];
     let judged = Judged::new(loop_, machine, starts, UNSTABLE);
-    let steps = course.models.par_iter().zip(fits).map(|(m, fit)| step(loop_, m, fit, &judged)).collect();
+    let steps = course.stages.par_iter().zip(fits).map(|(s, fit)| step(loop_, &s.model, fit, &judged)).collect();
     (steps, judged.train)
 }
 
 /// Drops the last effects again where a simulation on its own feet does not gain by them: nudging the speed towards a noisy
 /// measurement can make an effect look useful.
 pub(super) fn keep_confirmed(course: &mut Course, steps: &[Step], least_gain: f64) {
-    while course.models.len() > 1 {
-        let (before, after) = (&steps[course.models.len() - 2], &steps[course.models.len() - 1]);
+    while course.stages.len() > 1 {
+        let (before, after) = (&steps[course.stages.len() - 2], &steps[course.stages.len() - 1]);
         let gain = before.train.chi2_per_sample - after.train.chi2_per_sample;
         if gain > least_gain * after.train.chi2_per_sample {
             return;
         }
-        course.models.pop();
-        course.alternatives.pop();
+        course.stages.pop();
     }
 }
 

@@ -47,12 +47,12 @@ pub struct Remainder {
 }
 
 pub(super) fn remainder(course: &Course, leftover: &[Dependence]) -> Option<Remainder> {
-    let last = &course.models[course.models.len() - 1];
+    let last = &course.last().model;
     let found = matches!(verdict_of(course, leftover, 1.0), Some(Verdict::MissingEffects | Verdict::Confounded));
     if !found || error(last, 1.0) - 1.0 <= NEGLIGIBLE || !caused(course, leftover) {
         return None;
     }
-    let round = course.rounds.get(course.models.len() - 1)?;
+    let round = &course.last().round;
     // The recording that no fit has seen judges best between those that none confirms.
     let unseen = |m: &Model| m.holdout.unwrap_or_else(|| m.train());
     let likely = round.trials.iter().filter(|t| likelier(last, &t.model, round.scores.len()));
@@ -85,11 +85,10 @@ const CAUSED: f64 = 0.03;
 
 /// Whether what the last model leaves has a cause: it depends on something, or an effect that was tried explains part of it.
 pub(super) fn caused(course: &Course, leftover: &[Dependence]) -> bool {
-    let last = &course.models[course.models.len() - 1];
+    let last = &course.last().model;
     let takes = |m: &Model| last.train() - m.train() > CAUSED * (last.train() - 1.0).max(NEGLIGIBLE);
-    let tried = course.rounds.get(course.models.len() - 1);
-    let explains = |r: &Round| r.trials.iter().any(|t| takes(&t.model) && likelier(last, &t.model, r.scores.len()));
-    structured(leftover) || tried.is_some_and(explains)
+        let explains = |r: &Round| r.trials.iter().any(|t| takes(&t.model) && likelier(last, &t.model, r.scores.len()));
+    structured(leftover) || explains(&course.last().round)
 }
 
 /// The larger of training and held-out error, in noise floors.
@@ -99,20 +98,20 @@ fn error(m: &Model, floor: f64) -> f64 {
 
 /// The part of the base model's excess over the noise that the effects explain.
 pub(super) fn explained(course: &Course) -> f64 {
-    let (first, last) = (&course.models[0], &course.models[course.models.len() - 1]);
+    let (first, last) = (&course.first().model, &course.last().model);
     1.0 - (error(last, 1.0) - 1.0) / (error(first, 1.0) - 1.0).max(1e-9)
 }
 
 /// The verdict as far as effects and leftover decide it.
 pub(super) fn verdict_of(course: &Course, leftover: &[Dependence], floor: f64) -> Option<Verdict> {
-    let (first, last) = (&course.models[0], &course.models[course.models.len() - 1]);
+    let (first, last) = (&course.first().model, &course.last().model);
     let (before, after) = (error(first, floor) - 1.0, error(last, floor) - 1.0);
     let share_left = if last.effects.is_empty() { 1.0 } else { after / before.max(1e-9) };
     if after > NEGLIGIBLE && share_left > 0.1 && structured(leftover) {
         Some(Verdict::Unexplained)
     } else if last.effects.is_empty() {
         None
-    } else if course.alternatives.iter().any(|a| !a.is_empty()) {
+    } else if course.stages.iter().any(|s| !s.rivals.is_empty()) {
         Some(Verdict::Confounded)
     } else {
         Some(Verdict::MissingEffects)
@@ -125,8 +124,8 @@ pub(super) fn verdict(course: &Course, ranking: &[Candidate], leftover: &[Depend
     }
     let unexcited = ranking.iter().filter(|c| !c.excited).count();
     // A candidate that fits better than chance allows, yet gains too little to be confirmed.
-    let first = &course.models[0];
+    let first = &course.first().model;
     let gains = |m: &Model| first.train() - m.train() > HINT && likelier(first, m, ranking.len());
-    let hinted = course.rounds.iter().flat_map(|r| &r.trials).any(|t| gains(&t.model));
+    let hinted = course.stages.iter().flat_map(|s| &s.round.trials).any(|t| gains(&t.model));
     if 3 * unexcited > ranking.len() || hinted || !determined(&first.fit) { Verdict::Inconclusive } else { Verdict::Adequate }
 }

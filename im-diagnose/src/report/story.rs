@@ -11,6 +11,7 @@ use crate::format::{number, quantity};
 use crate::localise::{Localisation, Signals, join, localise};
 use crate::residual_tests::Dependence;
 use crate::residuals::{Errors, errors};
+use crate::search::Stage;
 use crate::residuals::{UNSTABLE, judged, nudged};
 
 /// A model in the pictures.
@@ -71,7 +72,7 @@ impl<'a> Story<'a> {
             .collect();
         // Where a model fails is looked for with the speed nudged, so that one error does not hide behind another.
         let nudged_runs = nudged(&d.case.train);
-        let course = [&d.course.models[0], &d.course.models[d.course.models.len() - 1]];
+        let course = [&d.course.first().model, &d.course.last().model];
         let names: &[(&str, &str)] = if models.len() > 1 {
             &[("base model", "base"), ("refined model", "refined")]
         } else {
@@ -263,13 +264,13 @@ pub(crate) fn summary(s: &Story) -> Summary {
         }
     };
     for (k, &e) in d.effects.iter().enumerate() {
-        let Some(round) = d.course.rounds.get(k) else { continue };
+        let Some(Stage { round, .. }) = d.course.stages.get(k) else { continue };
         let mut words = format!("{}: ", crate::format::sentence(&short_effect_name(e)).trim_end_matches('.'));
         if let Some(score) = round.scores.iter().find(|x| x.effect == e) {
             let threshold = d.ranking.iter().find(|c| c.effect == e).map_or(f64::NAN, |c| c.threshold);
             words += &format!("its score is {} where chance reaches {}", number(score.score, 3), number(threshold, 2));
         }
-        let model = |k: usize| d.course.models.get(k).map_or(f64::NAN, |m| m.train());
+        let model = |k: usize| d.course.stages.get(k).map_or(f64::NAN, |s| s.model.train());
         let (without, with) = (model(k), model(k + 1));
         if let (true, Some(&next)) = (with >= without, d.effects.get(k + 1)) {
             words +=

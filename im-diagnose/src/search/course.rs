@@ -40,15 +40,39 @@ pub struct Round {
     pub trials: Vec<Trial>,
 }
 
-/// The course of the loop.
+/// A model of the course, and what was tried beyond it.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// The model: the refitted base model, or one with an effect more than the stage before.
+    pub model: Model,
+    /// The round that began with it.
+    pub round: Round,
+    /// Effects that explain the data as well in the place of its newest one.
+    pub rivals: Vec<EffectId>,
+}
+
+/// The course of the loop: never empty.
 #[derive(Clone, Debug)]
 pub struct Course {
-    /// The refitted base model and the models after each addition that was kept.
-    pub models: Vec<Model>,
-    /// The rounds.
-    pub rounds: Vec<Round>,
-    /// For every effect of the final model, those that explain the data as well in its place.
-    pub alternatives: Vec<Vec<EffectId>>,
+    /// The base model, and a stage for each addition that was kept.
+    pub stages: Vec<Stage>,
+}
+
+impl Course {
+    /// The stage of the base model.
+    pub fn first(&self) -> &Stage {
+        &self.stages[0]
+    }
+
+    /// The stage of the final model.
+    pub fn last(&self) -> &Stage {
+        &self.stages[self.stages.len() - 1]
+    }
+
+    /// For every effect of the final model, its rivals.
+    pub fn alternatives(&self) -> Vec<Vec<EffectId>> {
+        self.stages[1..].iter().map(|s| s.rivals.clone()).collect()
+    }
 }
 
 impl Refinement {
@@ -94,8 +118,10 @@ impl Refinement {
             models = self.exchanged(&models, place, better)?;
             rivals = self.rivals(&models, &rounds);
         }
-        let alternatives = rivals.iter().enumerate().map(|(k, all)| all.iter().map(|m| m.effects[k]).collect()).collect();
-        Ok(Course { models, rounds, alternatives })
+        let names = rivals.iter().enumerate().map(|(k, all)| all.iter().map(|m| m.effects[k]).collect());
+        let of_newest = std::iter::once(Vec::new()).chain(names);
+        let stage = |((model, round), rivals)| Stage { model, round, rivals };
+        Ok(Course { stages: models.into_iter().zip(rounds).zip(of_newest).map(stage).collect() })
     }
 
     /// Adds effects, but not the one left out, while they are worth it: the models, and a round for each.

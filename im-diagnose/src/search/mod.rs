@@ -17,7 +17,7 @@ use crate::residuals::{errors, evidence, mean_square, nudged};
 use score::{Score, ScoreContext, strengths};
 
 pub(crate) use course::likelier;
-pub use course::{Course, Round, Trial};
+pub use course::{Course, Round, Stage, Trial};
 
 /// What the loop may do.
 #[derive(Clone, Debug)]

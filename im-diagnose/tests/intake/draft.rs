@@ -2,7 +2,7 @@
 
 use im_diagnose::intake::IntakeError;
 
-use crate::simulated::{Folder, columns, csv, start, take};
+use crate::simulated::{Folder, column, columns, csv, start, take};
 
 #[test]
 fn a_foreign_file_is_guessed_and_read_as_if_it_had_been_described() {
@@ -83,4 +83,24 @@ fn an_electrical_speed_without_a_unit_is_recognized() {
     let text = t.draft.unwrap().text;
     assert!(text.contains("electrical = true") && text.contains("unit = \"rad/s\""), "{text}");
     assert!((t.experiment.channels[2].values[2000] - start().omega_m[2000]).abs() < 1e-6);
+}
+
+/// The simulation's voltage is held over each sample; a voltmeter would have shown its value at the row.
+#[test]
+fn the_instant_of_a_voltage_is_decided_by_the_fit() {
+    let folder = Folder::new("instant");
+    let drafted = |name: &str, all: &[(&str, Vec<f64>)]| {
+        let draft = take(&folder.put(name, csv(all))).unwrap().draft.unwrap();
+        (draft.text, draft.guesses.join("\n"))
+    };
+    let (text, said) = drafted("held.csv", &columns());
+    assert!(text.contains("instant = \"held_from_row\"") && said.contains("the model fits better so"), "{said}");
+    let mut all = columns();
+    for name in ["u1_V", "u2_V", "u3_V"] {
+        let u = column(&mut all, name);
+        let held = u.clone();
+        u.iter_mut().skip(1).zip(held.windows(2)).for_each(|(u, w)| *u = 0.5 * (w[0] + w[1]));
+    }
+    let (text, said) = drafted("sampled.csv", &all);
+    assert!(text.contains("instant = \"sample\"") && said.contains("the model fits better so"), "{said}");
 }

@@ -1,6 +1,6 @@
 //! Every fault is found where it was made, and none where there is none.
 
-use im_diagnose::intake::{FindingKind, Severity};
+use im_diagnose::intake::{FindingKind, Intake, Severity, findings};
 
 use crate::simulated::{Folder, MAPPING, column, columns, csv, of, start, take, taken};
 
@@ -193,4 +193,24 @@ fn severities_say_what_must_be_mended() {
     let t = taken("severity", &columns(), &turned);
     assert_eq!(t.findings[0].severity, Severity::Serious);
     assert!(t.findings[0].line().starts_with("run: serious: "), "{}", t.findings[0].line());
+}
+
+#[test]
+fn only_a_mean_that_persists_is_an_offset() {
+    let mut all = columns();
+    let t = column(&mut all, "t_s").clone();
+    // A direct current that decays while the machine runs is no sensor's.
+    for (name, share) in [("i1_A", 1.0), ("i2_A", -0.5), ("i3_A", -0.5)] {
+        column(&mut all, name).iter_mut().zip(&t).for_each(|(i, t)| *i += share * 3.0 * (-t / 0.15).exp());
+    }
+    assert!(of(&taken("transient", &all, MAPPING).findings, FindingKind::Offset).is_empty());
+    let shift = |all: &mut Vec<(&'static str, Vec<f64>)>| column(all, "i1_A").iter_mut().for_each(|i| *i += 0.5);
+    let text = only("persistent", FindingKind::Offset, shift);
+    assert!(text.contains("at every operating point") && text.contains("say offset = 0.5 for this column"), "{text}");
+    // What another recording of the same sensors does not show is not the sensors'.
+    let mut all = columns();
+    shift(&mut all);
+    let (with, without) = (taken("with", &all, MAPPING), taken("without", &columns(), MAPPING));
+    let offsets = |all: [&Intake; 2]| of(&findings(all.into_iter()), FindingKind::Offset).len();
+    assert_eq!([offsets([&with, &with]), offsets([&with, &without])], [2, 0]);
 }

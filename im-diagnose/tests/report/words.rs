@@ -95,7 +95,7 @@ fn what_was_found_is_not_said_to_be_all_where_more_is_left() {
         (d.verdict, d.effects.as_slice()),
         (Verdict::MissingEffects, &[EffectId::MainFluxSaturation][..]),
         "{:?}",
-        d.course.rounds.iter().map(|r| r.significant.clone()).collect::<Vec<_>>()
+        d.course.stages.iter().map(|s| s.round.significant.clone()).collect::<Vec<_>>()
     );
     assert_eq!(
         d.remainder.as_ref().and_then(|r| r.suspect),

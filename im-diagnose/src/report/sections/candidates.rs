@@ -52,7 +52,7 @@ pub(crate) fn section(s: &Story) -> Section {
 /// Refits of the leading candidates, round by round.
 fn trials(s: &Story) -> Markup {
     let mut rows = Vec::new();
-    for (k, round) in s.d.course.rounds.iter().enumerate() {
+    for (k, round) in s.d.course.stages.iter().map(|s| &s.round).enumerate() {
         let chosen = s.d.effects.get(k);
         for (n, t) in round.trials.iter().enumerate() {
             let first = if n == 0 { format!("{}", k + 1) } else { String::new() };
@@ -68,7 +68,7 @@ fn trials(s: &Story) -> Markup {
 
 /// Cosines between signatures.
 fn alike(s: &Story) -> Markup {
-    let Some(round) = s.d.course.rounds.first() else { return html! {} };
+    let round = &s.d.course.first().round;
     let scores: Vec<_> = round.scores.iter().filter(|x| !x.signature.is_empty()).collect();
     if scores.len() < 2 {
         return html! {};

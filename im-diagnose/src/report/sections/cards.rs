@@ -47,7 +47,7 @@ fn card(s: &Story, e: EffectId, note: &str) -> Markup {
 
 /// The curve of an effect that the refined model holds.
 fn picture(s: &Story, e: EffectId) -> Option<Markup> {
-    let last = &s.d.course.models[s.d.course.models.len() - 1];
+    let last = &s.d.course.last().model;
     let machine = &s.d.refined.machine;
     if !machine.effects().is_on(e) {
         return None;
