@@ -4,7 +4,7 @@ use im_model::EffectId;
 
 use super::Remainder;
 use crate::search::score::{LEAST_EXPLAINED_SHARE, Score, strengths};
-use crate::search::{Course, Refinement};
+use crate::search::{Course, Refinement, Refusal};
 use crate::statistics::{cosine, threshold};
 
 /// How a candidate stands after the first round.
@@ -70,7 +70,15 @@ pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, re
             } else if !loop_.possible(s) {
                 "would need an impossible sign: a symptom of something else".into()
             } else if last.effects.is_empty() {
-                "significant, but the held-out recording does not confirm it".into()
+                let refusal = first.trials.iter().find(|t| t.effect == s.effect).map(|t| t.refusal);
+                match refusal {
+                    Some(Some(Refusal::NotLikelier)) => "significant by its score, but its refit gains no more than chance",
+                    Some(Some(Refusal::GainsTooLittle)) => "significant, but takes too little off the error to be named",
+                    Some(Some(Refusal::NotOnHoldout)) => "significant, but the held-out recording does not confirm it",
+                    Some(None) => "explains part of the error, not enough to be named",
+                    None => "significant, but others explain more: not refitted",
+                }
+                .into()
             } else {
                 "explained by what was added".into()
             };

@@ -206,7 +206,11 @@ pub(crate) fn main_leftover(d: &Diagnosis) -> Option<&Dependence> {
 pub(crate) fn summary(s: &Story) -> Summary {
     let d = s.d;
     let (before, after, which) = s.fall();
-    let fall = format!("brings the {which} error from {} to {} noise floors", floors(before), floors(after));
+    let fall = if after < before {
+        format!("brings the {which} error from {} to {} noise floors", floors(before), floors(after))
+    } else {
+        format!("does not lower the {which} error ({} noise floors, {} before)", floors(after), floors(before))
+    };
     let is = |n: usize| if n == 1 { "is" } else { "are" };
     let mut sure = Vec::new();
     let mut refute = Vec::new();

@@ -20,6 +20,17 @@ const NEARLY_ALL: f64 = 0.25;
 /// Up to this cosine between their signatures, effects are of different kinds: one does not pass for a correction of the other's form.
 const UNLIKE: f64 = 0.4;
 
+/// Why a candidate is not added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The likelihood gains less than chance over the candidates would.
+    NotLikelier,
+    /// It takes too little off the error: it may only correct the form of another effect.
+    GainsTooLittle,
+    /// The held-out recording gains much less than the training recordings.
+    NotOnHoldout,
+}
+
 /// How a candidate fared in a round.
 #[derive(Clone, Debug)]
 pub struct Trial {
@@ -27,6 +38,8 @@ pub struct Trial {
     pub effect: EffectId,
     /// The model with it.
     pub model: Model,
+    /// Why it could not be added; `None` where it could.
+    pub refusal: Option<Refusal>,
 }
 
 /// One round of the loop.
@@ -76,8 +89,8 @@ impl Course {
 }
 
 impl Refinement {
-    /// Whether the training recordings speak for the newest effect of `after`.
-    fn worthwhile(&self, base: &Model, before: &Model, after: &Model, first: &[Score]) -> bool {
+    /// Why the training recordings do not speak for the newest effect of `after`, if they do not.
+    fn refusal(&self, base: &Model, before: &Model, after: &Model, first: &[Score]) -> Option<Refusal> {
         let alike = after.effects.last().map_or(0.0, |&newest| alike(newest, &before.effects, first));
         let (left, taken) = (after.train() - 1.0, before.train() - after.train());
         // What takes a good part off a good deal that is left is more than a correction to the form of another effect …
@@ -89,7 +102,10 @@ impl Refinement {
         let least = (self.options.least_gain * after.train())
             .max(self.options.least_cut * left)
             .max(share * (base.train() - after.train()));
-        likelier(before, after, self.candidates.len()) && taken > least
+        if !likelier(before, after, self.candidates.len()) {
+            return Some(Refusal::NotLikelier);
+        }
+        (taken <= least).then_some(Refusal::GainsTooLittle)
     }
 
     /// Whether the held-out recording gains a fair part of what the training recordings gained, absolutely or, where it missed less to
@@ -149,7 +165,14 @@ impl Refinement {
             let mut trials: Vec<Trial> = leading.par_iter().filter_map(|s| self.trial(here, s)).collect();
             trials.sort_by(|a, b| a.model.fit.cost.total_cmp(&b.model.fit.cost));
             let first = rounds.first().map_or(&scores, |r| &r.scores);
-            let mut worthwhile = trials.iter().filter(|t| self.worthwhile(&models[0], here, &t.model, first)).map(|t| &t.model);
+            for t in &mut trials {
+                let on_holdout = self.validated(&models[validated], &t.model);
+                t.refusal = self
+                    .refusal(&models[0], here, &t.model, first)
+                    .or_else(|| (!on_holdout).then_some(Refusal::NotOnHoldout));
+            }
+            let wanted = |t: &&Trial| matches!(t.refusal, None | Some(Refusal::NotOnHoldout));
+            let mut worthwhile = trials.iter().filter(wanted).map(|t| &t.model);
             let good =
                 |m: &&Model| self.validated(&models[validated], m) && (!holding || left(&models[validated], m) < NEARLY_ALL);
             let confirmed = worthwhile.clone().find(good);

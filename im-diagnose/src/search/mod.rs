@@ -17,7 +17,7 @@ use crate::residuals::{errors, evidence, mean_square, nudged};
 use score::{Score, ScoreContext, strengths};
 
 pub(crate) use course::likelier;
-pub use course::{Course, Round, Stage, Trial};
+pub use course::{Course, Refusal, Round, Stage, Trial};
 
 /// What the loop may do.
 #[derive(Clone, Debug)]
@@ -163,7 +163,8 @@ impl Refinement {
 
     /// What is fitted of a machine with such effects to such recordings.
     pub(crate) fn free(&self, machine: &Machine<f64>, effects: &[EffectId], experiments: &[Experiment]) -> Vec<Free> {
-        let mut free = base_parameters_in(machine, experiments);
+        // Limits are around the motor as given, however far the model has come.
+        let mut free = base_parameters_in(&self.base, experiments);
         let own: Vec<EffectId> = self.base.effects().active().collect();
         for &e in own.iter().chain(effects) {
             free.extend(effect_parameters(e, machine, &self.rating));
@@ -230,7 +231,7 @@ impl Refinement {
             // Without the effect it does better: this is not yet the minimum.
             tried = self.model(&tried.fit.machine, &tried.fit.starts, &effects, &FitOptions::near()).ok()?;
         }
-        Some(Trial { effect: score.effect, model: tried })
+        Some(Trial { effect: score.effect, model: tried, refusal: None })
     }
 
     /// The machine with the effect at the size predicted, within reason, and how the training recordings start with it.
