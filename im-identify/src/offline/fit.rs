@@ -149,6 +149,9 @@ pub fn cost(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<
 }
 
 fn rows(e: &Experiment, fraction: f64) -> usize {
+    if e.is_table() {
+        return e.len();
+    }
     ((e.len() as f64 * fraction) as usize).clamp(e.len().min(2), e.len())
 }
 
@@ -227,13 +230,22 @@ pub fn fit_from(
     for e in experiments {
         e.validate()?;
     }
-    let mut here = Point::new(machine, starts);
-    here.room = Room::of(machine, experiments)?;
-    for &fraction in &options.horizons {
+    let mut given = Point::new(machine, starts);
+    given.room = Room::of(machine, experiments)?;
+    let mut here = given.clone();
+    // The rows of a table stand each on its own: no horizon is shorter.
+    let runs = experiments.iter().any(|e| !e.is_table());
+    let horizons = if runs { &options.horizons[..] } else { &[] };
+    for &fraction in horizons {
         // A rough answer is enough to start the next horizon from.
         descend(&mut here, experiments, free, fraction, options.iterations.min(12), 1e-3)?;
     }
-    let end = descend(&mut here, experiments, free, 1.0, options.iterations, options.tolerance)?;
+    let mut end = descend(&mut here, experiments, free, 1.0, options.iterations, options.tolerance)?;
+    // Short horizons can lead away, where a recording begins in motion for example: never worse than from the values given.
+    if !horizons.is_empty() && sum_of_squares(&simulated(machine, experiments, &given.starts, 1.0)) < here.cost {
+        end = descend(&mut given, experiments, free, 1.0, options.iterations, options.tolerance)?;
+        here = given;
+    }
     // Slopes from a short step before the minimum are those of the minimum, for the covariance.
     let normal = end.normal.unwrap_or_else(|| slopes(&here.machine, experiments, &here.starts, free, 1.0).0.normal);
     Ok(Fit {
@@ -257,6 +269,7 @@ pub(super) struct End {
 }
 
 /// Where a descent stands.
+#[derive(Clone)]
 pub(super) struct Point {
     machine: Machine<f64>,
     pub(super) starts: Vec<State<f64>>,

@@ -25,20 +25,19 @@ fn mean(t: &Trace, s: &Steady) -> f64 {
     x.iter().sum::<f64>() / x.len() as f64
 }
 
-/// The mean of a trace that is the same at two operating points at least.
+/// The mean of a trace that most stretches show, at two operating points at least.
 fn persistent(t: &Trace, steady: &[Steady], amplitude: impl Fn(&Steady) -> f64) -> Option<f64> {
-    let means: Vec<f64> = steady.iter().map(|s| mean(t, s)).collect();
-    let middle = median(means.clone());
+    let middle = median(steady.iter().map(|s| mean(t, s)).collect());
     let size = median(steady.iter().map(&amplitude).collect());
-    let same = means.iter().all(|m| (m - middle).abs() < SAME * middle.abs());
-    if middle.abs() < LEAST * size || !same {
+    // A transient may still decay in some.
+    let same: Vec<&Steady> = steady.iter().filter(|s| (mean(t, s) - middle).abs() < SAME * middle.abs()).collect();
+    if middle.abs() < LEAST * size || 3 * same.len() < 2 * steady.len() {
         return None;
     }
     let apart = |a: f64, b: f64| (a - b).abs() > ANOTHER_POINT * a.abs().max(b.abs());
-    let first = steady.first()?;
     let another =
-        |s: &Steady| apart(s.omega, first.omega) || apart(s.u.norm(), first.u.norm()) || apart(s.i.norm(), first.i.norm());
-    steady.iter().any(another).then_some(middle)
+        |a: &Steady, b: &Steady| apart(a.omega, b.omega) || apart(a.u.norm(), b.u.norm()) || apart(a.i.norm(), b.i.norm());
+    same.iter().any(|s| another(s, same[0])).then_some(middle)
 }
 
 fn finding(t: &Trace, what: &str, unit: &str, offset: f64, steady: &[Steady]) -> Finding {
@@ -57,7 +56,7 @@ pub fn check(voltage: &[Trace], current: &[&Trace], steady: &[Steady], stator_re
     let mut out = Vec::new();
     let mut driven: f64 = 0.0;
     for t in voltage {
-        driven = driven.max(steady.iter().map(|s| mean(t, s).abs()).fold(0.0, f64::max) / stator_resistance_ohm);
+        driven = driven.max(median(steady.iter().map(|s| mean(t, s)).collect()).abs() / stator_resistance_ohm);
         out.extend(persistent(t, steady, |s| s.u.norm()).map(|x| finding(t, "voltage", "V", x, steady)));
     }
     for t in current {
