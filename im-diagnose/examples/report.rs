@@ -5,7 +5,7 @@ use std::path::Path;
 
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::diagnose;
-use im_diagnose::report::{Meta, terminal, write};
+use im_diagnose::report::{Meta, Story, terminal, write};
 use im_diagnose::search::Options;
 use im_model::{MotorFile, Recording};
 
@@ -27,9 +27,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let holdout = read(&dir.join("holdout.csv"))?;
         let d = diagnose(Case::new(MotorFile::read(dir.join("motor.toml"))?, &train, Some(&holdout)), Options::default())?;
         let meta = Meta { program: format!("im-diagnose {}", env!("CARGO_PKG_VERSION")), ..Meta::default() };
-        print!("{}", terminal(&d, &meta, 100));
+        let story = Story::new(&d, &meta);
+        print!("{}", terminal(&story, 100));
         let name = dir.file_name().unwrap_or(dir.as_os_str());
-        let written = write(Path::new(&out).join(name), &d, &meta)?;
+        let written = write(Path::new(&out).join(name), &story)?;
         println!("\n{}: {} kB", written.report.display(), std::fs::metadata(&written.report)?.len() / 1000);
     }
     Ok(())

@@ -29,3 +29,4 @@ pub mod search;
 pub mod statistics;
 pub mod tables;
 pub mod uncertainty;
+pub mod worst_case;

@@ -5,7 +5,7 @@
 
 use im_identify::offline::{Experiment, FitError, FitOptions, base_parameters, fit};
 use im_model::simulation::{Load, Mains, Profile, Scenario, Sensors, Simulation, Source, VoltsPerHertz};
-use im_model::{EffectId, MotorFile, Recording};
+use im_model::{EffectId, Machine, MotorFile, Recording};
 use rayon::prelude::*;
 
 use crate::residuals::nudged;
@@ -42,29 +42,58 @@ pub struct Proposal {
     pub detectable: Vec<(EffectId, f64)>,
     /// Smallest angle between the signatures of two open effects, degrees: 0 is the same, 90 as different as can be.
     pub angle_deg: f64,
-    /// Largest phase current, peak, A, and speed, rad/s, in the simulation.
+    /// Largest phase current, peak, A, and speed, rad/s, of all machines that the test must be safe for.
     pub reaches: (f64, f64),
+    /// The limits of both.
+    pub limits: (f64, f64),
     /// What it is worth: larger is better.
     pub merit: f64,
     /// Voltage, load and speed over time, as simulated.
     pub profile: Vec<ProfileTrace>,
 }
 
-/// Proposals within the limits, best first.
+/// Proposals within the limits, best first: no manoeuvre leaves them on any of the machines `safe_for`
+/// ([`worst_case::machines`](crate::worst_case::machines)).
 ///
 /// `open` are the effects in question: rivals to be separated, or effects that the recordings so far could not show. `noise` is that
 /// of the currents, A, and of the speed, rad/s.
 ///
 /// # Errors
 /// A machine whose own simulation cannot be fitted.
-pub fn propose(motor: &MotorFile, open: &[EffectId], noise: (f64, f64), limits: &Limits) -> Result<Vec<Proposal>, FitError> {
-    let mut proposals: Vec<Proposal> =
-        manoeuvres(motor, noise, limits).into_par_iter().filter_map(|m| proposal(motor, open, noise, limits, m)).collect();
+pub fn propose(
+    motor: &MotorFile,
+    open: &[EffectId],
+    noise: (f64, f64),
+    limits: &Limits,
+    safe_for: &[Machine<f64>],
+) -> Result<Vec<Proposal>, FitError> {
+    let mut proposals: Vec<Proposal> = manoeuvres(motor, noise, limits)
+        .into_par_iter()
+        .filter_map(|m| proposal(motor, open, noise, limits, safe_for, m))
+        .collect();
     proposals.sort_by(|a, b| b.merit.total_cmp(&a.merit));
     Ok(proposals)
 }
 
-fn proposal(motor: &MotorFile, open: &[EffectId], noise: (f64, f64), limits: &Limits, manoeuvre: Manoeuvre) -> Option<Proposal> {
+/// Largest current and speed of machines in a scenario; `None` where a simulation runs away.
+fn reached<'a>(machines: impl IntoParallelIterator<Item = &'a Machine<f64>>, scenario: &Scenario) -> Option<(f64, f64)> {
+    let of = |machine: &Machine<f64>| {
+        let r = Simulation::new(machine, scenario).run().ok()?.recording;
+        let current = r.i_s.iter().map(|i| i.norm()).fold(0.0, f64::max);
+        Some((current, r.omega_m.iter().fold(0.0f64, |m, w| m.max(w.abs()))))
+    };
+    let larger = |a: (f64, f64), b: (f64, f64)| Some((a.0.max(b.0), a.1.max(b.1)));
+    machines.into_par_iter().map(of).try_reduce(|| (0.0, 0.0), larger)
+}
+
+fn proposal(
+    motor: &MotorFile,
+    open: &[EffectId],
+    noise: (f64, f64),
+    limits: &Limits,
+    safe_for: &[Machine<f64>],
+    manoeuvre: Manoeuvre,
+) -> Option<Proposal> {
     let Manoeuvre { name, what, scenario } = manoeuvre;
     let scenario_toml = scenario.to_toml()?;
     // The open effects are switched off in the machine that is moved: their signatures are what is asked for.
@@ -77,10 +106,10 @@ fn proposal(motor: &MotorFile, open: &[EffectId], noise: (f64, f64), limits: &Li
     let run = Simulation::new(&machine, &scenario).run().ok()?;
     let r = &run.recording;
     let rated = motor.rating.current_peak_a(machine.parameters(), machine.pole_pairs());
-    let current = r.i_s.iter().map(|i| i.norm()).fold(0.0, f64::max);
-    let speed = r.omega_m.iter().fold(0.0f64, |m, w| m.max(w.abs()));
-    let top = motor.rating.synchronous_speed_rad_s(machine.pole_pairs());
-    if !(current <= limits.current * rated && speed <= limits.speed * top) {
+    let most = (limits.current * rated, limits.speed * motor.rating.synchronous_speed_rad_s(machine.pole_pairs()));
+    let all: Vec<Machine<f64>> = safe_for.iter().copied().chain([machine]).collect();
+    let reaches = reached(&all, &scenario)?;
+    if !(reaches.0 <= most.0 && reaches.1 <= most.1) {
         return None;
     }
     let experiments: Vec<Experiment> = nudged(&[Experiment::from_recording(r, [noise.0; 2], noise.1)]);
@@ -107,7 +136,7 @@ fn proposal(motor: &MotorFile, open: &[EffectId], noise: (f64, f64), limits: &Li
     let worst = detectable.iter().map(|(_, x)| *x).fold(0.0, f64::max);
     let apart = if scores.len() > 1 { angle_deg.to_radians().sin() } else { 1.0 };
     let merit = if detectable.is_empty() { 0.0 } else { apart / worst.max(1e-9) };
-    Some(Proposal { name, what, scenario_toml, detectable, angle_deg, reaches: (current, speed), merit, profile: profile(r) })
+    Some(Proposal { name, what, scenario_toml, detectable, angle_deg, reaches, limits: most, merit, profile: profile(r) })
 }
 
 /// One commanded signal of a test.

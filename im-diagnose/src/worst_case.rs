@@ -62,8 +62,15 @@ impl Doubt {
     }
 }
 
+/// The machines for a motor that a `diagnosis.json` has refined, or for one that nothing has been fitted to.
+pub fn machines_after(motor: &MotorFile, diagnosis: Option<&Value>, open: &[EffectId]) -> Vec<Machine<f64>> {
+    let doubt = diagnosis.map_or(Doubt::NAMEPLATE, Doubt::of_diagnosis);
+    let given = diagnosis.and_then(|d| as_given(motor, d));
+    machines(motor, given.as_ref(), &doubt, open)
+}
+
 /// The motor as it was given, from the values before in a `diagnosis.json`.
-pub fn as_given(refined: &MotorFile, diagnosis: &Value) -> Option<Machine<f64>> {
+fn as_given(refined: &MotorFile, diagnosis: &Value) -> Option<Machine<f64>> {
     let mut effects = *refined.machine.effects();
     for name in diagnosis["effects"].as_array().into_iter().flatten() {
         effects.switch_off(EffectId::from_name(name.as_str()?)?);

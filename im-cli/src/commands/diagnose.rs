@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
 use im_diagnose::next_test::{Limits, propose};
-use im_diagnose::report::{self, Meta, NextTest};
+use im_diagnose::report::{self, Meta, NextTest, Story};
 use im_diagnose::search::Options;
+use im_diagnose::worst_case::machines_after;
 
 use super::inputs::{Data, quality, refused, write_quality};
 use crate::failure::Failure;
@@ -59,13 +60,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Writes the files and prints the story.
 pub fn finish(found: &Diagnosis, meta: &Meta, out: Option<&Path>, json: bool) -> Result<(), Failure> {
-    let written = out.map(|dir| report::write(dir, found, meta)).transpose()?;
+    let story = Story::new(found, meta);
+    let written = out.map(|dir| report::write(dir, &story)).transpose()?;
     let mut stdout = stdout();
     if json {
         writeln!(stdout, "{}", found.to_json())?;
         return Ok(());
     }
-    write!(stdout, "{}", report::terminal(found, meta, STORY_WIDTH))?;
+    write!(stdout, "{}", report::terminal(&story, STORY_WIDTH))?;
     if let Some(files) = written {
         writeln!(stdout, "\n{}", files.report.display())?;
         writeln!(stdout, "{}", files.motor.display())?;
@@ -97,7 +99,8 @@ fn next_test(found: &Diagnosis) -> Option<NextTest> {
     }
     let noise = |k: &str, otherwise: f64| found.noise.get(k).copied().unwrap_or(otherwise);
     let noise = (noise("i_alpha_A", 0.05), noise("omega_m_rad_s", 0.1));
-    let best = propose(&found.refined, &open, noise, &Limits::default()).ok()?.into_iter().next()?;
+    let safe_for = machines_after(&found.refined, Some(&found.to_json()), &open);
+    let best = propose(&found.refined, &open, noise, &Limits::default(), &safe_for).ok()?.into_iter().next()?;
     let settles = best
         .detectable
         .iter()

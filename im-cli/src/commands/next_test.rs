@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use im_diagnose::next_test::{Limits, propose};
+use im_diagnose::worst_case::machines_after;
 use im_model::{EffectId, MotorFile, read_text, write_atomically};
 use serde_json::{Value, json};
 
@@ -57,9 +58,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let rated = motor.rating.current_peak_a(motor.machine.parameters(), motor.machine.pole_pairs());
     let mut noise = (0.003 * rated, 0.1);
     let mut open = args.effect.clone();
-    if let Some(path) = &args.diagnosis {
-        let d = read(path)?;
-        open.extend(open_effects(&d));
+    let diagnosis = args.diagnosis.as_deref().map(read).transpose()?;
+    if let Some(d) = &diagnosis {
+        open.extend(open_effects(d));
         let of = |k: &str| d["noise"][k].as_f64();
         noise = (of("i_alpha_A").unwrap_or(noise.0), of("omega_m_rad_s").unwrap_or(noise.1));
     }
@@ -74,10 +75,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Ok(());
     }
     let limits = Limits { current: args.max_current, speed: args.max_speed, torque: args.max_torque };
-    let found =
-        spinning("simulating manoeuvres", || propose(&motor, &open, noise, &limits)).map_err(|e| refused(&args.motor, &e))?;
+    let safe_for = machines_after(&motor, diagnosis.as_ref(), &open);
+    let found = spinning("simulating manoeuvres", || propose(&motor, &open, noise, &limits, &safe_for))
+        .map_err(|e| refused(&args.motor, &e))?;
     let Some(best) = found.first() else {
-        return Err(Failure::Input("no manoeuvre stays within the limits; allow more with --max-current or --max-speed".into()));
+        return Err(Failure::Input(format!(
+            "no manoeuvre stays within {} A and {} rad/s on every machine that this motor may be; allow more with --max-current or \
+             --max-speed, or less load with --max-torque",
+            rounded(limits.current * rated),
+            rounded(limits.speed * motor.rating.synchronous_speed_rad_s(motor.machine.pole_pairs()))
+        )));
     };
     if let Some(path) = &args.output {
         write_atomically(path, |w| w.write_all(best.scenario_toml.as_bytes()))?;
@@ -90,6 +97,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "schema": 1, "open": names, "others": others.collect::<Vec<_>>(),
             "test": {
                 "name": best.name, "what": best.what, "peak_current_a": best.reaches.0, "peak_speed_rad_s": best.reaches.1,
+                "limit_current_a": best.limits.0, "limit_speed_rad_s": best.limits.1,
                 "detectable_over_usual": seen, "angle_deg": best.angle_deg, "scenario_toml": best.scenario_toml,
             },
         });
@@ -97,7 +105,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     write!(out, "{}", wrapped("In question: ", &names.join(", ")))?;
     write!(out, "{}", wrapped("Next test:   ", &best.what))?;
-    writeln!(out, "             reaches {} A and {} rad/s", rounded(best.reaches.0), rounded(best.reaches.1))?;
+    let margin =
+        |reached: f64, limit: f64| format!("{:.0} % below the limit of {}", 100.0 * (1.0 - reached / limit), rounded(limit));
+    let ((current, speed), most) = (best.reaches, best.limits);
+    let worst = format!(
+        "reaches at most {} A ({} A) and {} rad/s ({} rad/s): the worst of the motor as given, as refined, at two standard deviations, and \
+         with each effect in question at its largest usual size",
+        rounded(current),
+        margin(current, most.0),
+        rounded(speed),
+        margin(speed, most.1)
+    );
+    write!(out, "{}", wrapped("             ", &worst))?;
     for (e, x) in &best.detectable {
         let says = if *x < 1.0 { "will be seen" } else { "will not be seen" };
         writeln!(out, "  {:<26} {says}: smallest size found is {} of its largest usual one", e.name(), rounded(*x))?;

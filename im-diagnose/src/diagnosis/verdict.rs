@@ -87,7 +87,7 @@ const CAUSED: f64 = 0.03;
 pub(super) fn caused(course: &Course, leftover: &[Dependence]) -> bool {
     let last = &course.last().model;
     let takes = |m: &Model| last.train() - m.train() > CAUSED * (last.train() - 1.0).max(NEGLIGIBLE);
-        let explains = |r: &Round| r.trials.iter().any(|t| takes(&t.model) && likelier(last, &t.model, r.scores.len()));
+    let explains = |r: &Round| r.trials.iter().any(|t| takes(&t.model) && likelier(last, &t.model, r.scores.len()));
     structured(leftover) || explains(&course.last().round)
 }
 

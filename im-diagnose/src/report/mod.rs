@@ -17,12 +17,12 @@ mod write;
 
 use im_identify::offline::Experiment;
 
-use crate::diagnosis::Diagnosis;
 use crate::next_test::ProfileTrace;
 
 pub use crate::format::{number, quantity};
 pub use compare::{Comparison, compare_html, compare_terminal};
 pub use side_by_side::{SideBySide, side_by_side, side_by_side_terminal};
+pub use story::Story;
 pub use terminal::terminal;
 pub use write::{Written, write};
 
@@ -72,8 +72,8 @@ pub struct NextTest {
 }
 
 /// The page: a string of HTML that needs nothing else.
-pub fn html(d: &Diagnosis, meta: &Meta) -> String {
-    sections::whole(&story::Story::new(d, meta))
+pub fn html(story: &Story) -> String {
+    sections::whole(story)
 }
 
 /// A hash of the numbers of a recording (FNV-1a, 64 bit): equal data, equal hash.

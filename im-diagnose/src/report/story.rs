@@ -11,8 +11,8 @@ use crate::format::{number, quantity};
 use crate::localise::{Localisation, Signals, join, localise};
 use crate::residual_tests::Dependence;
 use crate::residuals::{Errors, errors};
-use crate::search::Stage;
 use crate::residuals::{UNSTABLE, judged, nudged};
+use crate::search::Stage;
 
 /// A model in the pictures.
 #[derive(Clone, Debug)]
@@ -38,20 +38,21 @@ pub(crate) struct View {
     pub predictions: Vec<Vec<Vec<f64>>>,
 }
 
-/// Everything a report of a diagnosis needs.
-pub(crate) struct Story<'a> {
-    pub d: &'a Diagnosis,
-    pub meta: &'a Meta,
+/// Everything a report of a diagnosis needs: made once for page, terminal and files.
+pub struct Story<'a> {
+    pub(crate) d: &'a Diagnosis,
+    pub(crate) meta: &'a Meta,
     /// Error of the motor as given, where it can be simulated.
-    pub given: Option<(Errors, Option<Errors>)>,
-    pub shown: Vec<Shown>,
+    pub(crate) given: Option<(Errors, Option<Errors>)>,
+    pub(crate) shown: Vec<Shown>,
     /// Recordings over time.
-    pub views: Vec<View>,
+    pub(crate) views: Vec<View>,
     /// Tables of steady states.
-    pub tables: Vec<View>,
+    pub(crate) tables: Vec<View>,
 }
 
 impl<'a> Story<'a> {
+    /// Simulates what the report shows.
     pub fn new(d: &'a Diagnosis, meta: &'a Meta) -> Self {
         let (first, last) = (&d.steps[0], &d.steps[d.steps.len() - 1]);
         let models = if d.steps.len() > 1 { vec![first, last] } else { vec![last] };
@@ -104,7 +105,7 @@ impl<'a> Story<'a> {
     }
 
     /// Every channel of the recordings, once.
-    pub fn channels(&self) -> Vec<&Channel> {
+    pub(crate) fn channels(&self) -> Vec<&Channel> {
         let mut out: Vec<&Channel> = Vec::new();
         for c in self.views.iter().chain(&self.tables).flat_map(|v| &v.experiment.channels) {
             if out.iter().all(|o| o.name != c.name) {
@@ -115,17 +116,17 @@ impl<'a> Story<'a> {
     }
 
     /// The model that fails: the base model.
-    pub fn base(&self) -> &Shown {
+    pub(crate) fn base(&self) -> &Shown {
         &self.shown[0]
     }
 
     /// The title.
-    pub fn title(&self) -> String {
+    pub(crate) fn title(&self) -> String {
         if self.meta.title.is_empty() { self.d.case.motor.name.clone() } else { self.meta.title.clone() }
     }
 
     /// The recordings, to be recognized.
-    pub fn files(&self) -> Vec<DataFile> {
+    pub(crate) fn files(&self) -> Vec<DataFile> {
         if !self.meta.files.is_empty() {
             return self.meta.files.clone();
         }
@@ -134,7 +135,7 @@ impl<'a> Story<'a> {
     }
 
     /// Held-out error where there is one, else the training error: of the base model and of the last one, with the word for it.
-    pub fn fall(&self) -> (f64, f64, &'static str) {
+    pub(crate) fn fall(&self) -> (f64, f64, &'static str) {
         let (a, b) = (&self.d.steps[0], &self.d.steps[self.d.steps.len() - 1]);
         match (&a.holdout, &b.holdout) {
             (Some(x), Some(y)) => (x.chi2_per_sample, y.chi2_per_sample, "held-out"),
@@ -143,7 +144,7 @@ impl<'a> Story<'a> {
     }
 
     /// Effects that these recordings cannot show.
-    pub fn unexcited(&self) -> Vec<&Candidate> {
+    pub(crate) fn unexcited(&self) -> Vec<&Candidate> {
         unexcited(self.d)
     }
 }

@@ -1,6 +1,5 @@
 //! The story in short, for a terminal or a file: no colours, no control codes.
 
-use super::Meta;
 use super::overlay::channel_words;
 use super::sections::{fall_rows, parameter_warning, parameters_note};
 use super::story::{Shown, Story, summary, verdict_words};
@@ -13,14 +12,14 @@ use crate::uncertainty::{HALF_95, MachineQuantity};
 use im_model::ParameterId;
 
 /// The report as text, at most `width` (40 to 100) characters wide.
-pub fn terminal(d: &Diagnosis, meta: &Meta, width: usize) -> String {
+pub fn terminal(s: &Story, width: usize) -> String {
     let width = width.clamp(40, 100);
-    let s = Story::new(d, meta);
+    let d = s.d;
     let mut out = Text { width, lines: Vec::new() };
     let (sign, word) = verdict_words(d.verdict);
     out.line(&format!("{} — {sign} {word}", s.title()));
     out.gap();
-    let a = summary(&s);
+    let a = summary(s);
     out.paragraph("", &a.cause);
     for t in &d.remarks() {
         out.paragraph("  ! ", &sentence(t));
@@ -31,7 +30,7 @@ pub fn terminal(d: &Diagnosis, meta: &Meta, width: usize) -> String {
     for t in a.refute.iter().take(3) {
         out.paragraph(if d.verdict == Verdict::Inconclusive { "  would decide: " } else { "  would refute: " }, t);
     }
-    errors(&mut out, &s);
+    errors(&mut out, s);
     if !s.views.is_empty() {
         place(&mut out, &s.shown);
     }
@@ -47,13 +46,13 @@ pub fn terminal(d: &Diagnosis, meta: &Meta, width: usize) -> String {
             out.paragraph("  ", &format!("{}: {}", short_effect_name(c.effect), c.effect.card().test));
         }
     }
-    if let Some(q) = meta.quality.as_ref().filter(|q| !q.is_empty()) {
+    if let Some(q) = s.meta.quality.as_ref().filter(|q| !q.is_empty()) {
         out.heading("Data");
         for t in q {
             out.paragraph("  ", t);
         }
     }
-    if let Some(t) = &meta.next_test {
+    if let Some(t) = &s.meta.next_test {
         out.heading("Next test");
         out.paragraph("  ", &t.text);
         for x in &t.settles {

@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 
 use im_model::{FileError, write_atomically};
 
-use super::{Meta, html};
-use crate::diagnosis::Diagnosis;
+use super::{Story, html};
 
 /// Where the files went.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,17 +21,17 @@ pub struct Written {
 
 /// Writes `report.html`, `diagnosis.json` and `motor.refined.toml` into a directory, which is made where it is missing. Each file is
 /// written whole or not at all.
-pub fn write(dir: impl AsRef<Path>, d: &Diagnosis, meta: &Meta) -> Result<Written, FileError> {
+pub fn write(dir: impl AsRef<Path>, story: &Story) -> Result<Written, FileError> {
     let dir = dir.as_ref();
     // Everything is made before anything is written.
-    let page = html(d, meta);
-    let mut answer = format!("{:#}", d.to_json());
+    let page = html(story);
+    let mut answer = format!("{:#}", story.d.to_json());
     answer.push('\n');
     let made =
         Written { report: dir.join("report.html"), diagnosis: dir.join("diagnosis.json"), motor: dir.join("motor.refined.toml") };
     // A directory that cannot be made shows when the first file is written, with its name.
     let _ = fs::create_dir_all(dir);
-    d.refined.write(&made.motor)?;
+    story.d.refined.write(&made.motor)?;
     write_atomically(&made.diagnosis, |out| out.write_all(answer.as_bytes()))?;
     write_atomically(&made.report, |out| out.write_all(page.as_bytes()))?;
     Ok(made)

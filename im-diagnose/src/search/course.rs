@@ -167,9 +167,8 @@ impl Refinement {
             let first = rounds.first().map_or(&scores, |r| &r.scores);
             for t in &mut trials {
                 let on_holdout = self.validated(&models[validated], &t.model);
-                t.refusal = self
-                    .refusal(&models[0], here, &t.model, first)
-                    .or_else(|| (!on_holdout).then_some(Refusal::NotOnHoldout));
+                t.refusal =
+                    self.refusal(&models[0], here, &t.model, first).or_else(|| (!on_holdout).then_some(Refusal::NotOnHoldout));
             }
             let wanted = |t: &&Trial| matches!(t.refusal, None | Some(Refusal::NotOnHoldout));
             let mut worthwhile = trials.iter().filter(wanted).map(|t| &t.model);

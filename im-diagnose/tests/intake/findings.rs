@@ -206,7 +206,9 @@ fn only_a_mean_that_persists_is_an_offset() {
     assert!(of(&taken("transient", &all, MAPPING).findings, FindingKind::Offset).is_empty());
     let shift = |all: &mut Vec<(&'static str, Vec<f64>)>| column(all, "i1_A").iter_mut().for_each(|i| *i += 0.5);
     let text = only("persistent", FindingKind::Offset, shift);
-    assert!(text.contains("at every operating point") && text.contains("say offset = 0.5 for this column"), "{text}");
+    let said = text.split("say offset = ").nth(1).and_then(|t| t.split(' ').next()?.parse::<f64>().ok());
+    // Transients of the start and of the load step are not quite gone.
+    assert!(text.contains("at every operating point") && said.is_some_and(|x| (x - 0.5).abs() < 0.05), "{text}");
     // What another recording of the same sensors does not show is not the sensors'.
     let mut all = columns();
     shift(&mut all);

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use im_diagnose::report::{Comparison, Meta, SideBySide, compare_html, html, side_by_side};
+use im_diagnose::report::{Comparison, Meta, SideBySide, Story, compare_html, html, side_by_side};
 use serde_json::Value;
 
 use crate::cases;
@@ -101,11 +101,11 @@ fn pages_zoom_tell_values_overflow_nowhere_and_ask_for_nothing() {
     let both =
         [&missing, &unexplained].map(|d| SideBySide::parse("a rather long name of a run", &d.to_json().to_string()).unwrap());
     let pages = [
-        ("missing", html(&missing, &meta())),
-        ("unexplained", html(&unexplained, &Meta::default())),
-        ("adequate", html(&cases::adequate(), &Meta::default())),
-        ("confounded", html(&cases::confounded(), &meta())),
-        ("inconclusive", html(&cases::inconclusive(), &meta())),
+        ("missing", html(&Story::new(&missing, &meta()))),
+        ("unexplained", html(&Story::new(&unexplained, &Meta::default()))),
+        ("adequate", html(&Story::new(&cases::adequate(), &Meta::default()))),
+        ("confounded", html(&Story::new(&cases::confounded(), &meta()))),
+        ("inconclusive", html(&Story::new(&cases::inconclusive(), &meta()))),
         ("comparison", compare_html(&compared, &Meta::default())),
         ("diverging", compare_html(&cases::diverging(), &Meta::default())),
         ("side by side", side_by_side(&both)),

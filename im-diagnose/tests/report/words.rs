@@ -1,8 +1,8 @@
 use im_diagnose::diagnosis::{Diagnosis, Verdict};
 use im_diagnose::next_test::ProfileTrace;
 use im_diagnose::report::{
-    Comparison, Meta, NextTest, SideBySide, compare_html, compare_terminal, html, side_by_side, side_by_side_terminal, terminal,
-    write,
+    Comparison, Meta, NextTest, SideBySide, Story, compare_html, compare_terminal, html, side_by_side, side_by_side_terminal,
+    terminal, write,
 };
 use im_model::EffectId;
 
@@ -29,7 +29,7 @@ pub fn meta() -> Meta {
 
 /// What every report must keep to.
 fn check(d: &Diagnosis, name: &str) -> (String, String) {
-    let page = html(d, &meta());
+    let page = html(&Story::new(d, &meta()));
     assert!(page.len() < 2_000_000, "{name}: {} bytes", page.len());
     for foreign in ["http:", "https:", "src=", "@import", "url("] {
         assert!(!page.replace("url(#", "").contains(foreign), "{name}: {foreign}");
@@ -44,15 +44,15 @@ fn check(d: &Diagnosis, name: &str) -> (String, String) {
         assert!(page.contains(&format!("id=\"{key}\"")), "{name}: nothing at #{key}");
     }
     for width in [60, 100] {
-        let text = terminal(d, &meta(), width);
+        let text = terminal(&Story::new(d, &meta()), width);
         for line in text.lines() {
             assert!(line.chars().count() <= width, "{name}: {line}");
         }
         assert!(!text.contains('\u{1b}') && !text.contains('\u{a0}') && !text.contains("NaN"), "{name}: {text}");
     }
     // Equal input, equal file.
-    assert_eq!(page, html(d, &meta()));
-    (page, terminal(d, &meta(), 100))
+    assert_eq!(page, html(&Story::new(d, &meta())));
+    (page, terminal(&Story::new(d, &meta()), 100))
 }
 
 #[test]
@@ -207,7 +207,7 @@ fn diagnoses_stand_side_by_side() {
 fn three_files_are_written_or_an_error_names_the_one() {
     let d = cases::missing();
     let dir = std::env::temp_dir().join(format!("im-diagnose-report-{}", std::process::id()));
-    let w = write(dir.join("out"), &d, &meta()).unwrap();
+    let w = write(dir.join("out"), &Story::new(&d, &meta())).unwrap();
     let answer: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&w.diagnosis).unwrap()).unwrap();
     assert_eq!(answer["verdict"], "missing_effects");
     let motor = im_model::MotorFile::read(&w.motor).unwrap();
@@ -215,7 +215,7 @@ fn three_files_are_written_or_an_error_names_the_one() {
     assert!(std::fs::read_to_string(&w.report).unwrap().ends_with("</html>\n"));
     assert_eq!(std::fs::read_dir(dir.join("out")).unwrap().count(), 3);
     std::fs::write(dir.join("file"), "").unwrap();
-    let e = write(dir.join("file"), &d, &meta()).unwrap_err().to_string();
+    let e = write(dir.join("file"), &Story::new(&d, &meta())).unwrap_err().to_string();
     assert!(e.contains("motor.refined.toml"), "{e}");
     std::fs::remove_dir_all(&dir).unwrap();
 }

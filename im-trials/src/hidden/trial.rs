@@ -142,6 +142,11 @@ impl TrialCase {
         table
     }
 
+    /// What the machine does when a voltage and a load are played to it, whatever it answers; without noise.
+    pub fn played(&self, part: Part, [alpha_v, beta_v]: [&[f64]; 2], load_nm: &[f64], sample_s: f64) -> Table {
+        record(&self.true_machine(), &self.outfit_for(part), &mut Playback { alpha_v, beta_v }, load_nm, sample_s, None)
+    }
+
     /// How much the effects change the measurements: the recording's voltage and load, played without noise to the machine with
     /// and without its effects.
     pub fn change(&self, part: Part) -> Change {

@@ -31,7 +31,7 @@ fn persistent(t: &Trace, steady: &[Steady], amplitude: impl Fn(&Steady) -> f64) 
     let size = median(steady.iter().map(&amplitude).collect());
     // A transient may still decay in some.
     let same: Vec<&Steady> = steady.iter().filter(|s| (mean(t, s) - middle).abs() < SAME * middle.abs()).collect();
-    if middle.abs() < LEAST * size || 3 * same.len() < 2 * steady.len() {
+    if middle.abs() < LEAST * size || 2 * same.len() <= steady.len() {
         return None;
     }
     let apart = |a: f64, b: f64| (a - b).abs() > ANOTHER_POINT * a.abs().max(b.abs());
