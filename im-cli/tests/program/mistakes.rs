@@ -101,7 +101,7 @@ fn absurd_machines_are_refused_before_they_are_simulated() {
         message.contains("stator_leakage_inductance_h = 1e-308 must be from 1e-8 to 10000, where all machines are"),
         "{message}"
     );
-    let message = with("electrical_frequency_hz = 50", "electrical_frequency_hz = 1e20");
+    let message = with("electrical_frequency_hz = 50.0", "electrical_frequency_hz = 1e20");
     assert!(message.contains("electrical_frequency_hz = 1e20 must be"), "{message}");
     let stiff = dir.file("stiff.toml", &(motor.clone() + "\n[effects.inverter_nonlinearity]\nvoltage_v = 1e19\n"));
     let message = refused(&["simulate", "--motor", &stiff, "--scenario", &scenario, "-o", &dir.path("run.csv")]);

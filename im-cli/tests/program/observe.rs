@@ -141,10 +141,10 @@ fn bad_gains_are_refused_with_one_message() {
     let skewed = fast.replace("gain = [[0.0, 0.0]", "gain = [[5.0, 0.0]").replace("1e6", "0.01");
     for (observer, content, told) in [
         ("kubota", fast.as_str(), "may be at most"),
-        ("kubota", other.as_str(), "proportional of [kubota_loop] must be a number"),
+        ("kubota", other.as_str(), "proportional is \"much\", expected a finite number"),
         ("kubota", skewed.as_str(), "form [x, -y; y, x]"),
         ("kubota", "[utkin]\nomega0_rad_s = 300.0\n", "is missing; the file has utkin"),
-        ("utkin", "[utkin]\n", "must be given"),
+        ("utkin", "[utkin]\n", "gains.toml:1: omega0_rad_s is missing in [utkin]"),
         ("utkin", "[utkin]\nomega0_rad_s = -3.0\n", "omega0_rad_s = -3 must be positive"),
         ("utkin", "omega0", ""),
         ("current-model", "[utkin]\n", "has no gains"),
