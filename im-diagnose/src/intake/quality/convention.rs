@@ -41,11 +41,15 @@ pub fn check(steady: &[Steady], motor: &MotorFile) -> Vec<Finding> {
         number(size, 3)
     );
     let causes = [
-        (root3, root3, "The voltages are line to line and read as those of the phases: name them as line_to_line in [voltage]."),
-        (1.0 / SQRT_2, 1.0 / SQRT_2, "The voltage is rms and read as instantaneous: gain = 1.4142 in [voltage]."),
-        (1.0, SQRT_2, "The current is rms and read as instantaneous: gain = 1.4142 in [current]."),
-        (root32, 1.0, "Voltage and current are power-invariant: gain = 0.8165 in [voltage] and [current]."),
-        (SQRT_2 * root3, SQRT_2 * root3, "The voltages are line to line and in another scale: say line_to_line in [voltage]."),
+        (root3, root3, "Are the voltages line to line, and read as those of the phases? Then name them ab, bc in [voltage]."),
+        (1.0 / SQRT_2, 1.0 / SQRT_2, "Is the voltage rms, and read as instantaneous? Then say gain = 1.4142 of its columns."),
+        (1.0, SQRT_2, "Is the current rms, and read as instantaneous? Then say gain = 1.4142 of its columns."),
+        (root32, 1.0, "Are voltage and current power-invariant? Then say gain = 0.8165 of their columns."),
+        (
+            SQRT_2 * root3,
+            SQRT_2 * root3,
+            "Are the voltages line to line, and scaled to their peak? Then name them ab, bc in [voltage].",
+        ),
     ];
     let near = |x: f64| if x == 1.0 { RATED } else { NEAR };
     let found = causes.iter().find(|(u, z, _)| is(voltage, *u, near(*u)) && is(size, *z, ROUGHLY));
@@ -68,4 +72,41 @@ fn ratio_at_angle(motor: &MotorFile, z: Complex<f64>, omega: f64) -> Option<f64>
     let off = |s: f64| (model(s).arg() - z.arg()).abs();
     let slip = slips.min_by(|a, b| off(*a).total_cmp(&off(*b)))?;
     (off(slip) < 0.05).then(|| z.norm() / model(slip).norm())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The example's motor on its rated supply at a slip of 3 %, with voltage and current scaled.
+    fn found(u: f64, i: f64) -> Vec<Finding> {
+        let motor = MotorFile::parse(include_str!("../../../../examples/motor.toml"), "motor.toml").unwrap();
+        let (p, omega) = (*motor.machine.parameters(), 2.0 * PI * motor.rating.electrical_frequency_hz);
+        let j = Complex::<f64>::i();
+        let rotor = p.rotor_resistance_ohm / 0.03 + j * omega * p.rotor_leakage_inductance_h;
+        let main = j * omega * p.magnetizing_inductance_h;
+        let z = p.stator_resistance_ohm + j * omega * p.stator_leakage_inductance_h + main * rotor / (main + rotor);
+        let supply = Complex::from(motor.rating.phase_voltage_peak_v);
+        let zero = Complex::from(0.0);
+        let steady = Steady { rows: 0..400, omega, u: supply * u, i: supply / z * i, against: [zero; 2], omega_m: None };
+        check(&[steady], &motor)
+    }
+
+    #[test]
+    fn conventions_are_asked_for_and_what_is_right_is_not() {
+        let (root2, root3) = (SQRT_2, 3f64.sqrt());
+        for (u, i, said) in [
+            (root3, 1.0, "line to line"),
+            (1.0 / root2, 1.0, "Is the voltage rms"),
+            (1.0, 1.0 / root2, "Is the current rms"),
+            (1.5f64.sqrt(), 1.5f64.sqrt(), "power-invariant"),
+        ] {
+            let all = found(u, i);
+            assert!(all.len() == 1 && all[0].advice.contains(said), "{u} {i}: {all:?}");
+            assert!(all[0].kind == FindingKind::Convention && !all[0].stops());
+        }
+        for (u, i) in [(1.0, 1.0), (0.95, 0.9), (1.05, 1.1), (0.5, 0.5)] {
+            assert!(found(u, i).is_empty(), "{u} {i}");
+        }
+    }
 }
