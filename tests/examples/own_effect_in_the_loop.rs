@@ -10,7 +10,7 @@ use im_model::effects::CustomId;
 use im_model::{EffectId, ParameterId};
 use im_tests::campaign::case_of;
 use im_tests::hidden::{EffectKind, Strength, TrialCase, simulate};
-use im_tests::own_effect::TachometerScaleEffect;
+use im_tests::own_effect::SaturatedSensorsEffect;
 
 fn tell(d: &Diagnosis) {
     let last = &d.steps[d.steps.len() - 1];
@@ -23,29 +23,29 @@ fn tell(d: &Diagnosis) {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // Recordings of a machine whose tachometer shows too much; nothing below is told so.
-    let trial = simulate(&TrialCase::new(4, &[(EffectKind::SpeedSensorScale, Strength::Strong)], 11));
+    // Recordings with current sensors that saturate.
+    let trial = simulate(&TrialCase::new(4, &[(EffectKind::CurrentSensorSaturation, Strength::Strong)], 11));
 
     println!("with the library alone:");
     let alone = diagnose(case_of(&trial), Options::default())?;
     tell(&alone);
 
     println!("with an effect of one's own:");
-    let own = CustomId(&TachometerScaleEffect);
+    let own = CustomId(&SaturatedSensorsEffect);
     let mut case = case_of(&trial);
     let machine = &case.motor.machine;
     case.motor.machine = machine.with_effects(machine.effects().with_custom(own))?;
     let d = diagnose(case, Options::default())?;
     tell(&d);
-    let gain = d.refined.machine.get(ParameterId::Effect(EffectId::Custom(own), 0));
-    println!("  the tachometer shows {:.2} % of the true speed", 100.0 * (1.0 + gain));
+    let level = 1.0 / d.refined.machine.get(ParameterId::Effect(EffectId::Custom(own), 0));
+    println!("  the sensors show no more than {level:.2} A; in truth {:.2} A", trial.truth.effects[0].parameters[0].1);
     if let Some(path) = std::env::args().nth(1) {
         let errors = |name: &str, d: &Diagnosis| {
             let floors = d.steps.iter().filter_map(|s| Some(s.holdout.as_ref()?.chi2_per_sample.log10()));
             Series::line(name, floors.enumerate().map(|(k, e)| (k as f64, e)))
         };
         let series = [errors("the library alone", &alone), errors("with an effect of one's own", &d)];
-        std::fs::write(path, chart("A tachometer that shows 3 % off", "effects added", "lg of the held-out error", &series))?;
+        std::fs::write(path, chart("Current sensors that saturate", "effects added", "lg of the held-out error", &series))?;
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use im_model::effects::CustomId;
 use im_model::{EffectId, ParameterId};
 use im_tests::campaign::{case_of, run};
 use im_tests::hidden::{EffectKind, Excitation, Noise, Strength, TrialCase, simulate};
-use im_tests::own_effect::TachometerScaleEffect;
+use im_tests::own_effect::SaturatedSensorsEffect;
 
 /// One strong effect at a time, on machines from small to large: named, and nothing else beside it.
 #[test]
@@ -94,17 +94,17 @@ fn what_cannot_be_told_apart_is_said_so() {
     assert!(["voltage_gain", "current_sensor_gain"].iter().all(|rival| all.iter().any(|a| a == rival)), "{all:?}");
 }
 
-/// The library does not hold a wrong tachometer scale; written by a user, it takes part like a built-in effect.
+/// The library does not hold sensors that saturate; written by a user, it takes part like a built-in effect.
 #[test]
 fn an_effect_of_the_users_own_is_found() {
-    let trial = simulate(&TrialCase::new(4, &[(EffectKind::SpeedSensorScale, Strength::Medium)], 11));
-    let own = CustomId(&TachometerScaleEffect);
+    let trial = simulate(&TrialCase::new(4, &[(EffectKind::CurrentSensorSaturation, Strength::Strong)], 11));
+    let own = CustomId(&SaturatedSensorsEffect);
     let mut case = case_of(&trial);
     let machine = &case.motor.machine;
     case.motor.machine = machine.with_effects(machine.effects().with_custom(own)).unwrap();
     let d = diagnose(case, Options::default()).unwrap();
     assert_eq!(d.effects, [EffectId::Custom(own)], "{:?}", d.verdict);
-    let gain = d.refined.machine.get(ParameterId::Effect(EffectId::Custom(own), 0)).abs();
-    let truth = EffectKind::SpeedSensorScale.sizes()[1];
-    assert!((gain / truth - 1.0).abs() < 0.1, "{gain} for {truth}");
+    let level = 1.0 / d.refined.machine.get(ParameterId::Effect(EffectId::Custom(own), 0));
+    let truth = trial.truth.effects[0].parameters[0].1;
+    assert!((level / truth - 1.0).abs() < 0.1, "{level} A for {truth} A");
 }
