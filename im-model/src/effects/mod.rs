@@ -52,6 +52,7 @@ registry::registry! {
     CurrentSensorGain current_sensor_gain,
     CurrentSensorOffset current_sensor_offset,
     SpeedSensorLag speed_sensor_lag,
+    SpeedSensorScale speed_sensor_scale,
     StatorAsymmetry stator_asymmetry,
     RotorAsymmetry rotor_asymmetry,
     ShaftCompliance shaft_compliance,

@@ -245,7 +245,12 @@ impl Outfit {
             }
             EffectKind::SpeedSensorScale => {
                 self.sensors.speed_scale = 1.0 + chance.sign() * size;
-                ("factor", vec![("scale", self.sensors.speed_scale)])
+                let tachogenerator = chance.one_of(2) == 1;
+                if tachogenerator {
+                    self.sensors.speed_droop_s = 0.1 * size / m.synchronous_speed_rad_s();
+                }
+                let form = if tachogenerator { "tachogenerator" } else { "factor" };
+                (form, vec![("scale", self.sensors.speed_scale), ("droop_s", self.sensors.speed_droop_s)])
             }
             EffectKind::MagneticAnisotropy => {
                 let axis_rad = chance.between(0.0, TAU);

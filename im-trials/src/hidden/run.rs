@@ -75,7 +75,8 @@ pub fn record(
         let speed = match outfit.sensors.encoder_window_s {
             None => outfit.plant.sensed_speed(&motion.x),
             Some(window) => (angles[k] - earlier(&angles, k as f64 - window / sample_s)) / window,
-        } * outfit.sensors.speed_scale;
+        };
+        let speed = outfit.sensors.speed(speed);
         let clean = [current.x, current.y, speed, load];
         let [i_alpha, i_beta, omega, tau] = noise.as_mut().map_or(clean, |noise| noise.corrupt(clean));
         let u = drive.voltage(k, Measured { current: Vector::new(i_alpha, i_beta), speed_rad_s: omega });

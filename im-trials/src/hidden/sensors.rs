@@ -14,19 +14,34 @@ pub struct Sensors {
     pub two_phases: bool,
     /// Level at which the phase sensors clip, A.
     pub clip_a: Option<f64>,
-    /// Factor on the measured speed.
+    /// Factor on the measured speed, at standstill.
     pub speed_scale: f64,
+    /// By what part of that the factor falls per rad/s: the armature reaction of a tachogenerator.
+    pub speed_droop_s: f64,
     /// The speed is the turn of an encoder over this time, s.
     pub encoder_window_s: Option<f64>,
 }
 
 impl Default for Sensors {
     fn default() -> Self {
-        Self { gain: [1.0; 3], offset_a: [0.0; 3], two_phases: false, clip_a: None, speed_scale: 1.0, encoder_window_s: None }
+        Self {
+            gain: [1.0; 3],
+            offset_a: [0.0; 3],
+            two_phases: false,
+            clip_a: None,
+            speed_scale: 1.0,
+            speed_droop_s: 0.0,
+            encoder_window_s: None,
+        }
     }
 }
 
 impl Sensors {
+    /// The measured speed, rad/s, without noise.
+    pub fn speed(&self, true_rad_s: f64) -> f64 {
+        self.speed_scale * true_rad_s * (1.0 - self.speed_droop_s * true_rad_s.abs())
+    }
+
     /// The measured current vector, without noise.
     pub fn current(&self, true_current: Vector) -> Vector {
         let mut phases = true_current.phases();
