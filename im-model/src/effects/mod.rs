@@ -44,6 +44,7 @@ registry::registry! {
     RotorHeating rotor_heating,
     CoulombFriction coulomb_friction,
     Windage windage,
+    StrayLoadTorque stray_load_torque,
     // Order matters for the voltage: what is amplified then loses the dead time.
     VoltageGain voltage_gain,
     VoltageDelay voltage_delay,

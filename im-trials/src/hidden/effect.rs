@@ -72,7 +72,7 @@ effects! {
     /// Size: coercive current over rated magnetizing current.
     HysteresisLoss "hysteresis_loss" [0.02, 0.05, 0.12],
     /// Size: stray-load loss at rated current and speed over rated power.
-    StrayLoadLoss "stray_load_loss" [0.01, 0.025, 0.06],
+    StrayLoadTorque "stray_load_torque" [0.01, 0.025, 0.06],
     /// Size: one over the clipping level, in units of rated peak current.
     CurrentSensorSaturation "current_sensor_saturation" [0.75, 0.9, 1.15],
     /// Size: fraction by which the measured speed is off.

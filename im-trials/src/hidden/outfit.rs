@@ -228,7 +228,7 @@ impl Outfit {
                 self.plant.hysteresis = Some(h);
                 ("follows the path of the flux", vec![("current_a", h.current_a), ("flux_vs", h.flux_vs)])
             }
-            EffectKind::StrayLoadLoss => {
+            EffectKind::StrayLoadTorque => {
                 let stray = StrayLoad {
                     torque_nm: size * m.rated_torque_nm,
                     current_a: m.rated_current_a(),
