@@ -46,6 +46,7 @@ registry::registry! {
     Windage windage,
     StrayLoadTorque stray_load_torque,
     // Order matters for the voltage: what is amplified then loses the dead time.
+    SupplyUnbalance supply_unbalance,
     VoltageGain voltage_gain,
     VoltageDelay voltage_delay,
     InverterNonlinearity inverter_nonlinearity,

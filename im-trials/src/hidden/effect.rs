@@ -77,6 +77,8 @@ effects! {
     CurrentSensorSaturation "current_sensor_saturation" [0.75, 0.9, 1.15],
     /// Size: fraction by which the measured speed is off.
     SpeedSensorScale "speed_sensor_scale" [0.003, 0.01, 0.03],
+    /// Size: fraction by which one phase's voltage is low; the others are high by half of it.
+    SupplyUnbalance "supply_unbalance" [0.008, 0.02, 0.05],
     /// Size: relative difference of the main inductance between two stator axes, over two.
     MagneticAnisotropy "magnetic_anisotropy" [0.02, 0.06, 0.15],
 }
@@ -96,7 +98,10 @@ impl EffectKind {
     /// speed. The others change nothing there but the phasors of the fundamental and the mean speed, as parameters do.
     pub fn has_frequencies_of_its_own(self) -> bool {
         use EffectKind as E;
-        let electric = matches!(self, E::InverterNonlinearity | E::StatorAsymmetry | E::RotorAsymmetry | E::LoadTorqueRipple);
+        let electric = matches!(
+            self,
+            E::InverterNonlinearity | E::SupplyUnbalance | E::StatorAsymmetry | E::RotorAsymmetry | E::LoadTorqueRipple
+        );
         let sensors = matches!(self, E::CurrentSensorGain | E::CurrentSensorOffset | E::CurrentSensorSaturation);
         electric || sensors || matches!(self, E::RotorSlotting | E::HysteresisLoss | E::MagneticAnisotropy)
     }

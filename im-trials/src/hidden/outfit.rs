@@ -19,6 +19,8 @@ pub struct Outfit {
     pub plant: HiddenPlant,
     /// Factor from commanded to applied voltage.
     pub voltage_gain: f64,
+    /// Factor of each phase's voltage beside that.
+    pub phase_voltage: [f64; 3],
     /// Samples by which the voltage is late.
     pub delay_samples: f64,
     /// The sensors.
@@ -76,6 +78,7 @@ impl Outfit {
         Self {
             plant,
             voltage_gain: 1.0,
+            phase_voltage: [1.0; 3],
             delay_samples: 0.0,
             sensors: Sensors::default(),
             start_angle_rad: 0.0,
@@ -156,6 +159,17 @@ impl Outfit {
             EffectKind::VoltageGain => {
                 self.voltage_gain = 1.0 + chance.sign() * size;
                 ("all phases alike", vec![("gain", self.voltage_gain)])
+            }
+            EffectKind::SupplyUnbalance => {
+                // A phase loaded by single-phase consumers: its source is low, and the load's cable stands in series with the machine.
+                let phase = chance.one_of(3);
+                self.phase_voltage = [1.0 + 0.5 * size; 3];
+                self.phase_voltage[phase] = 1.0 - size;
+                let cable_ohm = size * chance.between(0.0, 0.1) * m.stator_resistance_ohm;
+                let axis = Vector::polar(1.0, TAU / 3.0 * phase as f64);
+                self.plant.stator_resistance =
+                    self.plant.stator_resistance + Symmetric::along_across(axis, 2.0 / 3.0 * cable_ohm, 0.0);
+                (["phase a", "phase b", "phase c"][phase], vec![("low", size), ("cable_ohm", cable_ohm)])
             }
             EffectKind::CurrentSensorGain => {
                 self.sensors.two_phases = chance.one_of(2) == 1;
@@ -260,6 +274,16 @@ impl Outfit {
             }
         };
         self.truth.push(HiddenEffect { kind, size, parameters, form });
+    }
+
+    /// What the source makes of a commanded voltage.
+    pub fn supplied(&self, command: Vector) -> Vector {
+        let amplified = command * self.voltage_gain;
+        if self.phase_voltage == [1.0; 3] {
+            return amplified;
+        }
+        let phases = amplified.phases();
+        Vector::from_phases([0, 1, 2].map(|k| self.phase_voltage[k] * phases[k]))
     }
 
     fn phases_form(&self) -> &'static str {

@@ -83,7 +83,7 @@ pub fn record(
         table.push([k as f64 * sample_s, u.x, u.y, i_alpha, i_beta, omega, tau]);
         sent.push(u);
 
-        let applied = |back: usize| k.checked_sub(back).map_or(Vector::ZERO, |j| sent[j] * outfit.voltage_gain);
+        let applied = |back: usize| k.checked_sub(back).map_or(Vector::ZERO, |j| outfit.supplied(sent[j]));
         if late_s > 0.0 {
             motion.advance(applied(whole + 1), load, late_s);
         }
