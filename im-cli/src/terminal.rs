@@ -128,7 +128,8 @@ mod tests {
     #[test]
     fn what_would_steer_a_terminal_is_written_as_its_code() {
         let mut out = Printable(Vec::new());
-        write!(out, "{}\t{}\n", "a\u{1b}[31mb", "\u{7}\u{9b}\r").unwrap();
+        let [name, rest] = ["a\u{1b}[31mb", "\u{7}\u{9b}\r"];
+        writeln!(out, "{name}\t{rest}").unwrap();
         assert_eq!(String::from_utf8(out.0).unwrap(), "a\\u001b[31mb\t\\u0007\\u009b\\u000d\n");
     }
 }

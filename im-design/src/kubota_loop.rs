@@ -78,6 +78,12 @@ pub fn stabilized(plant: DesignModel, rho: f64, l2: f64, proportional: f64, inte
 }
 
 impl LoopGains {
+    /// Refuses matrices of other shapes than the flow of the errors has.
+    pub(crate) fn shaped(&self) -> Result<(), String> {
+        let shapes = [&self.gain, &self.gain_per_speed].map(|m| (m.rows(), m.cols()));
+        if shapes == [(4, 2); 2] { Ok(()) } else { Err("the gains must be 4 × 2".into()) }
+    }
+
     /// The closed loop linearized at a point: states (e_λd, e_λq, e_id, e_iq, integral of the speed law).
     pub fn closed_loop<F: Field>(&self, c: &Constants<F>, at: Point) -> Matrix<F> {
         let mut a = self.flow(c, at.speed_rad_s, at.flux_vs);
@@ -162,6 +168,7 @@ fn corners(speed: [f64; 2], slip: [f64; 2], flux_vs: f64) -> [Point; 4] {
 
 impl Claim for LoopDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
+        self.gains.shaped()?;
         let cells: Vec<_> = self.cells.iter().map(|cell| [cell.speed_rad_s, cell.slip_rad_s]).collect();
         covered::<F>(&cells, [self.speed_rad_s, self.slip_rad_s])?;
         let mut obligations = Vec::new();

@@ -152,12 +152,18 @@ pub struct Rating {
 }
 
 impl Rating {
+    /// Keys in files, in the order of the fields, with what machines have.
+    pub const BOUNDS: [(&'static str, Bound); 4] = [
+        ("torque_nm", Bound::OfMachines(1e-9, 1e9)),
+        ("electrical_frequency_hz", Bound::OfMachines(1e-3, 1e5)),
+        ("phase_voltage_peak_v", Bound::OfMachines(1e-3, 1e6)),
+        ("rotor_flux_vs", Bound::OfMachines(1e-7, 1e4)),
+    ];
+
     /// Checks every quantity: of a size that machines have.
     pub fn validate(&self) -> Result<(), ModelError> {
-        Bound::OfMachines(1e-9, 1e9).check("torque_nm", self.torque_nm)?;
-        Bound::OfMachines(1e-3, 1e5).check("electrical_frequency_hz", self.electrical_frequency_hz)?;
-        Bound::OfMachines(1e-3, 1e6).check("phase_voltage_peak_v", self.phase_voltage_peak_v)?;
-        Bound::OfMachines(1e-7, 1e4).check("rotor_flux_vs", self.rotor_flux_vs)
+        let values = [self.torque_nm, self.electrical_frequency_hz, self.phase_voltage_peak_v, self.rotor_flux_vs];
+        Self::BOUNDS.into_iter().zip(values).try_for_each(|((key, bound), x)| bound.check(key, x))
     }
 
     /// A plausible rating when none is given: 50 Hz, one volt-second of flux scaled so that the magnetizing current is a third of

@@ -70,7 +70,13 @@ pub fn list(claims: &[Claim]) -> String {
         let _ = writeln!(out, "## {title} ({})\n", own.len());
         for c in own {
             let (authors, found, name) = (c.paper.authors(), stated(c.found), c.name.replace('_', " "));
-            let _ = writeln!(out, "### {}. {name}\n\n*{authors}, {}:* \"{}\"\n", c.number, c.place, c.origin.words());
+            let _ = writeln!(
+                out,
+                "### {}. {name}\n\n*{authors}, {}:* \"{}\"\n",
+                c.number,
+                c.place,
+                c.origin.words().replace("][", "]\\[")
+            );
             let _ = writeln!(
                 out,
                 "**Tried:** {} **Range:** {} **Found: {found}.** {}\n\nProperty: `{}`.\n",

@@ -138,7 +138,7 @@ fn wrong_usage_ends_with_status_2() {
 fn every_card_fits_a_terminal_and_is_json_too() {
     let list = done(&["effects"]);
     let names: Vec<&str> = list.lines().take_while(|l| !l.is_empty()).filter_map(|l| l.split_whitespace().next()).collect();
-    assert_eq!(names.len(), 18, "{list}");
+    assert_eq!(names.len(), im_model::EffectId::ALL.len(), "{list}");
     for name in names {
         for extra in [&[][..], &["--motor", &example("motor.toml")]] {
             let card = done(&[&["effects", "show", name], extra].concat());

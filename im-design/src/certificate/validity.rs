@@ -18,7 +18,7 @@ enum Range {
     Magnitude(f64),
     /// Strictly between zero and one.
     Share,
-    /// Entries of a matrix or a series: zero, or of a size that arithmetic on a drive can hold.
+    /// Entries of a matrix or a series, and reserves that are nearly zero: zero, or of a size whose squares are no rounding.
     Entry,
 }
 
@@ -61,7 +61,7 @@ impl Range {
             Range::NotNegative(high) => ((0.0..=high).contains(&x), format!("between 0 and {high:e}")),
             Range::Magnitude(high) => (x.abs() <= high, format!("between {:e} and {high:e}", -high)),
             Range::Share => (x > 0.0 && x < 1.0, "between 0 and 1".into()),
-            Range::Entry => (x == 0.0 || (1e-30..=1e30).contains(&x.abs()), "zero, or of a size between 1e-30 and 1e30".into()),
+            Range::Entry => (x == 0.0 || (1e-200..=1e30).contains(&x.abs()), "zero, or of a size between 1e-200 and 1e30".into()),
         };
         (!good).then_some(usual)
     }

@@ -355,7 +355,7 @@ mod tests {
             (design(Kind::Jadot, plant(), jadot).unwrap_err().to_string(), ["unstable vertex", "a speed bandwidth up to"]),
             (with(Kind::Mtpa, "50.0", "5e6"), ["N m from this circuit", "torques up to"]),
             (with(Kind::Mtpa, "0.01 ", "1e-7 "), ["tolerance", "0.001"]),
-            (with(Kind::Kubota, "165.0]", "165.0, 200.0]"), ["line 2", "two numbers"]),
+            (with(Kind::Kubota, "165.0]", "165.0, 200.0]"), [":2:", "two numbers"]),
             (with(Kind::Kubota, "= 3.0", "= -3.0"), ["rate_per_s = -3", "not negative"]),
             (with(Kind::Sampled, "[-165.0, 165.0]", "[165.0, -165.0]"), ["speed_rad_s", "ascending"]),
             (with(Kind::KubotaLoop, "proportional = 0.05", "proportional = -0.05"), ["proportional = -0.05", "not negative"]),

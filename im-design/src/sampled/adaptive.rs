@@ -94,6 +94,7 @@ fn vertices(speed: [f64; 2], slip: [f64; 2]) -> impl Iterator<Item = [f64; 3]> {
 
 impl Claim for SampledLoopDesign {
     fn obligations<F: Field>(&self, c: &Constants<F>) -> Result<Vec<Obligation<F>>, String> {
+        self.gains.shaped()?;
         let cells: Vec<_> = self.cells.iter().map(|cell| [cell.speed_rad_s, cell.sampled_slip_rad_s]).collect();
         covered::<F>(&cells, [self.speed_rad_s, self.sampled_slip_rad_s])?;
         let f = F::from_f64;

@@ -129,6 +129,10 @@ impl Refinement {
                 (models, rounds) = (instead, its_rounds);
             }
         }
+        while let Some(place) = self.not_wanted(&models, &rounds) {
+            models = self.dropped(&models, place)?;
+            rounds.remove(place + 1);
+        }
         let mut rivals = self.rivals(&models, &rounds);
         if let Some((place, better)) = self.better(&models[models.len() - 1], &rivals) {
             models = self.exchanged(&models, place, better)?;
@@ -195,6 +199,34 @@ impl Refinement {
         models.truncate(validated + 1);
         rounds.truncate(validated + 1);
         Ok((models, rounds))
+    }
+
+    /// The place of an effect that the final model does as well without: what others explain once they are there would not be added last.
+    fn not_wanted(&self, models: &[Model], rounds: &[Round]) -> Option<usize> {
+        let (base, last, first) = (models.first()?, models.last()?, &rounds.first()?.scores);
+        let wanted = |place: &usize| {
+            let effect = last.effects[*place];
+            let others: Vec<EffectId> = last.effects.iter().copied().filter(|&e| e != effect).collect();
+            let Some(machine) = self.without(&last.fit.machine, effect) else { return true };
+            let Ok(without) = self.model(&machine, &last.fit.starts, &others, &FitOptions::near()) else { return true };
+            let with = Model { effects: others.into_iter().chain([effect]).collect(), ..last.clone() };
+            self.refusal(base, &without, &with, first).is_none()
+        };
+        // The newest has just been added by the same rule.
+        let earlier: Vec<usize> = (0..last.effects.len().saturating_sub(1)).collect();
+        earlier.into_par_iter().find_first(|place| !wanted(place))
+    }
+
+    /// The models without the effect at `place`, those after it fitted anew.
+    fn dropped(&self, models: &[Model], place: usize) -> Result<Vec<Model>, FitError> {
+        let mut out = models[..=place].to_vec();
+        for m in &models[place + 2..] {
+            let effect = m.effects[place];
+            let machine = self.without(&m.fit.machine, effect).unwrap_or(m.fit.machine);
+            let others: Vec<EffectId> = m.effects.iter().copied().filter(|&e| e != effect).collect();
+            out.push(self.model(&machine, &m.fit.starts, &others, &FitOptions::near())?);
+        }
+        Ok(out)
     }
 
     /// The refit, at the place of an effect of the final model, of another that looks like it and would explain nearly all that is left.

@@ -164,7 +164,8 @@ fn one_outlier_is_not_believed() {
     let truth = RegulationParameters::from(p.inverse_gamma());
     let reduced = SchemeSettings { weights: [1.0, 1.0, 0.0, 0.0], ..SchemeSettings::full(truth, H) };
     let fast = Follower::try_new(gains(), TimeVarying::try_new(&reduced, 36.0 * std::f64::consts::PI, 1000.0).unwrap()).unwrap();
-    let wrong: [fn(&Sample<f64>) -> Sample<f64>; 4] = [
+    type Spoil = fn(&Sample<f64>) -> Sample<f64>;
+    let wrong: [Spoil; 4] = [
         |s| Sample { omega_m: 1e4, ..*s },
         |s| Sample { omega_m: -s.omega_m, ..*s },
         |s| Sample { i_s: Complex::new(1e6, 0.0), ..*s },

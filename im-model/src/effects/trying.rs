@@ -50,10 +50,3 @@ pub(super) fn current(out: &[Output<f64>], hz: f64) -> Complex<f64> {
     let turned = |(k, y): (usize, &Output<f64>)| y.i_s * Complex::from_polar(1.0, -2.0 * PI * hz * T * k as f64);
     out.iter().enumerate().map(turned).sum::<Complex<f64>>() / out.len() as f64
 }
-
-/// Deceleration while coasting without flux, rad/s².
-pub(super) fn coasting(m: &Machine<f64>, speed: f64) -> f64 {
-    let mut bench = Bench::new(m, State::turning(speed), T);
-    bench.advance(&PlantInput::new(Complex::new(0.0, 0.0), 0.0));
-    (speed - bench.state().omega_m) / T
-}

@@ -44,11 +44,10 @@ fn determinant<const N: usize>(mut m: [[f64; N]; N]) -> f64 {
             product = -product;
         }
         product *= m[k][k];
-        for row in k + 1..N {
-            let share = m[row][k] / m[k][k];
-            for column in k..N {
-                m[row][column] -= share * m[k][column];
-            }
+        let pivot = m[k];
+        for row in &mut m[k + 1..] {
+            let share = row[k] / pivot[k];
+            row.iter_mut().zip(pivot).skip(k).for_each(|(x, p)| *x -= share * p);
         }
     }
     product

@@ -34,6 +34,11 @@ impl Truth {
         self.omega.len()
     }
 
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     pub fn time_s(&self, k: usize) -> f64 {
         self.recording.time_s(k)
     }

@@ -11,7 +11,7 @@ use crate::intake::signals::Trace;
 /// Means of steady stretches that differ by no more than this part of their median are one offset.
 const SAME: f64 = 0.3;
 /// Means below this part of the amplitude are not looked at.
-const LEAST: f64 = 0.01;
+const LEAST: f64 = 0.02;
 /// Stretches whose amplitudes or frequencies differ by more than this part are different operating points.
 const ANOTHER_POINT: f64 = 0.05;
 
@@ -31,7 +31,9 @@ fn persistent(t: &Trace, steady: &[Steady], amplitude: impl Fn(&Steady) -> f64) 
     let size = median(steady.iter().map(&amplitude).collect());
     // A transient may still decay in some.
     let same: Vec<&Steady> = steady.iter().filter(|s| (mean(t, s) - middle).abs() < SAME * middle.abs()).collect();
-    if middle.abs() < LEAST * size || 2 * same.len() <= steady.len() {
+    // An offset stays to the end, a transient is gone.
+    let to_the_end = same.last().is_some_and(|s| steady.last().is_some_and(|last| s.rows == last.rows));
+    if middle.abs() < LEAST * size || 2 * same.len() <= steady.len() || !to_the_end {
         return None;
     }
     let apart = |a: f64, b: f64| (a - b).abs() > ANOTHER_POINT * a.abs().max(b.abs());

@@ -25,8 +25,11 @@ impl Cost {
     }
 }
 
+/// A kind of step with the function that makes its cases.
+pub type Kind = (&'static str, fn() -> Vec<Cost>);
+
 /// What there is to measure, and its steps.
-pub const KINDS: [(&str, fn() -> Vec<Cost>); 4] = [
+pub const KINDS: [Kind; 4] = [
     ("machine", machine::costs),
     ("observer", observer::costs),
     ("controller", controller::costs),

@@ -52,7 +52,7 @@ fn part<'a>(value: &'a mut Value, name: &str) -> &'a mut Value {
 fn keys(value: &Value, path: &[String], found: &mut Vec<Vec<String>>) {
     if let Value::Table(table) = value {
         for (key, item) in table {
-            let path = [path, &[key.clone()]].concat();
+            let path = [path, std::slice::from_ref(key)].concat();
             found.push(path.clone());
             keys(item, &path, found);
         }
