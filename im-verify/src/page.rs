@@ -75,7 +75,7 @@ pub fn list(claims: &[Claim]) -> String {
                 "### {}. {name}\n\n*{authors}, {}:* \"{}\"\n",
                 c.number,
                 c.place,
-                c.origin.words().replace("][", "]\\[")
+                c.origin.words().replace("][", "] [")
             );
             let _ = writeln!(
                 out,

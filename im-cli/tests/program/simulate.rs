@@ -149,7 +149,7 @@ fn every_card_fits_a_terminal_and_is_json_too() {
             assert!(!v["parameters"].as_array().unwrap().is_empty());
         }
     }
-    assert_eq!(json(&["effects", "--json"])["effects"].as_array().unwrap().len(), 18);
+    assert_eq!(json(&["effects", "--json"])["effects"].as_array().unwrap().len(), im_model::EffectId::ALL.len());
 }
 
 #[test]
