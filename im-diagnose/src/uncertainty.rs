@@ -9,7 +9,7 @@
 //! Σ is the covariance of the noise, an autoregressive model per channel fitted to the residuals. What it does not know (noise of the load
 //! torque, which moves the speed slowly; a residual that is larger where more happens) shows in the sums of Jᵀr over stretches of the
 //! recordings: where their spread asks for a wider interval, that is taken. d_m are changes of the outputs that the model cannot follow and
-//! the residual hardly shows: the curve of each effect, bent by [`FORM_ERROR`], and the ratio of the leakages, off by [`RATIO_ERROR`].
+//! the residual hardly shows: the curve of each effect, bent by `FORM_ERROR` (5 % of what it explains), and the ratio of the leakages, off by `RATIO_ERROR` (20 %).
 
 use im_identify::offline::{Experiment, Fit, Free, Linearized, Target, inverse_of_normal, linearize, predict};
 use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State, TParameters};

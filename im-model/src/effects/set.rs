@@ -107,7 +107,7 @@ impl<T: Scalar> Effects<T> {
         Self::default()
     }
 
-    /// Adds a user's effect, off. At most [`MAX_CUSTOM`] fit; further ones are refused with `false`.
+    /// Adds a user's effect, off. At most `MAX_CUSTOM` fit; further ones are refused with `false`.
     pub fn add_custom(&mut self, id: CustomId) -> bool {
         if self.slot(id).is_some() {
             return true;
