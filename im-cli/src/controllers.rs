@@ -18,7 +18,7 @@ const OVERLOAD: f64 = 1.5;
 /// # Errors
 /// The name is unknown, or scenario and controller do not fit together.
 pub fn of(scenario: &Scenario, motor: &MotorFile) -> Result<Option<Box<dyn Supervised>>, String> {
-    let Source::Controller { name, references } = &scenario.source else { return Ok(None) };
+    let Source::Controller { name, observer, references } = &scenario.source else { return Ok(None) };
     let flux = motor.rating.rotor_flux_vs;
     if name != "mtpa" && NAMES.iter().any(|(known, _)| known == name) && references.rotor_flux_vs.largest() <= 0.0 {
         return Err(format!(
@@ -42,8 +42,18 @@ pub fn of(scenario: &Scenario, motor: &MotorFile) -> Result<Option<Box<dyn Super
         sample_time_s: scenario.sampling_time_s(),
         dead_time,
         mtpa: if name == "mtpa" { law(motor)? } else { None },
+        observer: observer.as_deref().map(|name| known_observer(name, motor)).transpose()?,
     };
     named(name, &setting).map(Some).map_err(|e| format!("[controller] {e}"))
+}
+
+/// The observer of a name, which knows the motor but for its effects: the T circuit, and saturated iron.
+fn known_observer(name: &str, motor: &MotorFile) -> Result<(&'static str, im_model::Machine<f64>), String> {
+    let known = im_observers::NAMES.into_iter().find(|known| *known == name);
+    let found = known.ok_or_else(|| {
+        format!("[controller] there is no observer named \"{name}\"; there are {}", im_observers::NAMES.join(", "))
+    })?;
+    Ok((found, motor.machine))
 }
 
 /// Least current for the torque, from the motor's circuit with its main-flux saturation.
@@ -52,7 +62,7 @@ fn law(motor: &MotorFile) -> Result<Option<im_control::MtpaLaw<f64>>, String> {
     let range = LAW_RANGE.map(|x| x * motor.rating.torque_nm);
     let refused = |e: String| format!("[controller] no law of least current for this motor: {e}");
     let fit = {
-        let circuit = im_design::mtpa::TCircuit::from(&motor.machine);
+        let circuit = im_design::mtpa::Circuit::of(&motor.machine);
         im_design::mtpa::laws::fit_log(&circuit, range, 0.01).map_err(|e| refused(e.to_string()))?
     };
     im_control::MtpaLaw::series(fit.torque_n_m, &fit.current, &fit.slip).map(Some).map_err(|e| refused(e.to_string()))

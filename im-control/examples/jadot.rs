@@ -23,6 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scenario = Scenario {
         source: Source::Controller {
             name: "jadot".into(),
+            observer: None,
             references: References {
                 speed_rad_s: Profile::points([[0.5, 0.0], [1.5, 140.0]])?,
                 rotor_flux_vs: 0.9.into(),

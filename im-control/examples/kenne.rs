@@ -19,6 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scenario = Scenario {
         source: Source::Controller {
             name: "kenne".into(),
+            observer: None,
             references: References {
                 speed_rad_s: Profile::points([[0.0, 0.0], [0.3, 0.0], [0.6, 120.0], [1.5, 120.0], [2.0, -120.0]])?,
                 rotor_flux_vs: 0.9.into(),

@@ -12,10 +12,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let m = machines::JADOT_TABLE_I;
     let base = Machine::base(m.parameters(), m.pole_pairs)?;
     let machine = MachineData::of(&base, 1.5 * m.rating.current_peak_a(&m.parameters(), m.pole_pairs));
-    let setting = Setting { machine, rating: m.rating, dc_voltage_v: 560.0, sample_time_s: 1e-4, dead_time: None, mtpa: None };
+    let setting = Setting {
+        machine,
+        rating: m.rating,
+        dc_voltage_v: 560.0,
+        sample_time_s: 1e-4,
+        dead_time: None,
+        mtpa: None,
+        observer: None,
+    };
     let scenario = Scenario {
         source: Source::Controller {
             name: "indirect".into(),
+            observer: None,
             references: References {
                 speed_rad_s: Profile::points([[0.0, 0.0], [0.3, 0.0], [0.6, 120.0]])?,
                 rotor_flux_vs: 0.9.into(),

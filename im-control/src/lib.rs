@@ -29,6 +29,7 @@ mod machine_data;
 #[cfg(feature = "std")]
 pub mod named;
 mod reference;
+mod sensorless;
 mod speed_loop;
 mod speed_regulator;
 mod status;
@@ -47,6 +48,7 @@ pub use load_torque::{LoadTorqueEstimate, LoadTorqueObserver};
 pub use machine_data::MachineData;
 pub use mtpa::{Mtpa, MtpaGains, MtpaLaw};
 pub use reference::{ReferenceShaper, Shaped};
+pub use sensorless::Sensorless;
 pub use speed_loop::SpeedLoop;
 pub use speed_regulator::SpeedRegulator;
 pub use status::{DriveStatus, Reports};

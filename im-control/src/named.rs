@@ -1,8 +1,9 @@
 //! Controllers by name, with typical gains, looked after: for programs and comparisons on a host.
 
 use im_identify::online::{Fixed, Lambda};
-use im_model::Rating;
 use im_model::simulation::Controller;
+use im_model::{Machine, Rating};
+use im_observers::{Basis, Named, ObserverError, StartingGains, Visit, each};
 use thiserror::Error;
 
 use crate::error::ControlError;
@@ -14,7 +15,7 @@ use crate::machine_data::MachineData;
 use crate::modulation::DeadTimeCompensation;
 use crate::mtpa::{Mtpa, MtpaGains, MtpaLaw};
 use crate::status::Reports;
-use crate::{BeginsAt, Drive, DriveLimits, FlyingStart};
+use crate::{BeginsAt, Drive, DriveLimits, FlyingStart, Sensorless};
 
 /// A controller that says how it is doing.
 pub trait Supervised: Controller<f64> + Reports {}
@@ -44,6 +45,8 @@ pub struct Setting {
     pub dead_time: Option<DeadTimeCompensation<f64>>,
     /// The law for `mtpa`.
     pub mtpa: Option<MtpaLaw<f64>>,
+    /// The observer, by name, whose speed stands in for the sensor's, with the machine that it is made for.
+    pub observer: Option<(&'static str, Machine<f64>)>,
 }
 
 /// Why there is no such controller.
@@ -52,9 +55,18 @@ pub enum NamedError {
     /// The name is not one of [`NAMES`].
     #[error("there is no controller named \"{0}\"; there are {list}", list = NAMES.map(|(name, _)| name).join(", "))]
     Unknown(String),
+    /// The observer's name is not one of `im_observers::NAMES`.
+    #[error("there is no observer named \"{0}\"; there are {list}", list = im_observers::NAMES.join(", "))]
+    UnknownObserver(String),
     /// `mtpa` needs a law.
     #[error("the controller mtpa needs a law for current and slip")]
     NoLaw,
+    /// The observer does not suit.
+    #[error(transparent)]
+    Observer(#[from] ObserverError),
+    /// An observer that reads the speed cannot stand in for it.
+    #[error("the observer {0} needs a measured speed")]
+    NeedsSpeed(&'static str),
     /// The machine does not suit.
     #[error(transparent)]
     Control(#[from] ControlError),
@@ -99,6 +111,17 @@ impl Setting {
     where
         C: Controller<f64> + Reports + Clone + 'static,
     {
+        let Some((name, machine)) = self.observer else { return self.looked_after(controller) };
+        let basis = Basis::try_new(&machine, &self.rating, self.sample_time_s)?.with_saturation(&machine);
+        let mut search = WithSpeedOf { name, controller: Some(controller), setting: self, basis, machine, made: None };
+        each(&mut search);
+        search.made.unwrap_or_else(|| Err(NamedError::UnknownObserver(name.to_owned())))
+    }
+
+    fn looked_after<C>(&self, controller: C) -> Result<Box<dyn Supervised>, NamedError>
+    where
+        C: Controller<f64> + Reports + Clone + 'static,
+    {
         let speed = self.rating.synchronous_speed_rad_s(self.machine.pole_pairs);
         let limits = DriveLimits::generous(&self.machine, speed, self.rating.rotor_flux_vs);
         let mut drive = Drive::try_new(controller, &limits)?;
@@ -106,6 +129,32 @@ impl Setting {
             drive = drive.compensating(dead_time)?;
         }
         Ok(Box::new(drive))
+    }
+}
+
+/// Puts the observer of a name before a controller.
+struct WithSpeedOf<'a, C> {
+    name: &'static str,
+    controller: Option<C>,
+    setting: &'a Setting,
+    basis: Basis<f64>,
+    machine: Machine<f64>,
+    made: Option<Result<Box<dyn Supervised>, NamedError>>,
+}
+
+impl<C: Controller<f64> + Reports + Clone + 'static> Visit<f64> for WithSpeedOf<'_, C> {
+    fn visit<O: Named<f64> + 'static>(&mut self) {
+        if O::NAME != self.name {
+            return;
+        }
+        let Some(controller) = self.controller.take() else { return };
+        self.made = Some(if O::NEEDS_SPEED {
+            Err(NamedError::NeedsSpeed(O::NAME))
+        } else {
+            O::made(self.basis, &self.machine, &self.setting.rating, &StartingGains)
+                .map_err(NamedError::from)
+                .and_then(|observer| self.setting.looked_after(Sensorless::new(controller, observer)))
+        });
     }
 }
 

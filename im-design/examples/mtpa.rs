@@ -25,6 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let scenario = Scenario {
             source: Source::Controller {
                 name: "mtpa".into(),
+                observer: None,
                 references: References { speed_rad_s: 0.0.into(), rotor_flux_vs: 0.0.into(), torque_nm: torque.into() },
             },
             inverter: Inverter::DeltaModulation(DeltaModulator { period_s: 1e-4 }, bridge),

@@ -13,6 +13,7 @@
 use num_complex::Complex;
 use num_traits::{One, Zero};
 
+use crate::air_gap::{AirGapSaturation, PreparedGap};
 use crate::effects::{Active, Effects, LeakageLaw};
 use crate::parameters::TParameters;
 use crate::scalar::Scalar;
@@ -55,6 +56,8 @@ enum Shape {
     MainSaturated,
     /// Leakages saturate.
     General,
+    /// Iron and rotor leakage saturate with the air-gap flux.
+    AirGap,
 }
 
 /// The flux-current map of one machine, prepared.
@@ -78,11 +81,13 @@ pub struct FluxMap<T> {
     per_interval: T,
     /// On each interval, the coefficients of the cubic in t ∈ [0, 1) that has the values and slopes of y at the nodes.
     grid: [[T; 4]; INTERVALS],
+    /// The machine's own air gap, if it has one.
+    air_gap: Option<PreparedGap<T>>,
 }
 
 impl<T: Scalar> FluxMap<T> {
     /// Prepares the map of a valid machine.
-    pub fn new(p: &TParameters<T>, effects: &Effects<T>) -> Self {
+    pub fn new(p: &TParameters<T>, effects: &Effects<T>, air_gap: Option<&AirGapSaturation<T>>) -> Self {
         let one = T::one();
         let [inv_ls, inv_lr, inv_m] =
             [p.stator_leakage_inductance_h, p.rotor_leakage_inductance_h, p.magnetizing_inductance_h].map(|l| one / l);
@@ -93,7 +98,9 @@ impl<T: Scalar> FluxMap<T> {
         // A law that leaves the reluctance alone at the end of the grid does so everywhere.
         let (mu, dmu) = effects.reluctance(on, (one, T::zero()), reach * reach);
         let saturated = !((mu - one).is_zero() && dmu.is_zero());
-        let shape = if laws.iter().any(Option::is_some) {
+        let shape = if air_gap.is_some() {
+            Shape::AirGap
+        } else if laws.iter().any(Option::is_some) {
             Shape::General
         } else if saturated {
             Shape::MainSaturated
@@ -110,9 +117,22 @@ impl<T: Scalar> FluxMap<T> {
         let mutual = parallel * inv_ls * inv_lr;
         let inverse_inductances = [mutual + parallel * inv_ls * inv_m, mutual, mutual + parallel * inv_lr * inv_m];
         let (leakages, grid) = (laws.map(Option::unwrap_or_default), [flat; INTERVALS]);
-        let mut map =
-            Self { shape, on, leakages, inv_ls, inv_lr, inv_m, inv_c, parallel, inverse_inductances, per_interval, grid };
-        if saturated {
+        let air_gap = air_gap.map(|gap| PreparedGap::new(gap, p));
+        let mut map = Self {
+            shape,
+            on,
+            leakages,
+            inv_ls,
+            inv_lr,
+            inv_m,
+            inv_c,
+            parallel,
+            inverse_inductances,
+            per_interval,
+            grid,
+            air_gap,
+        };
+        if saturated && shape != Shape::AirGap {
             let node = |k: usize| {
                 let (y, slope) = map.solve_ratio(T::from_f64(k as f64) / per_interval, effects);
                 (y, slope / per_interval)
@@ -146,7 +166,26 @@ impl<T: Scalar> FluxMap<T> {
                 self.unsaturated_leakages(psi_s, psi_r, linear * self.main_ratio(norm2(linear), effects))
             }
             Shape::General => self.saturated_leakages(psi_s, psi_r, linear(), effects),
+            Shape::AirGap => self.through_air_gap(psi_s, psi_r, core, effects),
         }
+    }
+
+    /// With what effects add to the reluctance: (μ − 1)/L_m.
+    fn through_air_gap(&self, psi_s: Complex<T>, psi_r: Complex<T>, core: Complex<T>, effects: &Effects<T>) -> Currents<T> {
+        let Some(gap) = &self.air_gap else {
+            return self.unsaturated_leakages(psi_s, psi_r, self.linear_flux(psi_s, psi_r, core));
+        };
+        let added = |flux: T| {
+            let (mu, slope) = effects.reluctance(self.on, (T::one(), T::zero()), flux * flux);
+            (self.inv_m * (mu - T::one()), self.inv_m * slope * (flux + flux))
+        };
+        let [i_s, i_r, psi_m] = gap.currents(psi_s, psi_r, core, self.inv_c, added);
+        Currents { i_s, i_r, psi_m }
+    }
+
+    /// The machine's own air gap.
+    pub(crate) fn air_gap(&self) -> Option<&AirGapSaturation<T>> {
+        self.air_gap.as_ref().map(PreparedGap::gap)
     }
 
     /// ψ_m of the circuit without saturation.
@@ -286,6 +325,9 @@ impl<T: Scalar> FluxMap<T> {
 
     /// How much more steeply than its unsaturated value a leakage current can rise with its flux, at most.
     pub(crate) fn steepest_leakage(&self) -> f64 {
+        if let Some(gap) = &self.air_gap {
+            return gap.steepest().value();
+        }
         let [s, r] = &self.leakages;
         1.0 + s.drop(self.inv_ls).value().max(r.drop(self.inv_lr).value())
     }
@@ -295,7 +337,10 @@ impl<T: Scalar> FluxMap<T> {
         let psi_m = self.currents(psi_s, psi_r, core, effects).psi_m;
         let half = T::from_f64(0.5);
         let (ls, lr, m) = (norm2(psi_s - psi_m), norm2(psi_r - psi_m), norm2(psi_m));
-        let mut w = half * (ls * self.inv_ls + lr * self.inv_lr + m * self.inv_m);
+        let mut w = match &self.air_gap {
+            None => half * (ls * self.inv_ls + lr * self.inv_lr + m * self.inv_m),
+            Some(gap) => gap.energy(psi_s, psi_r, psi_m),
+        };
         w += self.inv_m * half * effects.reluctance_integral(self.on, m);
         for (law, squared) in self.leakages.iter().zip([ls, lr]) {
             w += law.energy(squared);
@@ -326,7 +371,7 @@ mod tests {
                     e.main_flux_saturation.excess = excess;
                     e.main_flux_saturation.exponent = exponent;
                 });
-                let map = FluxMap::new(&p, &e);
+                let map = FluxMap::new(&p, &e, None);
                 let error = |psi: f64| {
                     let q = psi * psi;
                     (map.main_ratio(q, &e) - map.solve_ratio(q, &e).0).abs() * psi
@@ -353,7 +398,7 @@ mod tests {
             e.leakage_flux_saturation.knee_current_a = 10.0;
             e.iron_loss.conductance_s = 2e-3;
         });
-        let map = FluxMap::new(&p, &e);
+        let map = FluxMap::new(&p, &e, None);
         let k = &e.leakage_flux_saturation;
         let current = |psi: Complex<f64>, l: f64| {
             let q = psi.norm_sqr() / (l * k.knee_current_a).powi(2);

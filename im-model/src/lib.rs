@@ -20,12 +20,14 @@
 
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 
+pub mod aqdm;
 pub mod effects;
 pub mod machines;
 pub mod simulation;
 pub mod space_vector;
 pub mod state_space;
 
+mod air_gap;
 #[cfg(feature = "std")]
 mod atomic_file;
 mod bench;
@@ -55,6 +57,7 @@ mod text_file;
 #[cfg(feature = "std")]
 pub mod toml_text;
 
+pub use air_gap::AirGapSaturation;
 #[cfg(feature = "std")]
 pub use atomic_file::{check_writable, write_atomically};
 pub use bench::{Bench, Output};

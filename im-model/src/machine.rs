@@ -1,5 +1,6 @@
 //! The machine: base parameters, pole pairs, effects, rating. Valid by construction.
 
+use crate::air_gap::AirGapSaturation;
 use crate::effects::{EffectId, Effects, ParameterInfo, ScaleOf};
 use crate::error::{Bound, ModelError};
 use crate::parameters::{BaseParameter, TParameters};
@@ -11,6 +12,7 @@ pub struct Machine<T> {
     parameters: TParameters<T>,
     pole_pairs: u32,
     effects: Effects<T>,
+    air_gap: Option<AirGapSaturation<T>>,
 }
 
 impl<T: Scalar> Machine<T> {
@@ -19,7 +21,21 @@ impl<T: Scalar> Machine<T> {
         parameters.validate()?;
         Bound::Within(1.0, 100.0).check("pole_pairs", f64::from(pole_pairs))?;
         effects.validate()?;
-        Ok(Self { parameters, pole_pairs, effects })
+        Ok(Self { parameters, pole_pairs, effects, air_gap: None })
+    }
+
+    /// The same machine with an air gap of its own, or without.
+    ///
+    /// # Errors
+    /// The air gap does not suit the T circuit, or an effect that saturates the leakages by their own currents is on beside it.
+    pub fn with_air_gap(&self, air_gap: Option<AirGapSaturation<T>>) -> Result<Self, ModelError> {
+        if let Some(gap) = &air_gap {
+            gap.validate(&self.parameters)?;
+            let drop = self.effects.leakage_flux_saturation.drop.value();
+            Bound::Within(0.0, 0.0)
+                .check("leakage_flux_saturation.drop beside [machine.air_gap], which saturates the leakage itself,", drop)?;
+        }
+        Ok(Self { air_gap, ..*self })
     }
 
     /// The linear machine.
@@ -29,12 +45,12 @@ impl<T: Scalar> Machine<T> {
 
     /// The same machine with other effects.
     pub fn with_effects(&self, effects: Effects<T>) -> Result<Self, ModelError> {
-        Self::try_new(self.parameters, self.pole_pairs, effects)
+        Self::try_new(self.parameters, self.pole_pairs, effects)?.with_air_gap(self.air_gap)
     }
 
     /// The same machine with other base parameters.
     pub fn with_parameters(&self, parameters: TParameters<T>) -> Result<Self, ModelError> {
-        Self::try_new(parameters, self.pole_pairs, self.effects)
+        Self::try_new(parameters, self.pole_pairs, self.effects)?.with_air_gap(self.air_gap)
     }
 
     /// The base parameters.
@@ -44,6 +60,10 @@ impl<T: Scalar> Machine<T> {
     /// The effects.
     pub fn effects(&self) -> &Effects<T> {
         &self.effects
+    }
+    /// How the air-gap flux saturates iron and leakage, where that is the machine's own and no effect.
+    pub fn air_gap(&self) -> Option<&AirGapSaturation<T>> {
+        self.air_gap.as_ref()
     }
     /// n_p.
     pub fn pole_pairs(&self) -> u32 {
@@ -72,7 +92,8 @@ impl<T: Scalar> Machine<T> {
                 effects.set(e, k, f(id, self.get(id).value()));
             }
         }
-        Machine { parameters: TParameters::from_values(values), pole_pairs: self.pole_pairs, effects }
+        let air_gap = self.air_gap.as_ref().map(AirGapSaturation::cast);
+        Machine { parameters: TParameters::from_values(values), pole_pairs: self.pole_pairs, effects, air_gap }
     }
 
     /// The same machine in another scalar type.
@@ -85,7 +106,7 @@ impl Machine<f64> {
     /// The same machine with some parameters changed, checked again.
     pub fn with(&self, changes: &[(ParameterId, f64)]) -> Result<Self, ModelError> {
         let m = self.map(|id, x| changes.iter().rev().find(|(c, _)| *c == id).map_or(x, |(_, v)| *v));
-        Self::try_new(m.parameters, m.pole_pairs, m.effects)
+        Self::try_new(m.parameters, m.pole_pairs, m.effects)?.with_air_gap(m.air_gap)
     }
 }
 

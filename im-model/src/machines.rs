@@ -1,5 +1,6 @@
 //! The machines of the papers and of public references, as named constants.
 
+use crate::aqdm::Aqdm;
 use crate::machine::Rating;
 use crate::parameters::{TParameters, WindingParameters};
 
@@ -41,6 +42,18 @@ pub const KWON_TABLE_IV: NamedMachine = NamedMachine {
     },
     pole_pairs: 2,
     rating: Rating { torque_nm: 200.7, electrical_frequency_hz: 60.0, phase_voltage_peak_v: 375.6, rotor_flux_vs: 0.93 },
+};
+
+/// Kwon et al., Table V: the alternative q-d model (AQDM) of the same machine, per delta winding. R_s, J and D, which the table has not, are Table IV's.
+pub const KWON_TABLE_V: Aqdm = Aqdm {
+    stator_resistance_ohm: 0.22,
+    stator_leakage_h: 9.06e-4,
+    rotor_leakage: [1.40e-4, 4.15e-3, 7.35e-1, 2.59],
+    magnetizing: [6.79, 6.62e-1, 5.03, 1.85, 8.68e-1, 1.29e-1],
+    rotor: [[5.65, 3.21e-2], [4.40e-2, 4.78e-4], [3.17e-3, 8.76e-8]],
+    inertia_kg_m2: 0.4203,
+    viscous_friction_nm_s_per_rad: 0.1,
+    pole_pairs: 2,
 };
 
 /// The set that the printed A, B₁, B₂ of Kwon et al. follow from: a tenth of Table IV's L_m with the same leakage.

@@ -8,6 +8,7 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::Spanned;
 
+use crate::air_gap::AirGapSaturation;
 use crate::atomic_file::write_atomically;
 use crate::effects::{CustomId, EffectId, Effects};
 use crate::error::Bound;
@@ -38,6 +39,9 @@ use crate::toml_text::{TomlText, Whole, exact, quoted};
 /// electrical_frequency_hz = 50.0
 /// phase_voltage_peak_v = 320.0
 /// rotor_flux_vs = 0.95
+///
+/// [machine.air_gap]                     # only for machines whose air-gap flux saturates iron and leakage by laws of their own
+/// reference_flux_vs = 0.9               # where the T circuit holds; the other keys are those of [`AirGapSaturation`](crate::AirGapSaturation)
 ///
 /// [effects.iron_loss]                   # one table for each effect that is on
 /// conductance_s = 0.001
@@ -72,6 +76,7 @@ struct Head {
     pole_pairs: Whole<1, 100>,
     parameters: Numbers,
     rating: Option<Numbers>,
+    air_gap: Option<Numbers>,
 }
 
 const RATING: [&str; 4] = ["torque_nm", "electrical_frequency_hz", "phase_voltage_peak_v", "rotor_flux_vs"];
@@ -130,7 +135,8 @@ impl MotorFile {
         }
         effects.rescale(&rating, &p, pole_pairs);
         read_effects(&toml, &tables, &mut effects)?;
-        let machine = Machine::try_new(p, pole_pairs, effects).map_err(|e| toml.value(e))?;
+        let gap = head.air_gap.as_ref().map(|table| air_gap(&toml, table)).transpose()?;
+        let machine = Machine::try_new(p, pole_pairs, effects).and_then(|m| m.with_air_gap(gap)).map_err(|e| toml.value(e))?;
         let name = head.name.unwrap_or_else(|| "motor".to_owned());
         Ok(Self { name, machine, rating })
     }
@@ -151,6 +157,12 @@ impl MotorFile {
         for (key, x) in RATING.into_iter().zip([r.torque_nm, r.electrical_frequency_hz, r.phase_voltage_peak_v, r.rotor_flux_vs])
         {
             let _ = writeln!(out, "{key} = {}", exact(x));
+        }
+        if let Some(gap) = self.machine.air_gap() {
+            let _ = writeln!(out, "\n[machine.air_gap]");
+            for ((key, _), x) in AirGapSaturation::<f64>::KEYS.into_iter().zip(gap.values()) {
+                let _ = writeln!(out, "{key} = {}", exact(x));
+            }
         }
         for id in self.machine.effects().active() {
             let _ = writeln!(out, "\n[effects.{id}]");
@@ -202,6 +214,16 @@ fn rating(toml: &TomlText<'_>, table: &Numbers) -> Result<Rating, FileError> {
     }
     let [torque_nm, electrical_frequency_hz, phase_voltage_peak_v, rotor_flux_vs] = values;
     Ok(Rating { torque_nm, electrical_frequency_hz, phase_voltage_peak_v, rotor_flux_vs })
+}
+
+fn air_gap(toml: &TomlText<'_>, table: &Numbers) -> Result<AirGapSaturation<f64>, FileError> {
+    let given = numbers(toml, table, &AirGapSaturation::<f64>::KEYS)?;
+    let mut values = [0.0; 9];
+    for ((x, given), (key, _)) in values.iter_mut().zip(given).zip(AirGapSaturation::<f64>::KEYS) {
+        let expected = "give all nine of the air gap, or leave the table out";
+        *x = given.ok_or_else(|| toml.missing(table.span(), key, expected))?;
+    }
+    Ok(AirGapSaturation::from_values(values))
 }
 
 fn read_effects(

@@ -121,7 +121,7 @@ impl<T: Scalar> Plant<T> {
         Self {
             parameters: p,
             effects,
-            map: FluxMap::new(&p, &effects),
+            map: FluxMap::new(&p, &effects, machine.air_gap()),
             on,
             n_p,
             torque_factor: 1.5 * n_p,
@@ -377,7 +377,7 @@ impl<T: Scalar> Plant<T> {
                 effects.set(id, k, T::zero());
             }
             let on = effects.which();
-            let without = Self { map: FluxMap::new(&self.parameters, &effects), effects, on, ..*self };
+            let without = Self { map: FluxMap::new(&self.parameters, &effects, self.map.air_gap()), effects, on, ..*self };
             let rate = without.fastest_rate();
             if rate < least {
                 least = rate;

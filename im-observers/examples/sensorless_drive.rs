@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let references = References { speed_rad_s, rotor_flux_vs: 0.9.into(), torque_nm: 0.0.into() };
     let scenario = Scenario {
         name: "sensorless".into(),
-        source: Source::Controller { name: "sensorless".into(), references: references.clone() },
+        source: Source::Controller { name: "sensorless".into(), observer: None, references: references.clone() },
         inverter: Inverter::Averaged { dc_voltage_v: Some(560.0) },
         load: Load { torque_nm: Profile::points([[1.0, 0.0], [1.0, 8.0]])?, quadratic_nm_s2: 0.0 },
         ..Scenario::direct_on_line(1.0, 50.0, 3.0)

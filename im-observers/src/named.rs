@@ -54,7 +54,7 @@ impl Gains for StartingGains {
 }
 
 /// An observer with what the registry needs of it beside its step.
-pub trait Named<T: Scalar>: Observer<T> + Sized {
+pub trait Named<T: Scalar>: Observer<T> + Clone {
     /// On the command line.
     const NAME: &'static str;
     /// For people.

@@ -10,6 +10,16 @@
 //!   Kubota's integral law with K_I = μ/(n_pβ), and a leak D/J that needs a current error of Dω/(Jμ|λ|) to hold a speed ω. The paper's
 //!   "deviation in the stator current" is this. [`LoadTorqueModel::Balanced`] takes friction as part of the load: no leak, no such error.
 //!
+//! **Shifted eigenvalues** ([`ThauGains::shifted`]). (A, C) of (9), (10) is detectable: −D/J of the speed stays whatever L is, and "the designer … may decide to
+//! shift the observable eigenvalues of A". With L_λ = l₁, L_i = l₂ in both axes A − LC is, beside −D/J, twice
+//!
+//! ```text
+//! [ −η   ηL_m − l₁ ]
+//! [ ηβ    −γ − l₂  ],   det(s − …) = s² + (η + γ + l₂)s + η(γ + l₂) − ηβ(ηL_m − l₁)
+//! ```
+//!
+//! which is s² + 2ζω₀s + ω₀² for l₂ = 2ζω₀ − γ − η, l₁ = ηL_m − (γ + l₂)/β + ω₀²/(ηβ).
+//!
 //! Designed gains: constant in the frame at rest (`im-design`, `thau`), or certified over a box of frame speed, slip and flux in the frame of the
 //! estimated flux, affine in its speed (`thau_box`). For negative frame speed the gain is mirrored, since the machine is.
 //!
@@ -60,6 +70,19 @@ impl ThauGains {
     /// L = 0, as in the paper's implementation.
     pub const fn published() -> Self {
         Self { gain: [[0.0; 2]; 5] }
+    }
+
+    /// The gain that puts the observable eigenvalues of A − LC to the roots of s² + 2ζω₀s + ω₀², each twice.
+    ///
+    /// # Errors
+    /// A natural frequency ω₀ (rad/s) or a damping ζ that is not positive and finite.
+    pub fn shifted(machine: &Machine<f64>, natural_rad_s: f64, damping: f64) -> Result<Self, ObserverError> {
+        Bound::Positive.check("natural_rad_s", natural_rad_s)?;
+        Bound::Positive.check("damping", damping)?;
+        let c = machine.parameters().windings().derived(machine.pole_pairs());
+        let l_2 = 2.0 * damping * natural_rad_s - c.gamma - c.eta;
+        let l_1 = c.eta_l_m - (c.gamma + l_2) / c.beta + natural_rad_s * natural_rad_s / (c.eta * c.beta);
+        Ok(Self { gain: [[0.0, 0.0], [l_1, 0.0], [0.0, l_1], [l_2, 0.0], [0.0, l_2]] })
     }
 }
 
@@ -422,5 +445,38 @@ impl<T: Scalar> Named<T> for Thau<T> {
                 Self::discretized(basis, given, load(LoadTorqueModel::EqualToTorque), gains.discretization())?
             }
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use im_model::machines::{JADOT_TABLE_I, KENNE_APPENDIX_II, KWON_TABLE_IV};
+    use im_model::state_space::StateSpace;
+
+    /// A − LC of (9), (10), (12) has −D/J and twice the roots of s² + 2ζω₀s + ω₀².
+    #[test]
+    fn the_observable_eigenvalues_are_where_they_are_shifted_to() {
+        for m in [KWON_TABLE_IV, KENNE_APPENDIX_II, JADOT_TABLE_I] {
+            let machine = Machine::<f64>::base(m.parameters(), m.pole_pairs).unwrap();
+            let space = StateSpace::new(&machine.parameters().windings(), m.pole_pairs);
+            for (natural, damping) in [(60.0, 0.8), (300.0, 0.5), (900.0, 0.95)] {
+                let gain = ThauGains::shifted(&machine, natural, damping).unwrap().gain;
+                let mut l = space.b_1;
+                for (r, row) in gain.iter().enumerate() {
+                    (l[(r, 0)], l[(r, 1)]) = (row[0], row[1]);
+                }
+                let found = (space.a - l * space.c).complex_eigenvalues();
+                let root = Complex::new(-damping * natural, natural * Scalar::sqrt(1.0 - damping * damping));
+                let friction = machine.parameters().viscous_friction_nm_s_per_rad / machine.parameters().inertia_kg_m2;
+                for (wanted, times) in [(root, 2), (root.conj(), 2), (Complex::new(-friction, 0.0), 1)] {
+                    // Double roots are found to the root of the rounding.
+                    let near = found.iter().filter(|z| (**z - wanted).norm() < 1e-4 * natural).count();
+                    assert_eq!(near, times, "{}: {found} {wanted}", m.name);
+                }
+            }
+        }
+        let machine = Machine::<f64>::base(JADOT_TABLE_I.parameters(), 2).unwrap();
+        assert!(ThauGains::shifted(&machine, 0.0, 0.7).is_err() && ThauGains::shifted(&machine, 50.0, f64::NAN).is_err());
     }
 }

@@ -10,12 +10,13 @@
 use core::panic::PanicInfo;
 
 use im_control::{
-    BeginsAt, Drive, DriveLimits, FieldOriented, FieldOrientedGains, FlyingStart, Kenne, KenneGains, MachineData, Reports,
+    BeginsAt, Drive, DriveLimits, FieldOriented, FieldOrientedGains, FlyingStart, Kenne, KenneGains, MachineData, Mtpa,
+    MtpaGains, MtpaLaw, Reports, Sensorless,
 };
 use im_identify::online::{Identifier, KenneRotorResistance, KenneSettings, Sample};
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::{Bench, Complex, Effects, Machine, PlantInput, State, machines};
-use im_observers::{Basis, Input, Named, Observer, StartingGains, Visit, each};
+use im_observers::{Basis, Input, LoadTorqueModel, Named, Observer, StartingGains, Thau, ThauGains, Visit, each};
 
 // The C runtime that calls `main`, and memcpy.
 #[link(name = "c")]
@@ -141,11 +142,31 @@ fn drives() -> Option<[f32; 2]> {
     Some([controlled(&known, &machine, oriented)?, controlled(&known, &machine, kenne)?])
 }
 
+/// The sensorless drive of least current after a tenth of a second on a machine that takes the current as told: whether all of it is finite.
+fn sensorless() -> Option<bool> {
+    let m = machines::MOTULATOR_2_2_KW;
+    let machine = Machine::base(m.parameters(), m.pole_pairs).ok()?;
+    let known = MachineData::of(&machine.cast::<f32>(), 12.0);
+    let law = MtpaLaw::series([1.0, 20.0], &[1.5, 0.5], &[1.0]).ok()?;
+    let mtpa = Mtpa::try_new(&known, &law, &MtpaGains::typical(&known)).ok()?;
+    let basis = Basis::<f32>::try_new(&machine, &m.rating, 1e-4).ok()?;
+    let thau = Thau::try_new(basis, ThauGains::published(), LoadTorqueModel::EqualToTorque).ok()?;
+    let mut drive = Sensorless::new(FlyingStart::try_new(mtpa, &known, 1e-4).ok()?.tracking_currents(), thau);
+    let reference = Reference { omega_m: 0.0, rotor_flux_vs: 0.0, torque_nm: 5.0 };
+    let mut i_s = Complex::new(0.0, 0.0);
+    for _ in 0..1000 {
+        let measured = Measured { i_s, omega_m: 0.0, u_s: i_s * 3.7, dc_voltage_v: 560.0, sample_time_s: 1e-4 };
+        let Command::Current(told) = drive.step(&measured, &reference) else { return None };
+        i_s = told;
+    }
+    Some(i_s.re.is_finite() && i_s.im.is_finite() && drive.estimate()?.omega_m.is_finite())
+}
+
 /// Called by the C runtime.
 #[unsafe(no_mangle)]
 pub extern "C" fn main(_argc: i32, _argv: *const *const u8) -> i32 {
-    match (run_up(), observed(), identified(), drives()) {
-        (Some(speed), Some(error), Some(ratio), Some(drives))
+    match (run_up(), observed(), identified(), drives(), sensorless()) {
+        (Some(speed), Some(error), Some(ratio), Some(drives), Some(true))
             if (150.0..158.0).contains(&speed)
                 && error < 1.0
                 && (0.98..1.02).contains(&ratio)

@@ -7,6 +7,7 @@ fn scenario(speed: Profile, flux: f64, load: Profile, duration_s: f64, dc: Optio
     Scenario {
         source: Source::Controller {
             name: "field_oriented".into(),
+            observer: None,
             references: References { speed_rad_s: speed, rotor_flux_vs: flux.into(), torque_nm: 0.0.into() },
         },
         inverter: Inverter::Averaged { dc_voltage_v: dc },

@@ -12,6 +12,8 @@ use super::air_gap::{AirGap, Enclosure};
 use super::t_circuit::TCircuit;
 use crate::exact::{Field, Interval};
 use crate::machine::Constants;
+use im_model::Machine;
+use im_model::machines::KWON_TABLE_V;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +22,9 @@ const FLUX_MAX: f64 = 1e6;
 
 /// Slip from which on the q-d model is enclosed in 1/ω_s, electrical rad/s: up to infinity.
 const FAST: f64 = 1e3;
+
+/// The time constant of a branch that is a resistance, s.
+const INSTANT_S: f64 = 1e-12;
 
 /// The alternative q-d model of Kwon and Sudhoff.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,12 +43,24 @@ pub struct Aqdm {
 impl Aqdm {
     /// Table V: the 50-hp machine of Kwon et al.
     pub fn kwon_table_v() -> Self {
-        Aqdm {
-            rotor_leakage: [1.40e-4, 4.15e-3, 7.35e-1, 2.59],
-            magnetizing: [6.79, 6.62e-1, 5.03, 1.85, 8.68e-1, 1.29e-1],
-            rotor: [[5.65, 3.21e-2], [4.40e-2, 4.78e-4], [3.17e-3, 8.76e-8]],
-            pole_pairs: 2,
-        }
+        Self::from(&KWON_TABLE_V)
+    }
+
+    /// The circuit of a machine whose air gap saturates iron and rotor leakage; `None` for others. Bars that the current diffuses into
+    /// (`rotor_skin_effect`) are a resistance and a branch: 1/(R + kRτs/(1 + τs)) = (1/R)(1 + k/(1 + (1 + k)τs))/(1 + k).
+    pub fn of(machine: &Machine<f64>) -> Option<Self> {
+        let (p, gap, skin) = (machine.parameters(), machine.air_gap()?, &machine.effects().rotor_skin_effect);
+        let (k, conductance) = (skin.resistance_rise, 1.0 / p.rotor_resistance_ohm);
+        // Of the T circuit what the flux does not change: m₁, l_r1 and the leakage in series.
+        let m1 = gap.inverse_magnetizing(p, 0.0).0 - gap.inverse_magnetizing_at_zero();
+        let ([l2, l3, l4], [m2, m3, m4, m5, m6]) = (gap.rotor_leakage, gap.magnetizing);
+        let bars = (1.0 + k) * skin.time_constant_s;
+        Some(Self {
+            rotor_leakage: [gap.leakage(p, 0.0).0 - l2, l2, l3, l4],
+            magnetizing: [m1, m2, m3, m4, m5, m6],
+            rotor: [[conductance * k / (1.0 + k), bars], [conductance / (1.0 + k), INSTANT_S], [0.0, INSTANT_S]],
+            pole_pairs: machine.pole_pairs(),
+        })
     }
 
     fn inverse_magnetizing(&self, flux_vs: f64) -> f64 {
@@ -63,6 +80,13 @@ impl Aqdm {
 
     fn rotor_admittance(&self, slip_rad_s: f64) -> Complex64 {
         self.rotor.iter().map(|[y, tau]| y / Complex64::new(1.0, tau * slip_rad_s)).sum()
+    }
+}
+
+impl From<&im_model::aqdm::Aqdm> for Aqdm {
+    fn from(table: &im_model::aqdm::Aqdm) -> Self {
+        let im_model::aqdm::Aqdm { rotor_leakage, magnetizing, rotor, pole_pairs, .. } = *table;
+        Self { rotor_leakage, magnetizing, rotor, pole_pairs }
     }
 }
 
@@ -195,6 +219,11 @@ impl AirGap for Circuit {
 }
 
 impl Circuit {
+    /// The circuit of a machine: its own air gap's, or the T circuit with its saturations.
+    pub fn of(machine: &Machine<f64>) -> Self {
+        Aqdm::of(machine).map_or_else(|| Self::T(TCircuit::from(machine)), Self::Aqdm)
+    }
+
     /// What is out of range, if anything is.
     pub(super) fn complaint(&self) -> Option<String> {
         match self {

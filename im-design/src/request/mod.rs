@@ -138,7 +138,10 @@ pub fn design(kind: Kind, plant: DesignModel, region: &str) -> Result<Certificat
         Kind::Mtpa => match plant {
             DesignModel::Machine(m) => {
                 let [l_r, l_m] = [m.rotor_inductance_h, m.mutual_inductance_h];
-                maximum_torque(plant, TCircuit::linear(m.rotor_resistance_ohm, l_r - l_m, l_m, m.pole_pairs), region)
+                {
+                    let own = TCircuit::linear(m.rotor_resistance_ohm, l_r - l_m, l_m, m.pole_pairs);
+                    maximum_torque(plant, Circuit::T(own), region)
+                }
             }
             DesignModel::Constants(_) => Err(DesignError::request("mtpa needs a machine, not derived constants")),
         },
@@ -152,7 +155,7 @@ pub fn design(kind: Kind, plant: DesignModel, region: &str) -> Result<Certificat
 pub fn design_for(kind: Kind, machine: &im_model::Machine<f64>, region: &str) -> Result<Certificate, DesignError> {
     let plant = DesignModel::Machine(crate::LinearMachine::from(machine));
     match kind {
-        Kind::Mtpa => maximum_torque(plant, TCircuit::from(machine), region),
+        Kind::Mtpa => maximum_torque(plant, Circuit::of(machine), region),
         kind => design(kind, plant, region),
     }
 }
@@ -245,11 +248,11 @@ fn with_layer<T>(key: &str, layer: Option<T>, period_s: Option<f64>) -> Result<(
 }
 
 /// Laws for the circuit of the region file, or else for the machine's own.
-fn maximum_torque(plant: DesignModel, own: TCircuit, region: &str) -> Result<Certificate, DesignError> {
+fn maximum_torque(plant: DesignModel, own: Circuit, region: &str) -> Result<Certificate, DesignError> {
     let request: mtpa::MtpaRequest = read(region)?;
-    let circuit = request.aqdm.map_or(Circuit::T(own), |t| {
+    let circuit = request.aqdm.map_or(own, |t| {
         let mtpa::AqdmTable { rotor_leakage, magnetizing, rotor } = t;
-        Circuit::Aqdm(Aqdm { rotor_leakage, magnetizing, rotor, pole_pairs: own.pole_pairs })
+        Circuit::Aqdm(Aqdm { rotor_leakage, magnetizing, rotor, pole_pairs: own.pole_pairs() })
     });
     mtpa::design(plant, circuit, &request).map(|d| d.1)
 }

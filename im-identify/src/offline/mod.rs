@@ -3,6 +3,7 @@
 //! An [`Experiment`] is what is known of a run: inputs, measured channels with their noise, how it starts. A [`Free`] parameter is
 //! what may change. [`fit`] finds the machine that explains all experiments at once.
 
+mod aqdm;
 mod experiment;
 mod fit;
 mod free;
@@ -10,6 +11,7 @@ mod simulate;
 mod start;
 mod steady;
 
+pub use aqdm::{AqdmFit, SteadyPoint, fit_aqdm, predicted as aqdm_at};
 pub use experiment::{Channel, ChannelKind, Experiment, ExperimentError, Start};
 pub use fit::{Fit, FitError, FitOptions, cost, fit, fit_from, inverse_of_normal};
 pub use free::{Free, Target, Transform, base_parameters, base_parameters_in, effect_parameters};

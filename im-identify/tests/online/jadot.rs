@@ -3,7 +3,7 @@
 use crate::bench::{Bench, Point, machine};
 use im_identify::online::{
     Adaptation, DeadZone, Excitation, Follower, FollowerGains, Identifier, Lambda, RegulationParameters, SchemeSettings,
-    TimeScale, TimeVarying, steady_regressor,
+    TimeScale, TimeVarying, TimeVaryingGain, steady_regressor,
 };
 use im_model::{Complex, TParameters};
 use proptest::prelude::*;
@@ -190,6 +190,20 @@ fn theorem_2_needs_an_integral_action_that_forgets() {
     for (name, end) in [("forgetting", forgetting), ("without", without)] {
         assert!(size(&[end.errors[0], end.errors[1], end.errors[2], 0.0]) < 0.03, "{name}: {:?}", end.errors);
     }
+}
+
+/// The theorem's own law, constant K_W, on the machine: errors stay with the integral action of (25), which holds the voltage, and go with one that forgets.
+#[test]
+fn the_constant_gain_of_theorem_2_leaves_errors_on_a_machine_too() {
+    let (p, off, points) = two_points();
+    let run = |leak| {
+        let s = SchemeSettings { weights: [1.0; 4], ..settings(&p, off) };
+        let gain = TimeVaryingGain::Constant { per_v_a_s: 0.02 };
+        follow(p, TimeVarying::with_gain(&s, gain, leak).unwrap(), true, &points, 10.0, 30)
+    };
+    let (printed, forgetting) = (run(0.0), run(1000.0));
+    assert!(size(&printed.errors) > 0.1 && printed.held_v > 1.0, "{:?}, {} V", printed.errors, printed.held_v);
+    assert!(size(&[forgetting.errors[0], forgetting.errors[1], forgetting.errors[2], 0.0]) < 0.03, "{:?}", forgetting.errors);
 }
 
 /// What the integral action takes away at one point: the share of the voltage that the parameters come to explain is

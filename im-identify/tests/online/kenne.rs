@@ -249,3 +249,41 @@ fn filters_fill_for_sixteen_time_constants() {
         }
     }
 }
+
+/// Broken bars (Section V, "diagnostics and fault detection"): the current meets R_r(1 + δ cos 2ω_g t), and R̂_r swings with it at twice the slip frequency,
+/// in proportion. A load that swings with the shaft leaves nothing there.
+#[test]
+fn broken_bars_swing_the_estimate_at_twice_the_slip_frequency() {
+    let m = im_model::machines::MOTULATOR_2_2_KW;
+    let amplitude = |unbalance: f64, swing: f64| {
+        let mut effects = im_model::Effects::none();
+        effects.rotor_asymmetry.unbalance_direct = unbalance;
+        let machine = im_model::Machine::try_new(m.parameters(), m.pole_pairs, effects).unwrap();
+        let windings = machine.parameters().windings();
+        let settings = KenneSettings::for_rating(&windings, m.pole_pairs, &m.rating, 1e-4);
+        let identifier = KenneRotorResistance::try_new(&windings, m.pole_pairs, &settings, 1e-4).unwrap();
+        let (mut state, mut bench) = (identifier.start(), im_model::Bench::new(&machine, im_model::State::default(), 1e-4));
+        let (mut sum, mut mean, mut n) = (Complex::new(0.0, 0.0), 0.0, 0.0);
+        for k in 0..40_000 {
+            let t = 1e-4 * f64::from(k);
+            let u_s = Complex::from_polar(m.rating.phase_voltage_peak_v, 100.0 * std::f64::consts::PI * t);
+            let load = if t > 0.5 { 14.0 * (1.0 + swing * bench.state().theta_m.cos()) } else { 0.0 };
+            bench.advance(&im_model::PlantInput::new(u_s, load));
+            let shown = bench.output();
+            let estimate = identifier.step(&mut state, &Sample { i_s: shown.i_s, u_s, omega_m: shown.omega_m }).values[0];
+            if t >= 2.0 {
+                // The rotor flux as the rotor sees it turns with the slip.
+                let x = bench.state();
+                let angle = x.psi_r.arg() - f64::from(m.pole_pairs) * x.theta_m;
+                n += 1.0;
+                mean += (estimate / windings.rotor_resistance_ohm - mean) / n;
+                sum += Complex::from_polar(1.0, -2.0 * angle) * (estimate / windings.rotor_resistance_ohm - mean);
+            }
+        }
+        2.0 * sum.norm() / n
+    };
+    let [healthy, swinging, small, large] = [(0.0, 0.0), (0.0, 0.2), (0.02, 0.0), (0.1, 0.0)].map(|(u, s)| amplitude(u, s));
+    assert!(healthy < 1e-3 && swinging < 1e-3, "{healthy} {swinging}");
+    // At 3.9 Hz the identifier follows 0.6 of it.
+    assert!((0.5..0.7).contains(&(small / 0.02)) && (0.5..0.7).contains(&(large / 0.1)), "{small} {large}");
+}

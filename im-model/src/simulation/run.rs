@@ -182,7 +182,7 @@ impl<'a> Simulation<'a> {
                 Source::RotatingCurrent { amplitude_a, frequency_hz } => {
                     Command::Current(turn(&mut vector[1], frequency_hz.at(t), t_s) * amplitude_a.at(t))
                 }
-                Source::Controller { name, references } => {
+                Source::Controller { name, references, .. } => {
                     let Some(controller) = &mut self.controller else {
                         return Err(SimulationError::NoController(name.clone()));
                     };

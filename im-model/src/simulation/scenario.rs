@@ -57,6 +57,8 @@ pub enum Source {
     Controller {
         /// Which, for those who make controllers from files.
         name: String,
+        /// The observer whose speed it takes in place of the sensor's, where there is one.
+        observer: Option<String>,
         /// What is asked of it.
         references: References,
     },

@@ -96,6 +96,7 @@ struct RecordingToml {
 #[serde(deny_unknown_fields)]
 struct ControllerToml {
     name: String,
+    observer: Option<String>,
     #[serde(default)]
     speed_rad_s: Profile,
     #[serde(default)]
@@ -193,6 +194,7 @@ impl Scenario {
     ///
     /// [controller]                  # by name, from the crates that have them
     /// name = "…"
+    /// observer = "…"                # its speed in place of the sensor's; the sensor's if left out
     /// speed_rad_s = [[0, 0], [0.5, 150]]
     /// rotor_flux_vs = 0.95
     /// torque_nm = 0
@@ -304,15 +306,14 @@ impl Scenario {
             Source::RotatingCurrent { amplitude_a, frequency_hz } => {
                 table("current", &[("amplitude_a", amplitude_a.to_toml()), ("frequency_hz", frequency_hz.to_toml())]);
             }
-            Source::Controller { name, references: r } => table(
-                "controller",
-                &[
-                    ("name", quoted(name)),
-                    ("speed_rad_s", r.speed_rad_s.to_toml()),
-                    ("rotor_flux_vs", r.rotor_flux_vs.to_toml()),
-                    ("torque_nm", r.torque_nm.to_toml()),
-                ],
-            ),
+            Source::Controller { name, observer, references: r } => {
+                let mut keys = vec![("name", quoted(name))];
+                keys.extend(observer.as_ref().map(|o| ("observer", quoted(o))));
+                keys.push(("speed_rad_s", r.speed_rad_s.to_toml()));
+                keys.push(("rotor_flux_vs", r.rotor_flux_vs.to_toml()));
+                keys.push(("torque_nm", r.torque_nm.to_toml()));
+                table("controller", &keys);
+            }
             Source::Recording(_) => return None,
         }
         match &self.imposed_speed {
@@ -410,8 +411,8 @@ fn source(toml: &TomlText<'_>, file: &mut ScenarioToml, folder: &Path) -> Result
         return Ok(Source::Recording(Recording::read_csv(folder.join(r.file))?));
     }
     if let Some(c) = file.controller.take() {
-        let ControllerToml { name, speed_rad_s, rotor_flux_vs, torque_nm } = c;
-        return Ok(Source::Controller { name, references: References { speed_rad_s, rotor_flux_vs, torque_nm } });
+        let ControllerToml { name, observer, speed_rad_s, rotor_flux_vs, torque_nm } = c;
+        return Ok(Source::Controller { name, observer, references: References { speed_rad_s, rotor_flux_vs, torque_nm } });
     }
     Err(toml.missing(0..0, "source", "write one of [mains], [volts_per_hertz], [current], [recording], [controller]"))
 }
@@ -580,7 +581,7 @@ mod tests {
                 ..base.clone()
             },
             Scenario {
-                source: Source::Controller { name: "x".into(), references },
+                source: Source::Controller { name: "x".into(), observer: Some("kubota".into()), references },
                 inverter: Inverter::CarrierPwm(CarrierPwm { half_period_s: 5e-5 }, bridge),
                 load: Load { torque_nm: steps(), quadratic_nm_s2: 7e-4 },
                 ..base.clone()

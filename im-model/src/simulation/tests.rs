@@ -243,7 +243,7 @@ fn a_controller_in_single_precision_closes_the_loop() {
     let m = jadot();
     let references = References { speed_rad_s: 0.0.into(), rotor_flux_vs: 0.0.into(), torque_nm: 0.0.into() };
     let s = Scenario {
-        source: Source::Controller { name: "direct current".into(), references },
+        source: Source::Controller { name: "direct current".into(), observer: None, references },
         inverter: pwm(5e-5, Bridge { dead_time_s: 2e-6, ..Bridge::ideal(U_DC) }),
         ..drive(0.0, 0.5)
     };

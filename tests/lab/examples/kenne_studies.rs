@@ -14,10 +14,12 @@ const SPEED: f64 = 145.0;
 const LOAD: f64 = 6.89;
 const R_R: f64 = 0.7;
 const R_S: f64 = 8.65;
+/// Of the machine's rating, V peak.
+const VOLTAGE: f64 = 311.0;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).map(std::path::PathBuf::from);
-    let constant = Study { duration_s: 3.0, speed: &|_| SPEED, load: &|_| LOAD, r_r: &|_| R_R, r_s: &|_| R_S, noise_a: 0.0 };
+    let constant = im_lab::kenne_study::constant(3.0);
     // The periods of the sines are not printed: 2 s here, with R_r between nominal and twice that.
     let slow = |t: f64| 2.0 * PI * t / 2.0;
     let varying = Study {
@@ -26,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         load: &|t| LOAD * (1.0 + 0.5 * slow(t).sin()),
         r_r: &|t| R_R * (1.5 - 0.5 * slow(t).cos()),
         r_s: &|t| if t < 2.0 { R_S } else { 1.5 * R_S },
-        noise_a: 0.0,
+        ..constant
     };
     // 8 % of the largest current.
     let noise_a = 0.08 * im_lab::kenne_study::CURRENT_A;
@@ -39,13 +41,24 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("| study | law | speed within | after s | flux² within | after s | R_r within | after s | peak current A |");
     println!("|---|---|---|---|---|---|---|---|---|");
     for (name, figure, study) in studies {
-        for (law, how) in [("signs", Law::Signs), ("layers", Law::Layers), ("layers, designed", Law::Designed)] {
-            let rows = study.run(how);
+        let laws = [("signs", Law::Signs, 0.0), ("layers", Law::Layers, 0.0), ("layers, designed", Law::Designed, 0.0)];
+        let within = [
+            ("signs, 311 V", Law::Signs, VOLTAGE),
+            ("layers, 311 V", Law::Layers, VOLTAGE),
+            ("designed, 311 V", Law::Designed, VOLTAGE),
+        ];
+        for (law, how, voltage_v) in laws.into_iter().chain(within.into_iter().filter(|_| figure.is_some())) {
+            let rows = Study { voltage_v, ..study }.run(how);
             println!("| {name} | {law} | {} |", summary(&rows));
-            // Fig. 1 as in Table I; Fig. 2 with gains that satisfy the paper's conditions.
-            let drawn = if figure == Some("fig2") { Law::Designed } else { Law::Layers };
-            if let (Some(folder), Some(figure), true) = (&folder, figure, how == drawn) {
-                draw(folder, figure, &rows)?;
+            // Fig. 1 with Table I within 311 V; Fig. 2 so, and with what it needs: gains that satisfy the paper's conditions, and voltage.
+            let name = match (figure, law) {
+                (Some("fig1"), "layers, 311 V") => "fig1",
+                (Some("fig2"), "layers, designed") => "fig2",
+                (Some("fig2"), "layers, 311 V") => "fig2_table_i",
+                _ => continue,
+            };
+            if let Some(folder) = &folder {
+                draw(folder, name, &rows)?;
             }
         }
     }
@@ -78,7 +91,7 @@ fn draw(folder: &std::path::Path, figure: &str, rows: &[Row]) -> Result<(), Box<
         ("resistance", "Rotor resistance, Ω", vec![line("estimated", &|r| r.r_r_hat), line("of the machine", &|r| r.r_r)]),
     ];
     for (name, label, series) in pictures {
-        let title = format!("Kenné et al., {figure}: {name}").replace("fig", "Fig. ");
+        let title = format!("Kenné et al., {figure}: {name}").replace("fig", "Fig. ").replace("_table_i", ", Table I, 311 V");
         let svg = chart(&title, "Time, s", label, &series);
         im_model::write_atomically(&folder.join(format!("kenne_{figure}_{name}.svg")), |w| {
             std::io::Write::write_all(w, svg.as_bytes())

@@ -1,31 +1,23 @@
 //! The drive of Kwon et al. (2005), Section VII, on the machine of their Table V: the q-d model whose rotor leakage and magnetizing inductance saturate,
 //! in delta, on a bridge of 650 V with delta modulation at 100 µs, at an imposed speed.
 //!
-//! ```text
-//! dψ_s/dt = u_s − R_s i_s,   dψ_k/dt = jω_e ψ_k − i_k/y_k   (one for each branch of Y_r, of inductance τ_k/y_k)
-//! ψ_s = L_ls i_s + λ_m,   ψ_k = λ_m + L_lr(λ_m) i_r + (τ_k/y_k) i_k,   i_r = Σ i_k,   i_s + i_r = Γ_m(λ_m) λ_m
-//! T_e = (3/2) n_p Im(λ̄_m i_s)                                                                                  (18)
-//! ```
-//!
-//! In the steady state this is Fig. 6 with (24), which `im_design::mtpa::Aqdm` holds. The third branch of Y_r, 0.06 % of the conductance with a time
-//! constant of 88 ns, is put to the second. Quantities are the windings', but for what passes to and from the drive.
+//! The machine is the library's, [`im_model::machines::KWON_TABLE_V`]; quantities are the windings', but for what passes to and from the drive.
 
 use im_control::mtpa::Connection;
 use im_control::{Mtpa, MtpaGains, MtpaLaw};
 use im_design::mtpa::Aqdm;
-use im_model::machines::KWON_TABLE_IV;
+use im_model::machines::{KWON_TABLE_IV, KWON_TABLE_V};
 use im_model::simulation::{Bridge, Command, Controller, DeltaModulator, Fed, Legs, Measured, Reference};
-use im_model::space_vector::{cross, to_phases};
-use im_model::{Complex, Effects, Machine, Rating, TParameters};
+use im_model::space_vector::to_phases;
+use im_model::{Complex, Currents, Effects, Machine, Plant, PlantInput, Rating, State, TParameters};
 use im_observers::{
     Basis, Derdiyok, DerdiyokGains, Input, Kubota, KubotaGains, LoadTorqueModel, Observer, ObserverError, Thau, ThauGains, Utkin,
     UtkinGains,
 };
 
 pub const H: f64 = 1e-4;
-/// Of Table V; R_s is Table IV's.
-const STATOR_LEAKAGE_H: f64 = 9.06e-4;
-const STATOR_RESISTANCE_OHM: f64 = 0.22;
+/// Flux of the windings at 460 V, 60 Hz, about: where the T circuit of the machine holds.
+pub const REFERENCE_FLUX_VS: f64 = 1.75;
 const POLE_PAIRS: f64 = 2.0;
 /// 900 rpm, the speed of the paper's Figs. 9, 10, 12.
 pub const SPEED_RAD_S: f64 = 94.248;
@@ -40,10 +32,10 @@ pub const RATING: Rating =
 pub fn known() -> Machine<f64> {
     let Aqdm { rotor_leakage: [l1, l2, l3, l4], rotor: [[y1, tau1], [y2, _], [y3, _]], .. } = Aqdm::kwon_table_v();
     let p = TParameters {
-        stator_resistance_ohm: STATOR_RESISTANCE_OHM,
+        stator_resistance_ohm: KWON_TABLE_V.stator_resistance_ohm,
         rotor_resistance_ohm: 1.0 / (y1 + y2 + y3),
-        stator_leakage_inductance_h: STATOR_LEAKAGE_H,
-        rotor_leakage_inductance_h: l1 + l2 / (1.0 + l3 * 1.75f64.powf(l4)) + tau1 / y1,
+        stator_leakage_inductance_h: KWON_TABLE_V.stator_leakage_h,
+        rotor_leakage_inductance_h: l1 + l2 / (1.0 + l3 * REFERENCE_FLUX_VS.powf(l4)) + tau1 / y1,
         magnetizing_inductance_h: 0.1255,
         ..KWON_TABLE_IV.parameters()
     };
@@ -54,103 +46,58 @@ pub fn known() -> Machine<f64> {
     Machine::try_new(p, 2, effects).expect("a machine")
 }
 
-/// ψ_s, ψ_1, ψ_2, Vs.
-type State = [Complex<f64>; 3];
-
-/// The machine.
+/// The machine of Table V on the bridge.
 pub struct AqdmPlant {
-    circuit: Aqdm,
-    /// y and L of the branches.
-    branches: [[f64; 2]; 2],
-    pub state: State,
-    omega_e: f64,
+    plant: Plant<f64>,
+    pub state: State<f64>,
+    input: PlantInput<f64>,
     /// ∫u dt of the windings since it was last taken, Vs: a measurement of the voltage at the terminals.
     volt_seconds: Complex<f64>,
-    /// ∫T_e dt and ∫i_s e^{−jθ} dt in the frame of λ_m, where the fundamental stands still, once they are wanted.
+    /// ∫T_e dt and ∫i_s e^{−jθ} dt in the frame of ψ_m, where the fundamental stands still, once they are wanted.
     means: Option<(f64, Complex<f64>)>,
-}
-
-/// Currents and the magnetizing flux.
-pub struct Seen {
-    pub i_s: Complex<f64>,
-    pub lambda_m: Complex<f64>,
-    i: [Complex<f64>; 2],
-}
-
-impl Seen {
-    pub fn torque_nm(&self) -> f64 {
-        1.5 * POLE_PAIRS * cross(self.lambda_m, self.i_s)
-    }
-
-    fn in_flux_frame(&self) -> Complex<f64> {
-        self.i_s * self.lambda_m.conj() / self.lambda_m.norm()
-    }
 }
 
 impl AqdmPlant {
     pub fn new(speed_rad_s: f64) -> Self {
-        let circuit = Aqdm::kwon_table_v();
-        let [[y1, tau1], [y2, tau2], [y3, _]] = circuit.rotor;
-        let y2 = y2 + y3;
+        let machine = KWON_TABLE_V.machine(REFERENCE_FLUX_VS).expect("a machine");
         let z = Complex::new(0.0, 0.0);
         Self {
-            circuit,
-            branches: [[y1, tau1 / y1], [y2, tau2 / y2]],
-            state: [z; 3],
-            omega_e: POLE_PAIRS * speed_rad_s,
+            plant: Plant::new(&machine),
+            state: State::turning(speed_rad_s),
+            input: PlantInput { imposed_speed: Some([speed_rad_s; 2]), ..PlantInput::new(z, 0.0) },
             volt_seconds: z,
             means: None,
         }
     }
 
-    /// Currents: λ_m from its magnitude, by iteration, as Γ_m and L_lr depend on that alone and weigh little beside the leakages.
-    pub fn seen(&self, [psi_s, psi_1, psi_2]: &State) -> Seen {
-        let c = &self.circuit;
-        let [[_, l_1], [_, l_2]] = self.branches;
-        let (n, s) = (1.0 / l_1 + 1.0 / l_2, psi_1 / l_1 + psi_2 / l_2);
-        let mut lambda_m = *psi_s;
-        let mut d = 1.0;
-        for _ in 0..30 {
-            let size = lambda_m.norm();
-            // Γ_m and L_lr of Table V.
-            let [m1, m2, m3, m4, m5, m6] = c.magnetizing;
-            let gamma = m1 - m2 * size + (m3 * (size - m4)).exp() + (m5 * (size - m6)).exp();
-            let [r1, r2, r3, r4] = c.rotor_leakage;
-            d = 1.0 + (r1 + r2 / (1.0 + r3 * size.powf(r4))) * n;
-            let next = (psi_s / STATOR_LEAKAGE_H + s / d) / (gamma + 1.0 / STATOR_LEAKAGE_H + n / d);
-            let step = (next - lambda_m).norm();
-            lambda_m = next;
-            if step < 1e-9 {
-                break;
-            }
-        }
-        let i_r = (s - lambda_m * n) / d;
-        let behind = lambda_m + i_r * ((d - 1.0) / n);
-        Seen { i_s: (psi_s - lambda_m) / STATOR_LEAKAGE_H, lambda_m, i: [(psi_1 - behind) / l_1, (psi_2 - behind) / l_2] }
+    /// Currents of the windings and air-gap flux.
+    pub fn currents(&self) -> Currents<f64> {
+        self.plant.currents(&self.state)
     }
 
-    fn rates(&self, x: &State, u: Complex<f64>) -> State {
-        let now = self.seen(x);
-        let turn = Complex::new(0.0, self.omega_e);
-        let rotor = |k: usize| turn * x[k + 1] - now.i[k] / self.branches[k][0];
-        [u - now.i_s * STATOR_RESISTANCE_OHM, rotor(0), rotor(1)]
+    /// Current of the windings, A.
+    pub fn i_s(&self) -> Complex<f64> {
+        self.currents().i_s
     }
 
-    /// A step of the fourth-order Runge-Kutta method with the windings' voltage.
-    pub fn step(&mut self, u: Complex<f64>, h: f64) {
-        let x = self.state;
-        let along = |k: &State, h: f64| -> State { core::array::from_fn(|n| x[n] + k[n] * h) };
-        let k1 = self.rates(&x, u);
-        let k2 = self.rates(&along(&k1, 0.5 * h), u);
-        let k3 = self.rates(&along(&k2, 0.5 * h), u);
-        let k4 = self.rates(&along(&k3, h), u);
-        self.state = core::array::from_fn(|n| x[n] + (k1[n] + (k2[n] + k3[n]) * 2.0 + k4[n]) * (h / 6.0));
-        self.volt_seconds += u * h;
-        if let Some((torque, current)) = self.means {
-            let [a, b] = [&x, &self.state].map(|x| self.seen(x));
-            let (torque_mean, current_mean) =
-                (0.5 * (a.torque_nm() + b.torque_nm()), (a.in_flux_frame() + b.in_flux_frame()) * 0.5);
-            self.means = Some((torque + torque_mean * h, current + current_mean * h));
+    pub fn torque_nm(&self) -> f64 {
+        self.plant.torque(&self.state)
+    }
+
+    /// Torque and the current as the air-gap flux sees it.
+    fn seen(&self) -> (f64, Complex<f64>) {
+        let now = self.currents();
+        (self.torque_nm(), now.i_s * now.psi_m.conj() / now.psi_m.norm())
+    }
+
+    /// A step with the windings' voltage.
+    pub fn step(&mut self, u_s: Complex<f64>, h: f64) {
+        let before = self.means.map(|_| self.seen());
+        self.state = self.plant.step(&self.state, &PlantInput { u_s, ..self.input }, h);
+        self.volt_seconds += u_s * h;
+        if let (Some((torque, current)), Some(a)) = (self.means, before) {
+            let b = self.seen();
+            self.means = Some((torque + 0.5 * (a.0 + b.0) * h, current + (a.1 + b.1) * (0.5 * h)));
         }
     }
 }
@@ -158,7 +105,7 @@ impl AqdmPlant {
 /// On a star's voltages and line currents.
 impl Fed<f64> for AqdmPlant {
     fn i_s(&self) -> Complex<f64> {
-        Connection::Delta.line_current(self.seen(&self.state).i_s)
+        Connection::Delta.line_current(self.i_s())
     }
     fn hold(&mut self, u_s: Complex<f64>, duration: f64) {
         let [a, b, c] = to_phases(u_s);
@@ -225,9 +172,8 @@ pub fn run(law: &MtpaLaw<f64>, slip_factor: f64, torque_nm: f64, speed: &mut imp
     let (samples, last) = ((duration_s / H).round() as usize, (0.5 / H) as usize);
     let mut error = 0.0;
     for k in 0..samples {
-        let now = plant.seen(&plant.state);
         let u = core::mem::take(&mut plant.volt_seconds) / H;
-        let omega_m = speed.omega_m(u, now.i_s, SPEED_RAD_S);
+        let omega_m = speed.omega_m(u, plant.i_s(), SPEED_RAD_S);
         let measured = Measured { i_s: Fed::i_s(&plant), omega_m, u_s: u, dc_voltage_v: BRIDGE.dc_voltage_v, sample_time_s: H };
         let reference = Reference { omega_m: 0.0, rotor_flux_vs: 0.0, torque_nm };
         let Command::Current(wanted) = drive.step(&measured, &reference) else { unreachable!("the drive gives currents") };

@@ -131,6 +131,7 @@ impl Experiment {
             record_every: (EVERY_S / T).round() as u32,
             source: Source::Controller {
                 name: "jadot".to_owned(),
+                observer: None,
                 references: References {
                     speed_rad_s: self.speed_rad_s.clone(),
                     rotor_flux_vs: ROTOR_FLUX_VS.into(),

@@ -24,6 +24,13 @@ pub struct Study<'a> {
     pub r_s: &'a dyn Fn(f64) -> f64,
     /// Largest noise on each current, A. With noise the identifier starts at the nominal value, not at zero.
     pub noise_a: f64,
+    /// Largest voltage, V peak; zero is no limit.
+    pub voltage_v: f64,
+}
+
+/// The constant case of the paper's Fig. 1, of a length.
+pub fn constant(duration_s: f64) -> Study<'static> {
+    Study { duration_s, speed: &|_| 145.0, load: &|_| 6.89, r_r: &|_| 0.7, r_s: &|_| 8.65, noise_a: 0.0, voltage_v: 0.0 }
 }
 
 /// What is plotted. Fluxes in the reference of the paper's windings.
@@ -96,7 +103,7 @@ fn gains(law: Law, known: &MachineData<f64>) -> KenneGains<f64> {
 }
 
 impl Study<'_> {
-    /// Runs without a limit of voltage.
+    /// Runs.
     pub fn run(&self, law: Law) -> Vec<Row> {
         let m = KENNE_APPENDIX_II;
         let known =
@@ -134,7 +141,8 @@ impl Study<'_> {
             let mut bench = Bench::new(&machine(r_s, r_r), state, T);
             let shown = bench.output();
             let i_s = shown.i_s + Complex::new(noise.next(), noise.next()) * self.noise_a;
-            let measured = Measured { i_s, omega_m: shown.omega_m, u_s, dc_voltage_v: 0.0, sample_time_s: T };
+            let measured =
+                Measured { i_s, omega_m: shown.omega_m, u_s, dc_voltage_v: 3f64.sqrt() * self.voltage_v, sample_time_s: T };
             let estimate = identifier.step(&mut identified, &Sample::from(&measured));
             drive.set_rotor_resistance_ohm(estimate.values[0]);
             // A brake: it holds the rotor, but does not drive it.

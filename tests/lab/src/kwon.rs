@@ -3,15 +3,17 @@
 //! Quantities are the delta windings': Table IV with the 35.9 A and 2.73 rad/s of the laws for 150 Nm gives those 150 Nm, at 1.71 Wb, which
 //! is the flux of a winding at 460 V, 60 Hz. The dc link of 650 V then stands for √3·650 V of an equivalent star.
 
-use im_design::mtpa::laws::{CurrentLaw, SlipLaw};
-use im_model::machines::KWON_TABLE_IV;
+use im_control::{FlyingStart, MachineData, Mtpa, MtpaGains, MtpaLaw, Sensorless};
+use im_design::mtpa::Aqdm;
+use im_design::mtpa::laws::{CurrentLaw, SlipLaw, fit_log};
+use im_model::machines::{KWON_TABLE_IV, KWON_TABLE_V};
 use im_model::simulation::{
     Bridge, Command, Controller, DeltaModulator, Inverter, Load, Measured, Profile, Reference, References, Scenario, Simulation,
     Source,
 };
 use im_model::space_vector::unit;
-use im_model::{Complex, Effects, Machine, Rating, TParameters};
-use im_observers::{Basis, Estimate};
+use im_model::{Complex, Machine, Rating, TParameters};
+use im_observers::{Basis, Estimate, LoadTorqueModel, Thau, ThauGains};
 
 use crate::observation::Truth;
 
@@ -29,21 +31,9 @@ pub fn table_iv() -> Machine<f64> {
     Machine::base(KWON_TABLE_IV.parameters(), 2).expect("valid")
 }
 
-/// Around 1.7 Wb, the circuit that the paper fitted (Table V): Γ_m by the power law (1 % from 0 to 1.85 Wb), L_lr(1.75 Wb), R_r = 1/ΣyₐI.
+/// Table V: the library's machine, whose T circuit holds at 1.75 Wb.
 pub fn table_v() -> Machine<f64> {
-    let p = TParameters {
-        stator_resistance_ohm: 0.22,
-        rotor_resistance_ohm: 1.0 / (5.65 + 4.40e-2 + 3.17e-3),
-        stator_leakage_inductance_h: 9.06e-4,
-        rotor_leakage_inductance_h: 1.40e-4 + 4.15e-3 / (1.0 + 0.735 * 1.75f64.powf(2.59)),
-        magnetizing_inductance_h: 0.1255,
-        ..KWON_TABLE_IV.parameters()
-    };
-    let mut effects = Effects::none();
-    effects.main_flux_saturation.excess = 0.378;
-    effects.main_flux_saturation.exponent = 4.2;
-    effects.main_flux_saturation.reference_flux_vs = 1.85;
-    Machine::try_new(p, 2, effects).expect("valid")
+    KWON_TABLE_V.machine(1.75).expect("valid")
 }
 
 /// Least current: (30), (31), and the regulator of Fig. 5 in front of the delta modulator.
@@ -85,7 +75,7 @@ pub fn run(machine: &Machine<f64>, load: f64, imposed: Option<Profile>, duration
     let references = References { speed_rad_s: 0.0.into(), rotor_flux_vs: 0.0.into(), torque_nm: TORQUE_NM.into() };
     let scenario = Scenario {
         name: "Kwon et al.".to_owned(),
-        source: Source::Controller { name: "least current".to_owned(), references },
+        source: Source::Controller { name: "least current".to_owned(), observer: None, references },
         inverter: Inverter::DeltaModulation(DeltaModulator { period_s: H }, Bridge::ideal(650.0 * 3f64.sqrt())),
         load: Load::none(),
         imposed_speed: imposed,
@@ -94,6 +84,34 @@ pub fn run(machine: &Machine<f64>, load: f64, imposed: Option<Profile>, duration
     let mut drive = LeastCurrentDrive::default();
     let run = Simulation::new(&machine, &scenario).controlled_by(&mut drive).with_internals().run().expect("runs");
     Truth::from_run(run)
+}
+
+/// The drive of Fig. 4 without its speed sensor ([`Sensorless`]) on the machine of Table V, from rest against a load that is 150 Nm at 900 rpm: the run, and
+/// what the observer in it said.
+pub fn sensorless(load: LoadTorqueModel, duration_s: f64) -> Result<(Truth, Vec<Estimate<f64>>), Box<dyn std::error::Error>> {
+    let machine = KWON_TABLE_V.per_star().machine(1.75 / 3f64.sqrt())?;
+    // Of the star that the delta is as good as.
+    let rating = Rating { phase_voltage_peak_v: 375.6, rotor_flux_vs: 0.9815, ..RATING };
+    let circuit = Aqdm::of(&machine).ok_or("Table V has an air gap of its own")?;
+    let fit = fit_log(&circuit, [4.0, 300.0], 0.01)?;
+    let law = MtpaLaw::series(fit.torque_n_m, &fit.current, &fit.slip)?;
+    let known = MachineData::of(&machine, 120.0);
+    let mtpa = Mtpa::try_new(&known, &law, &MtpaGains::typical(&known))?;
+    let drive = FlyingStart::try_new(mtpa, &known, H)?.tracking_currents();
+    let observer = Thau::try_new(Basis::try_new(&machine, &rating, H)?, ThauGains::published(), load)?;
+    let references = References { speed_rad_s: 0.0.into(), rotor_flux_vs: 0.0.into(), torque_nm: TORQUE_NM.into() };
+    let scenario = Scenario {
+        name: "Kwon et al., Fig. 4".to_owned(),
+        source: Source::Controller { name: "least current".to_owned(), observer: None, references },
+        inverter: Inverter::DeltaModulation(DeltaModulator { period_s: H }, Bridge::ideal(650.0)),
+        load: Load { torque_nm: 0.0.into(), quadratic_nm_s2: TORQUE_NM / (900.0 * RPM).powi(2) },
+        ..Scenario::direct_on_line(1.0, 60.0, duration_s)
+    };
+    let mut sensorless = Sensorless::new(drive, observer);
+    let truth = Truth::from_run(Simulation::new(&machine, &scenario).controlled_by(&mut sensorless).with_internals().run()?);
+    // The same samples through the same observer say the same again.
+    let estimates = truth.observe(&observer);
+    Ok((truth, estimates))
 }
 
 pub fn basis(machine: &Machine<f64>) -> Basis<f64> {

@@ -63,6 +63,7 @@ fn scenario(delta: bool) -> Scenario {
         name: "cycle".into(),
         source: Source::Controller {
             name: String::new(),
+            observer: None,
             references: References { speed_rad_s: p(&SPEED), rotor_flux_vs: FLUX.into(), torque_nm: p(&torque()) },
         },
         inverter: if delta {
@@ -85,7 +86,7 @@ fn controller(name: &str) -> Result<Box<dyn Controller<f64>>, Box<dyn Error>> {
     let mtpa = Some(MtpaLaw::series(fit.torque_n_m, &fit.current, &fit.slip)?);
     let bridge = Bridge { dead_time_s: 2e-6, ..Bridge::ideal(560.0) };
     let dead_time = Some(DeadTimeCompensation::of(&bridge, T, 0.3));
-    let setting = Setting { machine, rating: M.rating, dc_voltage_v: 560.0, sample_time_s: T, dead_time, mtpa };
+    let setting = Setting { machine, rating: M.rating, dc_voltage_v: 560.0, sample_time_s: T, dead_time, mtpa, observer: None };
     struct Only(Box<dyn im_control::named::Supervised>);
     impl Controller<f64> for Only {
         fn step(

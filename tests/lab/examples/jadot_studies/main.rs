@@ -71,11 +71,14 @@ struct Figures {
 
 impl Figures {
     fn draw(&self, name: &str, title: &str, y: &str, series: &[(&str, Vec<(f64, f64)>)]) -> Result<(), String> {
-        let Some(directory) = &self.directory else { return Ok(()) };
         let series: Vec<Series> = series.iter().map(|(name, points)| Series::line(*name, points.iter().copied())).collect();
+        self.write(name, &chart(title, "t, s", y, &series))
+    }
+
+    fn write(&self, name: &str, svg: &str) -> Result<(), String> {
+        let Some(directory) = &self.directory else { return Ok(()) };
         let path = directory.join(name);
         std::fs::create_dir_all(directory).map_err(|e| format!("{}: {e}", directory.display()))?;
-        let svg = chart(title, "t, s", y, &series);
         write_atomically(&path, |out| std::io::Write::write_all(out, svg.as_bytes())).map_err(|e| e.to_string())
     }
 }
@@ -152,6 +155,10 @@ fn figures_3_to_5(figures: &Figures) -> Result<(), String> {
             ("load", curve(&ideal, 0.0, |r| 100.0 * r.load_nm / TORQUE_NM)),
         ],
     )?;
+    let plane = ideal.iter().step_by(ideal.len().div_ceil(POINTS));
+    let visited = plane.map(|r| (100.0 * r.speed_ref_rad_s / SPEED_RAD_S, 100.0 * r.load_nm / TORQUE_NM));
+    let series = [Series::line("the way through the operating points", visited)];
+    figures.write("fig3-plane.svg", &chart("Operating points (Fig. 3, rebuilt)", "speed, percent", "load, percent", &series))?;
     for (k, symbol) in SYMBOLS.into_iter().enumerate() {
         let of = |rows: &[Row]| curve(rows, 0.0, |r| 100.0 * r.estimates[k]);
         figures.draw(

@@ -33,7 +33,7 @@ impl DriveCase {
     /// A drive by name.
     pub fn drive(&self, name: &str, mtpa: Option<MtpaLaw<f64>>) -> Box<dyn Supervised> {
         let Self { known, rating, dc_voltage_v, sample_time_s } = *self;
-        let setting = Setting { machine: known, rating, dc_voltage_v, sample_time_s, dead_time: None, mtpa };
+        let setting = Setting { machine: known, rating, dc_voltage_v, sample_time_s, dead_time: None, mtpa, observer: None };
         named(name, &setting).unwrap()
     }
 
@@ -48,6 +48,7 @@ impl DriveCase {
             name: "test".into(),
             source: Source::Controller {
                 name: "test".into(),
+                observer: None,
                 references: References {
                     speed_rad_s: speed,
                     rotor_flux_vs: (0.95 * self.rating.rotor_flux_vs).into(),
