@@ -20,7 +20,14 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("Drives", &["docs/observers.md", "docs/controllers.md", "docs/identifiers.md", "docs/design.md"]),
     (
         "Proof and practice",
-        &["docs/claims.md", "docs/errata.md", "docs/errata-design.md", "docs/performance.md", "docs/extending.md"],
+        &[
+            "docs/claims.md",
+            "docs/errata.md",
+            "docs/errata-design.md",
+            "docs/figures.md",
+            "docs/performance.md",
+            "docs/extending.md",
+        ],
     ),
 ];
 
