@@ -17,6 +17,7 @@
 pub mod case;
 pub mod consistency;
 pub mod diagnosis;
+pub mod form_error;
 pub mod format;
 pub mod intake;
 pub mod localise;

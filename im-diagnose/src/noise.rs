@@ -1,5 +1,8 @@
 //! Sensor noise from the data alone, and whitening of coloured residuals.
 
+use std::borrow::Borrow;
+use std::collections::BTreeMap;
+
 use im_identify::offline::Experiment;
 
 /// Standard deviation of white noise on a smooth signal, from fourth differences: Var(Δ⁴e) = 70 σ², while a sine of 50 Hz sampled
@@ -67,6 +70,21 @@ impl Whitener {
         best.1
     }
 
+    /// The same with a memory of a few samples at most, as sensors have: poles within [`MEMORY`], and the variance that this filter leaves of
+    /// `runs`. What stays longer is no noise.
+    pub fn of_a_sensor(mut self, runs: &[&[f64]]) -> Self {
+        let mut shrink = 1.0;
+        for a in &mut self.coefficients {
+            shrink *= MEMORY;
+            *a *= shrink;
+        }
+        self.variance = 1.0;
+        let n: usize = runs.iter().map(|r| r.len()).sum();
+        let left: f64 = runs.iter().map(|r| self.apply(r).iter().map(|w| w * w).sum::<f64>()).sum();
+        self.variance = (left / n.max(1) as f64).max(1e-300);
+        self
+    }
+
     /// Filters a signal to innovations of unit variance; the first p rows use what history there is.
     pub fn apply(&self, x: &[f64]) -> Vec<f64> {
         let scale = 1.0 / self.variance.sqrt();
@@ -92,30 +110,40 @@ impl Whitener {
     }
 }
 
+/// Largest pole of a sensor's noise: a memory of ten samples.
+const MEMORY: f64 = 0.9;
+
 /// Highest order of the noise model.
 pub const NOISE_ORDER: usize = 8;
 
 /// Noise models per experiment and channel from residuals; channels of the same kind over all experiments share one.
-pub fn whiteners(experiments: &[Experiment], residuals: &[Vec<Vec<f64>>]) -> Vec<Vec<Whitener>> {
-    experiments
-        .iter()
-        .map(|e| {
-            e.channels
-                .iter()
-                .map(|c| {
-                    let alike: Vec<&[f64]> = experiments
-                        .iter()
-                        .zip(residuals)
-                        .flat_map(|(e2, r)| {
-                            e2.channels.iter().zip(r).filter(|(c2, _)| c2.name == c.name).map(|(_, r)| r.as_slice())
-                        })
-                        .collect();
-                    // Rows of a table do not follow one another.
-                    Whitener::fit(&alike, if e.is_table() { 0 } else { NOISE_ORDER })
-                })
-                .collect()
-        })
-        .collect()
+pub fn whiteners<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(experiments: &[E], residuals: &[R]) -> Vec<Vec<Whitener>> {
+    per_channel(experiments, residuals, |alike, order| Whitener::fit(alike, order))
+}
+
+/// The same for noise as sensors have it, without memory of more than a few samples.
+pub fn sensor_whiteners<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(experiments: &[E], residuals: &[R]) -> Vec<Vec<Whitener>> {
+    per_channel(experiments, residuals, |alike, order| Whitener::fit(alike, order).of_a_sensor(alike))
+}
+
+fn per_channel<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(
+    experiments: &[E],
+    residuals: &[R],
+    fit: impl Fn(&[&[f64]], usize) -> Whitener,
+) -> Vec<Vec<Whitener>> {
+    let mut of_name: BTreeMap<(&str, usize), Whitener> = BTreeMap::new();
+    let mut one = |name, table: bool| {
+        // Rows of a table do not follow one another.
+        let order = if table { 0 } else { NOISE_ORDER };
+        let made = of_name.entry((name, order)).or_insert_with(|| {
+            let pairs = experiments.iter().zip(residuals);
+            let channels = pairs.flat_map(|(e, r)| e.borrow().channels.iter().zip(r.as_ref()));
+            let alike: Vec<&[f64]> = channels.filter(|(c, _)| c.name == name).map(|(_, r)| r.as_slice()).collect();
+            fit(&alike, order)
+        });
+        made.clone()
+    };
+    experiments.iter().map(|e| e.borrow().channels.iter().map(|c| one(&c.name, e.borrow().is_table())).collect()).collect()
 }
 
 #[cfg(test)]

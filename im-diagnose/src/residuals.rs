@@ -1,12 +1,13 @@
 //! Recordings as models are fitted to them and judged on them, and the errors of a model.
 
+use std::borrow::Borrow;
 use std::collections::BTreeMap;
 
 use im_identify::offline::{ChannelKind, Experiment, residuals};
 use im_model::{Machine, State};
 use rayon::prelude::*;
 
-use crate::noise::whiteners;
+use crate::noise::sensor_whiteners;
 
 /// Rate at which the speed is nudged towards the measured one, 1/s: slower than the electrical transients, faster than pulling out.
 const NUDGE_PER_S: f64 = 30.0;
@@ -37,9 +38,9 @@ pub fn judged(e: &Experiment, machine: &Machine<f64>, start: &State<f64>, factor
 }
 
 /// −2 log L of residuals under an autoregressive noise model per channel, up to a constant.
-pub fn evidence(experiments: &[Experiment], residuals: &[Vec<Vec<f64>>]) -> f64 {
-    let w = whiteners(experiments, residuals);
-    experiments.iter().zip(&w).flat_map(|(e, w)| e.channels.iter().zip(w).map(|(c, w)| c.count() as f64 * w.variance.ln())).sum()
+pub fn deviance<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(experiments: &[E], residuals: &[R]) -> f64 {
+    let w = sensor_whiteners(experiments, residuals);
+    experiments.iter().zip(&w).flat_map(|(e, w)| e.borrow().channels.iter().zip(w).map(|(c, w)| c.count() as f64 * w.variance.ln())).sum()
 }
 
 /// Mean squared residual of one experiment, in σ².

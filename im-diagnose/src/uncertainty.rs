@@ -9,20 +9,15 @@
 //! Σ is the covariance of the noise, an autoregressive model per channel fitted to the residuals. What it does not know (noise of the load
 //! torque, which moves the speed slowly; a residual that is larger where more happens) shows in the sums of Jᵀr over stretches of the
 //! recordings: where their spread asks for a wider interval, that is taken. d_m are changes of the outputs that the model cannot follow and
-//! the residual hardly shows: the curve of each effect, bent by `FORM_ERROR` (5 % of what it explains), and the ratio of the leakages, off by `RATIO_ERROR` (20 %).
+//! the residual hardly shows: the curve of each effect, bent by 5 % of what it explains, and the ratio of the leakages, off by 20 % (`form_error`).
 
-use im_identify::offline::{Experiment, Fit, Free, Linearized, Target, inverse_of_normal, linearize, predict};
+use im_identify::offline::{Experiment, Fit, Free, Linearized, Target, inverse_of_normal, linearize};
 use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State, TParameters};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use crate::form_error::disturbances;
 use crate::noise::whiteners;
-
-/// By how much, in standard deviations, the form of an effect in a machine differs from the library's: a part of what it explains.
-const FORM_ERROR: f64 = 0.05;
-
-/// Standard deviation of the logarithm of L_ls/L_lr as given.
-const RATIO_ERROR: f64 = 0.2;
 
 /// 97.5 % quantile of the normal distribution: half of a 95 % interval, in standard deviations.
 pub const HALF_95: f64 = 1.96;
@@ -235,7 +230,7 @@ impl Spread {
         let lost = sums.len() as f64 / (sums.len() as f64 - p as f64).max(1.0);
         let shown = sums.iter().map(|s| s * s.transpose()).fold(DMatrix::zeros(p, p), |a, b| a + b) * lost;
         let mut hidden = DMatrix::zeros(p, p);
-        for change in disturbances(machine, starts, experiments) {
+        for change in disturbances(machine, starts, experiments).list {
             let g = DVector::from_fn(p, |k, _| {
                 linear.iter().zip(&change).flat_map(|(l, d)| l.slopes[k].iter().zip(d)).map(|(s, d)| dot(s, d)).sum::<f64>()
             });
@@ -279,80 +274,4 @@ fn gram(columns: &[&[f64]]) -> DMatrix<f64> {
     let mut m = DMatrix::from_fn(columns.len(), columns.len(), |a, b| if b <= a { dot(columns[a], columns[b]) } else { 0.0 });
     m.fill_upper_triangle_with_lower_triangle();
     m
-}
-
-/// Per experiment and channel: a change of the outputs, in σ.
-type Change = Vec<Vec<Vec<f64>>>;
-
-/// Changes of one standard deviation that no parameter is meant to follow.
-fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment]) -> Vec<Change> {
-    let here: Change = experiments.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
-    let change = |other: &Machine<f64>| -> Option<Change> {
-        let there: Vec<_> = experiments.par_iter().zip(starts).map(|(e, x)| predict(other, e, x)).collect();
-        let mut out = Vec::new();
-        for ((e, a), b) in experiments.iter().zip(&here).zip(&there) {
-            let channel = |(c, (a, b)): (usize, (&Vec<f64>, &Vec<f64>))| -> Vec<f64> {
-                let channel = &e.channels[c];
-                (0..a.len()).map(|k| if channel.is_valid(k) { (b[k] - a[k]) / channel.sigma } else { 0.0 }).collect()
-            };
-            out.push(a.iter().zip(b).enumerate().map(channel).collect::<Vec<_>>());
-        }
-        out.iter().flatten().flatten().all(|x| x.is_finite()).then_some(out)
-    };
-    let mut all = Vec::new();
-    // Half of the way is linear enough, and twice the change is that of one standard deviation.
-    let half = 0.25 * RATIO_ERROR;
-    let p = machine.parameters();
-    use BaseParameter as P;
-    let tilted = machine.with(&[
-        (ParameterId::Base(P::StatorLeakageInductance), p.stator_leakage_inductance_h * half.exp()),
-        (ParameterId::Base(P::RotorLeakageInductance), p.rotor_leakage_inductance_h * (-half).exp()),
-    ]);
-    if let Some(mut d) = tilted.ok().as_ref().and_then(change) {
-        d.iter_mut().flatten().flatten().for_each(|x| *x *= 2.0);
-        all.push(d);
-    }
-    for effect in machine.effects().active() {
-        let mut effects = *machine.effects();
-        effects.switch_off(effect);
-        if let Some(d) = machine.with_effects(effects).ok().as_ref().and_then(change) {
-            all.extend(bends(experiments, &d));
-        }
-    }
-    all
-}
-
-/// What an effect explains, bent: times the first Legendre polynomials of what its curve may be over (current, speed, time).
-fn bends(experiments: &[Experiment], explained: &Change) -> Vec<Change> {
-    let over: Vec<[Vec<f64>; 3]> = experiments
-        .iter()
-        .map(|e| {
-            let speed = e.channels.iter().find(|c| c.kind == im_identify::offline::ChannelKind::Speed);
-            let current = |k: usize| e.current_vector(k, |c| e.channels[c].values[k]).map_or(e.u_s[k].norm(), |i| i.norm());
-            [
-                (0..e.len()).map(current).collect(),
-                (0..e.len()).map(|k| speed.map_or(0.0, |c| c.values[k])).collect(),
-                (0..e.len()).map(|k| k as f64 * e.sample_time_s).collect(),
-            ]
-        })
-        .collect();
-    let mut out = vec![scaled(explained, |_, _| FORM_ERROR)];
-    for variable in 0..3 {
-        let all = || over.iter().flat_map(|o| &o[variable]).copied().filter(|x| x.is_finite());
-        let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
-        if high - low <= 0.0 || !(high - low).is_finite() {
-            continue;
-        }
-        let at = |e: usize, k: usize| 2.0 * (over[e][variable][k] - low) / (high - low) - 1.0;
-        out.push(scaled(explained, |e, k| FORM_ERROR * at(e, k)));
-        out.push(scaled(explained, |e, k| FORM_ERROR * (1.5 * at(e, k).powi(2) - 0.5)));
-    }
-    out
-}
-
-fn scaled(change: &Change, by: impl Fn(usize, usize) -> f64) -> Change {
-    let run = |(e, run): (usize, &Vec<Vec<f64>>)| {
-        run.iter().map(|c| c.iter().enumerate().map(|(k, x)| x * by(e, k)).collect()).collect()
-    };
-    change.iter().enumerate().map(run).collect()
 }

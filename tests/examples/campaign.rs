@@ -52,18 +52,24 @@ fn line(p: &Planned, o: &Outcome, seconds: f64) -> String {
 }
 
 fn why(answer: &Diagnosis) {
+    let p = &answer.course.posterior;
+    println!("      λ {:.1}", p.dispersion);
+    for s in &p.sets {
+        println!("      set {:.3} D {:.1} k {} {:?}", s.probability, s.deviance, s.parameters, s.effects);
+    }
     for Stage { model: m, round: r, .. } in &answer.course.stages {
-        println!("      {:?} train {:.4} held out {:.4}", m.effects, m.train(), m.holdout.unwrap_or(0.0));
+        println!("      {:?} train {:.4} held out {:.4} D {:.0} of {}", m.effects, m.train(), m.holdout.unwrap_or(0.0), m.deviance, m.fit.count);
         for s in r.scores.iter().take(5) {
             let name = s.effect.name();
             println!(
-                "         {name:<26} score {:>9.1} explained share {:.3} {:?} detectable {:.2e}",
-                s.score, s.explained_share, s.predicted, s.detectable
+                "         {name:<26} score {:>9.1} gain {:.0} explained share {:.3} {:?} detectable {:.2e}",
+                s.score, s.gain, s.explained_share, s.predicted, s.detectable
             );
         }
         for t in &r.trials {
             let m = &t.model;
-            println!("         try {:<26} train {:.4} held out {:.4}", t.effect.name(), m.train(), m.holdout.unwrap_or(0.0));
+            let (name, seen, unseen) = (t.effect.name(), m.train(), m.holdout.unwrap_or(0.0));
+            println!("         try {name:<26} train {seen:.4} held out {unseen:.4} D {:.0} {:?}", m.deviance, t.refusal);
         }
     }
     for l in answer.leftover.iter().take(3) {

@@ -18,7 +18,7 @@ use crate::uncertainty::{Estimates, MachineQuantity, ratio_held};
 pub use ranking::Candidate;
 use ranking::ranking;
 pub use steps::Step;
-use steps::{keep_confirmed, steps};
+use steps::steps;
 pub use verdict::{Remainder, Verdict};
 use verdict::{caused, explained, remainder, verdict, verdict_of};
 
@@ -71,12 +71,11 @@ const PARTIAL: f64 = 0.5;
 
 /// Runs the whole loop on a case and decides.
 pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
-    let (significance, least_gain) = (options.significance, options.least_gain);
+    let significance = options.significance;
     let before = case.motor.clone();
     let (mut loop_, base) = Refinement::new(case, options)?;
     let mut course = loop_.run(base)?;
     let (steps_as_found, judged_as_found) = steps(&loop_, &course);
-    keep_confirmed(&mut course, &steps_as_found, least_gain);
     let mut leftover = leftover_of(&loop_, &course);
     if verdict_of(&course, &leftover, 1.0) == Some(Verdict::Unexplained) && explained(&course) < PARTIAL {
         // Stand-ins for something else: their names would mislead.

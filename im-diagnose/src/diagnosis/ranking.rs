@@ -73,7 +73,7 @@ pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, re
                 let refusal = first.trials.iter().find(|t| t.effect == s.effect).map(|t| t.refusal);
                 match refusal {
                     Some(Some(Refusal::NotLikelier)) => "significant by its score, but its refit gains no more than chance",
-                    Some(Some(Refusal::GainsTooLittle)) => "significant, but takes too little off the error to be named",
+                    Some(Some(Refusal::WithinFormError)) => "significant, but takes too little off the error to be named",
                     Some(Some(Refusal::NotOnHoldout)) => "significant, but the held-out recording does not confirm it",
                     Some(None) => "explains part of the error, not enough to be named",
                     None => "significant, but others explain more: not refitted",

@@ -79,19 +79,6 @@ pub(super) fn steps(loop_: &Refinement, course: &Course) -> (Vec<Step>, Vec<Expe
     (steps, judged.train)
 }
 
-/// Drops the last effects again where a simulation on its own feet does not gain by them: nudging the speed towards a noisy
-/// measurement can make an effect look useful.
-pub(super) fn keep_confirmed(course: &mut Course, steps: &[Step], least_gain: f64) {
-    while course.stages.len() > 1 {
-        let (before, after) = (&steps[course.stages.len() - 2], &steps[course.stages.len() - 1]);
-        let gain = before.train.chi2_per_sample - after.train.chi2_per_sample;
-        if gain > least_gain * after.train.chi2_per_sample {
-            return;
-        }
-        course.stages.pop();
-    }
-}
-
 fn mean_square_all(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> f64 {
     let n: usize = experiments.iter().map(Experiment::count).sum();
     experiments.iter().zip(starts).map(|(e, x)| mean_square(machine, e, x) * e.count() as f64).sum::<f64>() / n as f64

@@ -6,7 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use super::Candidate;
 use crate::residual_tests::Dependence;
-use crate::search::{Course, Model, NEGLIGIBLE, Round, likelier};
+use crate::search::{Course, Model, Refusal, Round, Trial};
+
+/// Excess over the noise floor below which a model is as good as its sensors.
+const NEGLIGIBLE: f64 = 0.1;
 
 /// What the data say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,7 +58,7 @@ pub(super) fn remainder(course: &Course, leftover: &[Dependence]) -> Option<Rema
     let round = &course.last().round;
     // The recording that no fit has seen judges best between those that none confirms.
     let unseen = |m: &Model| m.holdout.unwrap_or_else(|| m.train());
-    let likely = round.trials.iter().filter(|t| likelier(last, &t.model, round.scores.len()));
+    let likely = round.trials.iter().filter(|t| gains(t));
     let suspect = likely.min_by(|a, b| unseen(&a.model).total_cmp(&unseen(&b.model)));
     Some(Remainder { suspect: suspect.map(|t| t.effect), with_suspect: suspect.map_or(last.train(), |t| t.model.train()) })
 }
@@ -87,8 +90,13 @@ const CAUSED: f64 = 0.03;
 pub(super) fn caused(course: &Course, leftover: &[Dependence]) -> bool {
     let last = &course.last().model;
     let takes = |m: &Model| last.train() - m.train() > CAUSED * (last.train() - 1.0).max(NEGLIGIBLE);
-    let explains = |r: &Round| r.trials.iter().any(|t| takes(&t.model) && likelier(last, &t.model, r.scores.len()));
+    let explains = |r: &Round| r.trials.iter().any(|t| takes(&t.model) && gains(t));
     structured(leftover) || explains(&course.last().round)
+}
+
+/// Whether an effect more gains more than chance, form errors aside.
+fn gains(t: &Trial) -> bool {
+    t.refusal != Some(Refusal::NotLikelier)
 }
 
 /// The larger of training and held-out error, in noise floors.
@@ -125,7 +133,7 @@ pub(super) fn verdict(course: &Course, ranking: &[Candidate], leftover: &[Depend
     let unexcited = ranking.iter().filter(|c| !c.excited).count();
     // A candidate that fits better than chance allows, yet gains too little to be confirmed.
     let first = &course.first().model;
-    let gains = |m: &Model| first.train() - m.train() > HINT && likelier(first, m, ranking.len());
-    let hinted = course.stages.iter().flat_map(|s| &s.round.trials).any(|t| gains(&t.model));
+    let hints = |t: &Trial| first.train() - t.model.train() > HINT && gains(t);
+    let hinted = course.first().round.trials.iter().any(hints);
     if 3 * unexcited > ranking.len() || hinted || !determined(&first.fit) { Verdict::Inconclusive } else { Verdict::Adequate }
 }

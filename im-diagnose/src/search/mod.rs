@@ -1,23 +1,26 @@
 //! The loop: fit, score, refit the leading candidates, add, drop, swap, validate, decide.
 //!
-//! Here: fits of a model with given effects, and the scores of others. `course`: which are added. `score`: which nominate.
+//! Here: fits of a model with given effects, and the scores of others. `score`: which effects are nominated. `sets`: which sets of effects
+//! are likely. `course`: the way from the base model to the likeliest set, as it is told.
 
 mod course;
 pub mod score;
+mod sets;
 
 use im_identify::offline::{
-    Experiment, Fit, FitError, FitOptions, Free, angle_on, base_parameters_in, effect_parameters, fit_from, start_on,
-    start_parameters,
+    Experiment, Fit, FitError, FitOptions, Free, angle_on, base_parameters_in, effect_parameters, fit_from, residuals,
+    start_on, start_parameters,
 };
 use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
 
 use crate::case::Case;
-use crate::residuals::{errors, evidence, mean_square, nudged};
-use score::{Score, ScoreContext, strengths};
+use crate::form_error::marginal_deviance;
+use crate::residuals::{deviance, errors, nudged};
+use score::{Score, ScoreContext, Seed, strengths};
 
-pub(crate) use course::likelier;
 pub use course::{Course, Refusal, Round, Stage, Trial};
+pub use sets::{Posterior, Weighed};
 
 /// What the loop may do.
 #[derive(Clone, Debug)]
@@ -28,20 +31,6 @@ pub struct Options {
     pub leading: usize,
     /// Most effects added.
     pub most_effects: usize,
-    /// Least improvement worth an effect, as a fraction of the error that remains: not to add what nobody would miss.
-    pub least_gain: f64,
-    /// Least improvement worth an effect, as a fraction of the excess over the noise floor that remains. Where most stays unexplained (the
-    /// noise of a laboratory's sensors is rarely all that a model misses), an effect that takes a little off is mending something else.
-    pub least_cut: f64,
-    /// Least improvement worth an effect, as a fraction of the base model's excess over the noise floor: below it, the effect may only
-    /// be mending the form of a stronger one.
-    pub least_share: f64,
-    /// Added to that share, times the fourth power of the cosine between the signatures of the effect and of one already added: what looks
-    /// like an effect that is there must explain much to be believed beside it. Effects of different kinds owe nothing.
-    pub alike_share: f64,
-    /// An effect that takes this fraction off the excess over the noise floor that remains, where that is not negligible, needs no such
-    /// least share.
-    pub ample_cut: f64,
     /// Effects considered; all of the library and the motor's own when empty.
     pub candidates: Vec<EffectId>,
 }
@@ -52,18 +41,10 @@ impl Default for Options {
             significance: 0.01,
             leading: 5,
             most_effects: 4,
-            least_gain: 0.01,
-            least_cut: 0.1,
-            least_share: 3e-3,
-            alike_share: 1.0,
-            ample_cut: 0.25,
             candidates: Vec::new(),
         }
     }
 }
-
-/// Excess over the noise floor below which a model is as good as its sensors.
-pub const NEGLIGIBLE: f64 = 0.1;
 
 /// A fitted model in the course of the loop.
 #[derive(Clone, Debug)]
@@ -72,8 +53,10 @@ pub struct Model {
     pub effects: Vec<EffectId>,
     /// The fit on the training recordings.
     pub fit: Fit,
-    /// Minus twice the log-likelihood with coloured noise, up to a constant.
-    pub evidence: f64,
+    /// Minus twice the log-likelihood of all recordings, the held-out one too, with coloured noise, up to a constant.
+    pub deviance: f64,
+    /// The part of the training recordings.
+    pub train_deviance: f64,
     /// Mean squared residual of the held-out recording in σ².
     pub holdout: Option<f64>,
 }
@@ -83,6 +66,11 @@ impl Model {
     pub fn train(&self) -> f64 {
         self.fit.chi2_per_sample()
     }
+
+    /// The part of the held-out recording in D.
+    fn unseen(&self) -> f64 {
+        self.deviance - self.train_deviance
+    }
 }
 
 /// Runs the loop on a case.
@@ -90,6 +78,8 @@ pub struct Refinement {
     case: Case,
     /// The training recordings with the speed nudged towards the measured one: what is fitted and scored while the model may be wrong.
     nudged: Vec<Experiment>,
+    /// The held-out recording, nudged alike.
+    held_out: Option<Experiment>,
     options: Options,
     rating: Rating,
     base: Machine<f64>,
@@ -108,14 +98,21 @@ impl Refinement {
         let candidates = if options.candidates.is_empty() { effects.ids().collect() } else { options.candidates.clone() };
         let base = machine.with_effects(effects)?;
         case.estimate_noise();
-        let mut me = Self { nudged: nudged(&case.train), case, options, rating, base, candidates };
+        let mut me = Self { nudged: Vec::new(), held_out: None, case, options, rating, base, candidates };
+        me.nudge();
         let starts = me.starts(&me.base, &me.nudged);
         let first = me.model(&me.base, &starts, &[], &FitOptions { tolerance: 1e-5, ..FitOptions::default() })?;
         // The voltage's own roughness shows in the currents: only in the residual is the roughness all noise.
         me.case.set_noise_from(&me.nudged, &first.fit.residuals);
-        me.nudged = nudged(&me.case.train);
+        me.nudge();
         let model = me.model(&first.fit.machine, &first.fit.starts, &[], &FitOptions::near())?;
         Ok((me, model))
+    }
+
+    /// Takes the recordings anew from the case.
+    fn nudge(&mut self) {
+        self.nudged = nudged(&self.case.train);
+        self.held_out = nudged(self.case.holdout.as_slice()).pop();
     }
 
     /// The states from which `machine` follows experiments best: those known, or fitted to the first second.
@@ -183,12 +180,25 @@ impl Refinement {
         options: &FitOptions,
     ) -> Result<Model, FitError> {
         let fit = self.fit_to(&self.nudged, machine, starts, effects, options)?;
-        let evidence = evidence(&self.nudged, &fit.residuals);
-        let holdout = self.case.holdout.as_ref().map(|h| {
-            let h = &nudged(std::slice::from_ref(h))[0];
-            mean_square(&fit.machine, h, &start_on(&fit.machine, h, &self.rating))
-        });
-        Ok(Model { effects: effects.to_vec(), fit, evidence, holdout })
+        let train_deviance = deviance(&self.nudged, &fit.residuals);
+        let Some(h) = &self.held_out else {
+            return Ok(Model { effects: effects.to_vec(), deviance: train_deviance, train_deviance, fit, holdout: None });
+        };
+        let unseen = residuals(&fit.machine, h, &start_on(&fit.machine, h, &self.rating));
+        let holdout = Some(unseen.iter().flatten().map(|r| r * r).sum::<f64>() / h.count() as f64);
+        let all: Vec<&Experiment> = self.nudged.iter().chain([h]).collect();
+        let both: Vec<&Vec<Vec<f64>>> = fit.residuals.iter().chain([&unseen]).collect();
+        let deviance = deviance(&all, &both);
+        Ok(Model { effects: effects.to_vec(), deviance, train_deviance, fit, holdout })
+    }
+
+    /// D of a model with the errors of its form as unknowns: see [`marginal_deviance`].
+    fn marginal_deviance(&self, model: &Model) -> f64 {
+        let fit = &model.fit;
+        let all: Vec<Experiment> = self.nudged.iter().chain(&self.held_out).cloned().collect();
+        let unseen = self.held_out.as_slice();
+        let starts: Vec<State<f64>> = fit.starts.iter().copied().chain(self.starts(&fit.machine, unseen)).collect();
+        marginal_deviance(&fit.machine, &starts, &all, &self.free(&fit.machine, &model.effects, &all))
     }
 
     /// Scores of all candidates not yet in the model, best first; those of the round before, if any, save looking for sizes.
@@ -200,6 +210,12 @@ impl Refinement {
             open.par_iter().filter_map(|&e| context.score(e, before.iter().find(|s| s.effect == e))).collect();
         scores.sort_by(|a, b| b.log_p.total_cmp(&a.log_p).then(b.score.total_cmp(&a.score)));
         scores
+    }
+
+    /// The score of an effect at a machine with others, which need not be fitted.
+    fn score_beside(&self, machine: &Machine<f64>, starts: &[State<f64>], others: &[EffectId], effect: EffectId) -> Option<Score> {
+        let free = self.free(machine, others, &self.nudged);
+        ScoreContext::new(machine, starts, &self.nudged, &self.rating, &free, self.level()).score(effect, None)
     }
 
     /// Chance of a false alarm per candidate.
@@ -218,29 +234,23 @@ impl Refinement {
             .collect()
     }
 
-    /// Refits with one more effect, from what its score predicts.
-    pub fn trial(&self, model: &Model, score: &Score) -> Option<Trial> {
-        let (machine, starts) = self.seeded(&model.fit.machine, &model.fit.starts, score)?;
-        let mut effects = model.effects.clone();
-        effects.push(score.effect);
-        // Far above the noise floor it is enough to see which way an effect goes: a step that gains less of the excess is the last.
-        let excess = 1.0 - 1.0 / model.train().max(1.0);
-        let quick = FitOptions { iterations: 10, tolerance: (5e-3 * excess).max(1e-3), horizons: Vec::new() };
-        let mut tried = self.model(&machine, &starts, &effects, &quick).ok()?;
-        if tried.train() > model.train() {
-            // Without the effect it does better: this is not yet the minimum.
-            tried = self.model(&tried.fit.machine, &tried.fit.starts, &effects, &FitOptions::near()).ok()?;
-        }
-        Some(Trial { effect: score.effect, model: tried, refusal: None })
+    /// Machines with the effect at the size predicted, within reason, at each shape that is worth a start; and how the training recordings
+    /// start with it.
+    fn seeded(&self, machine: &Machine<f64>, starts: &[State<f64>], score: &Score) -> Vec<(Machine<f64>, Vec<State<f64>>)> {
+        score.seeds.iter().filter_map(|seed| self.seeded_at(machine, starts, score.effect, seed)).collect()
     }
 
-    /// The machine with the effect at the size predicted, within reason, and how the training recordings start with it.
-    fn seeded(&self, machine: &Machine<f64>, starts: &[State<f64>], score: &Score) -> Option<(Machine<f64>, Vec<State<f64>>)> {
-        let e = score.effect;
+    fn seeded_at(
+        &self,
+        machine: &Machine<f64>,
+        starts: &[State<f64>],
+        e: EffectId,
+        seed: &Seed,
+    ) -> Option<(Machine<f64>, Vec<State<f64>>)> {
         let unit = |k: usize| self.rating.unit_of(e.parameters()[k].scale, machine.parameters(), machine.pole_pairs());
-        let mut set: Vec<(ParameterId, f64)> = score.shape.iter().map(|&(k, v)| (ParameterId::Effect(e, k), v)).collect();
+        let mut set: Vec<(ParameterId, f64)> = seed.shape.iter().map(|&(k, v)| (ParameterId::Effect(e, k), v)).collect();
         let mut largest: f64 = 0.0;
-        for (&k, &size) in strengths(e).iter().zip(&score.predicted) {
+        for (&k, &size) in strengths(e).iter().zip(&seed.predicted) {
             let (lo, hi) = e.parameters()[k].typical;
             let reach = 1.5 * hi * unit(k);
             let mut x = size.clamp(-reach, reach);

@@ -13,6 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::noise::{Whitener, whiteners};
+use crate::residuals::deviance;
 use crate::statistics::{closest_of, log_p, orthonormal, threshold};
 
 /// Score of one effect at its best shape.
@@ -22,6 +23,9 @@ pub struct Score {
     pub effect: EffectId,
     /// χ² score, best over the shapes tried.
     pub score: f64,
+    /// By how much D, minus twice the log-likelihood, would fall if the slopes held: what a refit promises. The score with the colour of the noise
+    /// as it seems now, or the fall of D by a plain least-squares fit, with the colour of what that leaves, if that is more.
+    pub gain: f64,
     /// Degrees of freedom: the number of strengths; of an effect fixed to the shaft, for every recording.
     pub freedom: usize,
     /// −log₁₀ of the p-value, corrected for the shapes tried.
@@ -30,6 +34,8 @@ pub struct Score {
     pub explained_share: f64,
     /// Sizes that the score predicts, one per strength, in the parameter's unit.
     pub predicted: Vec<f64>,
+    /// Where to begin a refit: at the best shape; of a resonance, at the three best of the grid, as each may lead to another minimum.
+    pub seeds: Vec<Seed>,
     /// Smallest size of the leading strength that would be found, in its unit.
     pub detectable: f64,
     /// The shape it was found at: parameter index and value.
@@ -42,6 +48,18 @@ pub struct Score {
     pub sensitivity: Vec<Vec<f64>>,
 }
 
+/// A shape, parameter index and value, and the sizes that the score predicts there.
+#[derive(Clone, Debug)]
+pub struct Seed {
+    /// The shape.
+    pub shape: Vec<(usize, f64)>,
+    /// The sizes, one per strength.
+    pub predicted: Vec<f64>,
+}
+
+/// Shapes of a resonance that a refit begins at.
+const RESONANCES: usize = 3;
+
 /// Everything a score needs at the present machine.
 pub struct ScoreContext<'a> {
     experiments: &'a [Experiment],
@@ -50,9 +68,11 @@ pub struct ScoreContext<'a> {
     rating: &'a Rating,
     predictions: Vec<Vec<Vec<f64>>>,
     whiteners: Vec<Vec<Whitener>>,
-    residual: Vec<f64>,
-    /// Orthonormal basis of the whitened slopes.
-    basis: DMatrix<f64>,
+    /// Whitened, and plain.
+    white: Projection,
+    plain: Projection,
+    /// D of what a plain refit of the present parameters leaves.
+    deviance: f64,
     /// Root mean square of the raw residual, in σ.
     raw_rms: f64,
     /// Variance of the whitened residual.
@@ -67,6 +87,49 @@ pub const LEAST_EXPLAINED_SHARE: f64 = 1e-3;
 
 /// A change of the outputs of more than so many times the residual is too large for a secant.
 const FAR: f64 = 4.0;
+
+/// The residual of a fit, and what the slopes of the present parameters span.
+struct Projection {
+    /// Orthonormal.
+    basis: DMatrix<f64>,
+    /// Projected.
+    residual: Vec<f64>,
+}
+
+impl Projection {
+    fn new(residual: Vec<f64>, slopes: Vec<Vec<f64>>) -> Self {
+        let basis = orthonormal(slopes, residual.len());
+        let mut me = Self { basis, residual: Vec::new() };
+        me.residual = me.projected(residual);
+        me
+    }
+
+    /// P x.
+    fn projected(&self, x: Vec<f64>) -> Vec<f64> {
+        let v = DVector::from_vec(x);
+        let onto = self.basis.tr_mul(&v);
+        (v - &self.basis * onto).data.into()
+    }
+
+    /// Least-squares sizes of projected columns.
+    fn solved(&self, columns: &[&Vec<f64>]) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
+        let n = columns.len();
+        let gram = DMatrix::from_fn(n, n, |a, b| dot(columns[a], columns[b]));
+        let b = DVector::from_fn(n, |a, _| dot(columns[a], &self.residual));
+        let x = gram.clone().cholesky()?.solve(&b);
+        let taken = b.dot(&x);
+        Some((gram, x, taken))
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// Strings everything into one column.
+fn strung(signals: &[Vec<Vec<f64>>]) -> Vec<f64> {
+    signals.iter().flatten().flatten().copied().collect()
+}
 
 /// Whitens per channel and strings everything into one column.
 fn column(signals: &[Vec<Vec<f64>>], whiteners: &[Vec<Whitener>]) -> Vec<f64> {
@@ -88,44 +151,37 @@ impl<'a> ScoreContext<'a> {
             experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
         let residuals: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.residuals.clone()).collect();
         let whiteners = whiteners(experiments, &residuals);
-        let residual = column(&residuals, &whiteners);
-        let rows = residual.len();
-        let columns: Vec<Vec<f64>> = (0..free.len())
-            .into_par_iter()
-            .map(|p| column(&linear.iter().map(|l| l.slopes[p].clone()).collect::<Vec<_>>(), &whiteners))
-            .collect();
-        let basis = orthonormal(columns, rows);
+        let of = |f: &(dyn Fn(&[Vec<Vec<f64>>]) -> Vec<f64> + Sync)| -> Projection {
+            let slopes = |p: usize| f(&linear.iter().map(|l| l.slopes[p].clone()).collect::<Vec<_>>());
+            Projection::new(f(&residuals), (0..free.len()).into_par_iter().map(slopes).collect())
+        };
+        let (white, plain) = rayon::join(|| of(&|s| column(s, &whiteners)), || of(&strung));
         let predictions = experiments.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
         let count: usize = experiments.iter().map(Experiment::count).sum();
         let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
-        let mut context = Self {
-            experiments,
-            starts,
-            machine: *machine,
-            rating,
-            predictions,
-            whiteners,
-            residual,
-            basis,
-            raw_rms,
-            variance: 1.0,
-            level,
+        let variance = dot(&white.residual, &white.residual) / count as f64;
+        let deviance = f64::NAN;
+        let mut me =
+            Self { experiments, starts, machine: *machine, rating, predictions, whiteners, white, plain, deviance, raw_rms, variance, level };
+        me.deviance = me.deviance_of(&me.plain.residual);
+        me
+    }
+
+    /// D of a residual strung into a column.
+    fn deviance_of(&self, column: &[f64]) -> f64 {
+        let mut rest = column;
+        let mut cut = |n: usize| {
+            let (head, tail) = rest.split_at(n);
+            rest = tail;
+            head.to_vec()
         };
-        let residual = std::mem::take(&mut context.residual);
-        context.residual = context.projected(residual);
-        context.variance = context.residual.iter().map(|r| r * r).sum::<f64>() / count as f64;
-        context
+        let shaped: Vec<Vec<Vec<f64>>> = self.predictions.iter().map(|e| e.iter().map(|c| cut(c.len())).collect()).collect();
+        deviance(self.experiments, &shaped)
     }
 
     /// The noise models.
     pub fn whiteners(&self) -> &[Vec<Whitener>] {
         &self.whiteners
-    }
-
-    fn projected(&self, x: Vec<f64>) -> Vec<f64> {
-        let v = DVector::from_vec(x);
-        let onto = self.basis.tr_mul(&v);
-        (v - &self.basis * onto).data.into()
     }
 
     /// Change of all outputs, in σ, when parameters are set so; `None` where the simulation diverges.
@@ -148,8 +204,8 @@ impl<'a> ScoreContext<'a> {
         Some(out)
     }
 
-    /// The signature of strength `k` per unit, at a shape; `sensitivity` (zero: not known) is what is known of it before, and after.
-    fn secant(&self, effect: EffectId, k: usize, shape: &[(usize, f64)], sensitivity: &mut f64) -> Option<Vec<f64>> {
+    /// The signature of strength `k` per unit, at a shape, whitened and plain; `sensitivity` (zero: not known) is what is known of it before, and after.
+    fn secant(&self, effect: EffectId, k: usize, shape: &[(usize, f64)], sensitivity: &mut f64) -> Option<[Vec<f64>; 2]> {
         let info = &effect.parameters()[k];
         let unit = self.rating.unit_of(info.scale, self.machine.parameters(), self.machine.pole_pairs());
         let usual = (info.typical.0 * info.typical.1).sqrt() * unit;
@@ -170,11 +226,7 @@ impl<'a> ScoreContext<'a> {
                 size *= (wanted / rms).max(0.01);
                 continue;
             }
-            let mut g = column(&d, &self.whiteners);
-            for x in &mut g {
-                *x /= size;
-            }
-            return Some(g);
+            return Some([column(&d, &self.whiteners), strung(&d)].map(|g| g.iter().map(|x| x / size).collect()));
         }
         None
     }
@@ -209,19 +261,21 @@ impl<'a> ScoreContext<'a> {
             sensitivity.clone_from(known);
         }
         let at = |(shape, sensitivity): (_, &mut Vec<f64>)| self.score_at(effect, shape, tried, sensitivity);
-        let best = shapes.into_iter().zip(&mut sensitivity).filter_map(at).reduce(|a, b| if b.score > a.score { b } else { a });
-        best.map(|score| Score { sensitivity, ..score })
+        let mut all: Vec<Score> = shapes.into_iter().zip(&mut sensitivity).filter_map(at).collect();
+        all.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let begun = if effect.about().resonant { RESONANCES } else { 1 };
+        let seeds = all.iter().take(begun).map(|s| Seed { shape: s.shape.clone(), predicted: s.predicted.clone() }).collect();
+        all.into_iter().next().map(|score| Score { sensitivity, seeds, ..score })
     }
 
     /// The score at one of so many shapes tried.
     fn score_at(&self, effect: EffectId, shape: Vec<(usize, f64)>, tried: usize, sensitivity: &mut [f64]) -> Option<Score> {
         let strengths = strengths(effect);
         let secants = strengths.iter().zip(sensitivity).map(|(&k, s)| self.secant(effect, k, &shape, s));
-        let raw = secants.collect::<Option<Vec<_>>>()?;
-        let raw = if self.turns_anew(effect) { self.run_by_run(&raw) } else { raw };
-        let norms: Vec<f64> = raw.iter().map(|g| g.iter().map(|x| x * x).sum::<f64>()).collect();
-        let columns: Vec<Vec<f64>> = raw.into_iter().map(|g| self.projected(g)).collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let (raw, plain): (Vec<_>, Vec<_>) = secants.collect::<Option<Vec<_>>>()?.into_iter().map(|[w, p]| (w, p)).unzip();
+        let (raw, plain) = if self.turns_anew(effect) { (self.run_by_run(&raw), self.run_by_run(&plain)) } else { (raw, plain) };
+        let norms: Vec<f64> = raw.iter().map(|g| dot(g, g)).collect();
+        let columns: Vec<Vec<f64>> = raw.into_iter().map(|g| self.white.projected(g)).collect();
         // A strength that a refit imitates all but wholly has no size of its own here: the others speak for the effect.
         let kept = |least: f64| -> Vec<usize> {
             (0..columns.len()).filter(|&k| dot(&columns[k], &columns[k]) > least * norms[k]).collect()
@@ -231,10 +285,20 @@ impl<'a> ScoreContext<'a> {
         if n == 0 {
             return None;
         }
-        let gram = DMatrix::from_fn(n, n, |a, b| dot(&columns[used[a]], &columns[used[b]]));
-        let b = DVector::from_fn(n, |a, _| dot(&columns[used[a]], &self.residual));
-        let x = gram.clone().cholesky()?.solve(&b);
-        let score = (b.dot(&x) / self.variance).max(0.0);
+        let (gram, mut x, taken) = self.white.solved(&used.iter().map(|&k| &columns[k]).collect::<Vec<_>>())?;
+        let score = (taken / self.variance).max(0.0);
+        let mut gain = score;
+        let plain: Vec<Vec<f64>> = plain.into_iter().map(|g| self.plain.projected(g)).collect();
+        if let Some((_, sizes, _)) = self.plain.solved(&used.iter().map(|&k| &plain[k]).collect::<Vec<_>>()) {
+            let mut left = self.plain.residual.clone();
+            for (size, &k) in sizes.iter().zip(&used) {
+                left.iter_mut().zip(&plain[k]).for_each(|(r, g)| *r -= size * g);
+            }
+            let fall = self.deviance - self.deviance_of(&left);
+            if fall > gain {
+                (gain, x) = (fall, sizes);
+            }
+        }
         let part = |p: usize| gram[(p, p)] * x[p] * x[p];
         let lead = (0..n).max_by(|&p, &q| part(p).total_cmp(&part(q))).unwrap_or(0);
         // The leading strength in all recordings, and the sizes in the one that shows it best.
@@ -243,15 +307,17 @@ impl<'a> ScoreContext<'a> {
         let seen: f64 = all_of(strength).map(|k| dot(&columns[k], &columns[k])).sum();
         let size = |k: usize| used.iter().position(|u| *u == run * strengths.len() + k).map_or(0.0, |p| x[p]);
         let threshold = threshold(n, self.level / tried as f64);
-        let rows = self.residual.len();
+        let rows = self.white.residual.len();
         let decimated = |at: &dyn Fn(usize) -> f64| (0..rows).step_by((rows / 4000).max(1)).map(at).collect::<Vec<f64>>();
         Some(Score {
             effect,
             score,
+            gain,
             freedom: n,
             log_p: (log_p(score, n) - (tried as f64).log10()).max(0.0),
             explained_share: seen / all_of(strength).map(|k| norms[k]).sum::<f64>(),
             predicted: (0..strengths.len()).map(size).collect(),
+            seeds: Vec::new(),
             detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / seen.sqrt(),
             shape,
             signature: decimated(&|n| (0..used.len()).map(|p| x[p] * columns[used[p]][n]).sum()),

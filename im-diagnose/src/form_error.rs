@@ -1,0 +1,172 @@
+//! What the form of a model may be wrong by: the library's curve of an effect is never exactly the machine's, and the ratio of the leakages is
+//! only given.
+//!
+//! The difference between two forms of an effect looks like the effect itself, bent over what its curve may be over. A model's likelihood is
+//! therefore taken with such changes d_m of its outputs as unknowns of the size of a few per cent, β_m ~ N(0, 1), beside the parameters:
+//!
+//!   −2 log L = min_{δ,β} ‖W(r − Jδ − Dβ)‖² + ‖β‖² + ln det(I + DᵀWᵀPWD)
+//!
+//! so that no effect is named for what only mends the form of another.
+
+use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Linearized, linearize, predict};
+use im_model::{BaseParameter, Complex, Machine, ParameterId, State};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::noise::sensor_whiteners;
+use crate::residuals::deviance;
+
+/// Standard deviation of the difference in form: a part of what an effect explains.
+const SIZE: f64 = 0.05;
+
+/// Standard deviation of the logarithm of L_ls/L_lr as given.
+const RATIO_ERROR: f64 = 0.2;
+
+/// Rows that are enough to find how much of each change is in a residual.
+const ROWS: usize = 30_000;
+
+/// Changes of the outputs that no parameter follows.
+pub struct Disturbances {
+    /// Of one standard deviation.
+    pub list: Vec<Change>,
+    /// What each effect explains.
+    explained: Vec<Change>,
+}
+
+/// −2 log L of a fitted model with the errors of its form as unknowns, up to a constant.
+pub fn marginal_deviance(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free]) -> f64 {
+    let linear: Vec<Linearized> =
+        experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
+    let Disturbances { mut list, explained } = disturbances(machine, starts, experiments);
+    // Forms differ in phase as well.
+    list.extend(explained.iter().flat_map(|d| bends(experiments, &turned(experiments, d))));
+    let residuals: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.residuals.clone()).collect();
+    let slopes: Vec<Change> = (0..free.len()).map(|p| linear.iter().map(|l| l.slopes[p].clone()).collect()).collect();
+    let (p, m) = (slopes.len(), list.len());
+    let whiteners = sensor_whiteners(experiments, &residuals);
+    let rows: usize = residuals.iter().flatten().map(Vec::len).sum();
+    let stride = (rows / ROWS).max(1);
+    let thinned = |c: &Change| -> Vec<f64> {
+        let runs = c.iter().zip(&whiteners).flat_map(|(run, w)| run.iter().zip(w));
+        runs.flat_map(|(x, w)| w.apply(x).into_iter().step_by(stride).collect::<Vec<_>>()).collect()
+    };
+    let columns: Vec<Vec<f64>> = slopes.par_iter().chain(&list).map(thinned).collect();
+    let r = DVector::from_vec(thinned(&residuals));
+    let flat: Vec<f64> = columns.concat();
+    let all = DMatrix::from_vec(r.len(), p + m, flat);
+    let mut normal = all.tr_mul(&all) * stride as f64;
+    let b = all.tr_mul(&r) * stride as f64;
+    // Parameters that the data do not determine stay.
+    let ridge = |k: usize| if k < p { 1e-9 * normal[(k, k)] + 1e-12 } else { 1.0 };
+    let ridges: Vec<f64> = (0..p + m).map(ridge).collect();
+    for (k, x) in ridges.into_iter().enumerate() {
+        normal[(k, k)] += x;
+    }
+    let parameters_alone = normal.view((0, 0), (p, p)).into_owned();
+    let ln_det = |a: DMatrix<f64>| a.cholesky().map(|c| 2.0 * c.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>());
+    let Some(sizes) = normal.clone().cholesky().map(|c| c.solve(&b)) else { return deviance(experiments, &residuals) };
+    let occam = ln_det(normal).zip(ln_det(parameters_alone)).map_or(0.0, |(a, b)| a - b);
+    let mut left = residuals;
+    for (size, change) in sizes.iter().zip(slopes.iter().chain(&list)) {
+        for (l, c) in left.iter_mut().flatten().zip(change.iter().flatten()) {
+            l.iter_mut().zip(c).for_each(|(l, c)| *l -= size * c);
+        }
+    }
+    let prior: f64 = sizes.rows(p, m).norm_squared();
+    deviance(experiments, &left) + prior + occam
+}
+
+/// The currents of a change turned by a right angle.
+fn turned(experiments: &[Experiment], change: &Change) -> Change {
+    let run = |(e, run): (&Experiment, &Vec<Vec<f64>>)| -> Vec<Vec<f64>> {
+        let vector = |k: usize| e.current_vector(k, |c| run[c][k] * e.channels[c].sigma).unwrap_or(Complex::new(0.0, 0.0));
+        let turned: Vec<Complex<f64>> = (0..e.len()).map(|k| vector(k) * Complex::i()).collect();
+        let channel = |c: &Channel| match c.kind {
+            ChannelKind::Current { direction_rad } => {
+                let (s, cos) = direction_rad.sin_cos();
+                turned.iter().map(|v| (v.re * cos + v.im * s) / c.sigma).collect()
+            }
+            _ => vec![0.0; e.len()],
+        };
+        e.channels.iter().map(channel).collect()
+    };
+    experiments.iter().zip(change).map(run).collect()
+}
+
+/// Per experiment and channel: a change of the outputs, in σ.
+type Change = Vec<Vec<Vec<f64>>>;
+
+/// Changes of one standard deviation that no parameter is meant to follow.
+pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment]) -> Disturbances {
+    let here: Change = experiments.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
+    let change = |other: &Machine<f64>| -> Option<Change> {
+        let there: Vec<_> = experiments.par_iter().zip(starts).map(|(e, x)| predict(other, e, x)).collect();
+        let mut out = Vec::new();
+        for ((e, a), b) in experiments.iter().zip(&here).zip(&there) {
+            let channel = |(c, (a, b)): (usize, (&Vec<f64>, &Vec<f64>))| -> Vec<f64> {
+                let channel = &e.channels[c];
+                (0..a.len()).map(|k| if channel.is_valid(k) { (b[k] - a[k]) / channel.sigma } else { 0.0 }).collect()
+            };
+            out.push(a.iter().zip(b).enumerate().map(channel).collect::<Vec<_>>());
+        }
+        out.iter().flatten().flatten().all(|x| x.is_finite()).then_some(out)
+    };
+    let mut list = Vec::new();
+    let mut explained = Vec::new();
+    // Half of the way is linear enough, and twice the change is that of one standard deviation.
+    let half = 0.25 * RATIO_ERROR;
+    let p = machine.parameters();
+    use BaseParameter as P;
+    let tilted = machine.with(&[
+        (ParameterId::Base(P::StatorLeakageInductance), p.stator_leakage_inductance_h * half.exp()),
+        (ParameterId::Base(P::RotorLeakageInductance), p.rotor_leakage_inductance_h * (-half).exp()),
+    ]);
+    if let Some(mut d) = tilted.ok().as_ref().and_then(change) {
+        d.iter_mut().flatten().flatten().for_each(|x| *x *= 2.0);
+        list.push(d);
+    }
+    for effect in machine.effects().active() {
+        let mut effects = *machine.effects();
+        effects.switch_off(effect);
+        if let Some(d) = machine.with_effects(effects).ok().as_ref().and_then(change) {
+            list.extend(bends(experiments, &d));
+            explained.push(d);
+        }
+    }
+    Disturbances { list, explained }
+}
+
+/// What an effect explains, bent: times the first Legendre polynomials of what its curve may be over (current, speed, time).
+fn bends(experiments: &[Experiment], explained: &Change) -> Vec<Change> {
+    let over: Vec<[Vec<f64>; 3]> = experiments
+        .iter()
+        .map(|e| {
+            let speed = e.channels.iter().find(|c| c.kind == ChannelKind::Speed);
+            let current = |k: usize| e.current_vector(k, |c| e.channels[c].values[k]).map_or(e.u_s[k].norm(), |i| i.norm());
+            [
+                (0..e.len()).map(current).collect(),
+                (0..e.len()).map(|k| speed.map_or(0.0, |c| c.values[k])).collect(),
+                (0..e.len()).map(|k| k as f64 * e.sample_time_s).collect(),
+            ]
+        })
+        .collect();
+    let mut out = vec![scaled(explained, |_, _| SIZE)];
+    for variable in 0..3 {
+        let all = || over.iter().flat_map(|o| &o[variable]).copied().filter(|x| x.is_finite());
+        let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+        if high - low <= 0.0 || !(high - low).is_finite() {
+            continue;
+        }
+        let at = |e: usize, k: usize| 2.0 * (over[e][variable][k] - low) / (high - low) - 1.0;
+        out.push(scaled(explained, |e, k| SIZE * at(e, k)));
+        out.push(scaled(explained, |e, k| SIZE * (1.5 * at(e, k).powi(2) - 0.5)));
+    }
+    out
+}
+
+fn scaled(change: &Change, by: impl Fn(usize, usize) -> f64) -> Change {
+    let run = |(e, run): (usize, &Vec<Vec<f64>>)| {
+        run.iter().map(|c| c.iter().enumerate().map(|(k, x)| x * by(e, k)).collect()).collect()
+    };
+    change.iter().enumerate().map(run).collect()
+}

@@ -1,0 +1,436 @@
+//! The search over sets of effects: best first, with every set fitted once, and the probability of each.
+//!
+//! A set S of k parameters beyond the base model's is judged by
+//!
+//!   J(S) = (D(S) − D(∅))/λ + k ln(N/λ) + 2 ln C(m, |S|),   p(S) ∝ exp(−J(S)/2)
+//!
+//! D = −2 log L with coloured noise, over all N samples, the held-out recording's too; m candidates. λ is what a sample counts less for because
+//! the forms of the library are never exactly the machine's: see [`Search::dispersion`].
+
+use std::collections::BTreeMap;
+
+use im_identify::offline::{FitError, FitOptions};
+use im_model::{EffectId, Machine, State};
+use rayon::prelude::*;
+use statrs::function::gamma::ln_gamma;
+
+use super::course::{Course, Refusal, Round, Stage, Trial};
+use super::score::Score;
+use super::{Model, Refinement};
+use crate::statistics::threshold;
+
+/// Form error that [`form_error`](crate::form_error) does not describe: 10 % of what the effects explain, spread over ten directions. Its square
+/// by their number.
+const FORM_ERROR: f64 = 0.1 * 0.1 / 10.0;
+
+/// Sets whose J is larger than the least by more than this are no answer: one in 150.
+const WINDOW: f64 = 10.0;
+
+/// How many sets are expanded in vain while the best one leaves what a candidate would explain.
+const PATIENCE: usize = 3;
+
+/// In the place of an effect, another is tried that explained at least this part of what it did beside the same others.
+const COMPARABLE: f64 = 0.5;
+
+/// A refit may gain more than slopes predict: where they predict this part of what it must gain, it is tried.
+const PREDICTED: f64 = 0.25;
+
+/// Candidates whose score is less than this part of the best are not tried beside it.
+const CONTENDER: f64 = 0.02;
+
+/// A set of effects and its probability.
+#[derive(Clone, Debug)]
+pub struct Weighed {
+    /// The effects, sorted.
+    pub effects: Vec<EffectId>,
+    /// Its probability among all sets tried.
+    pub probability: f64,
+    /// Minus twice its log-likelihood, less that of the base model.
+    pub deviance: f64,
+    /// Its parameters beyond those of the base model.
+    pub parameters: usize,
+}
+
+/// How sure the data are of the sets of effects that were tried.
+#[derive(Clone, Debug)]
+pub struct Posterior {
+    /// All sets tried, likeliest first.
+    pub sets: Vec<Weighed>,
+    /// Effects that some of them have, with the probability that the machine has it, likeliest first.
+    pub inclusion: Vec<(EffectId, f64)>,
+    /// λ: by how much a sample counts less than an independent one.
+    pub dispersion: f64,
+}
+
+/// The effects of a set, sorted.
+type Set = Vec<EffectId>;
+
+/// A set that has been fitted.
+struct Known {
+    model: Model,
+    /// D with the errors of its form as unknowns, of a close fit; until then, D less what those errors took of the set that it came from.
+    deviance: f64,
+    /// Whether it is of a close fit.
+    polished: bool,
+    /// The scores at the model, where the set has been expanded.
+    scores: Option<Vec<Score>>,
+}
+
+/// From where to fit a set.
+struct Proposal {
+    effects: Vec<EffectId>,
+    starts: Vec<(Machine<f64>, Vec<State<f64>>)>,
+}
+
+/// The search.
+struct Search<'a> {
+    loop_: &'a Refinement,
+    known: BTreeMap<Set, Known>,
+}
+
+fn sorted(effects: &[EffectId]) -> Set {
+    let mut set = effects.to_vec();
+    set.sort_unstable();
+    set
+}
+
+fn without(effects: &[EffectId], one: EffectId) -> Vec<EffectId> {
+    effects.iter().copied().filter(|&e| e != one).collect()
+}
+
+fn with(effects: &[EffectId], one: EffectId) -> Vec<EffectId> {
+    effects.iter().copied().chain([one]).collect()
+}
+
+/// ln C(n, k).
+fn ln_choose(n: usize, k: usize) -> f64 {
+    let ln_factorial = |n: usize| ln_gamma(n as f64 + 1.0);
+    ln_factorial(n) - ln_factorial(k) - ln_factorial(n - k)
+}
+
+impl Refinement {
+    /// Searches the sets of effects from the base model.
+    pub fn run(&self, base: Model) -> Result<Course, FitError> {
+        let mut search = Search { loop_: self, known: BTreeMap::new() };
+        let deviance = self.marginal_deviance(&base);
+        search.known.insert(Vec::new(), Known { model: base, deviance, polished: true, scores: None });
+        let mut in_vain = 0;
+        let mut best = Set::new();
+        while let Some(next) = search.next(in_vain) {
+            if search.polish(&next)? {
+                continue;
+            }
+            search.expand(&next);
+            let now = search.best();
+            in_vain = if now == best { in_vain + 1 } else { 0 };
+            best = now;
+        }
+        search.course()
+    }
+}
+
+impl Search<'_> {
+    /// The base model.
+    fn nothing(&self) -> &Known {
+        &self.known[&Set::new()]
+    }
+
+    fn base(&self) -> &Model {
+        &self.nothing().model
+    }
+
+    /// Samples of all recordings.
+    fn samples(&self) -> f64 {
+        (self.base().fit.count + self.loop_.held_out.as_ref().map_or(0, |h| h.count())) as f64
+    }
+
+    /// λ: the excess of a χ² per direction that form errors cause, of the noise and of what the likeliest model explains alike.
+    fn dispersion(&self) -> f64 {
+        let n = self.samples();
+        let least = self.known.values().map(|k| k.deviance).fold(f64::INFINITY, f64::min);
+        1.0 + n * FORM_ERROR * ((self.nothing().deviance - least) / n).exp()
+    }
+
+    /// k ln(N/λ) + 2 ln C(m, |S|).
+    fn price(&self, model: &Model, dispersion: f64) -> f64 {
+        self.price_of(self.more(model), model.effects.len(), dispersion)
+    }
+
+    fn price_of(&self, parameters: usize, effects: usize, dispersion: f64) -> f64 {
+        parameters as f64 * (self.samples() / dispersion).ln() + 2.0 * ln_choose(self.loop_.candidates.len(), effects)
+    }
+
+    /// Parameters beyond those of the base model.
+    fn more(&self, model: &Model) -> usize {
+        model.fit.free.len().saturating_sub(self.base().fit.free.len())
+    }
+
+    fn criterion(&self, known: &Known, dispersion: f64) -> f64 {
+        (known.deviance - self.nothing().deviance) / dispersion + self.price(&known.model, dispersion)
+    }
+
+    /// All sets, likeliest first.
+    fn ranked(&self) -> Vec<(&Set, f64)> {
+        let dispersion = self.dispersion();
+        let mut all: Vec<(&Set, f64)> = self.known.iter().map(|(s, k)| (s, self.criterion(k, dispersion))).collect();
+        all.sort_by(|a, b| a.1.total_cmp(&b.1));
+        all
+    }
+
+    fn best(&self) -> Set {
+        self.ranked()[0].0.clone()
+    }
+
+    /// The set to expand next: the likeliest that has not been, if it may be the answer, or if the best leaves what others would explain.
+    fn next(&self, in_vain: usize) -> Option<Set> {
+        let ranked = self.ranked();
+        let (best, least) = ranked[0];
+        let (set, j) = ranked.iter().find(|(s, _)| self.known[*s].scores.is_none())?;
+        let near = *j < least + WINDOW;
+        (near || (in_vain < PATIENCE && !self.complete(best))).then(|| (*set).clone())
+    }
+
+    /// Whether no candidate could explain what a set leaves, form errors aside.
+    fn complete(&self, set: &Set) -> bool {
+        let dispersion = self.dispersion();
+        let level = self.loop_.level();
+        self.known[set].scores.as_ref().is_some_and(|s| s.iter().all(|s| s.score / dispersion < threshold(s.freedom, level)))
+    }
+
+    /// Fits a set closely; whether it had not been.
+    fn polish(&mut self, set: &Set) -> Result<bool, FitError> {
+        let known = &self.known[set];
+        if known.polished {
+            return Ok(false);
+        }
+        let m = &known.model;
+        let mut model = self.loop_.model(&m.fit.machine, &m.fit.starts, &m.effects, &FitOptions::near())?;
+        if model.deviance > m.deviance {
+            model = m.clone();
+        }
+        let deviance = self.loop_.marginal_deviance(&model);
+        if let Some(k) = self.known.get_mut(set) {
+            (k.model, k.deviance, k.polished) = (model, deviance, true);
+        }
+        Ok(true)
+    }
+
+    /// Scores what could be added to a set, and fits its neighbours: one effect more, one less, one exchanged.
+    fn expand(&mut self, set: &Set) {
+        let model = &self.known[set].model;
+        let hints = self.known[&Set::new()].scores.as_deref().unwrap_or(&[]);
+        let scores = self.loop_.scores(model, hints);
+        let mut proposals = self.additions(model, &scores);
+        proposals.extend(self.removals(model));
+        proposals.extend(self.exchanges(model));
+        proposals.extend(self.restarts(model));
+        let fitted: Vec<Model> = proposals.par_iter().filter_map(|p| self.fitted(p)).collect();
+        if let Some(known) = self.known.get_mut(set) {
+            known.scores = Some(scores);
+        }
+        let taken = self.taken(set);
+        fitted.into_iter().for_each(|m| self.keep(m, taken));
+    }
+
+    /// By how much unknown errors of form lower D of a set.
+    fn taken(&self, set: &Set) -> f64 {
+        let known = &self.known[set];
+        known.model.deviance - known.deviance
+    }
+
+    /// Keeps a fit that is the first of its set, or the best.
+    fn keep(&mut self, model: Model, taken: f64) {
+        let set = sorted(&model.effects);
+        if self.known.get(&set).is_none_or(|k| model.deviance < k.model.deviance - WINDOW) {
+            self.known.insert(set, Known { deviance: model.deviance - taken, model, polished: false, scores: None });
+        }
+    }
+
+    fn unknown(&self, effects: &[EffectId]) -> bool {
+        !self.known.contains_key(&sorted(effects))
+    }
+
+    /// The leading candidates: those whose gain, as the slopes predict it, comes near what they must gain, and near the best.
+    fn additions(&self, model: &Model, scores: &[Score]) -> Vec<Proposal> {
+        if model.effects.len() >= self.loop_.options.most_effects {
+            return Vec::new();
+        }
+        let dispersion = self.dispersion();
+        let (k, n) = (self.more(model), model.effects.len());
+        let price = |s: &Score| self.price_of(k + s.freedom, n + 1, dispersion) - self.price_of(k, n, dispersion);
+        let possible = || scores.iter().filter(|s| self.loop_.possible(s));
+        let most = possible().map(|s| s.gain).fold(0.0, f64::max);
+        let mut leading: Vec<&Score> =
+            possible().filter(|s| s.gain > (PREDICTED * dispersion * price(s)).max(CONTENDER * most)).collect();
+        leading.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        leading
+            .into_iter()
+            .take(self.loop_.options.leading)
+            .filter(|s| self.unknown(&with(&model.effects, s.effect)))
+            .filter_map(|s| self.proposal(model, &model.fit.machine, with(&model.effects, s.effect), s))
+            .collect()
+    }
+
+    fn proposal(&self, model: &Model, machine: &Machine<f64>, effects: Vec<EffectId>, score: &Score) -> Option<Proposal> {
+        let starts = self.loop_.seeded(machine, &model.fit.starts, score);
+        (!starts.is_empty()).then_some(Proposal { effects, starts })
+    }
+
+    fn removals(&self, model: &Model) -> Vec<Proposal> {
+        let rest = model.effects.iter().map(|&e| (e, without(&model.effects, e)));
+        let rest = rest.filter(|(_, effects)| self.unknown(effects));
+        rest.filter_map(|(e, effects)| {
+            let machine = self.loop_.without(&model.fit.machine, e)?;
+            Some(Proposal { effects, starts: vec![(machine, model.fit.starts.clone())] })
+        })
+        .collect()
+    }
+
+    /// Others that explained as much as one of the model's effects beside the same others.
+    fn exchanges(&self, model: &Model) -> Vec<Proposal> {
+        let mut out: Vec<Proposal> = Vec::new();
+        for &e in &model.effects {
+            let rest = without(&model.effects, e);
+            let Some(machine) = self.loop_.without(&model.fit.machine, e) else { continue };
+            for (set, known) in &self.known {
+                let Some(scores) = &known.scores else { continue };
+                if !set.iter().all(|x| rest.contains(x)) {
+                    continue;
+                }
+                let gain = |x| self.known.get(&sorted(&with(set, x))).map(|k| known.model.deviance - k.model.deviance);
+                let Some(own) = gain(e) else { continue };
+                for s in scores.iter().filter(|s| !model.effects.contains(&s.effect)) {
+                    let instead = with(&rest, s.effect);
+                    let comparable = gain(s.effect).is_some_and(|g| g > COMPARABLE * own.max(0.0));
+                    let new = self.unknown(&instead) && out.iter().all(|p| sorted(&p.effects) != sorted(&instead));
+                    if comparable && new {
+                        out.extend(self.proposal(model, &machine, instead, s));
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    /// The same set from other shapes of its resonances, each of which may lead to another minimum.
+    fn restarts(&self, model: &Model) -> Vec<Proposal> {
+        let resonant = model.effects.iter().filter(|e| e.about().resonant);
+        resonant
+            .filter_map(|&e| {
+                let machine = self.loop_.without(&model.fit.machine, e)?;
+                let score = self.loop_.score_beside(&machine, &model.fit.starts, &without(&model.effects, e), e)?;
+                self.proposal(model, &machine, model.effects.clone(), &score)
+            })
+            .collect()
+    }
+
+    /// A quick fit of a set, the best from all its starts.
+    fn fitted(&self, p: &Proposal) -> Option<Model> {
+        let quick = FitOptions { iterations: 10, tolerance: 1e-3, horizons: Vec::new() };
+        let fits = p.starts.iter().filter_map(|(machine, starts)| self.loop_.model(machine, starts, &p.effects, &quick).ok());
+        fits.min_by(|a, b| a.deviance.total_cmp(&b.deviance))
+    }
+
+    fn posterior(&self) -> Posterior {
+        let ranked = self.ranked();
+        let least = ranked[0].1;
+        let weights: Vec<f64> = ranked.iter().map(|(_, j)| (-0.5 * (j - least)).exp()).collect();
+        let total: f64 = weights.iter().sum();
+        let sets: Vec<Weighed> = ranked
+            .iter()
+            .zip(&weights)
+            .map(|((s, _), w)| {
+                let model = &self.known[*s].model;
+                let deviance = self.known[*s].deviance - self.nothing().deviance;
+                Weighed { effects: (*s).clone(), probability: w / total, deviance, parameters: self.more(model) }
+            })
+            .collect();
+        let mut inclusion: BTreeMap<EffectId, f64> = BTreeMap::new();
+        for w in &sets {
+            for &e in &w.effects {
+                *inclusion.entry(e).or_default() += w.probability;
+            }
+        }
+        let mut inclusion: Vec<(EffectId, f64)> = inclusion.into_iter().collect();
+        inclusion.sort_by(|a, b| b.1.total_cmp(&a.1));
+        Posterior { sets, inclusion, dispersion: self.dispersion() }
+    }
+
+    /// The likeliest set, and the way to it: from behind, the effect is last whose loss costs least.
+    fn course(mut self) -> Result<Course, FitError> {
+        self.polish_near()?;
+        let mut way = vec![self.best()];
+        while let Some(set) = way.last().filter(|s| !s.is_empty()).cloned() {
+            let model = &self.known[&set].model;
+            let missing: Vec<Model> = self.removals(model).par_iter().filter_map(|p| self.fitted(p)).collect();
+            let taken = self.taken(&set);
+            missing.into_iter().for_each(|m| self.keep(m, taken));
+            let rest = set.iter().map(|&e| without(&set, e)).filter(|s| self.known.contains_key(s));
+            let before = rest.min_by(|a, b| self.known[a].deviance.total_cmp(&self.known[b].deviance));
+            let before = before.unwrap_or_default();
+            self.polish(&before)?;
+            way.push(before);
+        }
+        way.reverse();
+        let stages = (0..way.len()).map(|k| self.stage(&way, k)).collect();
+        Ok(Course { stages, posterior: self.posterior() })
+    }
+
+    /// Fits closely what explains the data as well as the best.
+    fn polish_near(&mut self) -> Result<(), FitError> {
+        let near: Vec<Set> = self.as_good_as(&self.best()).into_iter().cloned().collect();
+        for set in near {
+            self.polish(&set)?;
+        }
+        Ok(())
+    }
+
+    /// Sets that explain the data as well as `best`, their price aside.
+    fn as_good_as(&self, best: &Set) -> Vec<&Set> {
+        let (d, dispersion) = (self.known[best].deviance, self.dispersion());
+        self.known.iter().filter(|(s, k)| *s != best && k.deviance < d + WINDOW * dispersion).map(|(s, _)| s).collect()
+    }
+
+    fn stage(&self, way: &[Set], k: usize) -> Stage {
+        let set = &way[k];
+        let known = &self.known[set];
+        let mut model = known.model.clone();
+        let newest = |n: usize| way[n].iter().copied().find(|e| !way[n - 1].contains(e));
+        model.effects = (1..=k).filter_map(newest).collect();
+        let hints = self.known[&Set::new()].scores.as_deref().unwrap_or(&[]);
+        let scores = known.scores.clone().unwrap_or_else(|| self.loop_.scores(&model, hints));
+        let tried = scores.iter().filter_map(|s| {
+            let tried = self.known.get(&sorted(&with(set, s.effect)))?;
+            let refusal = self.refusal(known, tried);
+            Some(Trial { effect: s.effect, model: tried.model.clone(), refusal })
+        });
+        let mut trials: Vec<Trial> = tried.collect();
+        trials.sort_by(|a, b| a.model.deviance.total_cmp(&b.model.deviance));
+        let best = &way[way.len() - 1];
+        let exchanged = |e: EffectId| {
+            let rest = without(best, e);
+            let other = |s: &Set| s.len() == best.len() && rest.iter().all(|x| s.contains(x));
+            let sets = self.as_good_as(best).into_iter().filter(move |s| other(s));
+            sets.filter_map(|s| s.iter().copied().find(|x| !best.contains(x))).collect()
+        };
+        let rivals = (k > 0).then(|| newest(k)).flatten().map(exchanged).unwrap_or_default();
+        Stage { model, round: Round { significant: self.loop_.significant(&scores), scores, trials }, rivals }
+    }
+
+    /// Why an effect more is not wanted, if it is not.
+    fn refusal(&self, before: &Known, after: &Known) -> Option<Refusal> {
+        let dispersion = self.dispersion();
+        let price = |d| self.price(&after.model, d) - self.price(&before.model, d);
+        let gain = before.deviance - after.deviance;
+        let (b, a) = (&before.model, &after.model);
+        if gain / dispersion > price(dispersion) {
+            None
+        } else if (b.train_deviance - a.train_deviance) / dispersion > price(dispersion) && a.unseen() > b.unseen() {
+            Some(Refusal::NotOnHoldout)
+        } else if b.deviance - a.deviance > price(1.0) {
+            Some(Refusal::WithinFormError)
+        } else {
+            Some(Refusal::NotLikelier)
+        }
+    }
+}
