@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         };
         let train = Series::line("training", error(&|s| Some(s.train.chi2_per_sample)));
         let holdout = Series::line("held out", error(&|s| Some(s.holdout.as_ref()?.chi2_per_sample)));
-        let svg = chart("Error from effect to effect", "effects added", "lg of the error in noise floors", &[train, holdout]);
+        let svg = chart("Error from effect to effect", "effects added", "lg of χ²/N", &[train, holdout]);
         std::fs::write(path, svg)?;
     }
     Ok(())

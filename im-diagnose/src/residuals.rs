@@ -51,12 +51,19 @@ pub fn mean_square(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -
 /// Error of a model on a set of recordings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Errors {
-    /// Mean squared residual in σ²: 1.0 is the noise floor.
+    /// χ²/N: mean squared residual in σ²; 1 is the noise of the sensors.
     pub chi2_per_sample: f64,
     /// Root mean square per channel, in its unit.
     pub rmse: BTreeMap<String, f64>,
     /// Fit percent per channel: 100 (1 − ‖e‖/‖y − mean y‖).
     pub fit_percent: BTreeMap<String, f64>,
+}
+
+impl Errors {
+    /// Root mean square residual in σ, as people read it.
+    pub fn rms_in_sigma(&self) -> f64 {
+        self.chi2_per_sample.sqrt()
+    }
 }
 
 /// Errors of a machine on experiments.

@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     })?;
     let experiments = [Experiment::from_recording(&recording, [0.05; 2], 0.1)];
     let found = fit(&guess, &experiments, &base_parameters(&guess), &FitOptions::default())?;
-    println!("{} steps, {:.3} noise floors left", found.iterations, found.chi2_per_sample());
+    println!("{} steps, {:.3} σ rms left", found.iterations, found.chi2_per_sample().sqrt());
     for ((free, value), deviation) in found.free.iter().zip(found.values()).zip(found.standard_deviations()) {
         let id = free.id().ok_or("a parameter of the machine")?;
         println!("{:62} {value:.5} ± {deviation:.1e}, true {:.5}", free.name(), truth.get(id));

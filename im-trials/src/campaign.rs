@@ -48,7 +48,7 @@ pub struct Outcome {
     pub alternatives: Vec<Vec<String>>,
     /// Change that the effects make, rms in noise standard deviations over currents and speed, larger of the training recordings.
     pub change: f64,
-    /// Held-out error of the refitted base model and of the final one, in noise floors; at most [`BEYOND`].
+    /// Held-out error of the refitted base model and of the final one, χ²/N; at most [`BEYOND`].
     pub holdout: (f64, f64),
     /// Whether the first round sees each hidden effect: its score is past its threshold.
     pub visible: Vec<bool>,

@@ -16,7 +16,7 @@ fn tell(d: &Diagnosis) {
     let last = &d.steps[d.steps.len() - 1];
     let error = last.holdout.as_ref().map_or(f64::NAN, |e| e.chi2_per_sample);
     println!("  verdict: {}, effects {:?}", d.verdict.name(), d.effects.iter().map(|e| e.name()).collect::<Vec<_>>());
-    println!("  held-out error: {error:.2} noise floors");
+    println!("  held-out error: {error:.2} σ rms");
     for l in d.leftover.iter().take(2) {
         println!("  leftover: {} depends on {} (p = 1e-{:.0})", l.part.label(), l.variable.label(), l.log_p);
     }

@@ -23,7 +23,7 @@ fn diagnosis(dir: &Path) -> Diagnosis {
     diagnose(case, Options::default()).unwrap()
 }
 
-/// Verdict and effects of a case, and the held-out error after within 1.1 noise floors where something was found.
+/// Verdict and effects of a case, and the held-out error after χ²/N within 1.1 where something was found.
 fn check(case: &str, verdict: &str, effects: &[&str]) {
     let Some(open) = folder() else { return };
     let d = diagnosis(&open.join(case));
@@ -34,7 +34,7 @@ fn check(case: &str, verdict: &str, effects: &[&str]) {
     assert!(d.alternatives.iter().all(Vec::is_empty), "{case}: rivals {:?}", d.alternatives);
     let held = d.steps[d.steps.len() - 1].holdout.as_ref().unwrap().chi2_per_sample;
     if verdict != "unexplained" {
-        assert!(held < 1.1, "{case}: held-out error {held} noise floors");
+        assert!(held < 1.1, "{case}: held-out χ²/N {held}");
     }
 }
 

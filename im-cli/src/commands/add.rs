@@ -95,7 +95,7 @@ fn print(args: &Args, machine: &Machine<f64>, fitted: Option<(&Model, &Model)>, 
         return Ok(writeln!(out, "{report}")?);
     }
     if let Some((before, after)) = fitted {
-        let fall = |b: f64, a: f64| format!("{} -> {} noise floors", rounded(b), rounded(a));
+        let fall = |b: f64, a: f64| format!("{} -> {} σ rms", rounded(b.sqrt()), rounded(a.sqrt()));
         writeln!(out, "error on the training recordings: {}", fall(before.train(), after.train()))?;
         if let (Some(b), Some(a)) = (before.holdout, after.holdout) {
             writeln!(out, "error on the held-out recording:  {}", fall(b, a))?;

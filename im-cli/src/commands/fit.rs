@@ -101,14 +101,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     writeln!(
         out,
-        "\nerror: {} noise floors (mean squared residual; 1 is the noise of the sensors)",
-        rounded(train.chi2_per_sample)
+        "\nerror: {} σ rms (1 is the noise of the sensors)",
+        rounded(train.chi2_per_sample.sqrt())
     )?;
     for (name, rms) in &train.rmse {
         writeln!(out, "  {name:<16} {:>9} rms, fit {:.2} %", rounded(*rms), train.fit_percent[name])?;
     }
     if let Some(h) = model.holdout {
-        writeln!(out, "held-out recording: {} noise floors", rounded(h))?;
+        writeln!(out, "held-out recording: {} σ rms", rounded(h.sqrt()))?;
     }
     if let Some(path) = &args.output {
         writeln!(out, "{}: the fitted motor", path.display())?;

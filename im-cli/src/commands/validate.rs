@@ -78,7 +78,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut out = stdout();
     if args.json {
         let pair = |p: &(im_diagnose::residuals::Errors, im_diagnose::residuals::Errors)| {
-            let one = |e: &im_diagnose::residuals::Errors| json!({"chi2_per_sample": e.chi2_per_sample, "rmse": e.rmse});
+            let one = |e: &im_diagnose::residuals::Errors| json!({"chi2_per_sample": e.chi2_per_sample, "rms_in_sigma": e.rms_in_sigma(), "rmse": e.rmse});
             json!({"before": one(&p.0), "after": one(&p.1)})
         };
         writeln!(out, "{}", json!({"schema": 1, "data_quality": noticed, "unaided": pair(&free), "speed_drawn": pair(&aided)}))?;
@@ -87,11 +87,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for finding in &noticed {
         write!(out, "{}", wrapped("! ", &finding.line()))?;
     }
-    writeln!(out, "{}: error in noise floors (1 is the noise of the sensors)\n", args.data.display())?;
+    writeln!(out, "{}: rms error in units of the sensor noise σ\n", args.data.display())?;
     writeln!(out, "{:<34} {:>10} {:>10}", "", "before", "after")?;
     let mut row = |name: &str, b: f64, a: f64| writeln!(out, "{name:<34} {:>10} {:>10}", rounded(b), rounded(a));
-    row("simulated on its own", free.0.chi2_per_sample, free.1.chi2_per_sample)?;
-    row("speed nudged to the measured one", aided.0.chi2_per_sample, aided.1.chi2_per_sample)?;
+    row("simulated on its own", free.0.rms_in_sigma(), free.1.rms_in_sigma())?;
+    row("speed nudged to the measured one", aided.0.rms_in_sigma(), aided.1.rms_in_sigma())?;
     for (name, rms) in &free.0.rmse {
         row(&format!("{name}, rms"), *rms, free.1.rmse[name])?;
     }

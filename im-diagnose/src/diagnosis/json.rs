@@ -13,7 +13,7 @@ impl Diagnosis {
     pub fn to_json(&self) -> Value {
         let finite = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
         let errors =
-            |e: &Errors| json!({"chi2_per_sample": finite(e.chi2_per_sample), "rmse": e.rmse, "fit_percent": e.fit_percent});
+            |e: &Errors| json!({"chi2_per_sample": finite(e.chi2_per_sample), "rms_in_sigma": finite(e.rms_in_sigma()), "rmse": e.rmse, "fit_percent": e.fit_percent});
         let names = |v: &[EffectId]| v.iter().map(|e| e.name()).collect::<Vec<_>>();
         let alternatives: BTreeMap<&str, Vec<&str>> =
             self.effects.iter().zip(&self.alternatives).map(|(e, a)| (e.name(), names(a))).collect();
@@ -22,6 +22,7 @@ impl Diagnosis {
             "verdict": self.verdict.name(),
             "effects": names(&self.effects),
             "alternatives": alternatives,
+            "posterior": self.course.posterior.to_json(),
             "ranking": self.ranking.iter().map(|c| json!({
                 "effect": c.effect.name(),
                 "score": finite(c.score),

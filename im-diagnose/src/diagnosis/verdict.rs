@@ -8,7 +8,7 @@ use super::Candidate;
 use crate::residual_tests::Dependence;
 use crate::search::{Course, Model, Refusal, Round, Trial};
 
-/// Excess over the noise floor below which a model is as good as its sensors.
+/// Excess of χ²/N over that of the noise below which a model is as good as its sensors.
 const NEGLIGIBLE: f64 = 0.1;
 
 /// What the data say.
@@ -45,7 +45,7 @@ impl Verdict {
 pub struct Remainder {
     /// The effect that would explain most of it on the held-out recording, if one does: tried, but not confirmed.
     pub suspect: Option<EffectId>,
-    /// The training error with it, in noise floors.
+    /// The training error with it, χ²/N.
     pub with_suspect: f64,
 }
 
@@ -99,7 +99,7 @@ fn gains(t: &Trial) -> bool {
     t.refusal != Some(Refusal::NotLikelier)
 }
 
-/// The larger of training and held-out error, in noise floors.
+/// The larger of training and held-out error, χ²/N, in units of a floor.
 fn error(m: &Model, floor: f64) -> f64 {
     m.holdout.unwrap_or(0.0).max(m.train()) / floor
 }

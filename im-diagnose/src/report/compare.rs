@@ -10,7 +10,7 @@ use super::page::{Row, Section, numbers, page, table, term, words};
 use super::sections::{head, place, provenance};
 use super::story::{Shown, View};
 use super::terminal::{Text, place as place_text};
-use super::words::floors;
+use super::words::in_sigma;
 use super::{DataFile, Meta};
 use crate::format::{number, sentence};
 use crate::localise::{Signals, localise};
@@ -64,11 +64,11 @@ impl Comparison {
         if !x.is_finite() {
             "The simulation of this model diverges on these recordings: check units, pole pairs and the sampling time.".into()
         } else if x < 1.1 {
-            format!("The model is as good as the sensors can tell: its error is {} noise floors.", floors(x))
+            format!("The model is as good as the sensors can tell: its error is {} rms.", in_sigma(x))
         } else {
             format!(
-                "The model misses the recordings by {} noise floors (1.0 would be as good as the sensors can tell).",
-                floors(x)
+                "The model misses the recordings by {} rms (1 σ, the noise of the sensors, would be as good as they can tell).",
+                in_sigma(x)
             )
         }
     }
@@ -91,7 +91,7 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
         numbers(term("rmse", "rms error")),
         numbers(term("noise", "sensor noise (σ)")),
         numbers(term("fit", "fit")),
-        numbers(term("floor", "noise floors")),
+        numbers(term("floor", "rms in σ")),
     ];
     let mut rows = Vec::new();
     for (e, x) in c.experiments.iter().zip(&c.errors) {
@@ -101,7 +101,7 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
             let first = |text: String| if k == 0 { text } else { String::new() };
             let fit = x.fit_percent.get(&ch.name).map_or("–".into(), |v| format!("{}\u{a0}%", number(*v, 4)));
             let (rmse, sigma) = (value(x.rmse.get(&ch.name)), value(Some(&ch.sigma)));
-            rows.push(Row::of([first(e.name.clone()), name, rmse, sigma, fit, first(floors(x.chi2_per_sample))]));
+            rows.push(Row::of([first(e.name.clone()), name, rmse, sigma, fit, first(in_sigma(x.chi2_per_sample))]));
         }
     }
     let mut sections = vec![Section { id: "errors", short: "error", title: "The error", body: table(&table_head, &rows) }];
@@ -131,13 +131,13 @@ pub fn compare_terminal(c: &Comparison, meta: &Meta, width: usize) -> String {
     out.gap();
     out.paragraph("", &c.said());
     out.heading("Error");
-    let mut rows = vec![["recording", "signal", "rms error", "sensor noise", "noise floors"].map(str::to_owned).to_vec()];
+    let mut rows = vec![["recording", "signal", "rms error", "sensor noise", "rms in σ"].map(str::to_owned).to_vec()];
     for (e, x) in c.experiments.iter().zip(&c.errors) {
         let name = std::path::Path::new(&e.name).file_name().map_or(e.name.clone(), |n| n.to_string_lossy().into());
         for (k, ch) in e.channels.iter().enumerate() {
             let (what, unit) = channel_words(&ch.name, ch.kind);
             let rmse = x.rmse.get(&ch.name).map_or("–".into(), |v| format!("{} {unit}", number(*v, 3)));
-            let first = if k == 0 { (name.clone(), floors(x.chi2_per_sample)) } else { Default::default() };
+            let first = if k == 0 { (name.clone(), in_sigma(x.chi2_per_sample)) } else { Default::default() };
             rows.push(vec![first.0, what, rmse, format!("{} {unit}", number(ch.sigma, 3)), first.1]);
         }
     }

@@ -9,8 +9,8 @@ const SCRIPT: &str = include_str!("assets/page.js");
 const GLOSSARY: &[(&str, &str, &str)] = &[
     (
         "floor",
-        "noise floor",
-        "Mean squared error divided by the squared sensor noise. 1.0 is as good as the sensors can tell; 4.0 means errors twice as large as the noise.",
+        "rms in σ",
+        "Root mean square error in units of the sensor noise σ, over all signals. 1 σ is as good as the sensors can tell; 2 σ means errors twice as large as the noise. Its square is χ²/N.",
     ),
     (
         "noise",
@@ -23,7 +23,7 @@ const GLOSSARY: &[(&str, &str, &str)] = &[
     (
         "fit",
         "fit percent",
-        "100 (1 − ‖error‖/‖signal − its mean‖). Close to 100 for any decent model, so that it hides small causes; the noise floor does not.",
+        "100 (1 − ‖error‖/‖signal − its mean‖). Close to 100 for any decent model, so that it hides small causes; the error in units of σ does not.",
     ),
     (
         "score",

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::page::{Column, Row, Section, figure, numbers, page, table, term, words};
 use super::sections::{Fall, fall_key, head, waterfall};
 use super::terminal::Text;
-use super::words::{channel_name, floors, short_effect_name};
+use super::words::{channel_name, in_sigma, short_effect_name};
 use crate::format::{interval, number, percent_change, quantity, sentence};
 use crate::uncertainty::MachineQuantity;
 
@@ -89,7 +89,7 @@ fn said(all: &[SideBySide]) -> String {
         .iter()
         .map(|x| {
             let (which, e) = x.last();
-            format!("{}: {} noise floors {which}", x.label, e["chi2_per_sample"].as_f64().map_or("–".into(), floors))
+            format!("{}: {} rms {which}", x.label, e["chi2_per_sample"].as_f64().map_or("–".into(), in_sigma))
         })
         .collect();
     let agree = if all.len() < 2 {
@@ -121,7 +121,7 @@ fn verdict_rows(all: &[SideBySide]) -> Vec<Vec<String>> {
     let mut rows = vec![
         line("verdict", &|x| x.verdict()),
         line("effects added", &|x| x.effects()),
-        line("error left, noise floors", &|x| x.last().1["chi2_per_sample"].as_f64().map_or("–".into(), floors)),
+        line("error left, rms", &|x| x.last().1["chi2_per_sample"].as_f64().map_or("–".into(), in_sigma)),
     ];
     for key in keys(all, |x| &x.last().1["rmse"]) {
         let (name, unit) = channel_name(&key);
@@ -210,7 +210,7 @@ pub fn side_by_side(all: &[SideBySide]) -> String {
     };
     let two = (all.len() > 1).then_some("last against first");
     let falls = html! {
-        p { "In " (term("floor", "noise floors")) ", on a logarithmic scale." }
+        p { "Rms in units of the " (term("noise", "sensor noise σ")) ", on a logarithmic scale." }
         (fall_key())
         div.grid2 {
             @for x in all.iter().filter(|x| !x.falls().is_empty()) {

@@ -4,7 +4,7 @@ use im_identify::offline::{Channel, Experiment, predict, start_on};
 use im_model::{EffectId, MotorFile, State};
 use rayon::prelude::*;
 
-use super::words::{effect_name, floors, short_effect_name};
+use super::words::{effect_name, in_sigma, short_effect_name};
 use super::{DataFile, Meta};
 use crate::diagnosis::{Candidate, Diagnosis, Step, Verdict};
 use crate::format::{number, quantity};
@@ -208,9 +208,9 @@ pub(crate) fn summary(s: &Story) -> Summary {
     let d = s.d;
     let (before, after, which) = s.fall();
     let fall = if after < before {
-        format!("brings the {which} error from {} to {} noise floors", floors(before), floors(after))
+        format!("brings the {which} error from {} to {} rms", in_sigma(before), in_sigma(after))
     } else {
-        format!("does not lower the {which} error ({} noise floors, {} before)", floors(after), floors(before))
+        format!("does not lower the {which} error ({} rms, {} before)", in_sigma(after), in_sigma(before))
     };
     let is = |n: usize| if n == 1 { "is" } else { "are" };
     let mut sure = Vec::new();
@@ -256,18 +256,19 @@ pub(crate) fn summary(s: &Story) -> Summary {
             }
         }
         Verdict::Inconclusive => format!(
-            "these recordings cannot decide: nothing is seen to be missing ({which} error {} noise floors), but {} of {} effects would not have shown in them at any usual size",
-            floors(after),
+            "these recordings cannot decide: nothing is seen to be missing ({which} error {} rms), but {} of {} effects would not have shown in them at any usual size",
+            in_sigma(after),
             s.unexcited().len(),
             d.ranking.len()
         ),
         Verdict::Adequate => {
             format!(
-                "nothing is missing: with its parameters refitted the model explains the recordings down to the sensor noise ({which} error {} noise floors)",
-                floors(after)
+                "nothing is missing: with its parameters refitted the model explains the recordings down to the sensor noise ({which} error {} rms)",
+                in_sigma(after)
             )
         }
     };
+    sure.extend(likelihood(d));
     for (k, &e) in d.effects.iter().enumerate() {
         let Some(Stage { round, .. }) = d.course.stages.get(k) else { continue };
         let mut words = format!("{}: ", crate::format::sentence(&short_effect_name(e)).trim_end_matches('.'));
@@ -287,16 +288,16 @@ pub(crate) fn summary(s: &Story) -> Summary {
             .map(|t| (t.effect, t.model.train()))
             .min_by(|a, b| a.1.total_cmp(&b.1))
         {
-            let (name, its) = (short_effect_name(rival.0), floors(rival.1));
+            let (name, its) = (short_effect_name(rival.0), in_sigma(rival.1));
             words += &if rival.1 < with && k + 1 < d.effects.len() {
-                let all = floors(model(d.effects.len()));
+                let all = in_sigma(model(d.effects.len()));
                 format!(
-                    "; by itself {name} leaves less ({its} noise floors in training, against {}), but with \
+                    "; by itself {name} leaves less ({its} rms in training, against {}), but with \
                      what was added after it only {all} are left, which {name} does not reach",
-                    floors(with)
+                    in_sigma(with)
                 )
             } else {
-                format!("; refitted, it leaves {} noise floors in training, the next best ({name}) {its}", floors(with))
+                format!("; refitted, it leaves {} rms in training, the next best ({name}) {its}", in_sigma(with))
             };
         }
         sure.push(words);
@@ -333,12 +334,12 @@ pub(crate) fn summary(s: &Story) -> Summary {
                     join(&hidden.iter().map(|c| short_effect_name(c.effect)).collect::<Vec<_>>())
                 ));
             }
-            refute.push("A recording in another corner (higher flux, higher slip, standstill, longer time) whose error rises above the noise floor.".into());
+            refute.push("A recording in another corner (higher flux, higher slip, standstill, longer time) whose error rises above the noise of the sensors.".into());
         }
         Verdict::Unexplained => {
             sure.push(format!(
-                "the {which} error stays at {} noise floors after every effect of the library was tried",
-                floors(after)
+                "the {which} error stays at {} rms after every effect of the library was tried",
+                in_sigma(after)
             ));
             if let Some(x) = main_leftover(d) {
                 sure.push(format!(
@@ -346,7 +347,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
                     crate::format::power_of_ten(-x.log_p)
                 ));
             }
-            refute.push("An effect written by you, with the shape shown below, that brings the error down to the noise floor on the held-out recording too.".into());
+            refute.push("An effect written by you, with the shape shown below, that brings the error down to the noise of the sensors on the held-out recording too.".into());
         }
         Verdict::Inconclusive => {
             for c in s.unexcited().into_iter().take(6) {
@@ -362,14 +363,37 @@ pub(crate) fn summary(s: &Story) -> Summary {
     Summary { cause: crate::format::sentence(&cause), sure: sure.iter().map(|t| crate::format::sentence(t)).collect(), refute }
 }
 
+/// How sure the data are of the effects named, among the sets tried.
+fn likelihood(d: &Diagnosis) -> Option<String> {
+    let mut named = d.effects.clone();
+    named.sort_unstable();
+    let all = &d.course.posterior.sets;
+    let own = all.iter().find(|s| s.effects == named).filter(|s| !s.effects.is_empty())?;
+    let next = all.iter().find(|s| s.effects != named && s.probability >= 1e-3);
+    let next = next.map_or_else(String::new, |s| match s.effects.len() {
+        0 => format!("; that nothing is missing has {}", probability(s.probability)),
+        _ => format!("; the next, {}, has {}", names(&s.effects), probability(s.probability)),
+    });
+    Some(format!(
+        "of {} sets of effects tried, this one has a probability of {}{next}",
+        all.len(),
+        probability(own.probability)
+    ))
+}
+
+/// A probability in words of a few digits; certainty is never claimed.
+pub(crate) fn probability(p: f64) -> String {
+    if p > 0.999 { "more than 0.999".into() } else { format!("{p:.3}") }
+}
+
 /// Said after what was found, where the error that stays is more than noise.
 fn rest(d: &Diagnosis) -> String {
     let Some(r) = &d.remainder else { return String::new() };
     let suspect = r.suspect.map_or("no effect of the library stands out as its cause".into(), |e| {
         format!(
-            "the next suspect, not confirmed, is {} ({} noise floors in training with it)",
+            "the next suspect, not confirmed, is {} ({} rms in training with it)",
             effect_name(e),
-            floors(r.with_suspect)
+            in_sigma(r.with_suspect)
         )
     });
     format!(

@@ -4,7 +4,7 @@ use super::overlay::channel_words;
 use super::sections::{fall_rows, parameter_warning, parameters_note};
 use super::story::{Shown, Story, summary, verdict_words};
 use super::text_plot::{columns, log_bar, spark, wrapped};
-use super::words::{floors, quantity_name, short_effect_name};
+use super::words::{in_sigma, quantity_name, short_effect_name};
 use crate::diagnosis::{Diagnosis, Verdict};
 use crate::format::{interval, number, percent_change, quantity, sentence};
 use crate::localise::{ProfileOver, Quantity};
@@ -110,7 +110,7 @@ impl Text {
 }
 
 fn errors(out: &mut Text, s: &Story) {
-    out.heading("Error, in noise floors (1.0 is as good as the sensors can tell; bars are logarithmic)");
+    out.heading("Error, rms in units of the sensor noise σ (bars are logarithmic)");
     let rows = fall_rows(s);
     let most = rows.iter().flat_map(|r| [Some(r.1.chi2_per_sample), r.2.as_ref().map(|h| h.chi2_per_sample)]).flatten();
     let hi = most.filter(|x| x.is_finite()).fold(2.0, f64::max);
@@ -120,14 +120,14 @@ fn errors(out: &mut Text, s: &Story) {
         table.push(vec![
             name.clone(),
             "training".into(),
-            floors(train.chi2_per_sample),
+            in_sigma(train.chi2_per_sample),
             log_bar(train.chi2_per_sample, 0.8, hi, bar),
         ]);
         if let Some(h) = hold {
             table.push(vec![
                 String::new(),
                 "held out".into(),
-                floors(h.chi2_per_sample),
+                in_sigma(h.chi2_per_sample),
                 log_bar(h.chi2_per_sample, 0.8, hi, bar),
             ]);
         }

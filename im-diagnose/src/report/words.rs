@@ -106,13 +106,14 @@ pub fn channel_name(name: &str) -> (String, &'static str) {
     (words, unit)
 }
 
-/// How large an error is in noise floors, to three digits.
-pub fn floors(chi2: f64) -> String {
-    if chi2 < 10.0 {
-        return format!("{chi2:.2}");
+/// The rms error in units of the sensor noise σ, to three digits, from its mean square.
+pub fn in_sigma(chi2: f64) -> String {
+    let rms = chi2.sqrt();
+    if rms < 10.0 {
+        return format!("{rms:.2}\u{a0}σ");
     }
-    let place = 10f64.powf(chi2.log10().floor() - 2.0).max(1e-1);
-    number((chi2 / place).round() * place, 3)
+    let place = 10f64.powf(rms.log10().floor() - 2.0).max(1e-1);
+    format!("{}\u{a0}σ", number((rms / place).round() * place, 3))
 }
 
 #[cfg(test)]
@@ -121,7 +122,7 @@ mod tests {
 
     #[test]
     fn errors_keep_three_digits() {
-        assert_eq!([1.0, 10.04, 102.4, 10_013.0].map(floors), ["1.00", "10", "102", "10000"]);
+        assert_eq!([1.0, 10.04, 10_486.0, 1e8].map(in_sigma), ["1.00\u{a0}σ", "3.17\u{a0}σ", "102\u{a0}σ", "10000\u{a0}σ"]);
     }
 
     #[test]

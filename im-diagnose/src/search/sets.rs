@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use im_identify::offline::{FitError, FitOptions};
 use im_model::{EffectId, Machine, State};
 use rayon::prelude::*;
+use serde_json::{Value, json};
 use statrs::function::gamma::ln_gamma;
 
 use super::course::{Course, Refusal, Round, Stage, Trial};
@@ -25,6 +26,9 @@ const FORM_ERROR: f64 = 0.1 * 0.1 / 10.0;
 
 /// Sets whose J is larger than the least by more than this are no answer: one in 150.
 const WINDOW: f64 = 10.0;
+
+/// Odds at which an effect is named.
+const ODDS: f64 = 10.0;
 
 /// How many sets are expanded in vain while the best one leaves what a candidate would explain.
 const PATIENCE: usize = 3;
@@ -60,6 +64,24 @@ pub struct Posterior {
     pub inclusion: Vec<(EffectId, f64)>,
     /// λ: by how much a sample counts less than an independent one.
     pub dispersion: f64,
+}
+
+impl Posterior {
+    /// As it stands in `diagnosis.json`: sets of at least a thousandth.
+    pub fn to_json(&self) -> Value {
+        let names = |v: &[EffectId]| v.iter().map(|e| e.name()).collect::<Vec<_>>();
+        let sets = self.sets.iter().filter(|s| s.probability >= 1e-3);
+        json!({
+            "sets": sets.map(|s| json!({"effects": names(&s.effects), "probability": s.probability})).collect::<Vec<_>>(),
+            "inclusion": self.inclusion.iter().map(|(e, p)| (e.name().to_owned(), json!(p))).collect::<serde_json::Map<_, _>>(),
+            "dispersion": self.dispersion,
+        })
+    }
+
+    /// The probability that the machine has an effect, 0 for one that no set has.
+    pub fn of(&self, effect: EffectId) -> f64 {
+        self.inclusion.iter().find(|(e, _)| *e == effect).map_or(0.0, |(_, p)| *p)
+    }
 }
 
 /// The effects of a set, sorted.
@@ -179,6 +201,15 @@ impl Search<'_> {
 
     fn best(&self) -> Set {
         self.ranked()[0].0.clone()
+    }
+
+    /// The likeliest set, without effects whose loss leaves a tenth of its probability: an effect is named if the odds are ten to one.
+    fn answer(&self) -> Set {
+        let ranked = self.ranked();
+        let (best, least) = ranked[0];
+        let part = |s: &Set| s.iter().all(|e| best.contains(e));
+        let near = ranked.iter().filter(|(s, j)| *j < least + 2.0 * ODDS.ln() && part(s));
+        near.min_by_key(|(s, _)| s.len()).map_or_else(Set::new, |(s, _)| (*s).clone())
     }
 
     /// The set to expand next: the likeliest that has not been, if it may be the answer, or if the best leaves what others would explain.
@@ -359,7 +390,7 @@ impl Search<'_> {
     /// The likeliest set, and the way to it: from behind, the effect is last whose loss costs least.
     fn course(mut self) -> Result<Course, FitError> {
         self.polish_near()?;
-        let mut way = vec![self.best()];
+        let mut way = vec![self.answer()];
         while let Some(set) = way.last().filter(|s| !s.is_empty()).cloned() {
             let model = &self.known[&set].model;
             let missing: Vec<Model> = self.removals(model).par_iter().filter_map(|p| self.fitted(p)).collect();
@@ -378,7 +409,7 @@ impl Search<'_> {
 
     /// Fits closely what explains the data as well as the best.
     fn polish_near(&mut self) -> Result<(), FitError> {
-        let near: Vec<Set> = self.as_good_as(&self.best()).into_iter().cloned().collect();
+        let near: Vec<Set> = self.as_good_as(&self.answer()).into_iter().cloned().collect();
         for set in near {
             self.polish(&set)?;
         }

@@ -74,7 +74,7 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Mean squared residual in units of σ²: 1.0 is the noise floor.
+    /// χ²/N: mean squared residual in units of σ²; 1 is the noise of the sensors.
     pub fn chi2_per_sample(&self) -> f64 {
         self.cost / self.count as f64
     }

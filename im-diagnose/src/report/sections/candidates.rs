@@ -5,10 +5,11 @@ use im_model::EffectId;
 use maud::{Markup, html};
 
 use super::super::page::{Row, Section, figure, numbers, scale, shade, table, term, text, words};
-use super::super::story::Story;
-use super::super::words::{floors, short_effect_name};
+use super::super::story::{Story, probability};
+use super::super::words::{in_sigma, short_effect_name};
 use crate::diagnosis::Candidate;
 use crate::format::{number, quantity};
+use crate::search::Weighed;
 use crate::statistics::cosine;
 
 pub(crate) fn section(s: &Story) -> Section {
@@ -45,8 +46,29 @@ pub(crate) fn section(s: &Story) -> Section {
             d.ranking.len()
         ),
     };
-    let body = html! { p { (said) } (table(&head, &rows)) (trials(s)) (alike(s)) };
+    let body = html! { p { (said) } (table(&head, &rows)) (sets(s)) (trials(s)) (alike(s)) };
     Section { id: "candidates", short: "candidates", title: "Candidates", body }
+}
+
+/// The likeliest sets of effects.
+fn sets(s: &Story) -> Markup {
+    let all = &s.d.course.posterior.sets;
+    let mut named = s.d.effects.clone();
+    named.sort_unstable();
+    let row = |set: &Weighed| {
+        let names: Vec<String> = set.effects.iter().map(|e| short_effect_name(*e)).collect();
+        let names = if names.is_empty() { "nothing is missing".to_owned() } else { names.join(" + ") };
+        Row { hit: set.effects == named, ..Row::of([names, probability(set.probability)]) }
+    };
+    let likely = all.iter().filter(|s| s.probability >= 1e-3).take(6);
+    let head = [words("the machine has"), numbers("probability")];
+    html! {
+        @if all.len() > 1 {
+            h3 { "How sure" }
+            p { "Of " (all.len()) " sets of effects that were tried, those of at least one in a thousand:" }
+            (table(&head, &likely.map(row).collect::<Vec<_>>()))
+        }
+    }
 }
 
 /// Refits of the leading candidates, round by round.
@@ -56,13 +78,13 @@ fn trials(s: &Story) -> Markup {
         let chosen = s.d.effects.get(k);
         for (n, t) in round.trials.iter().enumerate() {
             let first = if n == 0 { format!("{}", k + 1) } else { String::new() };
-            let held_out = t.model.holdout.map_or("–".into(), floors);
-            let row = Row::of([first, short_effect_name(t.effect), floors(t.model.train()), held_out]);
+            let held_out = t.model.holdout.map_or("–".into(), in_sigma);
+            let row = Row::of([first, short_effect_name(t.effect), in_sigma(t.model.train()), held_out]);
             rows.push(Row { hit: chosen == Some(&t.effect), ..row });
         }
     }
     let head =
-        [words("round"), words("refitted with"), numbers("training error, noise floors"), numbers("held out, noise floors")];
+        [words("round"), words("refitted with"), numbers("training error, rms"), numbers("held out, rms")];
     html! { @if !rows.is_empty() { h3 { "What the leading candidates leave when refitted" } (table(&head, &rows)) } }
 }
 

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use super::super::overlay::channel_words;
 use super::super::page::{Row, Section, figure, legend, numbers, table, term, text, words};
 use super::super::story::Story;
-use super::super::words::{floors, short_effect_name};
+use super::super::words::{in_sigma, short_effect_name};
 use crate::format::{number, sentence};
 use crate::residuals::Errors;
 
@@ -14,7 +14,7 @@ use crate::residuals::Errors;
 pub(crate) struct Fall {
     /// What was done.
     pub name: String,
-    /// Error in noise floors: training, held out.
+    /// Mean squared error in σ²: training, held out.
     pub train: f64,
     pub holdout: Option<f64>,
 }
@@ -39,18 +39,18 @@ pub(crate) fn section(s: &Story) -> Section {
         .map(|(name, t, h)| Fall { name: name.clone(), train: t.chi2_per_sample, holdout: h.as_ref().map(|h| h.chi2_per_sample) })
         .collect();
     let caption =
-        html! { "Error in " (term("floor", "noise floors")) ", on a logarithmic scale: what each step removes is dashed." };
+        html! { "Error, rms in units of the " (term("noise", "sensor noise σ")) ", on a logarithmic scale: what each step removes is dashed." };
     let (before, after, which) = s.fall();
     let said = if s.d.steps.len() > 1 {
         format!(
-            "The {which} error falls from {} to {} noise floors; 1.0 is as good as the sensors can tell.",
-            floors(before),
-            floors(after)
+            "The {which} error falls from {} to {} rms; 1 σ is as good as the sensors can tell.",
+            in_sigma(before),
+            in_sigma(after)
         )
     } else {
         format!(
-            "With its parameters refitted the model leaves a {which} error of {} noise floors; 1.0 is as good as the sensors can tell.",
-            floors(after)
+            "With its parameters refitted the model leaves a {which} error of {} rms; 1 σ is as good as the sensors can tell.",
+            in_sigma(after)
         )
     };
     Section {
@@ -118,13 +118,13 @@ pub(crate) fn waterfall(rows: &[Fall]) -> Markup {
             @if let Some(before) = gone {
                 rect.gone x=(short(end)) y=(short(top + 0.5)) width=(short(before - end)) height="13" {}
             }
-            text x=(short(gone.unwrap_or(end) + 5.0)) y=(short(top + 11.5)) { (floors(v)) }
+            text x=(short(gone.unwrap_or(end) + 5.0)) y=(short(top + 11.5)) { (in_sigma(v)) }
         }
     };
     html! {
-        svg.chart viewBox={ "0 0 360 " (short(height)) } role="img" aria-label="error in noise floors, step by step" {
+        svg.chart viewBox={ "0 0 360 " (short(height)) } role="img" aria-label="rms error in units of the sensor noise, step by step" {
             path class="line floor" d={ "M" (short(floor)) " 18L" (short(floor)) " " (short(height - 8.0)) } {}
-            text.tick x=(short(floor + 4.0)) y=(short(height - 6.0)) { "1: as good as the sensors can tell" }
+            text.tick x=(short(floor + 4.0)) y=(short(height - 6.0)) { "1 σ: as good as the sensors can tell" }
             @for (k, r) in rows.iter().enumerate() {
                 @let y = k as f64 * line;
                 @let before = k.checked_sub(1).map(|j| &rows[j]);

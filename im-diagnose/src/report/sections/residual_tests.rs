@@ -21,8 +21,8 @@ pub(crate) fn section(s: &Story, unexplained: bool) -> Option<Section> {
             .to_owned()
     } else {
         format!(
-            "The last model is near the noise floor ({}); long recordings show dependences far smaller than the noise of one sample. They are traces of form, not missing causes, unless one matters to you.",
-            super::super::words::floors(level)
+            "The last model is near the noise of the sensors ({} rms); long recordings show dependences far smaller than the noise of one sample. They are traces of form, not missing causes, unless one matters to you.",
+            super::super::words::in_sigma(level)
         )
     };
     let most = if unexplained { 6 } else { 2 };
