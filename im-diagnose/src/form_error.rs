@@ -25,6 +25,9 @@ const RATIO_ERROR: f64 = 0.2;
 /// Rows that are enough to find how much of each change is in a residual.
 const ROWS: usize = 30_000;
 
+/// Fewest values per unknown: a table of steady states is too short to tell errors of form from noise.
+const LEAST_ROWS: usize = 10;
+
 /// Changes of the outputs that no parameter follows.
 pub struct Disturbances {
     /// Of one standard deviation.
@@ -43,8 +46,11 @@ pub fn marginal_deviance(machine: &Machine<f64>, starts: &[State<f64>], experime
     let residuals: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.residuals.clone()).collect();
     let slopes: Vec<Change> = (0..free.len()).map(|p| linear.iter().map(|l| l.slopes[p].clone()).collect()).collect();
     let (p, m) = (slopes.len(), list.len());
-    let whiteners = sensor_whiteners(experiments, &residuals);
     let rows: usize = residuals.iter().flatten().map(Vec::len).sum();
+    if rows < LEAST_ROWS * (p + m) {
+        return deviance(experiments, &residuals);
+    }
+    let whiteners = sensor_whiteners(experiments, &residuals);
     let stride = (rows / ROWS).max(1);
     let thinned = |c: &Change| -> Vec<f64> {
         let runs = c.iter().zip(&whiteners).flat_map(|(run, w)| run.iter().zip(w));

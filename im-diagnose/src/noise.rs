@@ -118,7 +118,7 @@ pub const NOISE_ORDER: usize = 8;
 
 /// Noise models per experiment and channel from residuals; channels of the same kind over all experiments share one.
 pub fn whiteners<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(experiments: &[E], residuals: &[R]) -> Vec<Vec<Whitener>> {
-    per_channel(experiments, residuals, |alike, order| Whitener::fit(alike, order))
+    per_channel(experiments, residuals, Whitener::fit)
 }
 
 /// The same for noise as sensors have it, without memory of more than a few samples.

@@ -40,7 +40,11 @@ pub fn judged(e: &Experiment, machine: &Machine<f64>, start: &State<f64>, factor
 /// −2 log L of residuals under an autoregressive noise model per channel, up to a constant.
 pub fn deviance<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(experiments: &[E], residuals: &[R]) -> f64 {
     let w = sensor_whiteners(experiments, residuals);
-    experiments.iter().zip(&w).flat_map(|(e, w)| e.borrow().channels.iter().zip(w).map(|(c, w)| c.count() as f64 * w.variance.ln())).sum()
+    experiments
+        .iter()
+        .zip(&w)
+        .flat_map(|(e, w)| e.borrow().channels.iter().zip(w).map(|(c, w)| c.count() as f64 * w.variance.ln()))
+        .sum()
 }
 
 /// Mean squared residual of one experiment, in σ².

@@ -42,7 +42,7 @@ pub struct Outcome {
     pub hidden: Vec<String>,
     /// The verdict.
     pub verdict: Verdict,
-    /// The effects named, in order.
+    /// The effects named, in order: none under `unexplained`.
     pub named: Vec<String>,
     /// For each, its rivals.
     pub alternatives: Vec<Vec<String>>,
@@ -103,8 +103,8 @@ pub fn run(case: &TrialCase) -> Result<(Outcome, Diagnosis), String> {
     let names = |effects: &[EffectId]| effects.iter().map(|e| e.name().into()).collect();
     let outcome = Outcome {
         verdict: diagnosis.verdict,
-        named: names(&diagnosis.effects),
-        alternatives: diagnosis.alternatives.iter().map(|a| names(a)).collect(),
+        named: names(diagnosis.named()),
+        alternatives: diagnosis.alternatives.iter().take(diagnosis.named().len()).map(|a| names(a)).collect(),
         change: if hidden.is_empty() { 0.0 } else { change.min(BEYOND) },
         holdout: (error(&diagnosis.steps[0]), error(last)),
         visible,

@@ -58,7 +58,14 @@ fn why(answer: &Diagnosis) {
         println!("      set {:.3} D {:.1} k {} {:?}", s.probability, s.deviance, s.parameters, s.effects);
     }
     for Stage { model: m, round: r, .. } in &answer.course.stages {
-        println!("      {:?} train {:.4} held out {:.4} D {:.0} of {}", m.effects, m.train(), m.holdout.unwrap_or(0.0), m.deviance, m.fit.count);
+        println!(
+            "      {:?} train {:.4} held out {:.4} D {:.0} of {}",
+            m.effects,
+            m.train(),
+            m.holdout.unwrap_or(0.0),
+            m.deviance,
+            m.fit.count
+        );
         for s in r.scores.iter().take(5) {
             let name = s.effect.name();
             println!(

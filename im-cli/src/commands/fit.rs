@@ -99,11 +99,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for (a, b, c) in estimates.correlated(0.98) {
         writeln!(out, "{} and {} are hardly distinguished by these recordings (correlation {c:.3})", a.key(), b.key())?;
     }
-    writeln!(
-        out,
-        "\nerror: {} σ rms (1 is the noise of the sensors)",
-        rounded(train.chi2_per_sample.sqrt())
-    )?;
+    writeln!(out, "\nerror: {} σ rms (1 is the noise of the sensors)", rounded(train.chi2_per_sample.sqrt()))?;
     for (name, rms) in &train.rmse {
         writeln!(out, "  {name:<16} {:>9} rms, fit {:.2} %", rounded(*rms), train.fit_percent[name])?;
     }

@@ -12,8 +12,7 @@ impl Diagnosis {
     /// `diagnosis.json`, in the shape that others read.
     pub fn to_json(&self) -> Value {
         let finite = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
-        let errors =
-            |e: &Errors| json!({"chi2_per_sample": finite(e.chi2_per_sample), "rms_in_sigma": finite(e.rms_in_sigma()), "rmse": e.rmse, "fit_percent": e.fit_percent});
+        let errors = |e: &Errors| json!({"chi2_per_sample": finite(e.chi2_per_sample), "rms_in_sigma": finite(e.rms_in_sigma()), "rmse": e.rmse, "fit_percent": e.fit_percent});
         let names = |v: &[EffectId]| v.iter().map(|e| e.name()).collect::<Vec<_>>();
         let alternatives: BTreeMap<&str, Vec<&str>> =
             self.effects.iter().zip(&self.alternatives).map(|(e, a)| (e.name(), names(a))).collect();
@@ -21,6 +20,7 @@ impl Diagnosis {
             "schema": 1,
             "verdict": self.verdict.name(),
             "effects": names(&self.effects),
+            "named": names(self.named()),
             "alternatives": alternatives,
             "posterior": self.course.posterior.to_json(),
             "ranking": self.ranking.iter().map(|c| json!({

@@ -20,7 +20,7 @@ use ranking::ranking;
 pub use steps::Step;
 use steps::steps;
 pub use verdict::{Remainder, Verdict};
-use verdict::{caused, explained, remainder, verdict, verdict_of};
+use verdict::{caused, remainder, verdict};
 
 /// A parameter before and after.
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ pub struct ParameterChange {
 pub struct Diagnosis {
     /// The verdict.
     pub verdict: Verdict,
-    /// Effects, in order of addition.
+    /// Effects of the refined model, in order of addition; under `unexplained` they may stand in for something else ([`Self::named`]).
     pub effects: Vec<EffectId>,
     /// For each, those that explain the data as well.
     pub alternatives: Vec<Vec<EffectId>>,
@@ -66,22 +66,22 @@ pub struct Diagnosis {
     pub course: Course,
 }
 
-/// Least part of the base model's excess that effects must explain to be reported beside a verdict of `unexplained`.
-const PARTIAL: f64 = 0.5;
+impl Diagnosis {
+    /// The effects that the machine is said to have: none where what is left shows that the library does not hold the cause, as those of the
+    /// refined model may then only imitate it.
+    pub fn named(&self) -> &[EffectId] {
+        if self.verdict == Verdict::Unexplained { &[] } else { &self.effects }
+    }
+}
 
 /// Runs the whole loop on a case and decides.
 pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     let significance = options.significance;
     let before = case.motor.clone();
     let (mut loop_, base) = Refinement::new(case, options)?;
-    let mut course = loop_.run(base)?;
+    let course = loop_.run(base)?;
     let (steps_as_found, judged_as_found) = steps(&loop_, &course);
-    let mut leftover = leftover_of(&loop_, &course);
-    if verdict_of(&course, &leftover, 1.0) == Some(Verdict::Unexplained) && explained(&course) < PARTIAL {
-        // Stand-ins for something else: their names would mislead.
-        course.stages.truncate(1);
-        leftover = leftover_of(&loop_, &course);
-    }
+    let leftover = leftover_of(&loop_, &course);
     let last = &course.last().model;
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
     let floor = if caused(&course, &leftover) { 1.0 } else { last.train().max(1.0) };
@@ -89,7 +89,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
         loop_.set_noise_to_residual(&last.fit);
         steps(&loop_, &course)
     } else {
-        (steps_as_found[..course.stages.len()].to_vec(), judged_as_found)
+        (steps_as_found, judged_as_found)
     };
     let remainder = remainder(&course, &leftover);
     let ranking = ranking(&loop_, &course, significance, remainder.as_ref());

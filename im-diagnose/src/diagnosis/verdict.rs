@@ -104,14 +104,8 @@ fn error(m: &Model, floor: f64) -> f64 {
     m.holdout.unwrap_or(0.0).max(m.train()) / floor
 }
 
-/// The part of the base model's excess over the noise that the effects explain.
-pub(super) fn explained(course: &Course) -> f64 {
-    let (first, last) = (&course.first().model, &course.last().model);
-    1.0 - (error(last, 1.0) - 1.0) / (error(first, 1.0) - 1.0).max(1e-9)
-}
-
 /// The verdict as far as effects and leftover decide it.
-pub(super) fn verdict_of(course: &Course, leftover: &[Dependence], floor: f64) -> Option<Verdict> {
+fn verdict_of(course: &Course, leftover: &[Dependence], floor: f64) -> Option<Verdict> {
     let (first, last) = (&course.first().model, &course.last().model);
     let (before, after) = (error(first, floor) - 1.0, error(last, floor) - 1.0);
     let share_left = if last.effects.is_empty() { 1.0 } else { after / before.max(1e-9) };

@@ -248,10 +248,11 @@ pub(crate) fn summary(s: &Story) -> Summary {
             if d.effects.is_empty() {
                 format!("something is missing that the library of effects does not hold: {found}")
             } else {
+                let imitates = if d.effects.len() == 1 { "it may" } else { "they may" };
                 format!(
-                    "{} {} missing, but not alone: something is left that the library of effects does not hold ({found})",
-                    names(&d.effects),
-                    is(d.effects.len())
+                    "something is missing that the library of effects does not hold ({found}). Adding {} {fall}, but beside an unknown \
+                     cause {imitates} only imitate it",
+                    names(&d.effects)
                 )
             }
         }
@@ -337,10 +338,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
             refute.push("A recording in another corner (higher flux, higher slip, standstill, longer time) whose error rises above the noise of the sensors.".into());
         }
         Verdict::Unexplained => {
-            sure.push(format!(
-                "the {which} error stays at {} rms after every effect of the library was tried",
-                in_sigma(after)
-            ));
+            sure.push(format!("the {which} error stays at {} rms after every effect of the library was tried", in_sigma(after)));
             if let Some(x) = main_leftover(d) {
                 sure.push(format!(
                     "that the dependence is chance has a probability of {}",
@@ -374,11 +372,7 @@ fn likelihood(d: &Diagnosis) -> Option<String> {
         0 => format!("; that nothing is missing has {}", probability(s.probability)),
         _ => format!("; the next, {}, has {}", names(&s.effects), probability(s.probability)),
     });
-    Some(format!(
-        "of {} sets of effects tried, this one has a probability of {}{next}",
-        all.len(),
-        probability(own.probability)
-    ))
+    Some(format!("of {} sets of effects tried, this one has a probability of {}{next}", all.len(), probability(own.probability)))
 }
 
 /// A probability in words of a few digits; certainty is never claimed.
@@ -390,11 +384,7 @@ pub(crate) fn probability(p: f64) -> String {
 fn rest(d: &Diagnosis) -> String {
     let Some(r) = &d.remainder else { return String::new() };
     let suspect = r.suspect.map_or("no effect of the library stands out as its cause".into(), |e| {
-        format!(
-            "the next suspect, not confirmed, is {} ({} rms in training with it)",
-            effect_name(e),
-            in_sigma(r.with_suspect)
-        )
+        format!("the next suspect, not confirmed, is {} ({} rms in training with it)", effect_name(e), in_sigma(r.with_suspect))
     });
     format!(
         ". What stays is still more than noise: something smaller is missing, or what was added has another form in the machine; {suspect}"

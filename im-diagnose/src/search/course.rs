@@ -2,9 +2,9 @@
 
 use im_model::EffectId;
 
-use super::sets::Posterior;
-use super::score::Score;
 use super::Model;
+use super::posterior::Posterior;
+use super::score::Score;
 
 /// Why a candidate is not in the answer beside the effects of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,12 +4,13 @@
 //! are likely. `course`: the way from the base model to the likeliest set, as it is told.
 
 mod course;
+mod posterior;
 pub mod score;
 mod sets;
 
 use im_identify::offline::{
-    Experiment, Fit, FitError, FitOptions, Free, angle_on, base_parameters_in, effect_parameters, fit_from, residuals,
-    start_on, start_parameters,
+    Experiment, Fit, FitError, FitOptions, Free, angle_on, base_parameters_in, effect_parameters, fit_from, residuals, start_on,
+    start_parameters,
 };
 use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
@@ -20,7 +21,7 @@ use crate::residuals::{deviance, errors, nudged};
 use score::{Score, ScoreContext, Seed, strengths};
 
 pub use course::{Course, Refusal, Round, Stage, Trial};
-pub use sets::{Posterior, Weighed};
+pub use posterior::{Posterior, Weighed};
 
 /// What the loop may do.
 #[derive(Clone, Debug)]
@@ -37,12 +38,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self {
-            significance: 0.01,
-            leading: 5,
-            most_effects: 4,
-            candidates: Vec::new(),
-        }
+        Self { significance: 0.01, leading: 5, most_effects: 4, candidates: Vec::new() }
     }
 }
 
@@ -213,7 +209,13 @@ impl Refinement {
     }
 
     /// The score of an effect at a machine with others, which need not be fitted.
-    fn score_beside(&self, machine: &Machine<f64>, starts: &[State<f64>], others: &[EffectId], effect: EffectId) -> Option<Score> {
+    fn score_beside(
+        &self,
+        machine: &Machine<f64>,
+        starts: &[State<f64>],
+        others: &[EffectId],
+        effect: EffectId,
+    ) -> Option<Score> {
         let free = self.free(machine, others, &self.nudged);
         ScoreContext::new(machine, starts, &self.nudged, &self.rating, &free, self.level()).score(effect, None)
     }

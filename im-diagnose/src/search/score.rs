@@ -126,6 +126,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
+/// How signals, per experiment and channel, become one column.
+type Stringing = fn(&[Vec<Vec<f64>>], &[Vec<Whitener>]) -> Vec<f64>;
+
 /// Strings everything into one column.
 fn strung(signals: &[Vec<Vec<f64>>]) -> Vec<f64> {
     signals.iter().flatten().flatten().copied().collect()
@@ -151,18 +154,31 @@ impl<'a> ScoreContext<'a> {
             experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
         let residuals: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.residuals.clone()).collect();
         let whiteners = whiteners(experiments, &residuals);
-        let of = |f: &(dyn Fn(&[Vec<Vec<f64>>]) -> Vec<f64> + Sync)| -> Projection {
-            let slopes = |p: usize| f(&linear.iter().map(|l| l.slopes[p].clone()).collect::<Vec<_>>());
-            Projection::new(f(&residuals), (0..free.len()).into_par_iter().map(slopes).collect())
+        let slopes = |p: usize| linear.iter().map(|l| l.slopes[p].clone()).collect::<Vec<_>>();
+        let columns = |f: Stringing| {
+            let slopes = (0..free.len()).into_par_iter().map(|p| f(&slopes(p), &whiteners)).collect();
+            Projection::new(f(&residuals, &whiteners), slopes)
         };
-        let (white, plain) = rayon::join(|| of(&|s| column(s, &whiteners)), || of(&strung));
+        let (white, plain) = rayon::join(|| columns(column), || columns(|signals, _| strung(signals)));
         let predictions = experiments.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
         let count: usize = experiments.iter().map(Experiment::count).sum();
         let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
         let variance = dot(&white.residual, &white.residual) / count as f64;
         let deviance = f64::NAN;
-        let mut me =
-            Self { experiments, starts, machine: *machine, rating, predictions, whiteners, white, plain, deviance, raw_rms, variance, level };
+        let mut me = Self {
+            experiments,
+            starts,
+            machine: *machine,
+            rating,
+            predictions,
+            whiteners,
+            white,
+            plain,
+            deviance,
+            raw_rms,
+            variance,
+            level,
+        };
         me.deviance = me.deviance_of(&me.plain.residual);
         me
     }

@@ -12,10 +12,10 @@ use std::collections::BTreeMap;
 use im_identify::offline::{FitError, FitOptions};
 use im_model::{EffectId, Machine, State};
 use rayon::prelude::*;
-use serde_json::{Value, json};
 use statrs::function::gamma::ln_gamma;
 
 use super::course::{Course, Refusal, Round, Stage, Trial};
+use super::posterior::{Posterior, Weighed};
 use super::score::Score;
 use super::{Model, Refinement};
 use crate::statistics::threshold;
@@ -41,48 +41,6 @@ const PREDICTED: f64 = 0.25;
 
 /// Candidates whose score is less than this part of the best are not tried beside it.
 const CONTENDER: f64 = 0.02;
-
-/// A set of effects and its probability.
-#[derive(Clone, Debug)]
-pub struct Weighed {
-    /// The effects, sorted.
-    pub effects: Vec<EffectId>,
-    /// Its probability among all sets tried.
-    pub probability: f64,
-    /// Minus twice its log-likelihood, less that of the base model.
-    pub deviance: f64,
-    /// Its parameters beyond those of the base model.
-    pub parameters: usize,
-}
-
-/// How sure the data are of the sets of effects that were tried.
-#[derive(Clone, Debug)]
-pub struct Posterior {
-    /// All sets tried, likeliest first.
-    pub sets: Vec<Weighed>,
-    /// Effects that some of them have, with the probability that the machine has it, likeliest first.
-    pub inclusion: Vec<(EffectId, f64)>,
-    /// λ: by how much a sample counts less than an independent one.
-    pub dispersion: f64,
-}
-
-impl Posterior {
-    /// As it stands in `diagnosis.json`: sets of at least a thousandth.
-    pub fn to_json(&self) -> Value {
-        let names = |v: &[EffectId]| v.iter().map(|e| e.name()).collect::<Vec<_>>();
-        let sets = self.sets.iter().filter(|s| s.probability >= 1e-3);
-        json!({
-            "sets": sets.map(|s| json!({"effects": names(&s.effects), "probability": s.probability})).collect::<Vec<_>>(),
-            "inclusion": self.inclusion.iter().map(|(e, p)| (e.name().to_owned(), json!(p))).collect::<serde_json::Map<_, _>>(),
-            "dispersion": self.dispersion,
-        })
-    }
-
-    /// The probability that the machine has an effect, 0 for one that no set has.
-    pub fn of(&self, effect: EffectId) -> f64 {
-        self.inclusion.iter().find(|(e, _)| *e == effect).map_or(0.0, |(_, p)| *p)
-    }
-}
 
 /// The effects of a set, sorted.
 type Set = Vec<EffectId>;
@@ -191,10 +149,11 @@ impl Search<'_> {
         (known.deviance - self.nothing().deviance) / dispersion + self.price(&known.model, dispersion)
     }
 
-    /// All sets, likeliest first.
+    /// All sets that may be the answer, likeliest first. Of one effect more than that it is still known what they would explain.
     fn ranked(&self) -> Vec<(&Set, f64)> {
         let dispersion = self.dispersion();
-        let mut all: Vec<(&Set, f64)> = self.known.iter().map(|(s, k)| (s, self.criterion(k, dispersion))).collect();
+        let small = self.known.iter().filter(|(s, _)| s.len() <= self.loop_.options.most_effects);
+        let mut all: Vec<(&Set, f64)> = small.map(|(s, k)| (s, self.criterion(k, dispersion))).collect();
         all.sort_by(|a, b| a.1.total_cmp(&b.1));
         all
     }
@@ -283,9 +242,6 @@ impl Search<'_> {
 
     /// The leading candidates: those whose gain, as the slopes predict it, comes near what they must gain, and near the best.
     fn additions(&self, model: &Model, scores: &[Score]) -> Vec<Proposal> {
-        if model.effects.len() >= self.loop_.options.most_effects {
-            return Vec::new();
-        }
         let dispersion = self.dispersion();
         let (k, n) = (self.more(model), model.effects.len());
         let price = |s: &Score| self.price_of(k + s.freedom, n + 1, dispersion) - self.price_of(k, n, dispersion);

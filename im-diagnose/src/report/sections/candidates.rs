@@ -83,8 +83,7 @@ fn trials(s: &Story) -> Markup {
             rows.push(Row { hit: chosen == Some(&t.effect), ..row });
         }
     }
-    let head =
-        [words("round"), words("refitted with"), numbers("training error, rms"), numbers("held out, rms")];
+    let head = [words("round"), words("refitted with"), numbers("training error, rms"), numbers("held out, rms")];
     html! { @if !rows.is_empty() { h3 { "What the leading candidates leave when refitted" } (table(&head, &rows)) } }
 }
 

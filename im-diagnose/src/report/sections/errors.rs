@@ -38,8 +38,7 @@ pub(crate) fn section(s: &Story) -> Section {
         .iter()
         .map(|(name, t, h)| Fall { name: name.clone(), train: t.chi2_per_sample, holdout: h.as_ref().map(|h| h.chi2_per_sample) })
         .collect();
-    let caption =
-        html! { "Error, rms in units of the " (term("noise", "sensor noise σ")) ", on a logarithmic scale: what each step removes is dashed." };
+    let caption = html! { "Error, rms in units of the " (term("noise", "sensor noise σ")) ", on a logarithmic scale: what each step removes is dashed." };
     let (before, after, which) = s.fall();
     let said = if s.d.steps.len() > 1 {
         format!(
