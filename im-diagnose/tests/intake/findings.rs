@@ -105,6 +105,55 @@ fn speed_in_another_unit_or_of_other_pole_pairs_is_named() {
     assert!(text.contains("Multiply its gain by 1.2"), "{text}");
 }
 
+/// A unit by which the values would be usual is named: 10³ in voltage and current, 2π/60 in speed, any in time.
+#[test]
+fn a_unit_that_fits_better_is_named() {
+    let scaled = |names: [&'static str; 3], by: f64| {
+        move |all: &mut Vec<(&'static str, Vec<f64>)>| {
+            names.iter().for_each(|name| column(all, name).iter_mut().for_each(|x| *x *= by));
+        }
+    };
+    let (u, i) = (["u1_V", "u2_V", "u3_V"], ["i1_A", "i2_A", "i3_A"]);
+    for (name, columns, by, unit) in [("mV", u, 1e3, "mV"), ("kV", u, 1e-3, "kV"), ("mA", i, 1e3, "mA"), ("kA", i, 1e-3, "kA")] {
+        let text = only(name, FindingKind::OutOfRange, scaled(columns, by));
+        assert!(text.contains(&format!("Say unit = \"{unit}\"")) && text.contains("serious"), "{text}");
+    }
+    let wrong = MAPPING.replace("column = \"n_rpm\"", "column = \"n_rpm\"\nunit = \"rad/s\"");
+    let text = with_mapping("rpm", FindingKind::OutOfRange, &wrong, |_| {});
+    assert!(text.contains("Is it in rpm? Say unit = \"rpm\""), "{text}");
+    let text = only("rad", FindingKind::SpeedScale, |all| {
+        column(all, "n_rpm").iter_mut().for_each(|n| *n *= std::f64::consts::PI / 30.0);
+    });
+    assert!(text.contains("unit = \"rad/s\""), "{text}");
+    for (name, by) in [("ms", 1e3), ("us", 1e6), ("ns", 1e9), ("min", 1.0 / 60.0)] {
+        let text = only(name, FindingKind::TimeUnit, |all| column(all, "t_s").iter_mut().for_each(|t| *t *= by));
+        assert!(text.contains("rows per period") || text.contains("leakage time constant"), "{text}");
+        assert!(by < 1.0 || text.contains(&format!("Is the time in {name}?")), "{text}");
+    }
+}
+
+/// Voltage and current in another convention, on the supply that the motor is rated for; and in the convention that is read, nothing.
+#[test]
+fn another_convention_is_named() {
+    let scaled = |by: [f64; 2]| {
+        move |all: &mut Vec<(&'static str, Vec<f64>)>| {
+            for (names, by) in [(["u1_V", "u2_V", "u3_V"], by[0]), (["i1_A", "i2_A", "i3_A"], by[1])] {
+                names.iter().for_each(|name| column(all, name).iter_mut().for_each(|x| *x *= by));
+            }
+        }
+    };
+    let (root2, root3) = (2f64.sqrt(), 3f64.sqrt());
+    for (name, by, said) in [
+        ("line", [root3, 1.0], "line to line"),
+        ("u rms", [1.0 / root2, 1.0], "Is the voltage rms"),
+        ("i rms", [1.0, 1.0 / root2], "Is the current rms"),
+        ("power", [1.5f64.sqrt(), 1.5f64.sqrt()], "power-invariant"),
+    ] {
+        let text = only(name, FindingKind::Convention, scaled(by));
+        assert!(text.contains(said) && text.contains("warning"), "{text}");
+    }
+}
+
 #[test]
 fn another_machine_is_noticed() {
     let text = only("other", FindingKind::DifferentMachine, |all| {
@@ -127,7 +176,7 @@ fn dead_missing_offset_and_out_of_range_channels_are_named() {
     assert!(text.contains("u2_V has a mean of 15"), "{text}");
     let milli = MAPPING.replace("c = \"i3_A\"", "c = \"i3_A\"\nunit = \"mA\"");
     let text = with_mapping("milli", FindingKind::OutOfRange, &milli, |_| {});
-    assert!(text.contains("unit and gain"), "{text}");
+    assert!(text.contains("i3_A never exceeds") && text.contains("Is it in A? Say unit = \"A\""), "{text}");
 }
 
 #[test]

@@ -34,6 +34,28 @@ fn canonical_and_foreign_tables_say_the_same() {
     }
 }
 
+/// An offset is taken off; what only a recording has is refused by its line.
+#[test]
+fn a_column_of_a_table_has_a_gain_and_an_offset_and_nothing_over_time() {
+    let folder = Folder::new("table-signals");
+    let table = folder.put("t.csv", "U,I,P\n401.0,2.0,200\n");
+    let read = |current: &str| {
+        let mapping = format!("[table]\nvoltage = {{ column = \"U\", offset = 1.0 }}\ncurrent = {current}\npower = \"P\"\n");
+        SteadyTable::read(&table, Some(&folder.put("table.toml", mapping))).map_err(|e| e.to_string())
+    };
+    let row = read("{ column = \"I\", gain = 2.0, offset = 0.5 }").unwrap().rows[0];
+    assert!((row.phase_voltage_rms_v - 400.0 / 3f64.sqrt()).abs() < 1e-9 && (row.current_rms_a - 3.0).abs() < 1e-12, "{row:?}");
+    for over_time in [
+        "{ column = \"I\", calibrate = { from_s = 0.0, to_s = 1.0, value = 2.0 } }",
+        "{ column = \"I\", alternate = \"P\" }",
+        "{ column = \"I\", offset = \"mean\" }",
+        "{ column = \"I\", offset = { mean_before_s = 0.1 } }",
+    ] {
+        let e = read(over_time).unwrap_err();
+        assert!(e.contains("table.toml:3") && e.contains("a table has no time and one sensor of each quantity"), "{e}");
+    }
+}
+
 #[test]
 fn bad_tables_are_refused_with_their_place() {
     let folder = Folder::new("badtables");

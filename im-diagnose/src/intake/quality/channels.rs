@@ -1,5 +1,7 @@
 //! Every channel for itself: dead, out of range, with a mean where there should be none; and what is not there at all.
 
+use std::f64::consts::PI;
+
 use im_model::MotorFile;
 
 use super::clip::flat_tops;
@@ -9,6 +11,7 @@ use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
 use crate::intake::mapping::VoltageForm;
 use crate::intake::signals::{Signals, SpeedTrace, Trace};
+use crate::intake::unit::UNITS;
 
 /// How far beyond the rating a value is beyond belief; and how far below it, for the largest of a recording.
 const BEYOND: [f64; 3] = [4.0, 40.0, 6.0];
@@ -22,7 +25,7 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
     let n_p = f64::from(motor.machine.pole_pairs());
     let magnetizing = r.rotor_flux_vs / p.magnetizing_inductance_h;
     let active = r.torque_nm / (1.5 * n_p * r.rotor_flux_vs.max(1e-9));
-    let rated = [r.phase_voltage_peak_v, magnetizing.hypot(active), 2.0 * std::f64::consts::PI * r.electrical_frequency_hz / n_p];
+    let rated = [r.phase_voltage_peak_v, magnetizing.hypot(active), 2.0 * PI * r.electrical_frequency_hz / n_p];
     let duty = matches!(s.voltage_form, VoltageForm::Duty(..));
     for t in s.voltage.iter().take(if duty { 0 } else { s.voltage.len() }) {
         out.extend(range(t, "voltage", "V", rated[0], BEYOND[0]));
@@ -64,10 +67,11 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
                     number(peak, 3),
                     number(peak / rated[2], 2)
                 );
-                out.push(
-                    Finding::new(FindingKind::OutOfRange, Severity::Serious, text, "Check its unit (rpm or rad/s) and gain.")
-                        .on(&t.column),
-                );
+                let advice = match [("rpm", PI / 30.0), ("deg/s", PI / 180.0)].iter().find(|(_, si)| peak * si < 1.3 * rated[2]) {
+                    Some((unit, _)) => format!("Is it in {unit}? Say unit = \"{unit}\" in [speed], or check its gain."),
+                    None => "Check its unit (rpm or rad/s) and gain.".to_owned(),
+                };
+                out.push(Finding::new(FindingKind::OutOfRange, Severity::Serious, text, advice).on(&t.column));
             }
         }
         SpeedTrace::Absent => out.push(Finding::new(
@@ -128,6 +132,15 @@ fn largest(t: &Trace) -> f64 {
     t.values.iter().fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
+/// The unit by which the largest value would be usual: from a third of the rated to twenty times, the latter of a start. Nothing where the mapping
+/// has a gain of its own.
+fn unit_that_fits(unit: &str, over_rated: f64, read_with: f64) -> Option<&'static str> {
+    let quantity = UNITS.iter().find(|u| u.text == unit)?.quantity;
+    let of_it = || UNITS.iter().filter(|u| u.quantity == quantity);
+    of_it().find(|u| u.si == read_with)?;
+    of_it().find(|u| (0.3..20.0).contains(&(over_rated * u.si / read_with))).map(|u| u.text)
+}
+
 fn range(t: &Trace, what: &str, unit: &str, rated: f64, beyond: f64) -> Option<Finding> {
     let peak = largest(t);
     if span(t) == 0.0 {
@@ -153,6 +166,9 @@ fn range(t: &Trace, what: &str, unit: &str, rated: f64, beyond: f64) -> Option<F
     } else {
         return None;
     };
-    let advice = format!("Check its unit and gain: it is {hint}.");
+    let advice = match unit_that_fits(unit, peak / rated, t.gain.abs()) {
+        Some(better) => format!("Is it in {better}? Say unit = \"{better}\" for this column in the mapping, or check its gain."),
+        None => format!("Check its unit and gain: it is {hint}."),
+    };
     Some(Finding::new(FindingKind::OutOfRange, Severity::Serious, text, advice).on(&t.column))
 }

@@ -1,61 +1,134 @@
 //! Whether voltage and current are given in the convention that is read: per phase, peak, amplitude-invariant.
 //!
 //! A steady state on the rated supply says how large the voltage should be, and the motor file how large the current: at the slip that
-//! fits the angle best, |U/I| of the T circuit. A factor of √3, √2 or √(3/2) in either, where nothing else is off, is a convention.
+//! fits the angle best, |U/I| of the T circuit. Where the voltage is √3, √2 or √(3/2) of the rated one, or the current √2 of what it
+//! should be, that is a convention. So it is where a fit leaves the motor file by the same factor in all impedances at once.
 
-use std::f64::consts::{PI, SQRT_2};
+use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2};
 
-use im_model::{Complex, MotorFile};
+use im_model::{Complex, Machine, MotorFile};
 
 use super::steady::{Steady, fit_slip};
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity};
 
+/// A reading in another convention, by what it makes of things.
+struct Cause {
+    /// Voltage as read over the true one.
+    voltage: f64,
+    /// The same of U/I.
+    impedance: f64,
+    /// The same of the product of both, and with it of torque and inertia.
+    power: f64,
+    advice: &'static str,
+}
+
+const ROOT_3: f64 = 1.732_050_807_568_877_2;
+
+const CAUSES: [Cause; 5] = [
+    Cause {
+        voltage: ROOT_3,
+        impedance: ROOT_3,
+        power: ROOT_3,
+        advice: "Are the voltages line to line, and read as those of the phases? Then name them ab, bc in [voltage]. Or is the motor \
+                 file for the other connection, star or delta?",
+    },
+    Cause {
+        voltage: FRAC_1_SQRT_2,
+        impedance: FRAC_1_SQRT_2,
+        power: FRAC_1_SQRT_2,
+        advice: "Is the voltage rms, and read as instantaneous? Then say gain = 1.4142 of its columns.",
+    },
+    Cause {
+        voltage: 1.0,
+        impedance: SQRT_2,
+        power: FRAC_1_SQRT_2,
+        advice: "Is the current rms, and read as instantaneous? Then say gain = 1.4142 of its columns.",
+    },
+    Cause {
+        voltage: 1.224_744_871_391_589,
+        impedance: 1.0,
+        power: 1.5,
+        advice: "Are voltage and current power-invariant? Then say gain = 0.8165 of their columns.",
+    },
+    Cause {
+        voltage: SQRT_2 * ROOT_3,
+        impedance: SQRT_2 * ROOT_3,
+        power: SQRT_2 * ROOT_3,
+        advice: "Are the voltages line to line, and scaled to their peak? Then name them ab, bc in [voltage].",
+    },
+];
+
 /// How near to a factor a ratio must come, relative: a supply is its rating to some percent.
 const NEAR: f64 = 0.05;
-/// The same of the impedance, which a first guess of the parameters gives.
-const ROUGHLY: f64 = 0.1;
 /// A voltage this near its rating is the rated one, relative.
 const RATED: f64 = 0.08;
+/// How near the impedance must come where it alone tells, and where it must not contradict: the motor file is a first guess.
+const IMPEDANCE: [f64; 2] = [0.1, 0.25];
+/// A common factor of fitted parameters: how near their mean must come, and how far apart they may lie, as logarithms.
+const COMMON: [f64; 2] = [0.15, 0.25];
 
-/// What steady operation at the rated frequency says.
+fn off(x: f64, factor: f64) -> f64 {
+    (x / factor).ln().abs()
+}
+
+/// What steady operation says, from half the rated frequency on, where the supply gives the rated voltage per frequency.
 pub fn check(steady: &[Steady], motor: &MotorFile) -> Vec<Finding> {
     let rated = 2.0 * PI * motor.rating.electrical_frequency_hz;
-    let at_rated = |s: &&Steady| (s.omega.abs() / rated - 1.0).abs() < 0.03 && s.i.norm() > s.against[1].norm();
-    let Some(main) = steady.iter().filter(at_rated).max_by(|a, b| a.u.norm().total_cmp(&b.u.norm())) else { return Vec::new() };
+    let usual = |s: &&Steady| (0.5..1.03).contains(&(s.omega.abs() / rated)) && s.i.norm() > s.against[1].norm();
+    let Some(main) = steady.iter().filter(usual).max_by(|a, b| a.u.norm().total_cmp(&b.u.norm())) else { return Vec::new() };
     let z = main.u / main.i;
-    let z = if main.omega < 0.0 { z.conj() } else { z };
-    let fit = fit_slip(motor.machine.parameters(), z, rated);
-    let voltage = main.u.norm() / motor.rating.phase_voltage_peak_v;
-    let is = |x: f64, factor: f64, near: f64| (x / factor - 1.0).abs() < near;
-    let root3 = 3f64.sqrt();
-    let root32 = 1.5f64.sqrt();
+    let (z, omega) = (if main.omega < 0.0 { z.conj() } else { z }, main.omega.abs());
+    let expected = motor.rating.phase_voltage_peak_v * (omega / rated).min(1.0);
+    let voltage = main.u.norm() / expected;
     // With the phase of U/I known the slip follows, and with it the size.
-    let size = ratio_at_angle(motor, z, rated).unwrap_or(fit.ratio);
+    let size = ratio_at_angle(motor, z, omega).unwrap_or_else(|| fit_slip(motor.machine.parameters(), z, omega).ratio);
     let shown = format!(
-        "In steady operation at {} Hz the voltage is {} V, {} times the rated {} V, and |U/I| is {} times the motor file's",
-        number(main.omega.abs() / (2.0 * PI), 3),
+        "In steady operation at {} Hz the voltage is {} V, {} times the {} V of the rating there, and |U/I| is {} times the motor file's",
+        number(omega / (2.0 * PI), 3),
         number(main.u.norm(), 3),
         number(voltage, 3),
-        number(motor.rating.phase_voltage_peak_v, 3),
+        number(expected, 3),
         number(size, 3)
     );
-    let causes = [
-        (root3, root3, "Are the voltages line to line, and read as those of the phases? Then name them ab, bc in [voltage]."),
-        (1.0 / SQRT_2, 1.0 / SQRT_2, "Is the voltage rms, and read as instantaneous? Then say gain = 1.4142 of its columns."),
-        (1.0, SQRT_2, "Is the current rms, and read as instantaneous? Then say gain = 1.4142 of its columns."),
-        (root32, 1.0, "Are voltage and current power-invariant? Then say gain = 0.8165 of their columns."),
-        (
-            SQRT_2 * root3,
-            SQRT_2 * root3,
-            "Are the voltages line to line, and scaled to their peak? Then name them ab, bc in [voltage].",
-        ),
+    let fits = |c: &&Cause| {
+        let [voltage_within, impedance_within] = if c.voltage == 1.0 { [RATED, IMPEDANCE[0]] } else { [NEAR, IMPEDANCE[1]] };
+        off(voltage, c.voltage) < voltage_within && off(size, c.impedance) < impedance_within
+    };
+    CAUSES.iter().find(fits).map(|c| finding(shown, c).at(vec![main.rows.clone()])).into_iter().collect()
+}
+
+fn finding(shown: String, cause: &Cause) -> Finding {
+    Finding::new(FindingKind::Convention, Severity::Warning, shown, cause.advice)
+}
+
+/// What a fit says: all impedances of the machine are off by one factor, and the inertia by that of the power.
+pub fn of_fit(given: &MotorFile, fitted: &Machine<f64>) -> Option<Finding> {
+    let (before, after) = (given.machine.parameters(), fitted.parameters());
+    let (a, b) = (before.inverse_gamma(), after.inverse_gamma());
+    let ratios = [
+        b.stator_resistance_ohm / a.stator_resistance_ohm,
+        b.rotor_resistance_ohm / a.rotor_resistance_ohm,
+        b.leakage_inductance_h / a.leakage_inductance_h,
+        b.magnetizing_inductance_h / a.magnetizing_inductance_h,
     ];
-    let near = |x: f64| if x == 1.0 { RATED } else { NEAR };
-    let found = causes.iter().find(|(u, z, _)| is(voltage, *u, near(*u)) && is(size, *z, ROUGHLY));
-    let found = found
-        .map(|(.., advice)| Finding::new(FindingKind::Convention, Severity::Warning, shown, *advice).at(vec![main.rows.clone()]));
-    found.into_iter().collect()
+    let impedance = (ratios.iter().map(|r| r.ln()).sum::<f64>() / 4.0).exp();
+    let inertia = after.inertia_kg_m2 / before.inertia_kg_m2;
+    let fits = |c: &&Cause| {
+        // Inertia alone is too often guessed wrong.
+        c.impedance != 1.0
+            && off(impedance, c.impedance) < COMMON[0]
+            && off(inertia, c.power) < COMMON[1]
+            && ratios.iter().all(|r| off(*r, c.impedance) < COMMON[1])
+    };
+    let cause = CAUSES.iter().find(fits)?;
+    let [r_s, r_r, l_s, l_m] = ratios.map(|r| number(r, 3));
+    let text = format!(
+        "Against the motor file the fit has {r_s} times R_s, {r_r} times R_R, {l_s} times L_σ, {l_m} times L_M and {} times J: as one \
+         factor in voltage or current would make of them",
+        number(inertia, 3)
+    );
+    Some(finding(text, cause))
 }
 
 /// |Z|/|Z_model| at the motoring slip where the model has the angle of `z`; `None` where it has it nowhere.
@@ -69,9 +142,9 @@ fn ratio_at_angle(motor: &MotorFile, z: Complex<f64>, omega: f64) -> Option<f64>
     };
     // From no load to the best power factor the angle falls with the slip; beyond, no machine runs for long.
     let slips = (0..160).map(|k| 10f64.powf(-5.0 + 3.7 * f64::from(k) / 159.0));
-    let off = |s: f64| (model(s).arg() - z.arg()).abs();
-    let slip = slips.min_by(|a, b| off(*a).total_cmp(&off(*b)))?;
-    (off(slip) < 0.05).then(|| z.norm() / model(slip).norm())
+    let turned = |s: f64| (model(s).arg() - z.arg()).abs();
+    let slip = slips.min_by(|a, b| turned(*a).total_cmp(&turned(*b)))?;
+    (turned(slip) < 0.05).then(|| z.norm() / model(slip).norm())
 }
 
 #[cfg(test)]
@@ -94,7 +167,7 @@ mod tests {
 
     #[test]
     fn conventions_are_asked_for_and_what_is_right_is_not() {
-        let (root2, root3) = (SQRT_2, 3f64.sqrt());
+        let (root2, root3) = (SQRT_2, ROOT_3);
         for (u, i, said) in [
             (root3, 1.0, "line to line"),
             (1.0 / root2, 1.0, "Is the voltage rms"),
@@ -105,8 +178,39 @@ mod tests {
             assert!(all.len() == 1 && all[0].advice.contains(said), "{u} {i}: {all:?}");
             assert!(all[0].kind == FindingKind::Convention && !all[0].stops());
         }
-        for (u, i) in [(1.0, 1.0), (0.95, 0.9), (1.05, 1.1), (0.5, 0.5)] {
+        for (u, i) in [(1.0, 1.0), (0.95, 0.9), (1.05, 1.1), (0.5, 0.5), (1.0 / root2, 1.0 / root2)] {
             assert!(found(u, i).is_empty(), "{u} {i}");
+        }
+    }
+
+    #[test]
+    fn one_factor_in_all_that_is_fitted_is_a_convention() {
+        let given = MotorFile::parse(include_str!("../../../../examples/motor.toml"), "motor.toml").unwrap();
+        let p = *given.machine.parameters();
+        let scaled = |z: f64, j: f64, r_r: f64| {
+            let fitted = given.machine.with_parameters(im_model::TParameters {
+                stator_resistance_ohm: p.stator_resistance_ohm * z,
+                rotor_resistance_ohm: p.rotor_resistance_ohm * z * r_r,
+                stator_leakage_inductance_h: p.stator_leakage_inductance_h * z,
+                rotor_leakage_inductance_h: p.rotor_leakage_inductance_h * z,
+                magnetizing_inductance_h: p.magnetizing_inductance_h * z,
+                inertia_kg_m2: p.inertia_kg_m2 * j,
+                ..p
+            });
+            of_fit(&given, &fitted.unwrap()).map(|f| f.advice)
+        };
+        for (z, j, said) in [
+            (ROOT_3, ROOT_3, "line to line"),
+            (FRAC_1_SQRT_2, FRAC_1_SQRT_2, "Is the voltage rms"),
+            (SQRT_2, FRAC_1_SQRT_2, "Is the current rms"),
+        ] {
+            assert!(scaled(z, j, 1.1).is_some_and(|advice| advice.contains(said)), "{z} {j}");
+        }
+        // A warm rotor, another inertia, a guess that was off in each parameter by something else.
+        for (z, j, r_r) in
+            [(1.0, 1.0, 1.0), (1.0, 1.5, 1.0), (1.0, 1.0, 1.5), (1.3, 1.0, 1.0), (1.0, 2.5, 1.0), (ROOT_3, ROOT_3, 0.6)]
+        {
+            assert_eq!(scaled(z, j, r_r), None, "{z} {j} {r_r}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 mod channels;
 pub mod clip;
-mod convention;
+pub mod convention;
 mod currents;
 mod machine;
 pub mod offset;
@@ -78,7 +78,7 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
     let found = [
         time::clock(s, &u, motor).into_iter().collect(),
         convention::check(&steady, motor),
-        time::check(s, &steady, motor.machine.parameters()),
+        time::check(s, &steady, motor),
         channels::check(s, &steady, motor),
         machine::check(&steady, motor, &columns.join(", ")),
     ];

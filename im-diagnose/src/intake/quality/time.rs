@@ -83,7 +83,7 @@ fn turn_per_row(u: &[Complex<f64>]) -> Option<f64> {
 }
 
 /// Looks at the sampling.
-pub fn check(s: &Signals, steady: &[Steady], p: &TParameters<f64>) -> Vec<Finding> {
+pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> {
     let mut out = Vec::new();
     let dt = s.sample_time_s;
     let warn = |kind, text: String, advice: &str| Finding::new(kind, Severity::Warning, text, advice);
@@ -106,14 +106,18 @@ pub fn check(s: &Signals, steady: &[Steady], p: &TParameters<f64>) -> Vec<Findin
             out.push(warn(FindingKind::SlowSampling, text, "Sample at twenty times the supply frequency at least."));
         }
     }
-    let leakage_s = leakage_s(p);
+    let (leakage_s, rated) = (leakage_s(motor.machine.parameters()), motor.rating.electrical_frequency_hz);
     if dt > leakage_s {
         let text = format!(
-            "The sampling time of {} ms exceeds the machine's leakage time constant of {} ms: what the currents do in between is not seen",
+            "The sampling time of {} ms, {} rows per period of {} Hz, exceeds the machine's leakage time constant of {} ms: what the \
+             currents do in between is not seen",
             number(1e3 * dt, 2),
+            number(1.0 / (rated * dt), 2),
+            number(rated, 3),
             number(1e3 * leakage_s, 2)
         );
-        out.push(warn(FindingKind::SlowSampling, text, "Sample faster."));
+        let advice = "Sample faster. Or is the time in ms? Then say unit = \"ms\" in [time].";
+        out.push(warn(FindingKind::SlowSampling, text, advice));
     }
     // A logger that writes faster than it measures repeats itself.
     let same = |k: usize| s.current.iter().all(|c| c.main.values[k] == c.main.values[k - 1]);
