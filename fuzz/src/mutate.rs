@@ -24,22 +24,63 @@ impl Dice {
 }
 
 const NUMBERS: [&str; 24] = [
-    "0", "-0", "1", "-1", "1e308", "-1e308", "1e-308", "5e-324", "1e30", "-1e30", "1e-30", "nan", "inf", "-inf", "1e400", "", "1,5", "0x10",
-    "1e6", "1e-6", "1000", "0.001", "1.7320508", "99999999999999999999",
+    "0",
+    "-0",
+    "1",
+    "-1",
+    "1e308",
+    "-1e308",
+    "1e-308",
+    "5e-324",
+    "1e30",
+    "-1e30",
+    "1e-30",
+    "nan",
+    "inf",
+    "-inf",
+    "1e400",
+    "",
+    "1,5",
+    "0x10",
+    "1e6",
+    "1e-6",
+    "1000",
+    "0.001",
+    "1.7320508",
+    "99999999999999999999",
 ];
 
-/// One to three changes of a text.
+/// One or two changes of a text.
 pub fn mutated(text: &str, dice: &mut Dice) -> String {
     let mut out = text.to_owned();
-    for _ in 0..=dice.below(3) {
-        out = match dice.below(8) {
-            0..=2 => number(&out, dice),
-            3 => line(&out, dice),
-            4 => column(&out, dice),
-            5 => bytes(&out, dice),
-            6 => out[..cut(&out, dice)].to_owned(),
+    for _ in 0..dice.below(3).max(1) {
+        // Mostly numbers: what is no text of its kind is soon refused.
+        out = match dice.below(12) {
+            0..=5 => number(&out, dice),
+            6 => line(&out, dice),
+            7 | 8 => column(&out, dice),
+            9 => bytes(&out, dice),
+            10 => out[..cut(&out, dice)].to_owned(),
             _ => key(&out, dice),
         };
+    }
+    out
+}
+
+/// The same of bytes: of a text as such, of anything else one to eight bytes or lengths of it.
+pub fn mutated_bytes(data: &[u8], dice: &mut Dice) -> Vec<u8> {
+    if let Ok(text) = std::str::from_utf8(data) {
+        return mutated(text, dice).into_bytes();
+    }
+    let mut out = data.to_vec();
+    for _ in 0..=dice.below(8) {
+        let at = dice.below(out.len());
+        match dice.below(4) {
+            0 if at < out.len() => out[at] ^= 1 << dice.below(8),
+            1 if at < out.len() => out[at] = dice.one(&[0, 1, 0x7f, 0x80, 0xff]),
+            2 => out.truncate(at),
+            _ => out.insert(at, dice.next() as u8),
+        }
     }
     out
 }
@@ -124,7 +165,8 @@ fn column(text: &str, dice: &mut Dice) -> String {
         if n == 0 {
             out += row;
         } else {
-            let fields: Vec<String> = row.split(',').enumerate().map(|(j, x)| if j == k { field(n, x) } else { x.to_owned() }).collect();
+            let fields: Vec<String> =
+                row.split(',').enumerate().map(|(j, x)| if j == k { field(n, x) } else { x.to_owned() }).collect();
             out += &fields.join(",");
         }
         out.push('\n');
@@ -134,7 +176,8 @@ fn column(text: &str, dice: &mut Dice) -> String {
 
 fn bytes(text: &str, dice: &mut Dice) -> String {
     let at = cut(text, dice);
-    let junk = dice.one(&["\0", "\u{1b}[31m", "\"", "}", "[", "<!--<script>", "é", "\r", ",", ";", "=", "\u{feff}", "../..", "#"]);
+    let junk =
+        dice.one(&["\0", "\u{1b}[31m", "\"", "}", "[", "<!--<script>", "é", "\r", ",", ";", "=", "\u{feff}", "../..", "#"]);
     format!("{}{junk}{}", &text[..at], &text[at..])
 }
 

@@ -20,23 +20,47 @@ struct Run {
     inputs: &'static [&'static str],
 }
 
-const RUNS: [Run; 16] = [
+const RUNS: [Run; 22] = [
     Run { line: "simulate --motor @motor.toml --scenario @scenario.toml -o out.csv", inputs: &["motor.toml", "scenario.toml"] },
     Run { line: "simulate --motor @motor.toml --scenario @drive.toml -o out.csv", inputs: &["motor.toml", "drive.toml"] },
     Run { line: "compare --motor @motor.toml --data @run.csv", inputs: &["motor.toml", "run.csv"] },
     Run { line: "fit --motor @motor.toml --train @run.csv -o out.toml", inputs: &["motor.toml", "run.csv"] },
     Run { line: "fit --motor @motor.toml --table @table.csv -o out.toml", inputs: &["motor.toml", "table.csv"] },
-    Run { line: "validate --before @motor.toml --after @other.toml --data @run.csv --json", inputs: &["motor.toml", "other.toml", "run.csv"] },
+    Run {
+        line: "validate --before @motor.toml --after @other.toml --data @run.csv --json",
+        inputs: &["motor.toml", "other.toml", "run.csv"],
+    },
     Run { line: "add --motor @motor.toml --effect windage -o out.toml", inputs: &["motor.toml"] },
-    Run { line: "observe --motor @motor.toml --data @run.csv --observer kubota --gains @gains.toml --out out", inputs: &["motor.toml", "run.csv", "gains.toml"] },
+    Run {
+        line: "observe --motor @motor.toml --data @run.csv --observer kubota --gains @gains.toml --out out",
+        inputs: &["motor.toml", "run.csv", "gains.toml"],
+    },
     Run { line: "observe --motor @motor.toml --data @run.csv --observer utkin --json", inputs: &["motor.toml", "run.csv"] },
     Run { line: "identify --motor @motor.toml --online --data @run.csv --out out", inputs: &["motor.toml", "run.csv"] },
     Run { line: "identify --motor @motor.toml --sensitivity-map --json", inputs: &["motor.toml"] },
-    Run { line: "design kubota --motor @motor.toml --region @kubota.toml -o out.toml --rust out.rs", inputs: &["motor.toml", "kubota.toml"] },
-    Run { line: "design derdiyok --motor @motor.toml --region @derdiyok.toml -o out.toml --rust out.rs --period 50e-6", inputs: &["motor.toml", "derdiyok.toml"] },
+    Run {
+        line: "design kubota --motor @motor.toml --region @kubota.toml -o out.toml --rust out.rs",
+        inputs: &["motor.toml", "kubota.toml"],
+    },
+    Run {
+        line: "design derdiyok --motor @motor.toml --region @derdiyok.toml -o out.toml --rust out.rs --period 50e-6",
+        inputs: &["motor.toml", "derdiyok.toml"],
+    },
     Run { line: "design mtpa --motor @motor.toml --region @mtpa.toml -o out.toml", inputs: &["motor.toml", "mtpa.toml"] },
     Run { line: "design check @gains.toml", inputs: &["gains.toml"] },
     Run { line: "design check @layer.toml", inputs: &["layer.toml"] },
+    Run {
+        line: "observe --motor @motor.toml --data @run.csv --observer derdiyok --gains @plain.toml --json",
+        inputs: &["plain.toml"],
+    },
+    Run {
+        line: "compare --motor @motor.toml --data @foreign.csv --mapping @foreign.toml",
+        inputs: &["foreign.csv", "foreign.toml"],
+    },
+    Run { line: "report @diagnosis.json -o out.html", inputs: &["diagnosis.json"] },
+    Run { line: "next-test --motor @motor.toml --diagnosis @diagnosis.json -o out.toml", inputs: &["diagnosis.json"] },
+    Run { line: "verify --claim 1 --cases 40 --out .", inputs: &["results.jsonl"] },
+    Run { line: "verify --replay @case.toml", inputs: &["case.toml"] },
 ];
 
 fn main() {
@@ -49,14 +73,18 @@ fn main() {
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     let mut commands: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
     let mut slowest = (0.0, "");
+    let place = folder.path().join("run");
+    // What is not changed is done.
+    for run in &RUNS {
+        prepare(&place, &true_inputs);
+        let which = run.inputs[0];
+        let (kind, _) = outcome(&im, run, &place, which, &true_inputs[which], &true_inputs);
+        let said = fs::read_to_string(place.join(".stderr")).unwrap_or_default();
+        assert!(kind == "done", "{}: {kind} with its true inputs: {said}", run.line);
+    }
     for n in 0..count {
         let run = &RUNS[dice.below(RUNS.len())];
-        let place = folder.path().join("run");
-        let _ = fs::remove_dir_all(&place);
-        fs::create_dir_all(&place).expect("a folder can be made");
-        for (name, text) in &true_inputs {
-            fs::write(place.join(name), text).expect("it can be written");
-        }
+        prepare(&place, &true_inputs);
         let which = dice.one(run.inputs);
         let changed = mutated(&true_inputs[which], &mut dice);
         fs::write(place.join(which), &changed).expect("it can be written");
@@ -84,11 +112,37 @@ fn main() {
     std::process::exit(i32::from(bad));
 }
 
+const FOREIGN: &str = "file = \"foreign.csv\"\n[text]\nseparator = \";\"\n[time]\ncolumn = \"time_ms\"\nunit = \"ms\"\n[voltage]\nab = \"U_ab\"\n\
+                       bc = { column = \"U_bc\", gain = 1.0, offset = \"mean\" }\n[current]\na = \"I_1\"\nb = \"I_2\"\n[speed]\ncolumn = \"n\"\nunit = \"rpm\"\n";
+const DIAGNOSIS: &str = "{\"schema\": 1, \"verdict\": \"missing_effects\", \"effects\": [\"iron_loss\"], \"alternatives\": {\"iron_loss\": [\"windage\"]}, \
+                         \"ranking\": [], \"steps\": [{\"effects\": [], \"train\": {\"chi2_per_sample\": 3.0, \"rmse\": {\"i_alpha_A\": 0.1}}, \
+                         \"holdout\": null}], \"parameters\": {}}";
+
+/// A row of the demo as a laboratory would write it: ms, line-to-line voltages, two phase currents, rpm; a semicolon and a decimal point.
+fn in_foreign_columns(row: &str) -> String {
+    let x: Vec<f64> = row.split(',').map(|x| x.parse().expect("a number")).collect();
+    let b = |re: f64, im: f64| -0.5 * re + 0.75f64.sqrt() * im;
+    let (u_a, u_b, i_b) = (x[1], b(x[1], x[2]), b(x[3], x[4]));
+    format!("{};{};{};{};{};{}\n", 1e3 * x[0], u_a - u_b, u_b - (-u_a - u_b), x[3], i_b, x[5] * 30.0 / std::f64::consts::PI)
+}
+
+/// A folder with the true inputs and nothing else.
+fn prepare(place: &Path, true_inputs: &BTreeMap<&'static str, String>) {
+    let _ = fs::remove_dir_all(place);
+    fs::create_dir_all(place).expect("a folder can be made");
+    for (name, text) in true_inputs {
+        fs::write(place.join(name), text).expect("it can be written");
+    }
+}
+
 /// True inputs, by name.
 fn inputs(im: &Path, folder: &Path) -> BTreeMap<&'static str, String> {
-    let example = |name: &str| fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name)).expect("there");
+    let example =
+        |name: &str| fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name)).expect("there");
     let demo = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../im-cli/data/demo/train1.csv")).expect("there");
     let run: String = demo.lines().take(1500).map(|l| l.to_owned() + "\n").collect();
+    let foreign: String =
+        "time_ms;U_ab;U_bc;I_1;I_2;n\n".to_owned() + &demo.lines().skip(1).take(800).map(in_foreign_columns).collect::<String>();
     let table = "V_LL_V,I_A,P_3ph_W,n_rpm,T_Nm\n200,1.6,140,1498,0\n300,2.6,210,1499,0\n400,4.9,310,1499,0\n400,6.1,1900,1474,10\n\
                  400,7.0,2700,1460,15\n400,8.0,3500,1446,20\n";
     let short = |text: String| text.replace("duration_s = ", "duration_s = 0.2 #");
@@ -99,7 +153,19 @@ fn inputs(im: &Path, folder: &Path) -> BTreeMap<&'static str, String> {
         ("drive.toml", short(example("scenario_drive.toml"))),
         ("run.csv", run),
         ("table.csv", table.to_owned()),
+        ("foreign.csv", foreign),
+        ("foreign.toml", FOREIGN.to_owned()),
+        ("plain.toml", "[derdiyok]\nnu0 = 400.0\nboundary_layer_a = 0.5\n".to_owned()),
+        ("diagnosis.json", DIAGNOSIS.to_owned()),
     ]);
+    // A failing case and a journal of claims.
+    let out = folder.join("claims").display().to_string();
+    let _ = Command::new(im).args(["verify", "--claim", "3", "--cases", "10000", "--keep", "1", "--out", &out]).output();
+    let case = fs::read_dir(folder.join("claims/cases")).expect("there").next().expect("one").expect("readable");
+    all.insert("case.toml", fs::read_to_string(case.path()).expect("there"));
+    let out = folder.join("journal").display().to_string();
+    let _ = Command::new(im).args(["verify", "--claim", "1", "--cases", "40", "--out", &out]).output();
+    all.insert("results.jsonl", fs::read_to_string(folder.join("journal/results.jsonl")).expect("there"));
     for (kind, name) in [("kubota", "kubota.toml"), ("derdiyok", "derdiyok.toml"), ("mtpa", "mtpa.toml")] {
         let region = Command::new(im).args(["design", "example-region", kind]).output().expect("the program runs");
         all.insert(name, String::from_utf8(region.stdout).expect("text"));
@@ -109,7 +175,8 @@ fn inputs(im: &Path, folder: &Path) -> BTreeMap<&'static str, String> {
         fs::write(path("motor.toml"), &all["motor.toml"]).expect("it can be written");
         fs::write(path("region.toml"), &all[format!("{kind}.toml").as_str()]).expect("it can be written");
         let (motor, region, out) = (path("motor.toml"), path("region.toml"), path(name));
-        let made = Command::new(im).args(["design", kind, "--motor", &motor, "--region", &region, "-o", &out]).args(more).output();
+        let made =
+            Command::new(im).args(["design", kind, "--motor", &motor, "--region", &region, "-o", &out]).args(more).output();
         assert!(made.expect("the program runs").status.success(), "{kind} is designed");
         all.insert(name, fs::read_to_string(&out).expect("there"));
     }
@@ -153,33 +220,57 @@ fn outcome(
         return ("panic", used);
     }
     match status.code() {
-        Some(0) => {}
-        Some(1 | 2 | 3) => return ("refused", used),
+        // 3 is an answer too: a claim that is violated.
+        Some(0 | 3) => {}
+        Some(1 | 2) => return ("refused", used),
         _ => return ("status", used),
     }
     // The numbers of a certificate are what it says; comments and blanks are not.
-    let meaning = |text: &str| text.lines().filter(|l| !l.trim_start().starts_with('#')).map(str::trim).collect::<Vec<_>>().join("\n");
-    if run.line.starts_with("design check") && meaning(changed) != meaning(&true_inputs[which]) && !same_values(changed, &true_inputs[which]) {
+    let meaning =
+        |text: &str| text.lines().filter(|l| !l.trim_start().starts_with('#')).map(str::trim).collect::<Vec<_>>().join("\n");
+    if run.line.starts_with("design check")
+        && meaning(changed) != meaning(&true_inputs[which])
+        && !same_values(changed, &true_inputs[which])
+    {
         return ("false acceptance", used);
     }
     let mut texts = vec![fs::read_to_string(&out).unwrap_or_default()];
-    for name in ["out.csv", "out.toml", "out.rs", "out/estimate.csv", "out/estimates.csv", "out/speed.svg", "out/estimates.svg"] {
+    for name in [
+        "out.csv",
+        "out.toml",
+        "out.rs",
+        "results.jsonl",
+        "out/estimate.csv",
+        "out/estimates.csv",
+        "out/speed.svg",
+        "out/estimates.svg",
+    ] {
         texts.extend(fs::read_to_string(place.join(name)));
     }
     if texts.iter().any(|text| not_finite(text)) { ("not finite", used) } else { ("done", used) }
 }
 
-/// Two TOML texts that hold the same.
+/// Two TOML texts that hold the same; -0 is 0, and 1 is 1.0.
 fn same_values(a: &str, b: &str) -> bool {
-    let read = |text: &str| text.parse::<toml::Table>().ok();
-    read(a).is_some_and(|a| Some(a) == read(b))
+    let read = |text: &str| text.parse::<toml::Table>().ok().map(toml::Value::Table);
+    read(a).zip(read(b)).is_some_and(|(a, b)| same(&a, &b))
+}
+
+fn same(a: &toml::Value, b: &toml::Value) -> bool {
+    let number = |v: &toml::Value| v.as_float().or_else(|| v.as_integer().map(|x| x as f64));
+    match (a, b) {
+        (toml::Value::Table(a), toml::Value::Table(b)) => {
+            a.len() == b.len() && a.iter().all(|(key, x)| b.get(key).is_some_and(|y| same(x, y)))
+        }
+        (toml::Value::Array(a), toml::Value::Array(b)) => a.len() == b.len() && a.iter().zip(b).all(|(x, y)| same(x, y)),
+        _ => number(a).zip(number(b)).map_or_else(|| a == b, |(x, y)| x == y),
+    }
 }
 
 /// Whether NaN or infinity stands in a text as a word.
 fn not_finite(text: &str) -> bool {
-    text.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.')).any(|word| {
-        matches!(word, "NaN" | "nan" | "inf" | "Infinity" | "infinity" | "1.#INF")
-    })
+    text.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.'))
+        .any(|word| matches!(word, "NaN" | "nan" | "inf" | "Infinity" | "infinity" | "1.#INF"))
 }
 
 /// User and system time of a process, s.

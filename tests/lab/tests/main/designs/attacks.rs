@@ -3,7 +3,7 @@
 //! `IM_FORGERIES=2000` sets how many of each kind (24 when not given); `--nocapture` prints the counts.
 
 use super::support::{every, four_kilowatts, modelled};
-use im_design::certificate::{Certificate, Design};
+use im_design::certificate::{Certificate, Design, Difference};
 use im_design::mtpa::Law;
 use im_design::{DesignModel, LinearMachine};
 use sha2::{Digest, Sha256};
@@ -120,6 +120,9 @@ fn false_claim(certificate: &Certificate, dice: &mut Dice) -> Value {
     Value::try_from(forged).unwrap()
 }
 
+/// A parameter off by a thousandth: what is claimed may hold of that machine too, and is then true, of it.
+const A_HAIR: &str = "a machine a hair off";
+
 /// A forgery, and what was done.
 fn forgery(certificate: &Certificate, others: &[LinearMachine], dice: &mut Dice) -> (&'static str, String) {
     let mut value = Value::try_from(certificate.clone()).unwrap();
@@ -197,8 +200,9 @@ fn forgery(certificate: &Certificate, others: &[LinearMachine], dice: &mut Dice)
         }
         5 => {
             // Another machine under the statement as it stands.
-            *part(&mut value, "plant") = Value::try_from(DesignModel::Machine(others[dice.below(others.len())])).unwrap();
-            ("the machine exchanged", resealed(value))
+            let k = dice.below(others.len());
+            *part(&mut value, "plant") = Value::try_from(DesignModel::Machine(others[k])).unwrap();
+            (if k < 2 { "the machine exchanged" } else { A_HAIR }, resealed(value))
         }
         6 => {
             let key = dice.one(&[
@@ -255,6 +259,9 @@ fn no_forgery_of_any_kind_is_accepted() {
     let wanted: usize = std::env::var("IM_FORGERIES").ok().and_then(|n| n.parse().ok()).unwrap_or(24);
     let only = std::env::var("IM_KIND").ok();
     let machine = four_kilowatts();
+    let motor = modelled(&machine);
+    let off = |d: &Difference| (d.certified / d.motor - 1.0).abs() > 5e-4;
+    let is_another = |c: &Certificate| c.differences(&motor).is_ok_and(|d| d.iter().any(off));
     let others = [
         LinearMachine::kwon_table_iv(),
         LinearMachine::kenne_appendix_ii(),
@@ -269,12 +276,19 @@ fn no_forgery_of_any_kind_is_accepted() {
         Certificate::check_text(&text).unwrap_or_else(|e| panic!("{name}: the true one is refused: {e}"));
         let mut dice = Dice(7);
         let mut refused: BTreeMap<&str, usize> = BTreeMap::new();
+        let mut true_of_it = 0;
         for _ in 0..wanted {
             let (how, forged) = forgery(&certificate, &others, &mut dice);
-            assert!(Certificate::check_text(&forged).is_err(), "{name}: {how} is accepted:\n{forged}");
-            *refused.entry(how).or_default() += 1;
+            match Certificate::check_text(&forged) {
+                Err(_) => *refused.entry(how).or_default() += 1,
+                // Decided anew for the machine in the file, and told apart from the motor.
+                Ok((c, _)) if how == A_HAIR && is_another(&c) => true_of_it += 1,
+                Ok(_) => panic!("{name}: {how} is accepted:\n{forged}"),
+            }
         }
-        println!("{name}: {} forgeries, all refused: {refused:?}", refused.values().sum::<usize>());
+        let count: usize = refused.values().sum();
+        println!("{name}: {wanted} forgeries, {count} refused: {refused:?}, {true_of_it} {A_HAIR} and true of it");
+        assert_eq!(count + true_of_it, wanted);
     }
 }
 
