@@ -1,10 +1,12 @@
 //! The program `im`: a thin shell over the crates. One file per command in [`commands`].
 //!
-//! Exit status: 0 done, 1 bad input (one message that says where and what to do), 2 usage, 3 claims that did not come out as stated.
+//! Exit status: 0 done, 1 bad input (one message that says where and what to do), 2 usage, 3 claims that did not come out as stated,
+//! 130 interrupted.
 
 mod commands;
 mod controllers;
 mod failure;
+mod interrupt;
 mod output;
 mod spinner;
 mod terminal;
@@ -35,9 +37,11 @@ Examples:
 
 Completion in a shell: im completions bash > /etc/bash_completion.d/im (also zsh, fish, powershell)
 
-Exit status: 0 done, 1 bad input, 2 wrong usage, 3 a claim that did not come out as stated (im verify).";
+Exit status: 0 done, 1 bad input, 2 wrong usage, 3 a claim that did not come out as stated (im verify), \
+130 interrupted.";
 
 fn main() -> ExitCode {
+    interrupt::listen();
     // Wrong usage ends here, with status 2.
     match Cli::parse().command.run() {
         Ok(()) => ExitCode::SUCCESS,

@@ -3,6 +3,7 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
@@ -24,7 +25,7 @@ pub fn check_writable(path: &Path) -> Result<(), FileError> {
         match fs::metadata(&target) {
             Ok(m) if m.is_dir() => Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder")),
             Ok(m) if !m.is_file() => Ok(()),
-            _ => neighbour(&target)?.close(),
+            _ => Neighbour::of(&target).map(drop),
         }
     };
     check().map_err(|e| FileError::io(&path.display().to_string(), "write", &e))
@@ -38,15 +39,14 @@ fn write(path: &Path, body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>)
         body(&mut out)?;
         return out.flush();
     }
-    let temporary = neighbour(&target)?;
-    let mut out = BufWriter::with_capacity(1 << 16, temporary.as_file().try_clone()?);
+    let temporary = Neighbour::of(&target)?;
+    let mut out = BufWriter::with_capacity(1 << 16, temporary.file.as_file().try_clone()?);
     body(&mut out)?;
     out.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
     if let Some(old) = old {
-        temporary.as_file().set_permissions(old.permissions())?;
+        temporary.file.as_file().set_permissions(old.permissions())?;
     }
-    temporary.persist(&target)?;
-    Ok(())
+    temporary.becomes(&target)
 }
 
 /// Through a link, what it points at is replaced, not the link.
@@ -62,20 +62,66 @@ fn target_of(path: &Path) -> io::Result<PathBuf> {
     }
 }
 
-/// A new file beside `target` that no other writer uses; removed unless it is renamed.
-fn neighbour(target: &Path) -> io::Result<NamedTempFile> {
-    let name = target.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"))?;
-    let mut prefix = std::ffi::OsString::from(".");
-    prefix.push(name);
-    prefix.push(".");
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(&prefix).suffix(".tmp");
-    // Readable by whom new files are readable, as the process's mask says.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    // The temporary name is not the user's: the reason alone is passed on.
-    builder.tempfile_in(folder).map_err(|e| io::Error::new(e.kind(), folder_error(folder, &e)))
+/// Paths of the neighbours that are there now.
+static BEING_WRITTEN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn being_written() -> MutexGuard<'static, Vec<PathBuf>> {
+    BEING_WRITTEN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes what is half written, for a program that is about to end. Until the result is dropped no file begins and none is finished.
+#[must_use]
+pub fn abandon_files() -> impl Drop {
+    let mut open = being_written();
+    for path in open.drain(..) {
+        // What is gone already need not be removed.
+        let _ = fs::remove_file(path);
+    }
+    open
+}
+
+/// A new file beside the target that no other writer uses; removed unless it takes its place.
+struct Neighbour {
+    file: NamedTempFile,
+    listed: Listed,
+}
+
+/// A path in the list, as long as this lives.
+struct Listed(PathBuf);
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        being_written().retain(|path| *path != self.0);
+    }
+}
+
+impl Neighbour {
+    fn of(target: &Path) -> io::Result<Self> {
+        let name = target.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"))?;
+        let mut prefix = std::ffi::OsString::from(".");
+        prefix.push(name);
+        prefix.push(".");
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&prefix).suffix(".tmp");
+        // Readable by whom new files are readable, as the process's mask says.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let mut open = being_written();
+        // The temporary name is not the user's: the reason alone is passed on.
+        let file = builder.tempfile_in(folder).map_err(|e| io::Error::new(e.kind(), folder_error(folder, &e)))?;
+        open.push(file.path().to_owned());
+        let listed = Listed(file.path().to_owned());
+        Ok(Self { file, listed })
+    }
+
+    fn becomes(self, target: &Path) -> io::Result<()> {
+        // Declared first, dropped last: it takes the lock again.
+        let _listed = self.listed;
+        let _open = being_written();
+        self.file.persist(target)?;
+        Ok(())
+    }
 }
 
 fn folder_error(folder: &Path, e: &io::Error) -> String {

@@ -25,8 +25,8 @@ pub enum ModelError {
     },
     /// A machine that changes too fast to be followed at a sampling time.
     #[error(
-        "{part}.{quantity} = {} makes the machine change within {} s: {} steps for each sample of {sample_time_s} s, where {} are taken at most",
-        Short(*.value), Short(1.0 / *.rate_per_s), Short(*.sample_time_s * *.rate_per_s / 0.8), crate::plant::SUBSTEPS_MAX
+        "{part}.{quantity} = {} makes the machine change within {:.1e} s: {:.1e} steps for each sample of {} s, where {} are taken at most",
+        Short(*.value), 1.0 / *.rate_per_s, *.sample_time_s * *.rate_per_s / 0.8, Short(*.sample_time_s), crate::plant::SUBSTEPS_MAX
     )]
     TooStiff {
         /// The effect that it belongs to, or the machine.

@@ -59,7 +59,7 @@ pub mod toml_text;
 
 pub use air_gap::AirGapSaturation;
 #[cfg(feature = "std")]
-pub use atomic_file::{check_writable, write_atomically};
+pub use atomic_file::{abandon_files, check_writable, write_atomically};
 pub use bench::{Bench, Output};
 pub use dual::Dual;
 pub use effects::{EffectId, Effects, Extra};

@@ -1,7 +1,7 @@
 //! Results on disk: one JSON line per result, appended as it is finished, so that an interrupted campaign goes on where it was.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Serialize, de::DeserializeOwned};
@@ -29,6 +29,9 @@ pub enum JournalError {
     },
 }
 
+/// The longest line that is read: a hundred times the longest that is written.
+const LONGEST: u64 = 1 << 20;
+
 /// An open file of results, of blocks of cases ([`Block`](crate::Block)) or of any other kind.
 #[derive(Debug)]
 pub struct Journal {
@@ -43,23 +46,34 @@ impl Journal {
     /// Input and output, or a line that is no result.
     pub fn open<T: DeserializeOwned>(path: &Path) -> Result<(Self, Vec<T>), JournalError> {
         let io = |error| JournalError::Io { path: path.to_owned(), error };
-        let text = match std::fs::read_to_string(path) {
-            Ok(text) => text,
-            Err(e) if e.kind() == io::ErrorKind::NotFound => String::new(),
+        let mut results = Vec::new();
+        let mut whole = 0;
+        let mut text = match File::open(path) {
+            Ok(file) => Some(BufReader::new(file)),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => None,
             Err(e) => return Err(io(e)),
         };
-        // Only whole lines: each is written with its end.
-        let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let mut results = Vec::new();
-        for (k, line) in text[..whole].lines().enumerate() {
-            let result = serde_json::from_str(line);
-            results.push(result.map_err(|e| JournalError::Line { path: path.to_owned(), line: k + 1, reason: e.to_string() })?);
-        }
-        if whole == 0 && !text.is_empty() && !text.starts_with('{') {
-            return Err(JournalError::Line { path: path.to_owned(), line: 1, reason: "it does not begin with {".into() });
+        let mut line = Vec::new();
+        while let Some(text) = &mut text {
+            let wrong = |reason: String| JournalError::Line { path: path.to_owned(), line: results.len() + 1, reason };
+            line.clear();
+            let length = text.take(LONGEST).read_until(b'\n', &mut line).map_err(io)? as u64;
+            if length == LONGEST {
+                return Err(wrong(format!("longer than {LONGEST} bytes")));
+            }
+            // Only whole lines: each is written with its end.
+            if !line.ends_with(b"\n") {
+                if results.is_empty() && !line.is_empty() && !line.starts_with(b"{") {
+                    return Err(wrong("it does not begin with {".into()));
+                }
+                break;
+            }
+            let result = serde_json::from_slice(&line).map_err(|e| wrong(e.to_string()))?;
+            results.push(result);
+            whole += length;
         }
         let file = OpenOptions::new().create(true).append(true).open(path).map_err(io)?;
-        file.set_len(whole as u64).map_err(io)?;
+        file.set_len(whole).map_err(io)?;
         Ok((Self { path: path.to_owned(), file }, results))
     }
 

@@ -4,13 +4,15 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
+use im_diagnose::intake::Finding;
 use im_diagnose::next_test::{Limits, propose};
 use im_diagnose::report::{self, Meta, NextTest, Story};
 use im_diagnose::search::Options;
 use im_diagnose::worst_case::machines_after;
 
-use super::inputs::{Data, quality, refused, write_quality};
+use super::inputs::{Data, by_fit, quality, refused, write_quality};
 use crate::failure::Failure;
+use crate::interrupt::together;
 use crate::spinner::spinning;
 use crate::terminal::{STORY_WIDTH, stdout};
 
@@ -51,17 +53,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let options = Options { significance: args.significance, ..args.data.options() };
     let found = spinning("fitting and scoring", || diagnose(case, options)).map_err(|e| refused(&args.data.motor, &e))?;
     noticed.retain(|f| !found.refutes(f));
+    noticed.extend(by_fit(&noticed, &found.case.motor, &found.refined.machine));
     let meta = Meta { quality: quality(&noticed), ..meta(&found) };
-    if let Some(dir) = &args.out {
-        write_quality(dir, &noticed)?;
-    }
-    finish(&found, &meta, args.out.as_deref(), args.json)
+    finish(&found, &meta, &noticed, args.out.as_deref(), args.json)
 }
 
 /// Writes the files and prints the story.
-pub fn finish(found: &Diagnosis, meta: &Meta, out: Option<&Path>, json: bool) -> Result<(), Failure> {
+pub fn finish(found: &Diagnosis, meta: &Meta, noticed: &[Finding], out: Option<&Path>, json: bool) -> Result<(), Failure> {
     let story = Story::new(found, meta);
-    let written = out.map(|dir| report::write(dir, &story)).transpose()?;
+    let write = |dir| {
+        together(|| {
+            write_quality(dir, noticed)?;
+            Ok::<_, Failure>(report::write(dir, &story)?)
+        })
+    };
+    let written = out.map(write).transpose()?;
     let mut stdout = stdout();
     if json {
         writeln!(stdout, "{}", found.to_json())?;

@@ -9,7 +9,7 @@ use im_diagnose::uncertainty::{Estimate, Estimates, HALF_95, MachineQuantity};
 use im_model::{BaseParameter, MotorFile, ParameterId};
 use serde_json::json;
 
-use super::inputs::{Data, refused};
+use super::inputs::{Data, by_fit, refused};
 use crate::failure::Failure;
 use crate::spinner::spinning;
 use crate::terminal::{rounded, stdout, wrapped};
@@ -49,12 +49,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.output {
         args.data.outputs().file(path)?;
     }
-    let (case, noticed) = args.data.case()?;
+    let (case, mut noticed) = args.data.case()?;
     let before = case.motor.clone();
     let fitted = spinning("fitting", || Refinement::new(case, args.data.options()));
     let (refinement, model) = fitted.map_err(|e| refused(&args.data.motor, &e))?;
     let fit = &model.fit;
     let after = MotorFile { machine: fit.machine, ..before.clone() };
+    noticed.extend(by_fit(&noticed, &before, &after.machine));
     if let Some(path) = &args.output {
         after.write(path)?;
     }
@@ -96,7 +97,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let ratio = before.machine.parameters().leakage_ratio();
     let held = format!("\"ratio held\": follows from the inverse-Γ circuit with L_ls/L_lr = {} as given.", rounded(ratio));
     write!(out, "{}", wrapped("", &held))?;
-    for (a, b, c) in estimates.correlated(0.98) {
+    // Of what has no variance no correlation can be said.
+    for (a, b, c) in estimates.correlated(0.98).into_iter().filter(|(.., c)| c.is_finite()) {
         writeln!(out, "{} and {} are hardly distinguished by these recordings (correlation {c:.3})", a.key(), b.key())?;
     }
     writeln!(out, "\nerror: {} σ rms (1 is the noise of the sensors)", rounded(train.chi2_per_sample.sqrt()))?;

@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use im_diagnose::case::Case;
 use im_diagnose::consistency;
+use im_diagnose::intake::quality::convention;
 use im_diagnose::intake::{self, Draft, Finding, FindingKind, Intake, IntakeError, Severity, SteadyTable};
 use im_diagnose::search::Options;
 use im_diagnose::tables;
 use im_identify::offline::FitError;
 use im_model::toml_text::quoted;
-use im_model::{MotorFile, Plant, Recording};
+use im_model::{Machine, MotorFile, Plant, Recording};
 
 use crate::failure::Failure;
 use crate::output::Outputs;
@@ -100,6 +101,9 @@ impl Data {
     }
 }
 
+/// What the reading of recordings is called where it takes long.
+const READING: &str = "reading and checking the recording";
+
 /// Reads recordings that are long enough to say something, and whose columns somebody has said the meaning of.
 pub fn recordings(paths: &[PathBuf], mapping: Option<&Path>, motor: &MotorFile) -> Result<Vec<Intake>, Failure> {
     let mut all = Vec::new();
@@ -113,7 +117,7 @@ pub fn recordings(paths: &[PathBuf], mapping: Option<&Path>, motor: &MotorFile) 
                 path.display()
             ))
         };
-        let taken = intake::read(path, mapping, motor).map_err(|e| match e {
+        let taken = spinning(READING, || intake::read(path, mapping, motor)).map_err(|e| match e {
             IntakeError::File(e) => Failure::File(e),
             IntakeError::Unmapped { draft, .. } => unmapped(&draft),
         })?;
@@ -148,7 +152,7 @@ fn taken_or_draft(
     folder: Option<&Path>,
     said: &mut Vec<String>,
 ) -> Result<Vec<Intake>, Failure> {
-    match intake::read(path, mapping, motor) {
+    match spinning(READING, || intake::read(path, mapping, motor)) {
         Ok(taken) => {
             if let Some(draft) = taken.iter().find_map(|t| t.draft.as_ref()) {
                 let written = write_draft(path, draft, folder)?;
@@ -271,6 +275,12 @@ fn several(path: &Path) -> Failure {
 /// What was noticed, for the report: one sentence each.
 pub fn quality(findings: &[Finding]) -> Option<Vec<String>> {
     Some(findings.iter().map(Finding::line).collect())
+}
+
+/// What the fitted machine says of the convention of the recordings, unless that is said already.
+pub fn by_fit(noticed: &[Finding], given: &MotorFile, fitted: &Machine<f64>) -> Option<Finding> {
+    let found = convention::of_fit(given, fitted).filter(|_| noticed.iter().all(|f| f.kind != FindingKind::Convention))?;
+    Some(Finding { recording: "the fit".into(), ..found })
 }
 
 /// Writes what was noticed into `dir/data_quality.json`, for programs.

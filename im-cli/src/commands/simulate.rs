@@ -9,6 +9,7 @@ use serde_json::json;
 
 use crate::controllers;
 use crate::failure::Failure;
+use crate::interrupt::together;
 use crate::output::Outputs;
 use crate::terminal::{Progress, rounded, stdout};
 
@@ -75,10 +76,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         run.recording.to_csv(&mut out)?;
         out.flush()?;
     } else {
-        run.recording.write_csv(&args.output)?;
-    }
-    if let Some(path) = &args.internals {
-        run.write_internals_csv(path)?;
+        together(|| {
+            run.recording.write_csv(&args.output)?;
+            args.internals.as_deref().map_or(Ok(()), |path| run.write_internals_csv(path))
+        })?;
     }
     progress.finish();
     if to_stdout { Ok(()) } else { Ok(summary(args, &motor, &run)?) }

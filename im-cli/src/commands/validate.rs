@@ -12,6 +12,7 @@ use serde_json::json;
 
 use super::inputs::{followed, meaningful, recording};
 use crate::failure::Failure;
+use crate::spinner::spinning;
 use crate::terminal::{rounded, stdout, wrapped};
 
 /// Arguments.
@@ -65,7 +66,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let left: Vec<_> = drawn.iter().zip(&start_after).map(|(e, x)| residuals(&after.machine, e, x)).collect();
     case.set_noise_from(&drawn, &left);
     let pair = |e: &[_]| (errors(&before.machine, e, &start_before), errors(&after.machine, e, &start_after));
-    let (free, aided) = (pair(&case.train), pair(&nudged(&case.train)));
+    let (free, aided) = spinning("simulating", || (pair(&case.train), pair(&nudged(&case.train))));
     for (file, e) in [(&args.before, &free.0), (&args.before, &aided.0), (&args.after, &free.1), (&args.after, &aided.1)] {
         if !e.chi2_per_sample.is_finite() {
             return Err(Failure::Input(format!(

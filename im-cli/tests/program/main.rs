@@ -4,6 +4,8 @@ mod common;
 #[cfg(feature = "design")]
 mod design;
 mod identify;
+#[cfg(unix)]
+mod interrupt;
 mod main_job;
 mod mistakes;
 mod observe;

@@ -131,11 +131,20 @@ fn endless_lines_and_huge_files_are_refused_with_a_short_message() {
     // Sparse: three gigabytes without a line end, and none on the disk.
     file.set_len(3 << 30).unwrap();
     let motor = example("motor.toml");
+    let journal = dir.path("journal");
+    fs::create_dir(&journal).unwrap();
+    fs::hard_link(&path, dir.path("journal/results.jsonl")).unwrap();
     for args in [
         vec!["compare", "--motor", &motor, "--data", &path],
         vec!["compare", "--motor", &path, "--data", &path],
         vec!["simulate", "--motor", &motor, "--scenario", &path, "-o", "-"],
         vec!["report", &path],
+        #[cfg(feature = "verify")]
+        vec!["verify", "--replay", &path],
+        #[cfg(feature = "verify")]
+        vec!["verify", "--claim", "1", "--out", &journal],
+        vec!["next-test", "--motor", &motor, "--diagnosis", &path],
+        vec!["fit", "--motor", &motor, "--table", &path],
         #[cfg(feature = "design")]
         vec!["design", "check", &path],
         #[cfg(feature = "design")]
@@ -147,7 +156,8 @@ fn endless_lines_and_huge_files_are_refused_with_a_short_message() {
         let o = limited.output().unwrap();
         let message = text(&o.stderr);
         assert_eq!(o.status.code(), Some(1), "{args:?}: {message}");
-        assert!(message.contains("endless.csv") && message.len() < 1000, "{args:?}: {message}");
+        let named = message.contains("endless.csv") || message.contains("results.jsonl");
+        assert!(named && message.len() < 1000, "{args:?}: {message}");
     }
 }
 

@@ -136,7 +136,7 @@ fn bad_input_is_one_message_that_helps() {
         (vec!["--claim", "999"], "im verify --list"),
         (vec!["--machine", "nonsense"], "expected random or one of kwon_table_iv"),
         (vec!["--motor", "/nonexistent.toml"], "/nonexistent.toml"),
-        (vec!["--replay", "/nonexistent.toml"], "/nonexistent.toml: cannot be read"),
+        (vec!["--replay", "/nonexistent.toml"], "/nonexistent.toml: cannot read it"),
         (vec!["--replay", &case], "[values] flux_angle_rad: is missing"),
         (vec!["--all", "--trials", "strong,m99"], "--trials strong,m99: there is no such trial; expected groups (strong, "),
         (vec!["--claim", "32", "--cases", "10", "--out", &folder.path("")], "results.jsonl:1: not a result of im verify"),
@@ -146,6 +146,23 @@ fn bad_input_is_one_message_that_helps() {
         let error = text(&run.stderr);
         assert!(error.contains(says) && error.lines().count() == 1, "{error}");
         assert!(run.stdout.is_empty());
+    }
+    // What is in the way of an output is said before anything is tried.
+    let taken = folder.file("taken", "");
+    fs::create_dir_all(folder.path("full/results.jsonl")).unwrap();
+    for (out, says) in [(&taken, "taken"), (&folder.path("full"), "results.jsonl: cannot write it: it is a folder")] {
+        let run = verify(&["--claim", "32", "--cases", "10", "--out", out]);
+        let error = text(&run.stderr);
+        assert!(run.status.code() == Some(1) && error.contains(says) && run.stdout.is_empty(), "{error}");
+    }
+    // A number that no machine has.
+    let motor = fs::read_to_string(example("motor.toml")).unwrap();
+    for subnormal in ["5e-324", "1e-310", "inf", "nan"] {
+        let tiny = motor.replace("magnetizing_inductance_h = 0.156", &format!("magnetizing_inductance_h = {subnormal}"));
+        assert_ne!(tiny, motor);
+        let run = verify(&["--claim", "1", "--cases", "10", "--motor", &folder.file("tiny.toml", &tiny)]);
+        let error = text(&run.stderr);
+        assert!(run.status.code() == Some(1) && error.contains("magnetizing_inductance_h"), "{error}");
     }
     for usage in [
         vec!["--shard", "5/4"],

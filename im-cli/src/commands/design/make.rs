@@ -14,6 +14,7 @@ use serde_json::json;
 
 use super::check::proven;
 use crate::failure::Failure;
+use crate::interrupt::together;
 use crate::output::Outputs;
 use crate::spinner::spinning;
 use crate::terminal::{rounded, stdout};
@@ -84,13 +85,11 @@ pub fn run(kind: Kind, args: &Args) -> Result<(), Failure> {
         .map(|path| Ok((path, source(args, &motor, &certificate)?)))
         .transpose()
         .map_err(|e| refused(args, kind, e))?;
-    write(&args.output, &(heading + &text))?;
-    if let Some((path, text)) = &rust {
-        write(path, text)?;
-    }
-    if let Some((path, svg)) = picture {
-        write(path, &svg)?;
-    }
+    together(|| {
+        write(&args.output, &(heading + &text))?;
+        rust.iter().try_for_each(|(path, text)| write(path, text))?;
+        picture.iter().try_for_each(|(path, svg)| write(path, svg))
+    })?;
     Ok(summary(args, &motor, &certificate, &set)?)
 }
 

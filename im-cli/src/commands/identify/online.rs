@@ -11,6 +11,8 @@ use serde_json::json;
 use super::super::inputs::Replayed;
 use super::Args;
 use crate::failure::Failure;
+use crate::interrupt::together;
+use crate::spinner::spinning;
 use crate::terminal::{rounded, stdout};
 
 /// Rows printed.
@@ -25,13 +27,13 @@ pub fn run(motor: &MotorFile, path: &Path, args: &Args) -> Result<(), Failure> {
         let what = "the identifiers need a measured speed; name its column under [speed], or say locked = true";
         return Err(Failure::Input(format!("{file}: {what}")));
     }
-    let rows = replay(motor, recording, args.scheme.into(), |_| true)
+    let rows = spinning("identifying", || replay(motor, recording, args.scheme.into(), |_| true))
         .map_err(|e| Failure::Input(format!("{file} with {}: {e}; the identifiers need it", args.motor.display())))?;
     let p = motor.machine.parameters();
     let start = RegulationParameters::from(p.inverse_gamma());
     // R_req to R_r: (L_r/L_m)².
     let to_rotor = p.rotor_resistance_ohm / start.rotor_resistance_ohm;
-    let files = args.out.as_deref().map(|dir| write(dir, &rows, motor, to_rotor)).transpose()?;
+    let files = args.out.as_deref().map(|dir| together(|| write(dir, &rows, motor, to_rotor))).transpose()?;
     let share =
         |adapting: &dyn Fn(&ReplayRow) -> bool| rows.iter().filter(|r| adapting(r)).count() as f64 / rows.len().max(1) as f64;
     let adapting =
@@ -88,7 +90,8 @@ pub fn run(motor: &MotorFile, path: &Path, args: &Args) -> Result<(), Failure> {
         text,
         "\n* held: too little excitation, or not in the scheme. known: smallest eigenvalue of the last second's information"
     )?;
-    writeln!(text, "adapting: R_r {:.0} %, R_s {:.0} %, the four {:.0} % of the time", adapting[0], adapting[1], adapting[2],)?;
+    let [r_r, r_s, four] = adapting.map(|share| 100.0 * share);
+    writeln!(text, "adapting: R_r {r_r:.0} %, R_s {r_s:.0} %, the four {four:.0} % of the time")?;
     if data.lost_rows() > 0 {
         writeln!(text, "{} rows had no usable current: estimates are held there, and filters fill anew", data.lost_rows())?;
     }

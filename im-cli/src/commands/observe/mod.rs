@@ -13,7 +13,9 @@ use serde_json::json;
 
 use super::inputs::Replayed;
 use crate::failure::Failure;
+use crate::interrupt::together;
 use crate::output::Outputs;
+use crate::spinner::spinning;
 use crate::terminal::{rounded, say, stdout, wrapped};
 use gains::{GainsFile, Refused};
 
@@ -90,11 +92,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         say(&wrapped("! ", what));
     }
     let mut replay = Replay { args, motor: &motor, data: &data, basis, gains, estimates: None };
-    each(&mut replay);
+    spinning("estimating", || each(&mut replay));
     let named = replay.estimates.expect("the argument is one of the names");
     let estimates = named.map_err(|e| e.or(refused))?;
     if let Some(folder) = &args.out {
-        write(folder, args, r, &estimates)?;
+        together(|| write(folder, args, r, &estimates))?;
     }
     Ok(print(args, &motor, &data, &estimates, other_machine.as_deref())?)
 }

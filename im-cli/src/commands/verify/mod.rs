@@ -16,6 +16,7 @@ use im_verify::{
 use serde::de::DeserializeOwned;
 
 use crate::failure::Failure;
+use crate::output::Outputs;
 use crate::spinner::spinning;
 use crate::terminal::{Progress, say, stdout};
 
@@ -181,15 +182,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let machines = subject.map_or(Machines::Random, |s| Machines::One(Box::new(s)));
     let campaign = Campaign { claims: chosen, machines, cases: args.cases, seed: args.seed, shard: args.shard };
+    if let Some(dir) = &args.out {
+        let mut outputs = Outputs::beside(&args.motor);
+        outputs.folder(dir, &["results.jsonl", "trials.jsonl"])?;
+        outputs.folder(&dir.join("cases"), &[])?;
+    }
     let planned = if args.all { trials::chosen(args.trial_seeds, &args.trials)? } else { Vec::new() };
     let blocks = tried(&campaign, args.out.as_deref())?;
     let rows: Vec<Row> = campaign.claims.iter().map(|c| Row::of(c, &campaign, &blocks)).collect();
     let found = spinning("shrinking", || shrink(&campaign, &rows, args.keep));
     if let Some(dir) = &args.out {
         for f in &found {
-            let folder = dir.join("cases");
-            std::fs::create_dir_all(&folder).map_err(|e| Failure::Input(format!("{}: {e}", folder.display())))?;
-            write_atomically(&folder.join(&f.file), |w| w.write_all(f.text.as_bytes()))?;
+            write_atomically(&dir.join("cases").join(&f.file), |w| w.write_all(f.text.as_bytes()))?;
         }
     }
     let mut out = stdout();
@@ -222,7 +226,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Results kept in a file of the folder, where one is given: what it holds, and the journal to go on with.
 fn kept<T: DeserializeOwned>(out: Option<&Path>, file: &str) -> Result<(Option<Journal>, Vec<T>), Failure> {
     let Some(dir) = out else { return Ok((None, Vec::new())) };
-    std::fs::create_dir_all(dir).map_err(|e| Failure::Input(format!("{}: cannot make the folder: {e}", dir.display())))?;
     let (journal, done) = Journal::open(&dir.join(file)).map_err(|e| Failure::Input(e.to_string()))?;
     Ok((Some(journal), done))
 }

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
+use im_model::read_text;
 use im_verify::{Subject, Verdict, case_file, claims};
 use serde_json::json;
 
@@ -11,7 +12,7 @@ use crate::terminal::stdout;
 
 /// Exit status 3 means that the case violates its claim.
 pub fn run(path: &Path, given: Option<Subject>, as_json: bool) -> Result<(), Failure> {
-    let text = std::fs::read_to_string(path).map_err(|e| Failure::Input(format!("{}: cannot be read: {e}", path.display())))?;
+    let text = read_text(path)?;
     let read = case_file::from_text(&text, &claims::all(), given);
     let (claim, point, machines) = read.map_err(|e| Failure::Input(format!("{}: {e}", path.display())))?;
     let verdict = claim.verdict(&point, &machines);
