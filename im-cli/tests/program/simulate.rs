@@ -141,7 +141,7 @@ fn a_scenario_takes_the_speed_from_an_observer() {
     let wrong = dir.file("wrong.toml", &text.replace("\"thau\"", "\"tau\""));
     let args = ["simulate", "--motor", &motor, "--scenario", &wrong, "-o", &dir.path("no.csv")];
     assert!(refused(&args).contains("no observer named \"tau\"; there are"), "{}", refused(&args));
-    let reads = dir.file("reads.toml", &text.replace("\"thau\"", "\"current_model\""));
+    let reads = dir.file("reads.toml", &text.replace("\"thau\"", "\"current-model\""));
     let args = ["simulate", "--motor", &motor, "--scenario", &reads, "-o", &dir.path("no.csv")];
     assert!(refused(&args).contains("needs a measured speed"), "{}", refused(&args));
 }
