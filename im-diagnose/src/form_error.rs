@@ -34,15 +34,17 @@ pub struct Disturbances {
     pub list: Vec<Change>,
     /// What each effect explains.
     explained: Vec<Change>,
+    /// The outputs, in their units.
+    modelled: Change,
 }
 
 /// −2 log L of a fitted model with the errors of its form as unknowns, up to a constant.
 pub fn marginal_deviance(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free]) -> f64 {
     let linear: Vec<Linearized> =
         experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
-    let Disturbances { mut list, explained } = disturbances(machine, starts, experiments);
+    let Disturbances { mut list, explained, modelled } = disturbances(machine, starts, experiments);
     // Forms differ in phase as well.
-    list.extend(explained.iter().flat_map(|d| bends(experiments, &turned(experiments, d))));
+    list.extend(explained.iter().flat_map(|d| bends(experiments, &modelled, &turned(experiments, d))));
     let residuals: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.residuals.clone()).collect();
     let slopes: Vec<Change> = (0..free.len()).map(|p| linear.iter().map(|l| l.slopes[p].clone()).collect()).collect();
     let (p, m) = (slopes.len(), list.len());
@@ -62,24 +64,23 @@ pub fn marginal_deviance(machine: &Machine<f64>, starts: &[State<f64>], experime
     let all = DMatrix::from_vec(r.len(), p + m, flat);
     let mut normal = all.tr_mul(&all) * stride as f64;
     let b = all.tr_mul(&r) * stride as f64;
-    // Parameters that the data do not determine stay.
-    let ridge = |k: usize| if k < p { 1e-9 * normal[(k, k)] + 1e-12 } else { 1.0 };
-    let ridges: Vec<f64> = (0..p + m).map(ridge).collect();
-    for (k, x) in ridges.into_iter().enumerate() {
-        normal[(k, k)] += x;
+    // The parameters move by logarithms: one that the data do not determine stays within a factor of a few.
+    for k in 0..p + m {
+        normal[(k, k)] += 1.0;
     }
     let parameters_alone = normal.view((0, 0), (p, p)).into_owned();
     let ln_det = |a: DMatrix<f64>| a.cholesky().map(|c| 2.0 * c.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>());
     let Some(sizes) = normal.clone().cholesky().map(|c| c.solve(&b)) else { return deviance(experiments, &residuals) };
     let occam = ln_det(normal).zip(ln_det(parameters_alone)).map_or(0.0, |(a, b)| a - b);
-    let mut left = residuals;
+    let mut left = residuals.clone();
     for (size, change) in sizes.iter().zip(slopes.iter().chain(&list)) {
         for (l, c) in left.iter_mut().flatten().zip(change.iter().flatten()) {
             l.iter_mut().zip(c).for_each(|(l, c)| *l -= size * c);
         }
     }
-    let prior: f64 = sizes.rows(p, m).norm_squared();
-    deviance(experiments, &left) + prior + occam
+    // Far from where the slopes were taken they may lead nowhere: then the form is taken as it is.
+    let as_it_is = deviance(experiments, &residuals);
+    as_it_is.min(deviance(experiments, &left) + sizes.norm_squared()) + occam
 }
 
 /// The currents of a change turned by a right angle.
@@ -135,23 +136,25 @@ pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: 
         let mut effects = *machine.effects();
         effects.switch_off(effect);
         if let Some(d) = machine.with_effects(effects).ok().as_ref().and_then(change) {
-            list.extend(bends(experiments, &d));
+            list.extend(bends(experiments, &here, &d));
             explained.push(d);
         }
     }
-    Disturbances { list, explained }
+    Disturbances { list, explained, modelled: here }
 }
 
-/// What an effect explains, bent: times the first Legendre polynomials of what its curve may be over (current, speed, time).
-fn bends(experiments: &[Experiment], explained: &Change) -> Vec<Change> {
+/// What an effect explains, bent: times the first Legendre polynomials of what its curve may be over (current, speed, time), as modelled: measured
+/// ones have the noise of the residual in them.
+fn bends(experiments: &[Experiment], modelled: &Change, explained: &Change) -> Vec<Change> {
     let over: Vec<[Vec<f64>; 3]> = experiments
         .iter()
-        .map(|e| {
-            let speed = e.channels.iter().find(|c| c.kind == ChannelKind::Speed);
-            let current = |k: usize| e.current_vector(k, |c| e.channels[c].values[k]).map_or(e.u_s[k].norm(), |i| i.norm());
+        .zip(modelled)
+        .map(|(e, modelled)| {
+            let speed = e.channels.iter().position(|c| c.kind == ChannelKind::Speed);
+            let current = |k: usize| e.current_vector(k, |c| modelled[c][k]).map_or(e.u_s[k].norm(), |i| i.norm());
             [
                 (0..e.len()).map(current).collect(),
-                (0..e.len()).map(|k| speed.map_or(0.0, |c| c.values[k])).collect(),
+                (0..e.len()).map(|k| speed.map_or(0.0, |c| modelled[c][k])).collect(),
                 (0..e.len()).map(|k| k as f64 * e.sample_time_s).collect(),
             ]
         })
@@ -159,8 +162,9 @@ fn bends(experiments: &[Experiment], explained: &Change) -> Vec<Change> {
     let mut out = vec![scaled(explained, |_, _| SIZE)];
     for variable in 0..3 {
         let all = || over.iter().flat_map(|o| &o[variable]).copied().filter(|x| x.is_finite());
-        let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
-        if high - low <= 0.0 || !(high - low).is_finite() {
+        // From standstill, or no current, on: a curve does not bend within the ripple of a steady state.
+        let (low, high) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
+        if high - low <= 0.0 {
             continue;
         }
         let at = |e: usize, k: usize| 2.0 * (over[e][variable][k] - low) / (high - low) - 1.0;

@@ -1,6 +1,7 @@
 //! The hidden-effect campaign: trials of [`hidden`](crate::hidden) put before the diagnosing tool, which is told nothing.
 
 use std::fmt::Write;
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
@@ -163,12 +164,12 @@ pub const GROUPS: [&str; 11] =
 /// The whole campaign: single effects of three strengths, machines of all sizes, clean runs with white and coloured noise, pairs, triples,
 /// effects outside the library, and excitation that shows less: one ramp from rest to a constant speed ("ramp"), and nothing but the steady
 /// state, of effects that have frequencies of their own there ("steady") and of those that only change the fundamental ("poor").
-pub fn plan(seeds: u64) -> Vec<Planned> {
+pub fn plan(seeds: Range<u64>) -> Vec<Planned> {
     let library: Vec<EffectKind> = EffectKind::ALL.iter().copied().filter(|k| k.in_library()).collect();
     let quick: Vec<EffectKind> = library.iter().copied().filter(|k| !k.is_thermal()).collect();
     let strengths = [("strong", Strength::Strong), ("medium", Strength::Medium), ("weak", Strength::Weak)];
     let mut out = Vec::new();
-    for seed in 0..seeds {
+    for seed in seeds {
         let machine = |k: usize, stride: usize| (k * stride + 3 * seed as usize) % CatalogueMachine::COUNT;
         let mut add = |group, name: String, case| out.push(Planned { index: out.len(), group, name, case });
         for (k, kind) in EffectKind::ALL.iter().enumerate() {

@@ -1,9 +1,11 @@
-//! The hidden-effect campaign: `campaign [SEEDS] [FILTER…]` prints one line per trial, and a table.
+//! The hidden-effect campaign: `campaign [SEEDS] [FILTER…]` prints one line per trial, and a table. SEEDS is a number of them from 0, or
+//! `FIRST..END`.
 //!
 //! Filters are words of a trial's group (strong, medium, weak, clean, coloured, pairs, triples, outside, ramp, steady, poor), effect names, or a
 //! machine (`m7`); a trial runs when it has them all. `WHY=1` prints the course of each loop.
 
 use std::convert::Infallible;
+use std::ops::Range;
 
 use im_diagnose::diagnosis::Diagnosis;
 use im_diagnose::search::Stage;
@@ -11,9 +13,9 @@ use im_tests::campaign::{Finished, Outcome, Planned, plan, run_all, table};
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
-    let seeds: u64 = args.iter().find_map(|a| a.parse().ok()).unwrap_or(1);
-    let filters: Vec<&String> = args.iter().filter(|a| a.parse::<u64>().is_err()).collect();
-    let planned: Vec<Planned> = plan(seeds).into_iter().filter(|p| filters.iter().all(|f| p.is(f))).collect();
+    let chosen = args.iter().find_map(|a| seeds(a)).unwrap_or(0..1);
+    let filters: Vec<&String> = args.iter().filter(|a| seeds(a).is_none()).collect();
+    let planned: Vec<Planned> = plan(chosen).into_iter().filter(|p| filters.iter().all(|f| p.is(f))).collect();
     println!("{} trials", planned.len());
     let mut all: Vec<Finished> = Vec::new();
     let Ok(()) = run_all(&planned, |p, finished, answer| {
@@ -28,6 +30,13 @@ fn main() {
         Ok::<(), Infallible>(())
     });
     println!("\n{}", table(&all));
+}
+
+fn seeds(argument: &str) -> Option<Range<u64>> {
+    match argument.split_once("..") {
+        Some((first, end)) => Some(first.parse().ok()?..end.parse().ok()?),
+        None => Some(0..argument.parse().ok()?),
+    }
 }
 
 fn line(p: &Planned, o: &Outcome, seconds: f64) -> String {

@@ -24,6 +24,9 @@ use crate::statistics::threshold;
 /// by their number.
 const FORM_ERROR: f64 = 0.1 * 0.1 / 10.0;
 
+/// Excess of χ²/N that is explained at least: no machine is exactly the base model.
+const LEAST_EXCESS: f64 = 0.1;
+
 /// Sets whose J is larger than the least by more than this are no answer: one in 150.
 const WINDOW: f64 = 10.0;
 
@@ -124,11 +127,11 @@ impl Search<'_> {
         (self.base().fit.count + self.loop_.held_out.as_ref().map_or(0, |h| h.count())) as f64
     }
 
-    /// λ: the excess of a χ² per direction that form errors cause, of the noise and of what the likeliest model explains alike.
+    /// λ: the χ² per direction that other errors of form cause, with what the likeliest model explains.
     fn dispersion(&self) -> f64 {
         let n = self.samples();
         let least = self.known.values().map(|k| k.deviance).fold(f64::INFINITY, f64::min);
-        1.0 + n * FORM_ERROR * ((self.nothing().deviance - least) / n).exp()
+        1.0 + n * FORM_ERROR * (((self.nothing().deviance - least) / n).exp_m1() + LEAST_EXCESS)
     }
 
     /// k ln(N/λ) + 2 ln C(m, |S|).

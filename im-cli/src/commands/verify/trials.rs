@@ -12,7 +12,7 @@ use crate::terminal::Progress;
 
 /// The trials that are asked for: those that match all words of a wish, for any of the wishes; all trials if there are no wishes.
 pub fn chosen(seeds: u64, wishes: &[String]) -> Result<Vec<Planned>, Failure> {
-    let all = plan(seeds);
+    let all = plan(0..seeds);
     let fits = |p: &Planned, wish: &str| wish.split(',').all(|word| p.is(word.trim()));
     if let Some(nothing) = wishes.iter().find(|w| !all.iter().any(|p| fits(p, w))) {
         return Err(Failure::Input(format!(
