@@ -3,8 +3,10 @@
 use im_identify::offline::{Experiment, Start, guess_start};
 use im_model::{MotorFile, Recording, State};
 
-use crate::intake::Intake;
+use rayon::prelude::*;
+
 use crate::intake::mapping::Begin;
+use crate::intake::{Intake, LoadPlan};
 use crate::noise::white_sigma;
 
 /// A motor with its recordings.
@@ -19,7 +21,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// From canonical recordings; the noise of each sensor is estimated from all of them together.
+    /// From canonical recordings, the load of those without a torque unknown; the noise of each sensor is estimated from all of them together.
     pub fn new(motor: MotorFile, train: &[Recording], holdout: Option<&Recording>) -> Self {
         let experiments = |r: &Recording| Experiment::from_recording(r, [1.0, 1.0], 1.0);
         let mut case = Self { motor, train: train.iter().map(experiments).collect(), holdout: holdout.map(experiments) };
@@ -27,11 +29,13 @@ impl Case {
         for e in case.train.iter_mut().chain(&mut case.holdout) {
             e.start = guess_start(e);
         }
-        case
+        let unknown = train.iter().chain(holdout).map(|r| r.tau_load.is_none());
+        case.load_plans(unknown.map(|u| if u { LoadPlan::Unknown } else { LoadPlan::Known }).collect())
     }
 
     /// From recordings as they were taken in; the noise of each sensor is estimated from all of them together.
     pub fn from_intake(motor: MotorFile, train: Vec<Intake>, holdout: Option<Intake>) -> Self {
+        let loads: Vec<LoadPlan> = train.iter().chain(&holdout).map(|i| i.load).collect();
         let begins: Vec<Begin> = train.iter().chain(&holdout).map(|i| i.begin).collect();
         let train = train.into_iter().map(|i| i.experiment).collect();
         let mut case = Self { motor, train, holdout: holdout.map(|i| i.experiment) };
@@ -43,34 +47,32 @@ impl Case {
                 (_, guess) => guess,
             };
         }
-        case
+        case.load_plans(loads)
+    }
+
+    /// Loads every run as is known of it. How it starts must have been seen before: an unknown load takes the speed out of what is compared.
+    fn load_plans(mut self, plans: Vec<LoadPlan>) -> Self {
+        let count = self.train.len();
+        let apply = |(e, plan): (Experiment, &LoadPlan)| plan.apply(e);
+        self.train = self.train.into_par_iter().zip(&plans[..count]).map(apply).collect();
+        self.holdout = self.holdout.map(|e| plans[count].apply(e));
+        self
     }
 
     /// Sets the noise of every channel from the roughness of a fit's residuals on `fitted`, all runs together.
     pub fn set_noise_from(&mut self, fitted: &[Experiment], residuals: &[Vec<Vec<f64>>]) {
-        let rough: Vec<Vec<f64>> = fitted
-            .iter()
-            .zip(residuals)
-            .map(|(e, r)| {
-                if e.is_table() {
-                    return vec![0.0; e.channels.len()];
-                }
-                e.channels
-                    .iter()
-                    .zip(r)
-                    .map(|(c, r)| {
-                        let used: Vec<f64> = r.iter().enumerate().filter(|(k, _)| c.is_valid(*k)).map(|(_, v)| *v).collect();
-                        c.sigma * white_sigma(&used)
-                    })
-                    .collect()
+        // A table has no roughness.
+        let runs = fitted.iter().zip(residuals).filter(|(e, _)| !e.is_table());
+        let rough: Vec<(&str, f64)> = runs
+            .flat_map(|(e, r)| e.channels.iter().zip(r))
+            .map(|(c, r)| {
+                let used: Vec<f64> = r.iter().enumerate().filter(|(k, _)| c.is_valid(*k)).map(|(_, v)| *v).collect();
+                (c.name.as_str(), c.sigma * white_sigma(&used))
             })
             .collect();
-        let mut all: Vec<&mut im_identify::offline::Channel> =
-            self.train.iter_mut().chain(&mut self.holdout).flat_map(|e| &mut e.channels).collect();
-        let names: Vec<String> = all.iter().map(|c| c.name.clone()).collect();
-        let known: Vec<(String, f64)> = names.iter().cloned().zip(rough.into_iter().flatten()).collect();
-        for c in &mut all {
-            let mut found: Vec<f64> = known.iter().filter(|(n, _)| *n == c.name).map(|(_, s)| *s).collect();
+        let sampled = self.train.iter_mut().chain(&mut self.holdout).filter(|e| !e.is_table());
+        for c in sampled.flat_map(|e| &mut e.channels) {
+            let mut found: Vec<f64> = rough.iter().filter(|(n, _)| *n == c.name).map(|(_, s)| *s).collect();
             found.sort_by(f64::total_cmp);
             // A residual cannot be rougher than the sensor: the smaller of both estimates.
             if let Some(&s) = found.get(found.len() / 2)
@@ -101,7 +103,8 @@ impl Case {
             }
             found.sort_by(f64::total_cmp);
             let sigma = found[found.len() / 2].max(1e-9);
-            for c in self.train.iter_mut().chain(&mut self.holdout).flat_map(|e| &mut e.channels).filter(|c| c.name == name) {
+            let sampled = self.train.iter_mut().chain(&mut self.holdout).filter(|e| !e.is_table());
+            for c in sampled.flat_map(|e| &mut e.channels).filter(|c| c.name == name) {
                 c.sigma = sigma;
             }
         }

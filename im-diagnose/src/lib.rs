@@ -20,6 +20,7 @@ pub mod diagnosis;
 pub mod form_error;
 pub mod format;
 pub mod intake;
+pub mod loads;
 pub mod localise;
 pub mod next_test;
 pub mod noise;

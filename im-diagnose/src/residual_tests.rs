@@ -149,7 +149,7 @@ impl Series {
             self.angles.push([unit(x.theta_m), if i.norm() > 1e-9 { i / i.norm() } else { Complex::new(1.0, 0.0) }]);
             self.raw.push(turned(raw, true));
             self.white.push(turned(white, false));
-            bench.advance(&e.input(k));
+            bench.advance(&e.input(k, bench.plant()));
         }
     }
 

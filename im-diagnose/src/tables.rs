@@ -2,7 +2,9 @@
 
 use std::f64::consts::SQRT_2;
 
-use im_identify::offline::{Channel, ChannelKind, Experiment, FitError, FitOptions, Start, base_parameters_in, fit, predict};
+use im_identify::offline::{
+    Channel, ChannelKind, Experiment, FitError, FitOptions, Load, Start, base_parameters_in, fit, predict,
+};
 use im_model::effects::SteadyState;
 use im_model::{Complex, EffectId, MotorFile, State};
 
@@ -15,8 +17,6 @@ pub fn candidates() -> Vec<EffectId> {
     EffectId::ALL.iter().copied().filter(|id| id.about().steady_state == SteadyState::Shows).collect()
 }
 
-/// What meters of the usual class are good for, as a fraction of their largest reading.
-const METER: f64 = 0.01;
 /// The same of a speed sensor, of synchronous speed.
 const TACHOMETER: f64 = 0.002;
 /// Least wrong scale of a speed sensor that is worth mending.
@@ -27,6 +27,7 @@ const ROWS: usize = 5;
 
 /// What is wrong with tables before anything is fitted to them.
 pub fn look(motor: &MotorFile, tables: &[SteadyTable]) -> Vec<Finding> {
+    let tables = &decided(motor, tables)[..];
     let mut out: Vec<Finding> = tables.iter().flat_map(|t| look_at(motor, t)).collect();
     let count = tables.iter().map(|t| distinct(t).len()).sum::<usize>();
     if count < ROWS {
@@ -63,7 +64,9 @@ fn look_at(motor: &MotorFile, t: &SteadyTable) -> Vec<Finding> {
     let torque: Vec<f64> = t.rows.iter().filter_map(|r| r.torque_nm).collect();
     let rated = motor.rating.torque_nm;
     let loaded = t.kind == TableKind::Load || varied(t);
-    if loaded && torque.iter().all(|x| x.abs() < 1e-3 * rated) {
+    // Without a torque the speed says what the rotor does.
+    let driven = t.kind == TableKind::Load && torque.is_empty() && t.rows.iter().all(|r| r.omega_m_rad_s.is_some());
+    if loaded && !driven && torque.iter().all(|x| x.abs() < 1e-3 * rated) {
         let text = match torque.is_empty() {
             true => "The power varies at one voltage as under load, and there is no torque".to_owned(),
             false => "The power varies at one voltage as under load, and the torque is zero in every row".to_owned(),
@@ -100,7 +103,8 @@ fn varied(t: &SteadyTable) -> bool {
 /// # Errors
 /// As [`fit`] says.
 pub fn case(motor: MotorFile, tables: &[SteadyTable]) -> Result<(Case, Vec<Finding>), FitError> {
-    let mut train: Vec<Experiment> = tables.iter().map(|t| experiment(&motor, t)).collect();
+    let tables = &decided(&motor, tables)[..];
+    let mut train: Vec<Experiment> = tables.iter().flat_map(|t| experiments(&motor, t)).collect();
     let mut findings = Vec::new();
     if let Some(scale) = speed_scale(&motor, tables, &train)?
         && (scale - 1.0).abs() > WRONG_SCALE
@@ -122,28 +126,69 @@ pub fn case(motor: MotorFile, tables: &[SteadyTable]) -> Result<(Case, Vec<Findi
     Ok((Case { motor, train, holdout: None }, findings))
 }
 
-fn experiment(motor: &MotorFile, t: &SteadyTable) -> Experiment {
-    let column = |f: &dyn Fn(&SteadyRow) -> Option<f64>| t.rows.iter().map(f).collect::<Option<Vec<f64>>>();
+/// The impedance of one phase with the rotor free and with it held, as the motor file has it, Ω.
+fn impedances(motor: &MotorFile) -> [f64; 2] {
+    let p = motor.machine.parameters();
+    let omega = std::f64::consts::TAU * motor.rating.electrical_frequency_hz;
+    let free = p.stator_resistance_ohm.hypot(omega * (p.stator_leakage_inductance_h + p.magnetizing_inductance_h));
+    let leakage = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
+    [free, (p.stator_resistance_ohm + p.rotor_resistance_ohm).hypot(omega * leakage)]
+}
+
+/// The tables with the rotor free or held where nobody said: by which of the two impedances theirs is nearer to.
+fn decided(motor: &MotorFile, tables: &[SteadyTable]) -> Vec<SteadyTable> {
+    let [free, held] = impedances(motor);
+    let of = |t: &SteadyTable| {
+        if t.kind != TableKind::Unsaid {
+            return t.clone();
+        }
+        // Saturation lowers the impedance of a free rotor: the largest of the rows shows best which it is.
+        let seen = t.rows.iter().map(|r| r.phase_voltage_rms_v / r.current_rms_a).fold(0.0, f64::max);
+        let off = |z: f64| (seen / z).ln().abs();
+        let kind = if off(free) < off(held) { TableKind::NoLoad } else { TableKind::Locked };
+        SteadyTable { kind, ..t.clone() }
+    };
+    tables.iter().map(of).collect()
+}
+
+/// The rows whose torque is known as steady states under it; those of a load test without a torque as such at the speed that they show.
+fn experiments(motor: &MotorFile, t: &SteadyTable) -> Vec<Experiment> {
+    let driven = |r: &SteadyRow| t.kind == TableKind::Load && r.torque_nm.is_none() && r.omega_m_rad_s.is_some();
+    let (driven, known): (Vec<SteadyRow>, Vec<SteadyRow>) = t.rows.iter().partition(|r| driven(r));
+    let parts = [(known, false), (driven, true)];
+    parts.into_iter().filter(|(rows, _)| !rows.is_empty()).map(|(rows, driven)| experiment(motor, t, &rows, driven)).collect()
+}
+
+fn experiment(motor: &MotorFile, t: &SteadyTable, rows: &[SteadyRow], driven: bool) -> Experiment {
+    let column = |f: &dyn Fn(&SteadyRow) -> Option<f64>| rows.iter().map(f).collect::<Vec<Option<f64>>>();
     let mut channels = Vec::new();
-    let mut add = |name: &str, kind, values: Option<Vec<f64>>, sigma: Option<f64>| {
-        let Some(values) = values else { return };
-        let sigma = sigma.unwrap_or_else(|| METER * values.iter().fold(0.0f64, |m, v| m.max(v.abs())));
-        channels.push(Channel { name: name.into(), kind, values, valid: None, sigma: sigma.max(1e-9) });
+    let mut add = |name: &str, kind, values: Vec<Option<f64>>, sigma: Option<f64>| {
+        let there: Vec<f64> = values.iter().flatten().copied().collect();
+        if there.is_empty() {
+            return;
+        }
+        let sigma = sigma.unwrap_or_else(|| 0.01 * t.class_percent * there.iter().fold(0.0f64, |m, v| m.max(v.abs())));
+        let valid = (there.len() < values.len()).then(|| values.iter().map(Option::is_some).collect());
+        let values = values.into_iter().map(Option::unwrap_or_default).collect();
+        channels.push(Channel { name: name.into(), kind, values, valid, sigma: sigma.max(1e-9) });
     };
     let synchronous = motor.rating.synchronous_speed_rad_s(motor.machine.pole_pairs());
     add("i_rms_A", ChannelKind::RmsCurrent, column(&|r| Some(r.current_rms_a)), None);
     add("p_W", ChannelKind::ActivePower, column(&|r| Some(r.active_power_w)), None);
     add("q_var", ChannelKind::ReactivePower, column(&|r| r.reactive_power_var), None);
-    if t.kind != TableKind::Locked {
+    if t.kind != TableKind::Locked && !driven {
         add("omega_m_rad_s", ChannelKind::Speed, column(&|r| r.omega_m_rad_s), Some(TACHOMETER * synchronous));
     }
+    let held = (t.kind == TableKind::Locked).then(|| vec![0.0; rows.len()]);
+    let shown = driven.then(|| rows.iter().map(|r| r.omega_m_rad_s.unwrap_or_default()).collect());
     Experiment {
         name: t.name.clone(),
         sample_time_s: 1.0,
         supply_frequency_hz: Some(motor.rating.electrical_frequency_hz),
-        u_s: t.rows.iter().map(|r| Complex::new(SQRT_2 * r.phase_voltage_rms_v, 0.0)).collect(),
-        tau_load: t.rows.iter().map(|r| r.torque_nm.unwrap_or(0.0)).collect(),
-        imposed_speed: (t.kind == TableKind::Locked).then(|| vec![0.0; t.rows.len()]),
+        u_s: rows.iter().map(|r| Complex::new(SQRT_2 * r.phase_voltage_rms_v, 0.0)).collect(),
+        tau_load: rows.iter().map(|r| r.torque_nm.unwrap_or(0.0)).collect(),
+        load: Load::Known,
+        imposed_speed: held.or(shown),
         speed_nudge: None,
         channels,
         start: Start::Rest,
@@ -158,7 +203,9 @@ fn speed_scale(motor: &MotorFile, tables: &[SteadyTable], train: &[Experiment]) 
     }
     let fitted = fit(&motor.machine, &blind, &base_parameters_in(&motor.machine, &blind), &FitOptions::near())?;
     let (mut shown, mut true_) = (0.0, 0.0);
-    for (e, _) in train.iter().zip(tables).filter(|(_, t)| t.kind == TableKind::NoLoad) {
+    let free = tables.iter().filter(|t| t.kind == TableKind::NoLoad).map(|t| &t.name);
+    let free: Vec<&String> = free.collect();
+    for e in train.iter().filter(|e| free.contains(&&e.name)) {
         let Some(c) = e.channels.iter().position(|c| c.kind == ChannelKind::Speed) else { continue };
         let predicted = predict(&fitted.machine, e, &State::default());
         let largest = e.u_s.iter().map(|u| u.norm()).fold(0.0, f64::max);

@@ -11,7 +11,7 @@
 //! recordings: where their spread asks for a wider interval, that is taken. d_m are changes of the outputs that the model cannot follow and
 //! the residual hardly shows: the curve of each effect, bent by 5 % of what it explains, and the ratio of the leakages, off by 20 % (`form_error`).
 
-use im_identify::offline::{Experiment, Fit, Free, Linearized, Target, inverse_of_normal, linearize};
+use im_identify::offline::{Experiment, Fit, Free, Linearized, Target, inverse_of_normal, linearize, prior_terms};
 use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State, TParameters};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -235,6 +235,12 @@ impl Spread {
                 linear.iter().zip(&change).flat_map(|(l, d)| l.slopes[k].iter().zip(d)).map(|(s, d)| dot(s, d)).sum::<f64>()
             });
             hidden += &g * g.transpose();
+        }
+        // What is known beforehand is as independent of the rest as a row more.
+        for (k, [_, _, information]) in prior_terms(machine, free).into_iter().enumerate() {
+            for m in [&mut normal, &mut modelled] {
+                m[(k, k)] += information;
+            }
         }
         Self { inverse: inverse_of_normal(&normal), noise: [modelled, shown], hidden }
     }

@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use im_identify::offline::{Channel, ChannelKind, Experiment, FitOptions, Start, base_parameters, cost, fit, linearize};
+use im_identify::offline::{Channel, ChannelKind, Experiment, FitOptions, Load, Start, base_parameters, cost, fit, linearize};
 use im_model::{Complex, InverseGammaParameters, Machine};
 
 const TRUTH: [f64; 6] = [3.7, 2.1, 0.224, 0.021, 0.015, 0.002];
@@ -35,6 +35,7 @@ fn main() {
         sample_time_s: 1e-4,
         u_s: rows.iter().map(|r| Complex::new(r[1], r[2])).collect(),
         tau_load: column(6),
+        load: Load::Known,
         imposed_speed: None,
         speed_nudge: None,
         supply_frequency_hz: None,

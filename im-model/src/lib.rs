@@ -69,7 +69,7 @@ pub use file_error::{FileError, Problem};
 pub use flux_map::Currents;
 pub use machine::{Machine, ParameterId, Rating};
 #[cfg(feature = "std")]
-pub use motor_file::MotorFile;
+pub use motor_file::{Known, MotorFile};
 pub use nameplate::{Nameplate, NameplateGuess};
 pub use num_complex::Complex;
 pub use parameters::{
@@ -83,7 +83,7 @@ pub use recording_csv::{CanonicalColumns, VectorColumns};
 #[cfg(feature = "std")]
 pub use rows::{Rows, TextFormat, fields_of, sampling_time};
 pub use scalar::Scalar;
-pub use state::State;
+pub use state::{LoadLaw, State};
 pub use steady_state::{Held, steady_state};
 #[cfg(feature = "std")]
 pub use text_file::read_text;

@@ -13,7 +13,7 @@ use crate::atomic_file::write_atomically;
 use crate::effects::{CustomId, EffectId, Effects};
 use crate::error::Bound;
 use crate::file_error::FileError;
-use crate::machine::{Machine, Rating};
+use crate::machine::{Machine, ParameterId, Rating};
 use crate::parameters::{BaseParameter, TParameters};
 use crate::text_file::read_text;
 use crate::toml_text::{TomlText, Whole, exact, quoted};
@@ -48,6 +48,9 @@ use crate::toml_text::{TomlText, Whole, exact, quoted};
 /// ```
 ///
 /// Parameters of an effect that are left out take the value usual for a machine of this rating; a strength left out is zero.
+///
+/// Any parameter may be `{ value = 1.5, tolerance = 0.02 }` in place of its number: known to ± 2 % (95 % of cases), which fits then
+/// respect; 0 holds it. `measured` gives what was measured where `value` is something else, as in a refined motor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotorFile {
     /// What the machine is called.
@@ -56,7 +59,21 @@ pub struct MotorFile {
     pub machine: Machine<f64>,
     /// What the machine is built for; guessed where the file gives none.
     pub rating: Rating,
+    /// What is known of parameters beside their values here.
+    pub known: BTreeMap<ParameterId, Known>,
 }
+
+/// What is known of a parameter before any recording: measured, from a data sheet, or of such machines in general.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Known {
+    /// The value, in the parameter's unit.
+    pub value: f64,
+    /// By how much of it the truth may differ, in 95 of 100 cases; zero: it is held.
+    pub tolerance: f64,
+}
+
+/// A wider tolerance says nothing.
+const WIDEST_TOLERANCE: f64 = 10.0;
 
 /// Numbers by key; which keys there are is in the registry of effects and parameters.
 type Numbers = Spanned<BTreeMap<Spanned<String>, Spanned<toml::Value>>>;
@@ -124,7 +141,8 @@ impl MotorFile {
         let toml = TomlText::new(text, label, &hints);
         let MotorToml { machine: head, effects: tables } = toml.read()?;
         let pole_pairs = head.pole_pairs.0 as u32;
-        let p = parameters(&toml, &head.parameters)?;
+        let mut known = BTreeMap::new();
+        let p = parameters(&toml, &head.parameters, &mut known)?;
         let rating = match &head.rating {
             Some(table) => rating(&toml, table)?,
             None => Rating::guess(&p, pole_pairs),
@@ -134,11 +152,11 @@ impl MotorFile {
             effects.add_custom(id);
         }
         effects.rescale(&rating, &p, pole_pairs);
-        read_effects(&toml, &tables, &mut effects)?;
+        read_effects(&toml, &tables, &mut effects, &mut known)?;
         let gap = head.air_gap.as_ref().map(|table| air_gap(&toml, table)).transpose()?;
         let machine = Machine::try_new(p, pole_pairs, effects).and_then(|m| m.with_air_gap(gap)).map_err(|e| toml.value(e))?;
         let name = head.name.unwrap_or_else(|| "motor".to_owned());
-        Ok(Self { name, machine, rating })
+        Ok(Self { name, machine, rating, known })
     }
 
     /// The file's text. Reading it gives the same machine, bit for bit, with effects that are off at their defaults.
@@ -150,7 +168,7 @@ impl MotorFile {
         let _ = writeln!(out, "[machine]\nname = {}\npole_pairs = {}\n", quoted(&self.name), self.machine.pole_pairs());
         let _ = writeln!(out, "[machine.parameters]");
         for (parameter, x) in BaseParameter::ALL.into_iter().zip(p.values()) {
-            let _ = writeln!(out, "{} = {}", parameter.key(), exact(x));
+            let _ = writeln!(out, "{} = {}", parameter.key(), self.number(ParameterId::Base(parameter), x));
         }
         let r = &self.rating;
         let _ = writeln!(out, "\n[machine.rating]");
@@ -167,10 +185,18 @@ impl MotorFile {
         for id in self.machine.effects().active() {
             let _ = writeln!(out, "\n[effects.{id}]");
             for (k, info) in id.parameters().iter().enumerate() {
-                let _ = writeln!(out, "{} = {}", info.key, exact(self.machine.effects().get(id, k)));
+                let x = self.machine.effects().get(id, k);
+                let _ = writeln!(out, "{} = {}", info.key, self.number(ParameterId::Effect(id, k), x));
             }
         }
         out
+    }
+
+    /// A number, with what is known of it.
+    fn number(&self, id: ParameterId, x: f64) -> String {
+        let Some(k) = self.known.get(&id) else { return exact(x) };
+        let measured = if k.value == x { String::new() } else { format!(", measured = {}", exact(k.value)) };
+        format!("{{ value = {}{measured}, tolerance = {} }}", exact(x), exact(k.tolerance))
     }
 
     /// Writes the file, as a whole or not at all.
@@ -182,21 +208,55 @@ impl MotorFile {
     }
 }
 
-/// The numbers of a table, in the order of `keys`; none where one is left out.
-fn numbers(toml: &TomlText<'_>, table: &Numbers, keys: &[(&'static str, Bound)]) -> Result<Vec<Option<f64>>, FileError> {
+/// A number, or `{ value, tolerance }` with `measured` where that is another value.
+fn known_number(
+    toml: &TomlText<'_>,
+    given: &Spanned<toml::Value>,
+    key: &'static str,
+    bound: Bound,
+) -> Result<(f64, Option<Known>), FileError> {
+    let Some(table) = given.get_ref().as_table() else { return Ok((toml.number(given, key, bound)?, None)) };
+    const KEYS: [&str; 3] = ["value", "measured", "tolerance"];
+    if let Some(other) = table.keys().find(|k| !KEYS.contains(&k.as_str())) {
+        return Err(toml.unknown(given.span(), other, &KEYS));
+    }
+    // What stands inside a table has the place of the table.
+    let part = |key: &str| table.get(key).map(|v| Spanned::new(given.span(), v.clone()));
+    let missing = |key| toml.missing(given.span(), key, "{ value = a number, tolerance = 0.02 for ± 2 %; 0 holds it }");
+    let value = toml.number(&part("value").ok_or_else(|| missing("value"))?, key, bound)?;
+    let measured = part("measured").map(|m| toml.number(&m, key, bound)).transpose()?.unwrap_or(value);
+    let tolerance = part("tolerance").ok_or_else(|| missing("tolerance"))?;
+    let tolerance = toml.number(&tolerance, "tolerance", Bound::Within(0.0, WIDEST_TOLERANCE))?;
+    Ok((value, Some(Known { value: measured, tolerance })))
+}
+
+/// The numbers of a table, in the order of `keys`; none where one is left out. What is known of them is noted under the name of each.
+fn numbers(
+    toml: &TomlText<'_>,
+    table: &Numbers,
+    keys: &[(&'static str, Bound)],
+    mut note: impl FnMut(usize, Known),
+) -> Result<Vec<Option<f64>>, FileError> {
     let mut values = vec![None; keys.len()];
     for (key, value) in table.get_ref() {
         let Some(k) = keys.iter().position(|(known, _)| known == key.get_ref()) else {
             let known: Vec<&str> = keys.iter().map(|(k, _)| *k).collect();
             return Err(toml.unknown(key.span(), key.get_ref(), &known));
         };
-        values[k] = Some(toml.number(value, keys[k].0, keys[k].1)?);
+        let (x, known) = known_number(toml, value, keys[k].0, keys[k].1)?;
+        values[k] = Some(x);
+        known.into_iter().for_each(|x| note(k, x));
     }
     Ok(values)
 }
 
-fn parameters(toml: &TomlText<'_>, table: &Numbers) -> Result<TParameters<f64>, FileError> {
-    let given = numbers(toml, table, &BaseParameter::ALL.map(|p| (p.key(), p.bound())))?;
+type KnownBy = BTreeMap<ParameterId, Known>;
+
+fn parameters(toml: &TomlText<'_>, table: &Numbers, known: &mut KnownBy) -> Result<TParameters<f64>, FileError> {
+    let note = |k: usize, x| {
+        known.insert(ParameterId::Base(BaseParameter::ALL[k]), x);
+    };
+    let given = numbers(toml, table, &BaseParameter::ALL.map(|p| (p.key(), p.bound())), note)?;
     let mut values = [0.0; 7];
     for ((x, given), p) in values.iter_mut().zip(given).zip(BaseParameter::ALL) {
         let expected = || format!("a number, {}; {} of the T circuit", p.bound(), p.symbol());
@@ -206,7 +266,7 @@ fn parameters(toml: &TomlText<'_>, table: &Numbers) -> Result<TParameters<f64>, 
 }
 
 fn rating(toml: &TomlText<'_>, table: &Numbers) -> Result<Rating, FileError> {
-    let given = numbers(toml, table, &Rating::BOUNDS)?;
+    let given = numbers(toml, table, &Rating::BOUNDS, |_, _| ())?;
     let mut values = [0.0; 4];
     for ((x, given), (key, _)) in values.iter_mut().zip(given).zip(Rating::BOUNDS) {
         let expected = "give all four of the rating, or leave the table out and the rating is guessed";
@@ -217,7 +277,7 @@ fn rating(toml: &TomlText<'_>, table: &Numbers) -> Result<Rating, FileError> {
 }
 
 fn air_gap(toml: &TomlText<'_>, table: &Numbers) -> Result<AirGapSaturation<f64>, FileError> {
-    let given = numbers(toml, table, &AirGapSaturation::<f64>::KEYS)?;
+    let given = numbers(toml, table, &AirGapSaturation::<f64>::KEYS, |_, _| ())?;
     let mut values = [0.0; 9];
     for ((x, given), (key, _)) in values.iter_mut().zip(given).zip(AirGapSaturation::<f64>::KEYS) {
         let expected = "give all nine of the air gap, or leave the table out";
@@ -230,6 +290,7 @@ fn read_effects(
     toml: &TomlText<'_>,
     tables: &BTreeMap<Spanned<String>, Numbers>,
     effects: &mut Effects<f64>,
+    known: &mut KnownBy,
 ) -> Result<(), FileError> {
     let ids: Vec<EffectId> = effects.ids().collect();
     for (name, table) in tables {
@@ -238,7 +299,10 @@ fn read_effects(
             return Err(toml.unknown(name.span(), name.get_ref(), &known));
         };
         let keys: Vec<(&'static str, Bound)> = id.parameters().iter().map(|p| (p.key, p.bound)).collect();
-        for (k, x) in numbers(toml, table, &keys)?.into_iter().enumerate() {
+        let note = |k: usize, x| {
+            known.insert(ParameterId::Effect(id, k), x);
+        };
+        for (k, x) in numbers(toml, table, &keys, note)?.into_iter().enumerate() {
             if let Some(x) = x {
                 effects.set(id, k, x);
             }
@@ -310,6 +374,20 @@ mod tests {
         assert_eq!(nowhere.to_string(), "/no/such/motor.toml: cannot read it: no such file or folder");
     }
 
+    #[test]
+    fn a_parameter_may_come_with_a_tolerance() {
+        let with = |text: &str| MotorFile::parse(&GOOD.replace("_ohm = 1.5", &format!("_ohm = {text}")), "motor.toml");
+        let id = ParameterId::Base(BaseParameter::StatorResistance);
+        let m = with("{ value = 1.5, tolerance = 0.02 }").unwrap();
+        assert_eq!((m.machine.get(id), m.known[&id]), (1.5, Known { value: 1.5, tolerance: 0.02 }));
+        let m = with("{ value = 1.6, measured = 1.5, tolerance = 0 }").unwrap();
+        assert_eq!((m.machine.get(id), m.known[&id]), (1.6, Known { value: 1.5, tolerance: 0.0 }));
+        let e = |text| with(text).unwrap_err().to_string();
+        assert_eq!(e("{ value = 1.5, tolerance = -0.1 }"), "motor.toml:6: tolerance = -0.1 must be from 0 to 10");
+        assert!(e("{ value = 1.5 }").starts_with("motor.toml:6: tolerance is missing"), "{}", e("{ value = 1.5 }"));
+        assert!(e("{ value = 1.5, tol = 1 }").contains("unknown key tol"), "{}", e("{ value = 1.5, tol = 1 }"));
+    }
+
     fn positive() -> impl Strategy<Value = f64> {
         (-6.0..3.0f64).prop_map(|e| 10f64.powf(e))
     }
@@ -323,6 +401,7 @@ mod tests {
             pole_pairs in 1u32..=100,
             name in any::<String>(),
             on in any::<u32>(),
+            tolerances in any::<u8>(),
             sizes in prop::collection::vec(0.0..1.0f64, 100),
         ) {
             let p = TParameters::from_values(values);
@@ -344,7 +423,12 @@ mod tests {
                 }
             }
             let machine = Machine::try_new(p, pole_pairs, e).unwrap();
-            let file = MotorFile { name, machine, rating };
+            let mut known = BTreeMap::new();
+            for (k, p) in BaseParameter::ALL.into_iter().enumerate().filter(|(k, _)| tolerances >> k & 1 == 1) {
+                let value = if k % 2 == 0 { values[k] } else { 1.1 * values[k] };
+                known.insert(ParameterId::Base(p), Known { value, tolerance: f64::from(k as u8) * 0.01 });
+            }
+            let file = MotorFile { name, machine, rating, known };
             let text = file.to_toml();
             let back = MotorFile::parse(&text, "again").map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;
             prop_assert_eq!(&back, &file);

@@ -170,6 +170,11 @@ impl<T: Scalar> Plant<T> {
         self.effects.measured_current(self.on, i_s)
     }
 
+    /// The speed at which the rotor turns when its sensor shows this one, with its first and second derivative.
+    pub fn speed_behind(&self, shown: [T; 3]) -> T {
+        self.effects.speed_behind(self.on, shown)[0]
+    }
+
     /// Speed of what the load torque acts on, rad/s.
     pub fn load_speed(&self, x: &State<T>) -> T {
         self.effects.load_speed(self.on, x.omega_m, &x.extra)
@@ -204,7 +209,8 @@ impl<T: Scalar> Plant<T> {
         let torque = cross(i_r, x.psi_r).scale(self.torque_factor);
         let viscous = p.viscous_friction_nm_s_per_rad * x.omega_m;
         let braking = at.map_or(viscous, |at| e.braking_torque(on, viscous, at, own));
-        let tau_shaft = at.map_or(input.tau_load, |at| e.shaft_torque(on, input.tau_load, at, own));
+        let tau_load = at.map_or_else(|| input.tau_load + x.load.torque(x.omega_m), |at| at.tau_load);
+        let tau_shaft = at.map_or(tau_load, |at| e.shaft_torque(on, tau_load, at, own));
         rates.omega_m = (torque - braking - tau_shaft) * self.inv_inertia;
         if let Some([target, rate]) = input.speed_nudge {
             rates.omega_m += (target - x.omega_m) * rate;
@@ -219,7 +225,7 @@ impl<T: Scalar> Plant<T> {
             iron: T::zero(),
             friction: braking * x.omega_m,
             shaft_damping: T::zero(),
-            load: input.tau_load * e.load_speed(on, x.omega_m, own),
+            load: tau_load * e.load_speed(on, x.omega_m, own),
         };
         if let Some(at) = at {
             e.powers(on, &mut powers, at, own);
@@ -237,6 +243,7 @@ impl<T: Scalar> Plant<T> {
             currents,
             parameters: p,
             input,
+            tau_load: input.tau_load + x.load.torque(e.load_speed(on, x.omega_m, own)),
             r_s: e.stator_resistance(on, p.stator_resistance_ohm, own),
             r_r: e.rotor_resistance(on, p.rotor_resistance_ohm, own),
             n_p: self.n_p,
@@ -268,15 +275,15 @@ impl<T: Scalar> Plant<T> {
     /// `h`), so that integrals of powers are taken with the same rule as the state.
     #[inline(always)]
     pub fn step_observed(&self, x: &mut State<T>, input: &PlantInput<T>, h: f64, observe: impl FnMut(f64, &Evaluation<T>)) {
-        if self.plain && input.imposed_speed.is_none() {
-            self.step_as::<true>(x, input, h, observe);
-        } else {
-            self.step_as::<false>(x, input, h, observe);
+        match (self.plain, input.imposed_speed.is_some()) {
+            (true, false) => self.step_as::<true, false>(x, input, h, observe),
+            (true, true) => self.step_as::<true, true>(x, input, h, observe),
+            (false, _) => self.step_as::<false, true>(x, input, h, observe),
         }
     }
 
     #[inline(always)]
-    fn step_as<const PLAIN: bool>(
+    fn step_as<const PLAIN: bool, const IMPOSED: bool>(
         &self,
         x: &mut State<T>,
         input: &PlantInput<T>,
@@ -289,7 +296,7 @@ impl<T: Scalar> Plant<T> {
         let (from, mut at) = (*x, *x);
         // A loop, not four copies: with derivatives a copy fills a processor's instruction cache by itself.
         for (fraction, weight, next) in [(0.0, sixth, half), (0.5, third, half), (0.5, third, h), (1.0, sixth, h)] {
-            if let (false, Some([a, b])) = (PLAIN, input.imposed_speed) {
+            if let (true, Some([a, b])) = (IMPOSED, input.imposed_speed) {
                 at.omega_m = a + (b - a).scale(fraction);
             }
             let e = self.evaluate_as::<PLAIN>(&at, input);
@@ -299,7 +306,7 @@ impl<T: Scalar> Plant<T> {
                 at.set_advanced(&from, &e.rates, next, on);
             }
         }
-        if let (false, Some([_, b])) = (PLAIN, input.imposed_speed) {
+        if let (true, Some([_, b])) = (IMPOSED, input.imposed_speed) {
             x.omega_m = b;
         }
     }

@@ -54,6 +54,8 @@ pub struct Rows<'a, R> {
     names: Vec<String>,
     /// Columns whose fields must be finite numbers.
     needed: Vec<bool>,
+    /// Columns of these whose fields may be empty.
+    may_be_empty: Vec<bool>,
     /// The line that was read for the names is the first row.
     pending: bool,
     rows: usize,
@@ -94,6 +96,7 @@ impl<'a, R: BufRead> Rows<'a, R> {
             fields: Fields::new(b','),
             names: Vec::new(),
             needed: Vec::new(),
+            may_be_empty: Vec::new(),
             pending: false,
             rows: 0,
             offsets: Vec::new(),
@@ -122,6 +125,7 @@ impl<'a, R: BufRead> Rows<'a, R> {
             }
         }
         this.needed = vec![false; this.names.len()];
+        this.may_be_empty = this.needed.clone();
         this.before_rows = this.bytes_read;
         Ok(this)
     }
@@ -144,6 +148,12 @@ impl<'a, R: BufRead> Rows<'a, R> {
     /// From now on the fields of `column` must be finite numbers; those of others are NaN where they are not.
     pub fn require(&mut self, column: usize) {
         self.needed[column] = true;
+    }
+
+    /// From now on the fields of `column` must be finite numbers or empty; an empty one is NaN.
+    pub fn require_where_given(&mut self, column: usize) {
+        self.require(column);
+        self.may_be_empty[column] = true;
     }
 
     /// Reads the next row into `row`, one number per column; `false` at the end.
@@ -249,7 +259,8 @@ impl<'a, R: BufRead> Rows<'a, R> {
         for field in self.fields.iter() {
             if let Some(x) = row.get_mut(found) {
                 *x = number(field, self.format.decimal_comma).unwrap_or(f64::NAN);
-                if !x.is_finite() && self.needed[found] {
+                let empty = self.may_be_empty[found] && field.trim_ascii().is_empty();
+                if !x.is_finite() && self.needed[found] && !empty {
                     return Err(self.bad_field(found));
                 }
             } else if found == row.len() && field.trim_ascii().is_empty() {

@@ -6,6 +6,24 @@ use num_traits::Zero;
 use crate::effects::{Active, EffectId, Extra, StateKind};
 use crate::scalar::Scalar;
 
+/// A load torque of known form whose sizes are unknown: τ_c + c ω|ω|. It rides along with the state, as what a run does not change and
+/// a fit finds for each run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadLaw<T> {
+    /// τ_c: the same at every speed, Nm.
+    pub constant_nm: T,
+    /// c: of a fan or a pump, Nm s²/rad².
+    pub fan_nm_s2: T,
+}
+
+impl<T: Scalar> LoadLaw<T> {
+    /// The torque at a speed of the load, rad/s, Nm.
+    #[inline(always)]
+    pub fn torque(&self, omega: T) -> T {
+        self.constant_nm + self.fan_nm_s2 * omega * omega.abs()
+    }
+}
+
 /// Fluxes, speed, angle, and what the effects add. Everything in the stator frame, SI. `default` is standstill, cold, unmagnetized.
 ///
 /// The same type holds rates of change.
@@ -19,6 +37,8 @@ pub struct State<T> {
     pub omega_m: T,
     /// Mechanical angle of the rotor, rad.
     pub theta_m: T,
+    /// Load torque by its law, beside what the input says.
+    pub load: LoadLaw<T>,
     /// States of the effects.
     pub extra: Extra<T>,
 }
@@ -26,7 +46,14 @@ pub struct State<T> {
 impl<T: Scalar> Default for State<T> {
     fn default() -> Self {
         let (z, o) = (Complex::zero(), T::zero());
-        Self { psi_s: z, psi_r: z, omega_m: o, theta_m: o, extra: Extra::default() }
+        Self {
+            psi_s: z,
+            psi_r: z,
+            omega_m: o,
+            theta_m: o,
+            load: LoadLaw { constant_nm: o, fan_nm_s2: o },
+            extra: Extra::default(),
+        }
     }
 }
 
@@ -73,7 +100,10 @@ impl<T: Scalar> State<T> {
     pub fn is_finite(&self) -> bool {
         let vectors = [self.psi_s, self.psi_r];
         vectors.iter().all(|z| z.re.is_finite() && z.im.is_finite())
-            && [self.omega_m, self.theta_m].iter().chain(self.extra.values()).all(|x| x.is_finite())
+            && [self.omega_m, self.theta_m, self.load.constant_nm, self.load.fan_nm_s2]
+                .iter()
+                .chain(self.extra.values())
+                .all(|x| x.is_finite())
     }
 
     /// The state seen from a frame at electrical angle `theta`: space vectors turned by −theta.
@@ -104,6 +134,7 @@ impl<T> State<T> {
             psi_r: vector(&self.psi_r),
             omega_m: f(&self.omega_m),
             theta_m: f(&self.theta_m),
+            load: LoadLaw { constant_nm: f(&self.load.constant_nm), fan_nm_s2: f(&self.load.fan_nm_s2) },
             extra: self.extra.map(f),
         }
     }

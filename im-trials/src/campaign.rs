@@ -28,11 +28,30 @@ pub fn recording(name: &str, t: &Table) -> Recording {
     }
 }
 
+/// What a bench has of a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Knowledge {
+    /// Voltage, current, speed and load torque.
+    Whole,
+    /// No load torque.
+    WithoutLoad,
+}
+
 /// The trial as a case: motor file, training and held-out recordings, nothing else.
 pub fn case_of(trial: &Trial) -> Case {
+    case_knowing(trial, Knowledge::Whole)
+}
+
+/// The same as a bench has it that has not measured everything.
+pub fn case_knowing(trial: &Trial, knowledge: Knowledge) -> Case {
     let motor = MotorFile::parse(&trial.motor_toml, "motor.toml").expect("the simulator writes valid motor files");
-    let train: Vec<Recording> = trial.train.iter().enumerate().map(|(k, t)| recording(&format!("train{}", k + 1), t)).collect();
-    Case::new(motor, &train, Some(&recording("holdout", &trial.holdout)))
+    let known = |name: &str, t: &Table| {
+        let r = recording(name, t);
+        let tau_load = r.tau_load.filter(|_| knowledge == Knowledge::Whole);
+        Recording { tau_load, ..r }
+    };
+    let train: Vec<Recording> = trial.train.iter().enumerate().map(|(k, t)| known(&format!("train{}", k + 1), t)).collect();
+    Case::new(motor, &train, Some(&known("holdout", &trial.holdout)))
 }
 
 /// How a trial ended.
@@ -91,8 +110,16 @@ impl Outcome {
 /// # Errors
 /// The text of what the tool refused.
 pub fn run(case: &TrialCase) -> Result<(Outcome, Diagnosis), String> {
+    run_knowing(case, Knowledge::Whole)
+}
+
+/// The same by a bench that has not measured everything.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_knowing(case: &TrialCase, knowledge: Knowledge) -> Result<(Outcome, Diagnosis), String> {
     let trial = simulate(case);
-    let diagnosis = diagnose(case_of(&trial), Options::default()).map_err(|e| e.to_string())?;
+    let diagnosis = diagnose(case_knowing(&trial, knowledge), Options::default()).map_err(|e| e.to_string())?;
     let hidden: Vec<String> = case.effects.iter().map(|(k, _)| k.name().into()).collect();
     let last = &diagnosis.steps[diagnosis.steps.len() - 1];
     let error = |s: &Step| s.holdout.as_ref().map_or(BEYOND, |e| e.chi2_per_sample).min(BEYOND);

@@ -1,10 +1,11 @@
 //! A short hidden-effect campaign: what the tool must get right on data it has not seen. The long one is `im verify`'s.
 
 use im_diagnose::diagnosis::diagnose;
+use im_diagnose::loads::FoundTorque;
 use im_diagnose::search::Options;
 use im_model::effects::CustomId;
 use im_model::{EffectId, ParameterId};
-use im_tests::campaign::{case_of, run};
+use im_tests::campaign::{Knowledge, case_of, run, run_knowing};
 use im_tests::hidden::{EffectKind, Excitation, Noise, Strength, TrialCase, simulate};
 use im_tests::own_effect::SaturatedSensorsEffect;
 
@@ -107,4 +108,25 @@ fn an_effect_of_the_users_own_is_found() {
     let level = 1.0 / d.refined.machine.get(ParameterId::Effect(EffectId::Custom(own), 0));
     let truth = trial.truth.effects[0].parameters[0].1;
     assert!((level / truth - 1.0).abs() < 0.1, "{level} A for {truth} A");
+}
+
+/// Without a load torque the measured speed drives the model: an effect on the electrical side is named as with it, and what acts on the shaft
+/// is not put in its place.
+#[test]
+fn an_electrical_effect_is_named_without_a_load_torque() {
+    let case = TrialCase::new(2, &[(EffectKind::VoltageDelay, Strength::Medium)], 2000);
+    let (o, d) = run_knowing(&case, Knowledge::WithoutLoad).unwrap();
+    assert!(o.exact() && o.holdout.1 < 1.1, "{o:?}");
+    let loads = d.loads();
+    assert!(loads.found.len() == 3 && loads.cannot_be_told.contains(&EffectId::CoulombFriction), "{loads:?}");
+    // The load that was hidden from the tool, within its band.
+    let trial = simulate(&case);
+    let FoundTorque::Curve(points) = &loads.found[0].torque else { panic!("{loads:?}") };
+    let dt = trial.train[0].t_s[1] - trial.train[0].t_s[0];
+    let off = |p: &&[f64; 3]| {
+        let k = ((p[0] / dt).round() as usize).min(trial.train[0].tau_load_nm.len() - 1);
+        (p[1] - trial.train[0].tau_load_nm[k]).abs() < 4.0 * p[2] + 0.1 * case.true_machine().rated_torque_nm
+    };
+    let inside = points.iter().filter(off).count();
+    assert!(inside as f64 > 0.9 * points.len() as f64, "{inside} of {}", points.len());
 }

@@ -55,7 +55,8 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let effect = args.effect;
     let (train, holdout, mapping) = (args.train.clone(), args.holdout.clone(), args.mapping.clone());
-    let data = Data { motor: args.motor.clone(), train, table: Vec::new(), holdout, mapping, anyway: args.anyway };
+    let data =
+        Data { motor: args.motor.clone(), train, table: Vec::new(), holdout, mapping, fix: Vec::new(), anyway: args.anyway };
     data.outputs().file(&args.output)?;
     let motor = MotorFile::read(&args.motor)?;
     if motor.machine.effects().is_on(effect) {

@@ -40,6 +40,9 @@ pub struct Args {
     /// Folder for compare.html
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Write measured, modelled and residual of every sample into this file: .csv, or .parquet
+    #[arg(long, value_name = "FILE")]
+    signals: Option<PathBuf>,
     /// Print the findings as JSON
     #[arg(long)]
     json: bool,
@@ -48,8 +51,12 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let read = Outputs::beside([&args.motor].into_iter().chain(&args.mapping));
+    let mut outputs = read.and_recordings(&args.data, args.mapping.as_deref());
     if let Some(dir) = &args.out {
-        read.and_recordings(&args.data, args.mapping.as_deref()).folder(dir, &["compare.html"])?;
+        outputs.folder(dir, &["compare.html"])?;
+    }
+    if let Some(file) = &args.signals {
+        outputs.file(file)?;
     }
     let motor = MotorFile::read(&args.motor)?;
     let (data, guessed) = recordings_or_drafts(&args.data, args.mapping.as_deref(), &motor, args.out.as_deref())?;
@@ -73,12 +80,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write_atomically(&path, |w| w.write_all(compare_html(&comparison, &meta).as_bytes()))?;
         written = Some(path);
     }
+    if let Some(file) = &args.signals {
+        comparison.signals().write(file)?;
+    }
     let mut out = stdout();
     if args.json {
         writeln!(
             out,
             "{}",
-            json!({"schema": 1, "guessed": guessed, "data_quality": noticed, "findings": comparison.findings()})
+            json!({"schema": 1, "guessed": guessed, "data_quality": noticed, "findings": comparison.findings(), "loads": comparison.loads()})
         )?;
         return Ok(());
     }
@@ -89,7 +99,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         writeln!(out)?;
     }
     write!(out, "{}", compare_terminal(&comparison, &meta, STORY_WIDTH))?;
-    if let Some(path) = written {
+    for path in written.iter().chain(&args.signals) {
         writeln!(out, "\n{}", path.display())?;
     }
     Ok(())

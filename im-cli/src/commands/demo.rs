@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let case = Case::new(motor, &train, Some(&holdout));
     let found = spinning("fitting and scoring", || diagnose(case, Options::default()))
         .map_err(|e| refused(std::path::Path::new("embedded motor.toml"), &e))?;
-    super::diagnose::finish(&found, &super::diagnose::meta(&found), &[], Some(&args.out), args.json)?;
+    super::diagnose::finish(&found, &super::diagnose::meta(&found), &[], Some(&args.out), None, args.json)?;
     if args.json {
         return Ok(());
     }

@@ -33,6 +33,9 @@ pub struct Args {
     /// Chance of a false alarm over the whole library
     #[arg(long, default_value_t = 0.01, value_name = "P")]
     significance: f64,
+    /// Write measured, modelled and residual of every sample into this file: .csv, or .parquet
+    #[arg(long, value_name = "FILE")]
+    signals: Option<PathBuf>,
     /// Print diagnosis.json instead of the story
     #[arg(long)]
     json: bool,
@@ -46,8 +49,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !(args.significance > 0.0 && args.significance < 0.5) {
         return Err(Failure::Input(format!("--significance {} must lie between 0 and 0.5", args.significance)));
     }
+    let mut outputs = args.data.outputs();
     if let Some(dir) = &args.out {
-        args.data.outputs().folder(dir, &FILES)?;
+        outputs.folder(dir, &FILES)?;
+    }
+    if let Some(file) = &args.signals {
+        outputs.file(file)?;
     }
     let (case, mut noticed) = args.data.case()?;
     let options = Options { significance: args.significance, ..args.data.options() };
@@ -55,12 +62,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     noticed.retain(|f| !found.refutes(f));
     noticed.extend(by_fit(&noticed, &found.case.motor, &found.refined.machine));
     let meta = Meta { quality: quality(&noticed), ..meta(&found) };
-    finish(&found, &meta, &noticed, args.out.as_deref(), args.json)
+    finish(&found, &meta, &noticed, args.out.as_deref(), args.signals.as_deref(), args.json)
 }
 
 /// Writes the files and prints the story.
-pub fn finish(found: &Diagnosis, meta: &Meta, noticed: &[Finding], out: Option<&Path>, json: bool) -> Result<(), Failure> {
+pub fn finish(
+    found: &Diagnosis,
+    meta: &Meta,
+    noticed: &[Finding],
+    out: Option<&Path>,
+    signals: Option<&Path>,
+    json: bool,
+) -> Result<(), Failure> {
     let story = Story::new(found, meta);
+    if let Some(file) = signals {
+        story.signals().write(file)?;
+    }
     let write = |dir| {
         together(|| {
             write_quality(dir, noticed)?;

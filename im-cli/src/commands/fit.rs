@@ -94,6 +94,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let (b, a) = (rounded(q.of(&before.machine)), rounded(q.of(&after.machine)));
         writeln!(out, "{:<60} {b:>11} {a:>11}  ratio held  {}", q.key(), q.unit())?;
     }
+    for p in BaseParameter::ALL.map(ParameterId::Base).into_iter().filter(|id| !HELD.map(ParameterId::Base).contains(id)) {
+        let q = MachineQuantity::Parameter(p);
+        if estimates.list.iter().all(|e| e.quantity != q) {
+            let value = rounded(q.of(&before.machine));
+            writeln!(out, "{:<60} {value:>11} {value:>11}  held        {}", q.key(), q.unit())?;
+        }
+    }
     let ratio = before.machine.parameters().leakage_ratio();
     let held = format!("\"ratio held\": follows from the inverse-Γ circuit with L_ls/L_lr = {} as given.", rounded(ratio));
     write!(out, "{}", wrapped("", &held))?;

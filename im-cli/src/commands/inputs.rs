@@ -11,7 +11,7 @@ use im_diagnose::search::Options;
 use im_diagnose::tables;
 use im_identify::offline::FitError;
 use im_model::toml_text::quoted;
-use im_model::{Machine, MotorFile, Plant, Recording};
+use im_model::{BaseParameter, Known, Machine, MotorFile, ParameterId, Plant, Recording};
 
 use crate::failure::Failure;
 use crate::output::Outputs;
@@ -27,8 +27,8 @@ pub struct Data {
     /// A recording to learn from, or its recording.toml; give it several times for several recordings
     #[arg(long, value_name = "FILE", required_unless_present = "table")]
     pub train: Vec<PathBuf>,
-    /// A table of steady states instead (V_LL_V, I_A, P_3ph_W, Q_3ph_var, n_rpm, T_Nm); give no-load, locked-rotor and load tests together
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["train", "holdout"])]
+    /// A table of steady states, alone or beside recordings (V_LL_V, I_A, P_3ph_W, Q_3ph_var, n_rpm, T_Nm); give no-load, locked-rotor and load tests together
+    #[arg(long, value_name = "FILE")]
     pub table: Vec<PathBuf>,
     /// A recording that no fit sees, to check on
     #[arg(long, value_name = "FILE")]
@@ -36,6 +36,9 @@ pub struct Data {
     /// What the columns of the recordings mean, instead of the recording.toml beside them
     #[arg(long, value_name = "FILE")]
     pub mapping: Option<PathBuf>,
+    /// Hold a parameter at its value in the motor file: a key of it, or EFFECT.KEY; give it several times for several
+    #[arg(long, value_name = "NAME")]
+    pub fix: Vec<String>,
     /// Go on where what was noticed about the data makes the answer meaningless
     #[arg(long)]
     pub anyway: bool,
@@ -60,7 +63,7 @@ pub fn meaningful(findings: &[Finding], anyway: bool) -> Result<(), Failure> {
 impl Data {
     /// The effects to consider: all of the library, or those that a table can show.
     pub fn options(&self) -> Options {
-        let candidates = if self.table.is_empty() { Vec::new() } else { tables::candidates() };
+        let candidates = if self.train.is_empty() { tables::candidates() } else { Vec::new() };
         Options { candidates, ..Options::default() }
     }
 
@@ -73,15 +76,19 @@ impl Data {
 
     /// Reads everything; what was noticed about the recordings comes along.
     pub fn case(&self) -> Result<(Case, Vec<Finding>), Failure> {
-        let motor = MotorFile::read(&self.motor)?;
+        let mut motor = MotorFile::read(&self.motor)?;
+        for name in &self.fix {
+            hold(&mut motor, name)?;
+        }
         let mapping = self.mapping.as_deref();
-        if !self.table.is_empty() {
-            let tables = self.table.iter().map(|p| SteadyTable::read(p, mapping)).collect::<Result<Vec<_>, _>>()?;
-            let noticed = tables::look(&motor, &tables);
-            meaningful(&noticed, self.anyway)?;
-            let (case, mut findings) = tables::case(motor, &tables).map_err(|e| refused(&self.motor, &e))?;
-            findings.extend(noticed);
-            return Ok((case, findings));
+        if self.train.is_empty() {
+            if let Some(held) = &self.holdout {
+                return Err(Failure::Input(format!(
+                    "{}: held out from tables alone it says nothing; give recordings with --train",
+                    held.display()
+                )));
+            }
+            return self.tables(motor, mapping);
         }
         let train = recordings(&self.train, mapping, &motor)?;
         let holdout = self.holdout.as_deref().map(|p| recording(p, mapping, &motor)).transpose()?;
@@ -90,8 +97,14 @@ impl Data {
         for taken in train.iter().chain(&holdout) {
             followed(&motor, &self.motor, taken)?;
         }
-        let case = Case::from_intake(motor, train, holdout);
+        let mut case = Case::from_intake(motor.clone(), train, holdout);
         findings.extend(spinning("comparing the recordings", || consistency::check(&case)));
+        if !self.table.is_empty() {
+            // A mapping is that of the recordings: a table beside them has the canonical columns.
+            let (tables, noticed) = self.tables(motor, None)?;
+            case.train.extend(tables.train);
+            findings.extend(noticed);
+        }
         meaningful(&findings, self.anyway)?;
         // What makes all that follows doubtful is said before it, and once more in its place.
         for f in findings.iter().filter(|f| f.severity == Severity::Serious) {
@@ -99,6 +112,36 @@ impl Data {
         }
         Ok((case, findings))
     }
+
+    /// The tables as a case.
+    fn tables(&self, motor: MotorFile, mapping: Option<&Path>) -> Result<(Case, Vec<Finding>), Failure> {
+        let tables = self.table.iter().map(|p| SteadyTable::read(p, mapping)).collect::<Result<Vec<_>, _>>()?;
+        // Few rows are enough beside recordings.
+        let mut noticed = tables::look(&motor, &tables);
+        noticed.retain(|f| self.train.is_empty() || f.kind != FindingKind::TooFewRows);
+        meaningful(&noticed, self.anyway)?;
+        let (case, mut findings) = tables::case(motor, &tables).map_err(|e| refused(&self.motor, &e))?;
+        findings.extend(noticed);
+        Ok((case, findings))
+    }
+}
+
+/// Holds a parameter of a motor at its value.
+fn hold(motor: &mut MotorFile, name: &str) -> Result<(), Failure> {
+    let keys = || {
+        let base = BaseParameter::ALL.into_iter().map(ParameterId::Base);
+        let on = motor.machine.effects().active().flat_map(|e| (0..e.parameters().len()).map(move |k| ParameterId::Effect(e, k)));
+        base.chain(on)
+    };
+    let Some(id) = keys().find(|id| id.to_string() == name || id.key() == name) else {
+        let known: Vec<String> = keys().map(|id| id.to_string()).collect();
+        return Err(Failure::Input(format!(
+            "--fix {name}: no parameter of this motor is called so; there are {}",
+            known.join(", ")
+        )));
+    };
+    motor.known.insert(id, Known { value: motor.machine.get(id), tolerance: 0.0 });
+    Ok(())
 }
 
 /// What the reading of recordings is called where it takes long.

@@ -15,6 +15,7 @@ mod effects;
 mod fit;
 mod identify;
 mod inputs;
+mod motor;
 mod next_test;
 mod observe;
 mod report;
@@ -28,6 +29,8 @@ mod verify;
 pub enum Command {
     /// See the whole loop on embedded data with a hidden effect; needs no files
     Demo(demo::Args),
+    /// Make a first motor file from a nameplate
+    Motor(motor::Args),
     /// Show where a model and recordings disagree
     Compare(compare::Args),
     /// Fit the motor, find the missing physical effect, add it, check it on a held-out recording
@@ -65,6 +68,7 @@ impl Command {
     pub fn run(self) -> Result<(), Failure> {
         match self {
             Self::Demo(args) => demo::run(&args),
+            Self::Motor(args) => motor::run(&args),
             Self::Compare(args) => compare::run(&args),
             Self::Report(args) => report::run(&args),
             Self::Diagnose(args) => diagnose::run(&args),

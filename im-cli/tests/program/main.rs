@@ -11,5 +11,6 @@ mod mistakes;
 mod observe;
 mod outputs;
 mod simulate;
+mod unmeasured;
 #[cfg(feature = "verify")]
 mod verify;

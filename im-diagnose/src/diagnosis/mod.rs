@@ -12,6 +12,7 @@ use im_identify::offline::{FitError, Free, Target};
 use im_model::{EffectId, MotorFile};
 
 use crate::case::Case;
+use crate::loads::{self, Loads};
 use crate::residual_tests::{Dependence, dependences};
 use crate::search::{Course, Options, Refinement};
 use crate::uncertainty::{Estimates, MachineQuantity, ratio_held};
@@ -116,6 +117,17 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
         case,
         course,
     })
+}
+
+impl Diagnosis {
+    /// Loads that no column holds, as the last model finds them, and the effects that cannot be told without.
+    pub fn loads(&self) -> Loads {
+        let last = &self.steps[self.steps.len() - 1];
+        let mut found = loads::found(&last.machine, &self.case.train, &last.starts);
+        found.extend(loads::found(&last.machine, self.case.holdout.as_slice(), last.holdout_start.as_slice()));
+        let cannot_be_told = loads::cannot_be_told(&self.case.train, self.case.motor.machine.effects().ids());
+        Loads { found, cannot_be_told }
+    }
 }
 
 fn leftover_of(loop_: &Refinement, course: &Course) -> Vec<Dependence> {

@@ -50,7 +50,7 @@ pub fn decimate(e: &mut Experiment, rated_frequency_hz: f64) -> Option<Finding> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use im_identify::offline::{Channel, ChannelKind, Start};
+    use im_identify::offline::{Channel, ChannelKind, Load, Start};
 
     #[test]
     fn a_long_recording_keeps_its_volt_seconds_and_its_samples() {
@@ -62,6 +62,7 @@ mod tests {
             supply_frequency_hz: None,
             u_s: (0..n).map(|k| Complex::new(ramp(k), 0.0)).collect(),
             tau_load: vec![1.0; n],
+            load: Load::Known,
             imposed_speed: None,
             speed_nudge: None,
             channels: vec![Channel {

@@ -82,7 +82,8 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
         _ => None,
     };
     speed_section(&mut text, &mut d, &mut seen, turning.as_ref(), motor);
-    load_section(&mut text, &mut d, &mut seen);
+    let turns = text.contains("\n[speed]");
+    load_section(&mut text, &mut d, &mut seen, turns);
     let rest: Vec<&str> = seen.iter().filter(|s| !s.taken).map(|s| s.name).collect();
     if !rest.is_empty() {
         let _ = writeln!(text, "# Not used: {}", rest.join(", "));
@@ -363,16 +364,27 @@ fn speed_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turnin
     let _ = writeln!(text);
 }
 
-fn load_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) {
+fn load_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turns: bool) {
     match (0..seen.len()).find(|&k| !seen[k].taken && seen[k].quantity == Some(Quantity::Torque)) {
         Some(k) => {
             seen[k].taken = true;
             d.guesses.push(format!("{} is the load torque, positive against positive rotation", seen[k].name));
             let _ = writeln!(text, "[load]\ncolumn = {}{}\n", seen[k].key, unit_line(&seen[k]));
         }
+        None if turns => {
+            d.guesses
+                .push("No column looks like a torque: the load is taken as unknown, and the speed drives the machine".to_owned());
+            let _ = writeln!(
+                text,
+                "[load]\nunknown = true                 # none = true where nothing was driven; constant = \"fit\", fan = \"fit\"; column = …\n"
+            );
+        }
         None => {
             d.guesses.push("No column looks like a torque: the load is taken as zero".to_owned());
-            let _ = writeln!(text, "# [load]                       # column = …, times = …, gain = …; or torque_nm = …\n");
+            let _ = writeln!(
+                text,
+                "# [load]                       # column = …, times = …, gain = …; or constant = …, fan = …, none = true\n"
+            );
         }
     }
 }

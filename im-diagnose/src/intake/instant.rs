@@ -1,7 +1,7 @@
 //! Which instant a voltage belongs to, where nobody has said: the model is fitted with it held from its row, as a drive commands it, and
 //! with it sampled at its row, as a voltmeter shows it, and the better one is taken.
 
-use im_identify::offline::{Experiment, FitOptions, base_parameters, fit, guess_start, start_on, start_parameters};
+use im_identify::offline::{Experiment, FitOptions, base_parameters_in, fit, guess_start, start_on, start_parameters};
 use im_model::MotorFile;
 
 use super::mapping::Instant;
@@ -22,7 +22,7 @@ pub struct Choice {
 }
 
 /// Mean square of the residual, in σ², of the refitted model.
-fn misfit(e: &Experiment, motor: &MotorFile) -> Option<f64> {
+fn misfit(e: &Experiment, unknown_load: bool, motor: &MotorFile) -> Option<f64> {
     let mut e = e.clone();
     let rows = e.len().min(ROWS);
     e.u_s.truncate(rows);
@@ -34,12 +34,13 @@ fn misfit(e: &Experiment, motor: &MotorFile) -> Option<f64> {
         c.sigma = white_sigma(&c.values).max(1e-9);
     }
     e.start = guess_start(&e);
+    let e = if unknown_load { e.driven_by_speed() } else { e };
     let mut all = nudged(&[e]);
     let e = &mut all[0];
     if let im_identify::offline::Start::Estimated(_) = e.start {
         e.start = im_identify::offline::Start::Estimated(start_on(&motor.machine, e, &motor.rating));
     }
-    let mut free = base_parameters(&motor.machine);
+    let mut free = base_parameters_in(&motor.machine, &all);
     free.extend(start_parameters(&all, &motor.rating, motor.machine.effects().any_fixed_to_shaft()));
     let options = FitOptions { iterations: 12, tolerance: 1e-3, ..FitOptions::default() };
     let found = fit(&motor.machine, &all, &free, &options).ok()?;
@@ -47,8 +48,8 @@ fn misfit(e: &Experiment, motor: &MotorFile) -> Option<f64> {
 }
 
 /// The better of the two: `experiment` makes the experiment with an instant.
-pub fn choose(experiment: impl Fn(Instant) -> Experiment, motor: &MotorFile) -> Choice {
-    let [held, sample] = [Instant::HeldFromRow, Instant::Sample].map(|i| misfit(&experiment(i), motor));
+pub fn choose(experiment: impl Fn(Instant) -> Experiment, unknown_load: bool, motor: &MotorFile) -> Choice {
+    let [held, sample] = [Instant::HeldFromRow, Instant::Sample].map(|i| misfit(&experiment(i), unknown_load, motor));
     let number = |x: f64| crate::format::number(x.sqrt(), 3);
     let (instant, why) = match (held, sample) {
         (Some(h), Some(s)) if s < CLEARLY * h => (

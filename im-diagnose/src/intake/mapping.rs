@@ -2,6 +2,7 @@
 //!
 //! Of every column the value used is gain · (x − offset) · unit, with x as it stands in the file and the unit in SI.
 
+use im_identify::offline::Size;
 use im_model::TextFormat;
 use serde::Deserialize;
 
@@ -128,6 +129,8 @@ impl Instant {
 pub struct Voltage {
     /// Columns.
     pub form: VoltageForm,
+    /// What all of them are multiplied by: the dc link's voltage where they are shares of it.
+    pub times: Option<Signal>,
     /// Instant.
     pub instant: Instant,
 }
@@ -164,10 +167,21 @@ pub enum Speed {
 #[allow(clippy::large_enum_variant)] // One per recording.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Load {
-    /// Not known: taken as zero.
+    /// Nobody says: unknown where a speed is measured, else taken as zero.
+    Unstated,
+    /// There is none: nothing drives or brakes the shaft.
     Absent,
+    /// There may be any.
+    Unknown,
     /// The same all the time, Nm.
     Constant(f64),
+    /// The same all the time, and with the square of the speed; a size that is not given is fitted.
+    Law {
+        /// Nm.
+        constant: Size,
+        /// Nm s²/rad².
+        fan: Size,
+    },
     /// A column, times another where given: k·i_a·i_f of a separately excited dc machine.
     Measured {
         /// Column; its gain makes Nm.
@@ -258,6 +272,7 @@ impl Mapping {
         let voltages = self.voltage.form.signals();
         let last = voltages.len() - 1;
         all.extend(voltages.into_iter().enumerate().map(|(k, s)| (s, (!duty || k == last).then_some(Quantity::Voltage))));
+        all.extend(self.voltage.times.iter().map(|s| (s, None)));
         all.extend(self.current.signals().into_iter().map(|s| (s, Some(Quantity::Current))));
         if let Speed::Measured { signal, .. } = &self.speed {
             all.push((signal, Some(Quantity::Speed)));

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::ops::Range;
 
+use im_identify::offline::Size;
 use im_model::toml_text::{Positive, TomlText, Whole, Within};
 use im_model::{FileError, TextFormat};
 use serde::Deserialize;
@@ -25,6 +26,9 @@ const TIME: &str = "[time] with column = \"…\", or sample_time_s where the fil
 const CALIBRATE: &str = "calibrate = { from_s = …, to_s = …, value = … }";
 const VOLTAGES: &str = "columns a, b, c (phases; a, b against the star point), two or three of ab, bc, ca (line to line), alpha and \
                         beta, or duty_a, duty_b, duty_c and dc_link";
+const LOADS: &str = "column = the load torque's, constant = Nm or \"fit\", fan = Nm s²/rad² or \"fit\", unknown = true, or none = true \
+                     where nothing drives or brakes the shaft";
+const SIZE: &str = "a number, or \"fit\"";
 const CURRENTS: &str = "columns a, b, c (two of them are enough), or alpha and beta";
 
 #[derive(Deserialize)]
@@ -126,6 +130,7 @@ struct VoltageToml {
     duty_b: Option<ColumnToml>,
     duty_c: Option<ColumnToml>,
     dc_link: Option<ColumnToml>,
+    times: Option<ColumnToml>,
     unit: Option<Spanned<String>>,
     gain: Option<Spanned<Number>>,
     offset: Option<Offset>,
@@ -171,7 +176,16 @@ struct LoadToml {
     alternate: Option<Box<ColumnToml>>,
     times: Option<ColumnToml>,
     torque_nm: Option<Number>,
+    constant: Option<SizeToml>,
+    fan: Option<SizeToml>,
+    #[serde(default)]
+    unknown: bool,
+    #[serde(default)]
+    none: bool,
 }
+
+/// A number, or `"fit"`.
+struct SizeToml(Size);
 
 /// A column with all that may be said of it; or its name or number alone.
 #[derive(Default)]
@@ -279,6 +293,28 @@ impl<'de> Deserialize<'de> for SignalToml {
     }
 }
 
+impl<'de> Deserialize<'de> for SizeToml {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        struct Any;
+        impl Visitor<'_> for Any {
+            type Value = SizeToml;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(SIZE)
+            }
+            fn visit_f64<E: Error>(self, x: f64) -> Result<SizeToml, E> {
+                if x.abs() <= 1e12 { Ok(SizeToml(Size::Given(x))) } else { Err(E::invalid_value(Unexpected::Float(x), &self)) }
+            }
+            fn visit_i64<E: Error>(self, x: i64) -> Result<SizeToml, E> {
+                self.visit_f64(x as f64)
+            }
+            fn visit_str<E: Error>(self, word: &str) -> Result<SizeToml, E> {
+                if word == "fit" { Ok(SizeToml(Size::Fitted)) } else { Err(E::invalid_value(Unexpected::Str(word), &self)) }
+            }
+        }
+        from.deserialize_any(Any)
+    }
+}
+
 impl<'de> Deserialize<'de> for Offset {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
@@ -341,7 +377,7 @@ impl Mapping {
             voltage: voltage(&toml, m.voltage)?,
             current: current(&toml, m.current)?,
             speed: m.speed.map_or(Ok(Speed::Absent), |t| speed(&toml, t))?,
-            load: m.load.map_or(Ok(Load::Absent), |t| load(&toml, t))?,
+            load: m.load.map_or(Ok(Load::Unstated), |t| load(&toml, t))?,
             begin: m.start.unwrap_or_default(),
         })
     }
@@ -412,7 +448,11 @@ fn voltage(toml: &TomlText<'_>, table: Spanned<VoltageToml>) -> Result<Voltage, 
         (.., [_, b, _]) if given[3] => return Err(miss(if b.is_none() { "duty_b" } else { "duty_c" })),
         _ => return Err(miss("a")),
     };
-    Ok(Voltage { form, instant: t.instant.unwrap_or(Instant::HeldFromRow) })
+    if let (VoltageForm::Duty(..), Some(_)) = (&form, &t.times) {
+        return Err(toml.refused(at, "times", "given beside dc_link", "one of them"));
+    }
+    let times = t.times.map(|s| plain_signal(toml, s)).transpose()?;
+    Ok(Voltage { form, times, instant: t.instant.unwrap_or(Instant::HeldFromRow) })
 }
 
 fn current(toml: &TomlText<'_>, table: Spanned<CurrentToml>) -> Result<CurrentForm, FileError> {
@@ -458,14 +498,37 @@ fn speed(toml: &TomlText<'_>, table: Spanned<SpeedToml>) -> Result<Speed, FileEr
 
 fn load(toml: &TomlText<'_>, table: Spanned<LoadToml>) -> Result<Load, FileError> {
     let (at, t) = (table.span(), table.into_inner());
-    match (t.torque_nm, &t.column) {
-        (Some(_), Some(_)) => return Err(toml.refused(at, "torque_nm", "given beside column", "one of them")),
-        (Some(x), None) => return Ok(Load::Constant(x.0)),
-        (None, None) => {
-            let expected = "the column of the load torque, or torque_nm = a constant; leave [load] out where it is not known";
-            return Err(toml.missing(at, "column", expected));
+    let law = t.constant.is_some() || t.fan.is_some();
+    let given = [
+        ("column", t.column.is_some()),
+        ("torque_nm", t.torque_nm.is_some()),
+        (if t.constant.is_some() { "constant" } else { "fan" }, law),
+        ("unknown", t.unknown),
+        ("none", t.none),
+    ];
+    let mut said = given.into_iter().filter(|(_, given)| *given).map(|(key, _)| key);
+    match (said.next(), said.next()) {
+        (None, _) => return Err(toml.missing(at, "column", LOADS)),
+        (Some(first), Some(second)) => {
+            return Err(toml.refused(at, second, &format!("given beside {first}"), format!("one of: {LOADS}")));
         }
-        (None, Some(_)) => {}
+        _ => {}
+    }
+    if t.unknown {
+        return Ok(Load::Unknown);
+    }
+    if t.none {
+        return Ok(Load::Absent);
+    }
+    if let Some(x) = t.torque_nm {
+        return Ok(Load::Constant(x.0));
+    }
+    if law {
+        let size = |s: Option<SizeToml>| s.map_or(Size::Given(0.0), |s| s.0);
+        return Ok(match (size(t.constant), size(t.fan)) {
+            (Size::Given(x), Size::Given(0.0)) => Load::Constant(x),
+            (constant, fan) => Load::Law { constant, fan },
+        });
     }
     let LoadToml { column, unit, gain, offset, calibrate, alternate, times, .. } = t;
     let times = times.map(|s| plain_signal(toml, s)).transpose()?;

@@ -7,6 +7,7 @@ pub mod draft;
 mod error;
 pub mod finding;
 mod instant;
+mod load_plan;
 pub mod mapping;
 mod mapping_file;
 #[cfg(feature = "parquet")]
@@ -27,6 +28,7 @@ use im_model::{CanonicalColumns, FileError, MotorFile, Problem, TextFormat, Vect
 pub use draft::Draft;
 pub use error::IntakeError;
 pub use finding::{Finding, FindingKind, Severity};
+pub use load_plan::LoadPlan;
 use mapping::{Begin, CurrentForm, Instant, Load, Mapping, Signal, Speed, Time, Voltage, VoltageForm};
 use raw::RawTable;
 use signals::{Signals, SpeedTrace};
@@ -39,6 +41,8 @@ pub struct Intake {
     pub experiment: Experiment,
     /// How it begins, as the mapping says.
     pub begin: Begin,
+    /// What is known of the load torque beside its column.
+    pub load: LoadPlan,
     /// Time of its first row in the file, s.
     pub start_s: f64,
     /// What was noticed.
@@ -66,11 +70,18 @@ fn read_one(path: &Path, mapping: Option<Mapping>, motor: &MotorFile) -> Result<
     let mut rows = raw::open(path, &label, format)?;
     let (mapping, mut draft) = match mapping {
         Some(m) => (m, None),
-        None if CanonicalColumns::meant(rows.names()) => (canonical(&mut rows, &label)?, None),
         None => {
-            let (mapping, draft) = guess(path, &label, motor)?;
-            rows = raw::open(path, &label, mapping.format)?;
-            (mapping, Some(draft))
+            let meant = CanonicalColumns::meant(rows.names()).then(|| canonical(&mut rows, &label));
+            match meant {
+                Some(Ok(mapping)) => (mapping, None),
+                // A name that is nearly right is a slip of the pen; one that is quite another is guessed.
+                Some(Err(e)) if !matches!(*e.problem, Problem::MissingColumn { nearest: None, .. }) => return Err(e.into()),
+                _ => {
+                    let (mapping, draft) = guess(path, &label, motor)?;
+                    rows = raw::open(path, &label, mapping.format)?;
+                    (mapping, Some(draft))
+                }
+            }
         }
     };
     let mut asked: Vec<usize> =
@@ -87,7 +98,7 @@ fn read_one(path: &Path, mapping: Option<Mapping>, motor: &MotorFile) -> Result<
             let there = Signals { instant, ..signals.clone() };
             assemble(&there, quality::check(&there, motor), mapping.begin).experiment
         };
-        let choice = instant::choose(at, motor);
+        let choice = instant::choose(at, signals.load == LoadPlan::Unknown, motor);
         draft.decide_instant(&choice);
         signals.instant = choice.instant;
     }
@@ -199,10 +210,10 @@ fn canonical<R: std::io::BufRead>(rows: &mut im_model::Rows<'_, R>, label: &str)
             to_s: f64::INFINITY,
             fill_gaps: false,
         },
-        voltage: Voltage { form: voltage, instant: Instant::HeldFromRow },
+        voltage: Voltage { form: voltage, times: None, instant: Instant::HeldFromRow },
         current,
         speed: Speed::Measured { signal: signal(found.omega_m), electrical: false },
-        load: found.tau_load.map_or(Load::Absent, |k| Load::Measured { signal: signal(k), times: None }),
+        load: found.tau_load.map_or(Load::Unstated, |k| Load::Measured { signal: signal(k), times: None }),
         begin: Begin::Auto,
     })
 }
@@ -247,6 +258,7 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         channels.push(channel("omega_m_rad_s", ChannelKind::Speed, w.values[..n].to_vec(), valid(usize::MAX)));
     }
     let experiment = Experiment {
+        load: im_identify::offline::Load::Known,
         name: s.name.clone(),
         sample_time_s: s.sample_time_s,
         u_s,
@@ -257,5 +269,13 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         channels,
         start: Start::Rest,
     };
-    Intake { experiment, begin, start_s: s.start_s, findings: checked.findings, steady: checked.steady, draft: None }
+    Intake {
+        experiment,
+        begin,
+        load: s.load,
+        start_s: s.start_s,
+        findings: checked.findings,
+        steady: checked.steady,
+        draft: None,
+    }
 }

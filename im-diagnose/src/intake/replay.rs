@@ -49,8 +49,9 @@ fn completed(mut i: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::intake::LoadPlan;
     use crate::intake::mapping::Begin;
-    use im_identify::offline::{Experiment, Start};
+    use im_identify::offline::{Experiment, Load, Start};
     use im_model::space_vector::to_phases;
 
     fn channel(name: &str, kind: ChannelKind, values: Vec<f64>, valid: Option<Vec<bool>>) -> Channel {
@@ -65,12 +66,21 @@ mod tests {
             supply_frequency_hz: None,
             u_s: vec![Complex::new(0.0, 0.0); n],
             tau_load: vec![0.0; n],
+            load: Load::Known,
             imposed_speed: None,
             speed_nudge: None,
             channels,
             start: Start::Rest,
         };
-        Intake { experiment, begin: Begin::Auto, start_s: 0.5, findings: Vec::new(), steady: false, draft: None }
+        Intake {
+            experiment,
+            begin: Begin::Auto,
+            load: LoadPlan::Known,
+            start_s: 0.5,
+            findings: Vec::new(),
+            steady: false,
+            draft: None,
+        }
     }
 
     #[test]

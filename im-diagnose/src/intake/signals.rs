@@ -5,6 +5,7 @@ use im_model::{
     space_vector::{from_line_to_line, from_phases},
 };
 
+use super::load_plan::LoadPlan;
 use super::mapping::{Calibration, Column, CurrentForm, Instant, Line, Load, Mapping, Offset, Signal, Speed, VoltageForm};
 use super::raw::{RawTable, place};
 use super::unit::{Quantity, in_name};
@@ -67,8 +68,10 @@ pub struct Signals {
     pub current_form: CurrentForm,
     /// Speed.
     pub speed: SpeedTrace,
-    /// Load torque, Nm.
+    /// Load torque, Nm, where it is known.
     pub tau_load: Option<Trace>,
+    /// What is known of the load beside that.
+    pub load: LoadPlan,
     /// First row's line in the file.
     pub first_line: Option<usize>,
 }
@@ -108,13 +111,19 @@ impl Signals {
         let sample_time_s = mapping.time.sample_time_s.unwrap_or(grid.sample_time_s);
         let first_line = table.line_of(from);
         let mut read = Read { table, mapping, time: &mut time, from, to, grid: &grid };
-        let voltage: Vec<Trace> = {
+        let mut voltage: Vec<Trace> = {
             let duty = matches!(mapping.voltage.form, VoltageForm::Duty(..));
             let signals = mapping.voltage.form.signals();
             let last = signals.len() - 1;
             let quantity = |k: usize| (!duty || k == last).then_some(Quantity::Voltage);
             signals.iter().enumerate().map(|(k, s)| read.trace(s, quantity(k))).collect::<Result<_, _>>()?
         };
+        if let Some(times) = &mapping.voltage.times {
+            let times = read.trace(times, None)?;
+            for u in &mut voltage {
+                u.values.iter_mut().zip(&times.values).for_each(|(u, x)| *u *= x);
+            }
+        }
         let currents = mapping.current.signals();
         let current = currents
             .iter()
@@ -135,7 +144,10 @@ impl Signals {
             }
         };
         let tau_load = match &mapping.load {
-            Load::Absent => None,
+            Load::Unstated | Load::Unknown => None,
+            Load::Absent | Load::Law { .. } => {
+                Some(Trace { column: "load".into(), values: vec![0.0; grid.rows], gain: 1.0, offset: 0.0 })
+            }
             Load::Constant(x) => Some(Trace { column: "torque_nm".into(), values: vec![*x; grid.rows], gain: 1.0, offset: 0.0 }),
             Load::Measured { signal, times } => {
                 let mut trace = read.trace(signal, times.is_none().then_some(Quantity::Torque))?;
@@ -160,6 +172,7 @@ impl Signals {
             current_form: mapping.current.clone(),
             speed,
             tau_load,
+            load: LoadPlan::of(mapping),
             first_line,
         })
     }

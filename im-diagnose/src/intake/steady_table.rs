@@ -1,11 +1,13 @@
 //! Tables of steady states, as no-load, locked-rotor and load tests are written down: one row per point.
 //!
 //! `V_LL_V,I_A,P_3ph_W,Q_3ph_var,n_rpm,T_Nm`: line-to-line voltage and line current, rms; active and reactive power of the three phases;
-//! speed; torque at the shaft. `Q_3ph_var`, `n_rpm` and `T_Nm` may be missing. A mapping names foreign columns:
+//! speed; torque at the shaft. `Q_3ph_var`, `n_rpm` and `T_Nm` may be missing, or empty where a row was not measured so far. A mapping
+//! names foreign columns:
 //!
 //! ```toml
 //! [table]
 //! kind = "no_load"                       # "locked", "load"; else seen from the rows
+//! class = 0.2                            # of the instruments, per cent of the largest reading; 0.5 without
 //! voltage = "U (V)"                      # line to line, rms; phase_voltage instead where it is the phase's
 //! current = { column = "I", unit = "mA" }
 //! power = "P (kW)"
@@ -14,7 +16,7 @@
 
 use std::path::Path;
 
-use im_model::toml_text::TomlText;
+use im_model::toml_text::{Positive, TomlText};
 use im_model::{FileError, Problem, TextFormat, read_text};
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +35,9 @@ pub enum TableKind {
     Locked,
     /// At several torques.
     Load,
+    /// No speed was measured and nobody says: free or held, as the impedance shows.
+    #[serde(skip_deserializing)]
+    Unsaid,
 }
 
 /// One steady state.
@@ -59,11 +64,18 @@ pub struct SteadyTable {
     pub name: String,
     /// What it was taken for.
     pub kind: TableKind,
+    /// Class of its instruments: what they may be off by, per cent of their largest reading.
+    pub class_percent: f64,
     /// Its points.
     pub rows: Vec<SteadyRow>,
 }
 
 const CANONICAL: [&str; 7] = ["V_LL_V", "V_ph_V", "I_A", "P_3ph_W", "Q_3ph_var", "n_rpm", "T_Nm"];
+
+/// Class of instruments where nobody says.
+const USUAL_CLASS_PERCENT: f64 = 0.5;
+/// From here on columns may be missing, or empty in some rows.
+const REACTIVE: usize = 4;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -75,6 +87,7 @@ struct MappingToml {
 #[serde(deny_unknown_fields)]
 struct TableToml {
     kind: Option<TableKind>,
+    class: Option<Positive>,
     voltage: Option<ColumnToml>,
     phase_voltage: Option<ColumnToml>,
     current: Option<ColumnToml>,
@@ -88,6 +101,7 @@ struct TableToml {
 struct TableMapping {
     label: String,
     kind: Option<TableKind>,
+    class_percent: f64,
     signals: [Option<(Signal, f64)>; 7],
 }
 
@@ -109,7 +123,11 @@ impl SteadyTable {
         for (k, place) in places.iter_mut().enumerate() {
             if let Some((signal, _)) = &mapping.signals[k] {
                 let at = raw::find(&names, signal, &mapping.label)?;
-                rows.require(at);
+                if k < REACTIVE {
+                    rows.require(at)
+                } else {
+                    rows.require_where_given(at)
+                }
                 *place = Some(at);
             }
         }
@@ -124,7 +142,8 @@ impl SteadyTable {
             let get = |k: usize| -> Option<f64> {
                 let (signal, unit) = mapping.signals[k].as_ref()?;
                 let offset = if let Offset::Value(x) = signal.offset { x } else { 0.0 };
-                Some(signal.gain * unit * (row[places[k]?] - offset))
+                // An empty field was not measured.
+                Some(signal.gain * unit * (row[places[k]?] - offset)).filter(|x| x.is_finite())
             };
             let voltage = get(1).or(get(0).map(|v| v / 3f64.sqrt())).unwrap_or(0.0);
             let (current, power) = (get(2).unwrap_or(0.0), get(3).unwrap_or(0.0));
@@ -154,14 +173,16 @@ impl SteadyTable {
         }
         let name = path.file_stem().map_or_else(|| label.clone(), |s| s.to_string_lossy().into_owned());
         let kind = mapping.kind.unwrap_or_else(|| kind_of(&points));
-        Ok(Self { name, kind, rows: points })
+        Ok(Self { name, kind, class_percent: mapping.class_percent, rows: points })
     }
 }
 
-/// Locked without speed; load when current and torque vary at one voltage; no load else.
+/// Locked where the speed is zero; load when current and torque vary at one voltage; no load else. Without any speed the rows alone do not say.
 fn kind_of(rows: &[SteadyRow]) -> TableKind {
-    let stands = |r: &SteadyRow| r.omega_m_rad_s.is_none_or(|w| w.abs() < 1.0);
-    if rows.iter().all(stands) {
+    if rows.iter().all(|r| r.omega_m_rad_s.is_none()) {
+        return TableKind::Unsaid;
+    }
+    if rows.iter().all(|r| r.omega_m_rad_s.is_none_or(|w| w.abs() < 1.0)) {
         return TableKind::Locked;
     }
     let spread = |f: &dyn Fn(&SteadyRow) -> f64| {
@@ -182,7 +203,7 @@ impl TableMapping {
             let name = CANONICAL[k];
             names.iter().any(|n| n == name).then(|| (Signal::plain(name), rpm(k)))
         });
-        Self { label: label.to_owned(), kind: None, signals }
+        Self { label: label.to_owned(), kind: None, class_percent: USUAL_CLASS_PERCENT, signals }
     }
 
     fn read(path: &Path) -> Result<Self, FileError> {
@@ -203,7 +224,7 @@ impl TableMapping {
         for (signal, (key, given)) in signals.iter_mut().zip(columns) {
             *signal = given.map(|c| column(&toml, key, c)).transpose()?;
         }
-        Ok(Self { label, kind: t.kind, signals })
+        Ok(Self { label, kind: t.kind, class_percent: t.class.map_or(USUAL_CLASS_PERCENT, |c| c.0), signals })
     }
 }
 

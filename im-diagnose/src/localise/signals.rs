@@ -97,7 +97,7 @@ fn run(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Run {
             voltage,
             load: e.tau_load[k],
         });
-        bench.advance(&e.input(k));
+        bench.advance(&e.input(k, bench.plant()));
     }
     Run { name: e.name.clone(), sample_time_s: e.sample_time_s, rows }
 }

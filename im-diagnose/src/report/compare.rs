@@ -7,12 +7,14 @@ use rayon::prelude::*;
 
 use super::overlay::{self, channel_words};
 use super::page::{Row, Section, numbers, page, table, term, words};
-use super::sections::{head, place, provenance};
+use super::sections::{head, load_section, place, provenance};
+use super::signals::SignalTable;
 use super::story::{Shown, View};
-use super::terminal::{Text, place as place_text};
+use super::terminal::{Text, loads as loads_text, place as place_text};
 use super::words::in_sigma;
 use super::{DataFile, Meta};
 use crate::format::{number, sentence};
+use crate::loads::{self, Loads};
 use crate::localise::{Signals, localise};
 use crate::residuals::nudged;
 use crate::residuals::{Errors, errors};
@@ -27,6 +29,7 @@ pub struct Comparison {
     pub errors: Vec<Errors>,
     /// Error over all.
     pub total: Errors,
+    loads: Loads,
     views: Vec<View>,
     shown: Vec<Shown>,
 }
@@ -40,18 +43,49 @@ impl Comparison {
         let views = experiments
             .par_iter()
             .zip(&starts)
-            .map(|(e, x)| View { experiment: e.clone(), held_out: false, nudged: false, predictions: vec![predict(m, e, x)] })
+            .map(|(e, x)| View {
+                experiment: e.clone(),
+                held_out: false,
+                nudged: false,
+                predictions: vec![predict(m, e, x)],
+                start: *x,
+            })
             .collect();
         let each =
             experiments.iter().zip(&starts).map(|(e, x)| errors(m, std::slice::from_ref(e), std::slice::from_ref(x))).collect();
         let place = localise(&Signals::of(m, &nudged(&experiments), &starts));
         let total = errors(m, &experiments, &starts);
-        Self { errors: each, total, views, shown: vec![Shown { name: "model", class: "refined", place }], experiments, motor }
+        let library = motor.machine.effects().ids();
+        let loads =
+            Loads { found: loads::found(m, &experiments, &starts), cannot_be_told: loads::cannot_be_told(&experiments, library) };
+        Self {
+            errors: each,
+            total,
+            loads,
+            views,
+            shown: vec![Shown { name: "model", class: "refined", place }],
+            experiments,
+            motor,
+        }
     }
 
     /// What stands out, one sentence each, strongest first.
     pub fn findings(&self) -> Vec<String> {
         self.shown[0].place.findings().iter().map(|f| sentence(f)).collect()
+    }
+
+    /// Measured, modelled and residual, sample by sample.
+    pub fn signals(&self) -> SignalTable {
+        let mut table = SignalTable::default();
+        for v in &self.views {
+            table.add(&self.motor.machine, &v.start, &v.experiment, &v.predictions[0]);
+        }
+        table
+    }
+
+    /// Loads that no column holds, for programs.
+    pub fn loads(&self) -> serde_json::Value {
+        loads::to_json(&self.loads)
     }
 
     /// Where the model fails, in numbers.
@@ -113,6 +147,7 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
         data = Some(overlay::data(&c.views, &models, w));
     }
     sections.push(place::section(&c.shown));
+    sections.extend(load_section(&c.loads, &c.motor));
     sections.extend(provenance::quality(meta));
     sections.extend(provenance::next_test(meta));
     let files: Vec<DataFile> = if meta.files.is_empty() {
@@ -143,6 +178,7 @@ pub fn compare_terminal(c: &Comparison, meta: &Meta, width: usize) -> String {
     }
     out.table(&rows, &[false, false, true, true, true]);
     place_text(&mut out, &c.shown);
+    loads_text(&mut out, &c.loads, &c.motor);
     for q in meta.quality.iter().flatten() {
         out.paragraph("  ! ", q);
     }

@@ -5,10 +5,12 @@
 
 mod compare;
 mod curves;
+mod load_words;
 mod overlay;
 mod page;
 mod sections;
 mod side_by_side;
+mod signals;
 mod story;
 mod terminal;
 mod text_plot;
@@ -22,6 +24,7 @@ use crate::next_test::ProfileTrace;
 pub use crate::format::{number, quantity};
 pub use compare::{Comparison, compare_html, compare_terminal};
 pub use side_by_side::{SideBySide, side_by_side, side_by_side_terminal};
+pub use signals::SignalTable;
 pub use story::Story;
 pub use terminal::terminal;
 pub use write::{Written, write};

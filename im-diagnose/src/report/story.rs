@@ -4,10 +4,12 @@ use im_identify::offline::{Channel, Experiment, predict, start_on};
 use im_model::{EffectId, MotorFile, State};
 use rayon::prelude::*;
 
+use super::signals::SignalTable;
 use super::words::{effect_name, in_sigma, short_effect_name};
 use super::{DataFile, Meta};
 use crate::diagnosis::{Candidate, Diagnosis, Step, Verdict};
 use crate::format::{number, quantity};
+use crate::loads::Loads;
 use crate::localise::{Localisation, Signals, join, localise};
 use crate::residual_tests::Dependence;
 use crate::residuals::{Errors, errors};
@@ -36,6 +38,8 @@ pub(crate) struct View {
     pub nudged: bool,
     /// Per model, per channel.
     pub predictions: Vec<Vec<Vec<f64>>>,
+    /// State of the last model at the first row.
+    pub start: State<f64>,
 }
 
 /// Everything a report of a diagnosis needs: made once for page, terminal and files.
@@ -49,6 +53,8 @@ pub struct Story<'a> {
     pub(crate) views: Vec<View>,
     /// Tables of steady states.
     pub(crate) tables: Vec<View>,
+    /// Loads that no column holds.
+    pub(crate) loads: Loads,
 }
 
 impl<'a> Story<'a> {
@@ -68,7 +74,7 @@ impl<'a> Story<'a> {
                 let experiment = judged(e, &last.machine, &starts[starts.len() - 1], UNSTABLE);
                 let nudged = experiment.speed_nudge.is_some();
                 let predictions = models.iter().zip(&starts).map(|(m, x)| predict(&m.machine, &experiment, x)).collect();
-                View { experiment, held_out, nudged, predictions }
+                View { experiment, held_out, nudged, predictions, start: starts[starts.len() - 1] }
             })
             .collect();
         // Where a model fails is looked for with the speed nudged, so that one error does not hide behind another.
@@ -101,7 +107,18 @@ impl<'a> Story<'a> {
         let (train, held) = (of(false), of(true));
         let given = as_given(&train);
         let given = given.chi2_per_sample.is_finite().then(|| (given, (!held.is_empty()).then(|| as_given(&held))));
-        Self { d, meta, given, shown, views, tables }
+        let loads = d.loads();
+        Self { d, meta, given, shown, views, tables, loads }
+    }
+
+    /// Measured, modelled by the last model, and residual, sample by sample.
+    pub fn signals(&self) -> SignalTable {
+        let machine = &self.d.steps[self.d.steps.len() - 1].machine;
+        let mut table = SignalTable::default();
+        for v in self.views.iter().chain(&self.tables) {
+            table.add(machine, &v.start, &v.experiment, &v.predictions[v.predictions.len() - 1]);
+        }
+        table
     }
 
     /// Every channel of the recordings, once.

@@ -1,5 +1,6 @@
 //! The story in short, for a terminal or a file: no colours, no control codes.
 
+use super::load_words::words as load_words;
 use super::overlay::channel_words;
 use super::sections::{fall_rows, parameter_warning, parameters_note};
 use super::story::{Shown, Story, summary, verdict_words};
@@ -7,9 +8,10 @@ use super::text_plot::{columns, log_bar, spark, wrapped};
 use super::words::{in_sigma, quantity_name, short_effect_name};
 use crate::diagnosis::{Diagnosis, Verdict};
 use crate::format::{interval, number, percent_change, quantity, sentence};
+use crate::loads::Loads;
 use crate::localise::{ProfileOver, Quantity};
 use crate::uncertainty::{HALF_95, MachineQuantity};
-use im_model::ParameterId;
+use im_model::{MotorFile, ParameterId};
 
 /// The report as text, at most `width` (40 to 100) characters wide.
 pub fn terminal(s: &Story, width: usize) -> String {
@@ -39,6 +41,7 @@ pub fn terminal(s: &Story, width: usize) -> String {
     }
     candidates(&mut out, d);
     parameters(&mut out, d);
+    loads(&mut out, &s.loads, &d.case.motor);
     let hidden = s.unexcited();
     if !hidden.is_empty() && d.verdict != Verdict::Inconclusive {
         out.heading("Not excited by these recordings");
@@ -189,6 +192,20 @@ pub(super) fn place(out: &mut Text, shown: &[Shown]) {
                 .replace("  current error over flux  ", "  current error over flux: "),
             );
         }
+    }
+}
+
+/// Loads that no column holds.
+pub(super) fn loads(out: &mut Text, loads: &Loads, motor: &MotorFile) {
+    if loads.is_empty() {
+        return;
+    }
+    out.heading("Load torque, found");
+    for f in &loads.found {
+        out.paragraph("  - ", &sentence(&load_words(f)));
+    }
+    if let Some(note) = loads.note(motor) {
+        out.paragraph("  ", &note);
     }
 }
 

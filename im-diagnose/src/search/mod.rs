@@ -4,13 +4,14 @@
 //! are likely. `course`: the way from the base model to the likeliest set, as it is told.
 
 mod course;
+mod lines;
 mod posterior;
 pub mod score;
 mod sets;
 
 use im_identify::offline::{
-    Experiment, Fit, FitError, FitOptions, Free, angle_on, base_parameters_in, effect_parameters, fit_from, residuals, start_on,
-    start_parameters,
+    Experiment, Fit, FitError, FitOptions, Free, angle_on, base_parameters_in, effect_parameters_in, fit_from, knowing,
+    residuals, start_on, start_parameters,
 };
 use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
@@ -100,6 +101,7 @@ impl Refinement {
         let first = me.model(&me.base, &starts, &[], &FitOptions { tolerance: 1e-5, ..FitOptions::default() })?;
         // The voltage's own roughness shows in the currents: only in the residual is the roughness all noise.
         me.case.set_noise_from(&me.nudged, &first.fit.residuals);
+        me.smooth_speeds_by(&first.fit);
         me.nudge();
         let model = me.model(&first.fit.machine, &first.fit.starts, &[], &FitOptions::near())?;
         Ok((me, model))
@@ -109,6 +111,16 @@ impl Refinement {
     fn nudge(&mut self) {
         self.nudged = nudged(&self.case.train);
         self.held_out = nudged(self.case.holdout.as_slice()).pop();
+    }
+
+    /// Where the load is unknown, the torque of the fitted base model helps to tell the speed from the noise of its sensor.
+    fn smooth_speeds_by(&mut self, fit: &Fit) {
+        let train = std::mem::take(&mut self.case.train);
+        self.case.train = train.into_par_iter().zip(&fit.starts).map(|(e, x)| e.smoothed_by_torque(&fit.machine, x)).collect();
+        self.case.holdout = self.case.holdout.take().map(|h| {
+            let start = start_on(&fit.machine, &h, &self.rating);
+            h.smoothed_by_torque(&fit.machine, &start)
+        });
     }
 
     /// The states from which `machine` follows experiments best: those known, or fitted to the first second.
@@ -160,11 +172,11 @@ impl Refinement {
         let mut free = base_parameters_in(&self.base, experiments);
         let own: Vec<EffectId> = self.base.effects().active().collect();
         for &e in own.iter().chain(effects) {
-            free.extend(effect_parameters(e, machine, &self.rating));
+            free.extend(effect_parameters_in(e, machine, &self.rating, experiments));
         }
         let fixed_to_shaft = own.iter().chain(effects).any(|e| e.about().fixed_to_shaft);
         free.extend(start_parameters(experiments, &self.rating, fixed_to_shaft));
-        free
+        knowing(free, &self.case.motor.known)
     }
 
     /// Fits `effects` from `machine` and the training recordings' `starts`.
@@ -176,7 +188,8 @@ impl Refinement {
         options: &FitOptions,
     ) -> Result<Model, FitError> {
         let fit = self.fit_to(&self.nudged, machine, starts, effects, options)?;
-        let train_deviance = deviance(&self.nudged, &fit.residuals);
+        // What is known beforehand is part of both.
+        let train_deviance = deviance(&self.nudged, &fit.residuals) + fit.prior_cost;
         let Some(h) = &self.held_out else {
             return Ok(Model { effects: effects.to_vec(), deviance: train_deviance, train_deviance, fit, holdout: None });
         };
@@ -184,7 +197,7 @@ impl Refinement {
         let holdout = Some(unseen.iter().flatten().map(|r| r * r).sum::<f64>() / h.count() as f64);
         let all: Vec<&Experiment> = self.nudged.iter().chain([h]).collect();
         let both: Vec<&Vec<Vec<f64>>> = fit.residuals.iter().chain([&unseen]).collect();
-        let deviance = deviance(&all, &both);
+        let deviance = deviance(&all, &both) + fit.prior_cost;
         Ok(Model { effects: effects.to_vec(), deviance, train_deviance, fit, holdout })
     }
 

@@ -12,6 +12,7 @@ use im_model::{EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::lines;
 use crate::noise::{Whitener, whiteners};
 use crate::residuals::deviance;
 use crate::statistics::{closest_of, log_p, orthonormal, threshold};
@@ -79,6 +80,8 @@ pub struct ScoreContext<'a> {
     variance: f64,
     /// Chance of a false alarm per effect.
     level: f64,
+    /// Orders, per turn of the rotor, of lines in the residual.
+    lines: Vec<f64>,
 }
 
 /// Least part of a signature that a refit must not be able to imitate for its size to mean anything: below it, what tells it apart is
@@ -165,6 +168,9 @@ impl<'a> ScoreContext<'a> {
         let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
         let variance = dot(&white.residual, &white.residual) / count as f64;
         let deviance = f64::NAN;
+        let innovations: Vec<Vec<Vec<f64>>> =
+            residuals.iter().zip(&whiteners).map(|(r, w)| r.iter().zip(w).map(|(r, w)| w.apply(r)).collect()).collect();
+        let lines = lines::orders(machine, starts, experiments, &innovations);
         let mut me = Self {
             experiments,
             starts,
@@ -178,6 +184,7 @@ impl<'a> ScoreContext<'a> {
             raw_rms,
             variance,
             level,
+            lines,
         };
         me.deviance = me.deviance_of(&me.plain.residual);
         me
@@ -270,7 +277,7 @@ impl<'a> ScoreContext<'a> {
 
     /// Scores one effect over its shapes; a score at another machine, `before`, saves looking for sizes.
     pub fn score(&self, effect: EffectId, before: Option<&Score>) -> Option<Score> {
-        let shapes = shapes(effect, &self.machine, self.rating);
+        let shapes = shapes(effect, &self.machine, self.rating, &self.lines);
         let tried = shapes.len();
         let mut sensitivity = vec![vec![0.0; strengths(effect).len()]; tried];
         if let Some(known) = before.map(|s| &s.sensitivity).filter(|s| s.len() == tried) {
@@ -357,8 +364,8 @@ pub fn strengths(effect: EffectId) -> Vec<usize> {
     effect.parameters().iter().enumerate().filter(|(_, p)| p.role == Role::Strength).map(|(k, _)| k).collect()
 }
 
-/// The shapes to try: the whole numbers of an order; else the default, and the ends of the usual range of the leading shape parameter.
-fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating) -> Vec<Vec<(usize, f64)>> {
+/// The shapes to try: the whole numbers of an order and those of `lines`; else the default, and the ends of the usual range of the leading shape parameter.
+fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating, lines: &[f64]) -> Vec<Vec<(usize, f64)>> {
     let unit = |k: usize| {
         let info = &effect.parameters()[k];
         rating.unit_of(info.scale, machine.parameters(), machine.pole_pairs())
@@ -366,7 +373,7 @@ fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating) -> Vec<Vec<
     let present = |k: usize| machine.get(ParameterId::Effect(effect, k));
     if let Some((k, order)) = effect.parameters().iter().enumerate().find(|(_, p)| p.role == Role::Order) {
         let (least, most) = (order.typical.0.round() as u32, order.typical.1.round() as u32);
-        return (least..=most).map(|n| vec![(k, f64::from(n))]).collect();
+        return (least..=most).map(f64::from).chain(lines.iter().copied()).map(|n| vec![(k, n)]).collect();
     }
     let lead = effect.parameters().iter().position(|p| p.role == Role::Shape && p.typical.0 > 0.0);
     let Some(k) = lead else { return vec![vec![]] };

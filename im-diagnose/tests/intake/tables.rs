@@ -4,7 +4,7 @@ use std::path::Path;
 
 use im_diagnose::intake::{SteadyTable, TableKind};
 
-use crate::simulated::Folder;
+use crate::simulated::{Folder, motor};
 
 #[test]
 fn canonical_and_foreign_tables_say_the_same() {
@@ -72,6 +72,35 @@ fn bad_tables_are_refused_with_their_place() {
 }
 
 #[test]
+fn what_a_table_does_not_say_is_not_made_up() {
+    let folder = Folder::new("unsaid");
+    let read = |text: &str| SteadyTable::read(&folder.put("t.csv", text), None).unwrap();
+    let motor = motor();
+    let p = motor.machine.parameters();
+    let w = std::f64::consts::TAU * motor.rating.electrical_frequency_hz;
+    let row = |z: f64, u: f64| format!("{u},{},{}\n", u / 3f64.sqrt() / z, 0.3 * u * u / z);
+    let free = w * (p.stator_leakage_inductance_h + p.magnetizing_inductance_h);
+    let held = w * (p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h);
+    for (z, stands) in [(0.7 * free, false), (1.2 * held, true)] {
+        let rows: String = [100.0, 150.0, 200.0, 250.0, 300.0].map(|u| row(z, u)).concat();
+        let t = read(&format!("V_LL_V,I_A,P_3ph_W\n{rows}"));
+        assert_eq!(t.kind, TableKind::Unsaid);
+        let (case, _) = im_diagnose::tables::case(motor.clone(), &[t]).unwrap();
+        assert_eq!(case.train[0].imposed_speed.is_some(), stands);
+    }
+    // An empty cell was not measured; rows of a load test without a torque are taken at the speed that they show.
+    let t = read("V_LL_V,I_A,P_3ph_W,n_rpm,T_Nm\n400,4,600,1490,\n400,5,1600,1470,8\n400,6,2700,,15\n400,8,4000,1420,\n");
+    assert_eq!((t.kind, t.rows[0].torque_nm, t.rows[2].omega_m_rad_s), (TableKind::Load, None, None));
+    let (case, _) = im_diagnose::tables::case(motor, &[t]).unwrap();
+    let rows: Vec<(usize, bool, usize)> =
+        case.train.iter().map(|e| (e.len(), e.imposed_speed.is_some(), e.channels.iter().map(|c| c.count()).sum())).collect();
+    // Two loaded rows by current, power and one speed; two driven ones by current and power.
+    assert_eq!(rows, [(2, false, 5), (2, true, 4)]);
+    let e = SteadyTable::read(&folder.put("t.csv", "V_LL_V,I_A,P_3ph_W,T_Nm\n400,4,600,two\n"), None).unwrap_err().to_string();
+    assert!(e.contains("t.csv:2: T_Nm is \"two\""), "{e}");
+}
+
+#[test]
 fn the_laboratory_tables_are_read() {
     let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings/measured/steady_state_1kw");
     if !here.is_dir() {
@@ -80,6 +109,7 @@ fn the_laboratory_tables_are_read() {
     }
     let of = |name: &str| SteadyTable::read(&here.join(name), None).unwrap();
     let (free, locked, load) = (of("no_load.csv"), of("locked_rotor.csv"), of("load.csv"));
-    assert_eq!((free.kind, locked.kind, load.kind), (TableKind::NoLoad, TableKind::Locked, TableKind::Load));
+    // The locked-rotor table has no speed: the motor's impedances say which it is.
+    assert_eq!((free.kind, locked.kind, load.kind), (TableKind::NoLoad, TableKind::Unsaid, TableKind::Load));
     assert_eq!((free.rows.len(), locked.rows.len(), load.rows.len()), (13, 8, 6));
 }

@@ -70,6 +70,7 @@ fn answer_with(machine: &Machine<f64>, ripple: f64, most_effects: usize) -> Diag
         name: "2.2 kW <test> & \"co\"".into(),
         machine: Machine::base(given, m.pole_pairs).unwrap(),
         rating: m.rating,
+        known: Default::default(),
     };
     let train = [recording(machine, "first.csv", 1, ripple), recording(machine, "second.csv", 2, ripple)];
     let holdout = recording(machine, "third.csv", 3, ripple);

@@ -1,53 +1,10 @@
 //! One run as the fitting sees it.
 
-use im_model::{Complex, PlantInput, Recording, State};
+use im_model::{Complex, LoadLaw, Plant, PlantInput, Recording, Scalar, State};
 use thiserror::Error;
 
-/// What a channel shows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ChannelKind {
-    /// The projection of the stator current on a direction: Re(i e^{−jφ}), φ in rad. α is 0, β is π/2, phase b is 2π/3.
-    Current {
-        /// φ, rad.
-        direction_rad: f64,
-    },
-    /// The mechanical speed.
-    Speed,
-    /// Root mean square of the phase current; steady states only.
-    RmsCurrent,
-    /// Active power of three phases; steady states only.
-    ActivePower,
-    /// Reactive power of three phases; steady states only.
-    ReactivePower,
-}
-
-/// One measured signal.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
-    /// Name with unit, as in files: `i_alpha_A`.
-    pub name: String,
-    /// What it shows.
-    pub kind: ChannelKind,
-    /// One value per row.
-    pub values: Vec<f64>,
-    /// Rows that may be used; all when absent.
-    pub valid: Option<Vec<bool>>,
-    /// Standard deviation of its noise, in its unit: the weight in the fit.
-    pub sigma: f64,
-}
-
-impl Channel {
-    /// Whether row `k` counts.
-    #[inline]
-    pub fn is_valid(&self, k: usize) -> bool {
-        self.valid.as_ref().is_none_or(|v| v[k])
-    }
-
-    /// Number of rows that count.
-    pub fn count(&self) -> usize {
-        self.valid.as_ref().map_or(self.values.len(), |v| v.iter().filter(|x| **x).count())
-    }
-}
+use super::channel::{Channel, ChannelKind};
+use super::load::{Load, ShownSpeed};
 
 /// How a run starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +41,8 @@ pub struct Experiment {
     pub u_s: Vec<Complex<f64>>,
     /// Load torque, Nm; zero where nothing is known.
     pub tau_load: Vec<f64>,
+    /// What is known of the load torque beside that.
+    pub load: Load,
     /// Speed imposed on the rotor, rad/s: the mechanics are then not simulated.
     pub imposed_speed: Option<Vec<f64>>,
     /// Nudges the simulated speed towards these values, rad/s, at a rate, 1/s ([`PlantInput::speed_nudge`](im_model::PlantInput)).
@@ -138,6 +97,7 @@ impl Experiment {
             supply_frequency_hz: None,
             u_s: r.u_s.clone(),
             tau_load: r.tau_load.clone().unwrap_or_else(|| vec![0.0; r.len()]),
+            load: Load::Known,
             imposed_speed: None,
             speed_nudge: None,
             channels: vec![
@@ -175,11 +135,47 @@ impl Experiment {
         (det > 1e-6).then(|| Complex::new((bb * ya - ab * yb) / det, (aa * yb - ab * ya) / det))
     }
 
-    /// What drives the machine over the sample that begins at row `k`.
-    pub fn input(&self, k: usize) -> PlantInput<f64> {
+    /// The same run with the load taken as unknown: the measured speed is no longer compared, it drives the machine. Without a measured
+    /// speed nothing changes.
+    pub fn driven_by_speed(mut self) -> Self {
+        let Some(k) = self.channels.iter().position(|c| c.kind == ChannelKind::Speed) else { return self };
+        if self.is_table() || self.imposed_speed.is_some() {
+            return self;
+        }
+        let shown = ShownSpeed::new(self.channels.remove(k), self.sample_time_s);
+        self.load = Load::Unknown(shown);
+        self
+    }
+
+    /// Whether the rotor turns as it is told, whatever the torque.
+    pub fn speed_is_imposed(&self) -> bool {
+        self.imposed_speed.is_some() || matches!(self.load, Load::Unknown(_))
+    }
+
+    /// The state at the first row as far as it is known, the sizes of the load with it.
+    pub fn start_state(&self) -> State<f64> {
+        let mut x = self.start.state();
+        if let Load::Law { constant, fan } = self.load {
+            x.load = LoadLaw { constant_nm: constant.start(), fan_nm_s2: fan.start() };
+        }
+        x
+    }
+
+    /// The rotor's speed at the begin and the end of the sample that begins at row `k`, where it is imposed.
+    #[inline(always)]
+    pub(super) fn imposed<T: Scalar>(&self, plant: &Plant<T>, k: usize) -> Option<[T; 2]> {
+        match (&self.imposed_speed, &self.load) {
+            (Some(w), _) => Some([w[k], w[(k + 1).min(w.len() - 1)]].map(T::from_f64)),
+            (None, Load::Unknown(shown)) => Some([shown.behind(plant, k), shown.behind(plant, k + 1)]),
+            _ => None,
+        }
+    }
+
+    /// What drives a machine over the sample that begins at row `k`.
+    pub fn input(&self, k: usize, plant: &Plant<f64>) -> PlantInput<f64> {
         let mut input = PlantInput::new(self.u_s[k], self.tau_load[k]);
         input.speed_nudge = self.speed_nudge.as_ref().map(|(w, rate)| [w[k], *rate]);
-        input.imposed_speed = self.imposed_speed.as_ref().map(|w| [w[k], w[(k + 1).min(w.len() - 1)]]);
+        input.imposed_speed = self.imposed(plant, k);
         input
     }
 
@@ -220,6 +216,10 @@ impl Experiment {
         }
         if let Some((w, _)) = &self.speed_nudge {
             length("nudged speed", w.len())?;
+        }
+        if let Load::Unknown(shown) = &self.load {
+            length("shown speed", shown.smooth.len())?;
+            length(&shown.channel.name, shown.channel.values.len())?;
         }
         for c in &self.channels {
             length(&c.name, c.values.len())?;

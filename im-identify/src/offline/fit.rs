@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use super::experiment::{Experiment, ExperimentError};
 use super::free::{Free, Target, change_component, component};
+use super::knowledge::{prior_cost, prior_terms};
 use super::simulate::{linearize_to, residuals_to};
 
 /// Why a fit could not be made.
@@ -59,11 +60,13 @@ pub struct Fit {
     pub starts: Vec<State<f64>>,
     /// What was free.
     pub free: Vec<Free>,
-    /// Sum of squared residuals in units of σ².
+    /// Sum of squared residuals in units of σ², what is known beforehand left out.
     pub cost: f64,
+    /// The same of what is known beforehand: one residual for each prior.
+    pub prior_cost: f64,
     /// Number of residuals.
     pub count: usize,
-    /// Covariance of the search variables for unit noise: (JᵀJ)⁻¹, P×P.
+    /// Covariance of the search variables for unit noise: (JᵀJ)⁻¹, P×P, what is known beforehand included.
     pub covariance: DMatrix<f64>,
     /// What is left, in σ: per experiment and channel, zero where a sample is not valid.
     pub residuals: Vec<Vec<Vec<f64>>>,
@@ -216,7 +219,7 @@ fn slopes(
 
 /// Fits the free parameters to all experiments, starting from `machine` and the experiments' own starts.
 pub fn fit(machine: &Machine<f64>, experiments: &[Experiment], free: &[Free], options: &FitOptions) -> Result<Fit, FitError> {
-    fit_from(machine, experiments.iter().map(|e| e.start.state()).collect(), experiments, free, options)
+    fit_from(machine, experiments.iter().map(Experiment::start_state).collect(), experiments, free, options)
 }
 
 /// The same from other `starts`, one per experiment.
@@ -242,18 +245,24 @@ pub fn fit_from(
     }
     let mut end = descend(&mut here, experiments, free, 1.0, options.iterations, options.tolerance)?;
     // Short horizons can lead away, where a recording begins in motion for example: never worse than from the values given.
-    if !horizons.is_empty() && sum_of_squares(&simulated(machine, experiments, &given.starts, 1.0)) < here.cost {
+    let as_given = || sum_of_squares(&simulated(machine, experiments, &given.starts, 1.0)) + prior_cost(machine, free);
+    if !horizons.is_empty() && as_given() < here.cost {
         end = descend(&mut given, experiments, free, 1.0, options.iterations, options.tolerance)?;
         here = given;
     }
     // Slopes from a short step before the minimum are those of the minimum, for the covariance.
-    let normal = end.normal.unwrap_or_else(|| slopes(&here.machine, experiments, &here.starts, free, 1.0).0.normal);
+    let mut normal = end.normal.unwrap_or_else(|| slopes(&here.machine, experiments, &here.starts, free, 1.0).0.normal);
+    for (k, [_, _, information]) in prior_terms(&here.machine, free).into_iter().enumerate() {
+        normal[(k, k)] += information;
+    }
+    let prior_cost = prior_cost(&here.machine, free);
     Ok(Fit {
         covariance: inverse_of_normal(&normal),
         machine: here.machine,
         starts: here.starts,
         free: free.to_vec(),
-        cost: here.cost,
+        cost: here.cost - prior_cost,
+        prior_cost,
         residuals: here.residuals,
         count: experiments.iter().map(Experiment::count).sum(),
         iterations: end.accepted,
@@ -314,9 +323,17 @@ impl Point {
         Self { machine: *machine, starts, residuals: Vec::new(), cost: f64::INFINITY, room: Room::ANY }
     }
 
-    fn simulated(machine: Machine<f64>, starts: Vec<State<f64>>, experiments: &[Experiment], fraction: f64, room: Room) -> Self {
+    fn simulated(
+        machine: Machine<f64>,
+        starts: Vec<State<f64>>,
+        experiments: &[Experiment],
+        free: &[Free],
+        fraction: f64,
+        room: Room,
+    ) -> Self {
         let residuals = simulated(&machine, experiments, &starts, fraction);
-        Self { cost: sum_of_squares(&residuals), machine, starts, residuals, room }
+        // What is known beforehand weighs in a short horizon as in the whole.
+        Self { cost: sum_of_squares(&residuals) + prior_cost(&machine, free), machine, starts, residuals, room }
     }
 
     /// Refuses a point whose simulation has run away, by the name of the experiment.
@@ -344,7 +361,7 @@ pub(super) fn descend(
     tolerance: f64,
 ) -> Result<End, FitError> {
     if free.is_empty() || iterations == 0 {
-        *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, fraction, here.room);
+        *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction, here.room);
         return here.check(experiments).map(|()| End { accepted: 0, converged: free.is_empty(), normal: None });
     }
     let mut damping = 1e-3;
@@ -357,19 +374,25 @@ pub(super) fn descend(
             Some(s) => s,
             None => {
                 let (s, residuals) = slopes(&here.machine, experiments, &here.starts, free, fraction);
-                here.cost = sum_of_squares(&residuals);
+                here.cost = sum_of_squares(&residuals) + prior_cost(&here.machine, free);
                 here.residuals = residuals;
                 here.check(experiments)?;
                 s
             }
         };
-        let gradient = s.gradient(&here.residuals);
+        let mut gradient = s.gradient(&here.residuals);
+        // The priors are known exactly at every step; only the slopes of the residuals are kept.
+        let mut normal = s.normal.clone();
+        for (k, [_, downhill, information]) in prior_terms(&here.machine, free).into_iter().enumerate() {
+            gradient[k] += downhill;
+            normal[(k, k)] += information;
+        }
         // At a limit that the descent would cross, a parameter stays; the others find the minimum on that limit.
         let at = |f: &Free| current(f, &here.machine, &here.starts);
         let stopped: Vec<bool> = free.iter().zip(gradient.iter()).map(|(f, g)| f.stops(at(f), *g)).collect();
         let mut gained = None;
         for _ in 0..14 {
-            let Some(step) = damped_step(&s.normal, &gradient, &stopped, damping) else {
+            let Some(step) = damped_step(&normal, &gradient, &stopped, damping) else {
                 damping *= 10.0;
                 continue;
             };
@@ -378,7 +401,7 @@ pub(super) fn descend(
                 damping *= 10.0;
                 continue;
             };
-            let there = Point::simulated(machine, starts, experiments, fraction, here.room);
+            let there = Point::simulated(machine, starts, experiments, free, fraction, here.room);
             if there.cost.is_finite() && there.cost < here.cost {
                 let gain = (here.cost - there.cost) / here.cost;
                 *here = there;

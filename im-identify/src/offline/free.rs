@@ -1,7 +1,7 @@
 //! What a fit may change.
 
 use super::experiment::Experiment;
-use im_model::effects::Role;
+use im_model::effects::{Place, Role};
 use im_model::{BaseParameter, Bound, EffectId, Machine, ParameterId, Rating, State};
 
 /// The quantity that a free parameter moves.
@@ -9,7 +9,7 @@ use im_model::{BaseParameter, Bound, EffectId, Machine, ParameterId, Rating, Sta
 pub enum Target {
     /// Parameters of the machine that move together (by the same factor, or the same amount).
     Machine(Vec<ParameterId>),
-    /// Component `component` of the initial state of experiment `experiment`: ψ_s (0, 1), ψ_r (2, 3), ω_m (4), θ_m (5).
+    /// Component `component` of the initial state of experiment `experiment`: ψ_s (0, 1), ψ_r (2, 3), ω_m (4), θ_m (5); or size of its load, constant (6) and of a fan (7).
     Initial {
         /// Which experiment.
         experiment: usize,
@@ -27,6 +27,17 @@ pub enum Transform {
     Linear(f64),
 }
 
+/// A parameter that is known about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prior {
+    /// Which.
+    pub id: ParameterId,
+    /// The known value, in its unit.
+    pub value: f64,
+    /// Standard deviation of the logarithm.
+    pub std: f64,
+}
+
 /// A free parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Free {
@@ -36,6 +47,8 @@ pub struct Free {
     pub transform: Transform,
     /// Smallest and largest value allowed (of the first quantity of the target).
     pub limits: (f64, f64),
+    /// What is known of it beforehand ([`knowing`](super::knowing)).
+    pub priors: Vec<Prior>,
 }
 
 impl Free {
@@ -52,8 +65,16 @@ impl Free {
         match &self.target {
             Target::Machine(ids) => ids.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and "),
             Target::Initial { experiment, component } => {
-                let part = ["psi_s_alpha_Vs", "psi_s_beta_Vs", "psi_r_alpha_Vs", "psi_r_beta_Vs", "omega_m_rad_s", "theta_m_rad"]
-                    [*component];
+                let part = [
+                    "psi_s_alpha_Vs",
+                    "psi_s_beta_Vs",
+                    "psi_r_alpha_Vs",
+                    "psi_r_beta_Vs",
+                    "omega_m_rad_s",
+                    "theta_m_rad",
+                    "load_nm",
+                    "load_nm_s2",
+                ][*component];
                 format!("initial {part} of run {}", experiment + 1)
             }
         }
@@ -98,6 +119,7 @@ pub fn base_parameters(machine: &Machine<f64>) -> Vec<Free> {
             target: Target::Machine(ids.iter().map(|p| ParameterId::Base(*p)).collect()),
             transform: Transform::Log,
             limits: (given / REGION, given * REGION),
+            priors: Vec::new(),
         }
     };
     let unit = p.viscous_friction_nm_s_per_rad.max(0.1 * p.inertia_kg_m2);
@@ -111,24 +133,49 @@ pub fn base_parameters(machine: &Machine<f64>) -> Vec<Free> {
     ]
 }
 
-/// Those of [`base_parameters`] that such experiments depend on: in tables of steady states nothing accelerates.
+/// Those of [`base_parameters`] that such experiments depend on: in tables of steady states nothing accelerates, and where the speed is
+/// imposed no torque is balanced.
 pub fn base_parameters_in(machine: &Machine<f64>, experiments: &[Experiment]) -> Vec<Free> {
     let mut free = base_parameters(machine);
-    if experiments.iter().all(Experiment::is_table) {
-        free.retain(|f| f.id() != Some(ParameterId::Base(BaseParameter::Inertia)));
-    }
+    let balanced = torques_balance(experiments);
+    let accelerates = experiments.iter().any(|e| !e.is_table() && !e.speed_is_imposed());
+    free.retain(|f| match f.id() {
+        Some(ParameterId::Base(BaseParameter::Inertia)) => accelerates,
+        Some(ParameterId::Base(BaseParameter::ViscousFriction)) => balanced,
+        _ => true,
+    });
     free
 }
 
-/// The strength and shape parameters of an effect, scaled to the machine.
+/// Whether any experiment depends on a torque: where the speed of all is imposed, none does.
+pub fn torques_balance(experiments: &[Experiment]) -> bool {
+    experiments.iter().any(|e| !e.speed_is_imposed())
+}
+
+/// Those of [`effect_parameters`] that such experiments depend on.
+pub fn effect_parameters_in(effect: EffectId, machine: &Machine<f64>, rating: &Rating, experiments: &[Experiment]) -> Vec<Free> {
+    let idle = effect.about().place == Place::Mechanics && !torques_balance(experiments);
+    if idle { Vec::new() } else { effect_parameters(effect, machine, rating) }
+}
+
+/// The strength and shape parameters of an effect, scaled to the machine; and an order that is no whole number, near where it is.
 pub fn effect_parameters(effect: EffectId, machine: &Machine<f64>, rating: &Rating) -> Vec<Free> {
-    let infos = effect.parameters().iter().enumerate().filter(|(_, info)| matches!(info.role, Role::Strength | Role::Shape));
+    let odd = |k: usize| machine.get(ParameterId::Effect(effect, k)).fract() != 0.0;
+    let infos = effect.parameters().iter().enumerate().filter(|(k, info)| match info.role {
+        Role::Strength | Role::Shape => true,
+        Role::Order => odd(*k),
+        Role::Fixed => false,
+    });
     infos
         .map(|(k, info)| {
             let unit = rating.unit_of(info.scale, machine.parameters(), machine.pole_pairs());
             // Shapes that are positive by nature move by factors and stay near usual sizes, where they mean something.
             let positive = info.role == Role::Shape && info.typical.0 > 0.0;
-            let (transform, usual) = if positive {
+            let present = machine.get(ParameterId::Effect(effect, k));
+            let (transform, usual) = if info.role == Role::Order {
+                // A phase that has run over many turns: far away there is no way back.
+                (Transform::Linear(1e-3), (present - 0.05, present + 0.05))
+            } else if positive {
                 (Transform::Log, (info.typical.0 * unit / 4.0, info.typical.1 * unit * 4.0))
             } else {
                 (Transform::Linear(info.typical.1.max(1e-12) * unit), (f64::NEG_INFINITY, f64::INFINITY))
@@ -143,6 +190,7 @@ pub fn effect_parameters(effect: EffectId, machine: &Machine<f64>, rating: &Rati
                 target: Target::Machine(vec![ParameterId::Effect(effect, k)]),
                 transform,
                 limits: (hard.0.max(usual.0), hard.1.min(usual.1)),
+                priors: Vec::new(),
             }
         })
         .collect()
@@ -152,6 +200,9 @@ pub fn effect_parameters(effect: EffectId, machine: &Machine<f64>, rating: &Rati
 pub(super) const SPEED: usize = 4;
 /// That which is the angle.
 pub(super) const ANGLE: usize = 5;
+/// Those that are sizes of the load.
+pub(super) const LOAD_CONSTANT: usize = 6;
+pub(super) const LOAD_FAN: usize = 7;
 
 fn component_mut<T>(x: &mut State<T>, k: usize) -> &mut T {
     match k {
@@ -160,7 +211,9 @@ fn component_mut<T>(x: &mut State<T>, k: usize) -> &mut T {
         2 => &mut x.psi_r.re,
         3 => &mut x.psi_r.im,
         SPEED => &mut x.omega_m,
-        _ => &mut x.theta_m,
+        ANGLE => &mut x.theta_m,
+        LOAD_CONSTANT => &mut x.load.constant_nm,
+        _ => &mut x.load.fan_nm_s2,
     }
 }
 

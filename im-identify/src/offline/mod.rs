@@ -4,16 +4,27 @@
 //! what may change. [`fit`] finds the machine that explains all experiments at once.
 
 mod aqdm;
+mod channel;
 mod experiment;
 mod fit;
 mod free;
+mod knowledge;
+mod load;
+mod load_torque;
 mod simulate;
 mod start;
 mod steady;
+mod trend;
 
 pub use aqdm::{AqdmFit, SteadyPoint, fit_aqdm, predicted as aqdm_at};
-pub use experiment::{Channel, ChannelKind, Experiment, ExperimentError, Start};
+pub use channel::{Channel, ChannelKind};
+pub use experiment::{Experiment, ExperimentError, Start};
 pub use fit::{Fit, FitError, FitOptions, cost, fit, fit_from, inverse_of_normal};
-pub use free::{Free, Target, Transform, base_parameters, base_parameters_in, effect_parameters};
+pub use free::{
+    Free, Prior, Target, Transform, base_parameters, base_parameters_in, effect_parameters, effect_parameters_in, torques_balance,
+};
+pub use knowledge::{knowing, prior_cost, prior_terms};
+pub use load::{Load, ShownSpeed, Size};
+pub use load_torque::{LoadEstimate, load_torque};
 pub use simulate::{Linearized, linearize, predict, residuals};
 pub use start::{angle_on, guess_start, start_on, start_parameters};

@@ -3,7 +3,8 @@
 use im_model::{Bench, Complex, Dual, Machine, ParameterId, PlantInput, Scalar, State};
 use rayon::prelude::*;
 
-use super::experiment::{ChannelKind, Experiment, Start};
+use super::channel::ChannelKind;
+use super::experiment::{Experiment, Start};
 use super::free::{Free, Target, change_component};
 use super::steady;
 
@@ -17,6 +18,7 @@ fn run<T: Scalar>(
     mut sink: impl FnMut(usize, usize, T),
 ) {
     let mut bench = Bench::new(machine, start, experiment.sample_time_s);
+    let told = experiment.speed_is_imposed();
     let directions: Vec<Option<(f64, f64)>> = experiment
         .channels
         .iter()
@@ -51,9 +53,8 @@ fn run<T: Scalar>(
             sink(k, c, y);
         }
         let mut input = PlantInput::new(constant(u[k]), T::from_f64(tau[k]));
-        if let Some(w) = &experiment.imposed_speed {
-            let next = w[(k + 1).min(w.len() - 1)];
-            input.imposed_speed = Some([T::from_f64(w[k]), T::from_f64(next)]);
+        if told {
+            input.imposed_speed = experiment.imposed(bench.plant(), k);
         }
         if let Some((w, rate)) = &experiment.speed_nudge {
             input.speed_nudge = Some([T::from_f64(w[k]), T::from_f64(*rate)]);

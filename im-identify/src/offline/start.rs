@@ -4,35 +4,46 @@
 use im_model::{Machine, Rating, State};
 use rayon::prelude::*;
 
-use super::experiment::{ChannelKind, Experiment, Start};
+use super::channel::ChannelKind;
+use super::experiment::{Experiment, Start};
 use super::fit::{Point, cost, descend};
-use super::free::{ANGLE, Free, SPEED, Target, Transform};
+use super::free::{ANGLE, Free, LOAD_CONSTANT, LOAD_FAN, SPEED, Target, Transform};
+use super::load::{Load, Size};
 
 /// The initial states that are to be found with everything else: ψ_s, ψ_r and, where the speed is not imposed, ω_m of every experiment
-/// whose start is [`Start::Estimated`]; and, with effects `fixed_to_shaft`, the shaft's angle at the start of every experiment after the
+/// whose start is [`Start::Estimated`]; the sizes of its load that are to be fitted; and, with effects `fixed_to_shaft`, the shaft's angle at the start of every experiment after the
 /// first, from whose start angles are counted.
 pub fn start_parameters(experiments: &[Experiment], rating: &Rating, fixed_to_shaft: bool) -> Vec<Free> {
     experiments.iter().enumerate().flat_map(|(k, e)| start_of(k, e, rating, fixed_to_shaft && k > 0)).collect()
 }
 
 fn start_of(index: usize, e: &Experiment, rating: &Rating, angle: bool) -> Vec<Free> {
-    let motion = match (e.start, &e.imposed_speed) {
-        (Start::Estimated(_), None) => 0..ANGLE,
-        (Start::Estimated(_), Some(_)) => 0..SPEED,
+    let motion = match (e.start, e.speed_is_imposed()) {
+        (Start::Estimated(_), false) => 0..ANGLE,
+        (Start::Estimated(_), true) => 0..SPEED,
         _ => 0..0,
     };
+    let sizes = match e.load {
+        Load::Law { constant, fan } if !e.speed_is_imposed() => [(constant, LOAD_CONSTANT), (fan, LOAD_FAN)],
+        _ => [(Size::Given(0.0), LOAD_CONSTANT), (Size::Given(0.0), LOAD_FAN)],
+    };
+    let sizes = sizes.into_iter().filter(|(size, _)| *size == Size::Fitted).map(|(_, component)| component);
     let scale = |component| match component {
         SPEED => 0.1 * rating.electrical_frequency_hz,
         // An eighth of a turn of the field is far for a machine of eight poles.
         ANGLE => 0.1,
+        LOAD_CONSTANT => rating.torque_nm,
+        LOAD_FAN => rating.torque_nm / rating.electrical_frequency_hz.powi(2),
         _ => rating.rotor_flux_vs,
     };
     motion
         .chain((angle && !e.is_table()).then_some(ANGLE))
+        .chain(sizes)
         .map(|component| Free {
             target: Target::Initial { experiment: index, component },
             transform: Transform::Linear(scale(component)),
             limits: (-1e9, 1e9),
+            priors: Vec::new(),
         })
         .collect()
 }
@@ -44,7 +55,7 @@ const MEMORY_S: f64 = 1.0;
 /// where it is [`Start::Estimated`]; the shaft's angle, where effects are fixed to it, to the whole. Where no better state than the given
 /// one is found, that one.
 pub fn start_on(machine: &Machine<f64>, e: &Experiment, rating: &Rating) -> State<f64> {
-    let given = e.start.state();
+    let given = e.start_state();
     let fitted = |start: State<f64>, angle: bool, fraction: f64| {
         let free = start_of(0, e, rating, angle);
         let mut here = Point::new(machine, vec![start]);
@@ -58,6 +69,9 @@ pub fn start_on(machine: &Machine<f64>, e: &Experiment, rating: &Rating) -> Stat
     } else {
         given
     };
+    let sized = matches!(e.load, Load::Law { .. }) && !start_of(0, e, rating, false).is_empty();
+    // The sizes of a load show where the speed has settled.
+    let moving = if sized { fitted(moving, false, 1.0) } else { moving };
     if machine.effects().any_fixed_to_shaft() && !e.is_table() {
         return fitted(State { theta_m: angle_on(machine, e, &moving), ..moving }, true, 1.0);
     }

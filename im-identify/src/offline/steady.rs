@@ -2,7 +2,8 @@
 
 use im_model::{Held, Machine, Plant, steady_state};
 
-use super::experiment::{ChannelKind, Experiment};
+use super::channel::ChannelKind;
+use super::experiment::Experiment;
 use super::free::{Free, Target};
 
 /// Solves the first `rows` rows; `sink` receives each row's channel values, NaN where the machine has no steady state.

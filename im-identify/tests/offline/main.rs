@@ -7,6 +7,7 @@ use im_model::{BaseParameter, Complex, Machine, ParameterId, Recording, State};
 
 mod experiments;
 mod fitting;
+mod loads;
 mod predictions;
 mod search;
 mod starts;

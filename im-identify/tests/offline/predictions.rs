@@ -99,17 +99,18 @@ fn an_imposed_speed_is_what_the_machine_turns_at_and_a_pulled_one_comes_near() {
     let (e, start) = odd();
     let wanted: Vec<f64> = (0..e.len()).map(|k| 30.0 + 0.05 * k as f64).collect();
     let imposed = Experiment { imposed_speed: Some(wanted.clone()), ..e.clone() };
+    let plant = im_model::Plant::new(&truth());
     let shown = &predict(&truth(), &imposed, &start)[2];
     assert!(shown.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-9));
-    assert_eq!(imposed.input(7).imposed_speed, Some([wanted[7], wanted[8]]));
-    assert_eq!(imposed.input(e.len() - 1).imposed_speed, Some([wanted[e.len() - 1]; 2]));
+    assert_eq!(imposed.input(7, &plant).imposed_speed, Some([wanted[7], wanted[8]]));
+    assert_eq!(imposed.input(e.len() - 1, &plant).imposed_speed, Some([wanted[e.len() - 1]; 2]));
     // The nudge lags the ramp of 250 rad/s² by its inverse rate, 2.5 ms, and what torque there is moves it by τ/J over the rate.
     let nudged = Experiment { speed_nudge: Some((wanted.clone(), 400.0)), ..e };
     let shown = &predict(&truth(), &nudged, &start)[2];
     let free = &predict(&truth(), &Experiment { speed_nudge: None, ..nudged.clone() }, &start)[2];
     let off = |y: &[f64]| y[200..].iter().zip(&wanted[200..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(off(shown) < 0.3 * off(free), "{} {}", off(shown), off(free));
-    assert_eq!(nudged.input(7).speed_nudge, Some([wanted[7], 400.0]));
+    assert_eq!(nudged.input(7, &plant).speed_nudge, Some([wanted[7], 400.0]));
 }
 
 /// A delayed voltage before a recording that begins magnetized is the one it begins with, along either axis; before one from rest it is none.

@@ -22,6 +22,7 @@ fn a_table_of_steady_states_shows_the_circuit_and_gives_it_back() {
             supply_frequency_hz: Some(hz),
             u_s: rows.iter().map(|(u, _)| Complex::new(0.0, scale * u)).collect(),
             tau_load: rows.iter().map(|r| r.1).collect(),
+            load: im_identify::offline::Load::Known,
             imposed_speed: locked.then(|| vec![0.0; rows.len()]),
             speed_nudge: None,
             channels: kinds
@@ -88,6 +89,7 @@ fn shown(machine: &Machine<f64>, loads: &[f64], speed: Option<f64>) -> Experimen
         supply_frequency_hz: Some(50.0),
         u_s: vec![Complex::new(326.6, 0.0); n],
         tau_load: loads.to_vec(),
+        load: im_identify::offline::Load::Known,
         imposed_speed: speed.map(|w| vec![w; n]),
         speed_nudge: None,
         channels: kinds.map(channel).to_vec(),

@@ -21,6 +21,8 @@ pub struct Operating<'a, T> {
     pub parameters: &'a TParameters<T>,
     /// Voltage and load torque.
     pub input: &'a PlantInput<T>,
+    /// Load torque: what the input says and what the law of the load adds, Nm.
+    pub tau_load: T,
     /// Stator resistance at the present temperature, Ω.
     pub r_s: T,
     /// Rotor resistance at the present temperature, Ω.
@@ -165,6 +167,13 @@ pub trait Hooks<T: Scalar> {
     /// The states of the sensor's filters after a sample of length `t`, s, in which the speed went from `before` to `now`, rad/s.
     #[inline(always)]
     fn filter(&self, _filter: &mut [T], _before: T, _now: T, _t: T) {}
+
+    /// Speed sensor: the true speed behind what is shown, the inverse of what [`measured_speed`](Self::measured_speed) and
+    /// [`filter`](Self::filter) make of it. Value, first and second derivative go in and come back, rad/s and per s.
+    #[inline(always)]
+    fn speed_behind(&self, shown: [T; 3]) -> [T; 3] {
+        shown
+    }
 
     /// Resistance that it adds to the windings for small changes, Ω, where it is largest.
     #[inline(always)]

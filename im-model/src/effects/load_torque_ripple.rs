@@ -31,7 +31,7 @@ effect! {
         /// Sine amplitude of the second harmonic.
         second_sine_nm: Strength, default 0.0, "Nm", Torque, typical 0.01 to 0.3, Bound::Within(-1e6, 1e6);
         /// Order of the fundamental: ripples per revolution.
-        order: Order, default 1.0, "", One, typical 1.0 to 3.0, Bound::Within(0.1, 6.0);
+        order: Order, default 1.0, "", One, typical 1.0 to 3.0, Bound::Within(0.05, 100.0);
     },
     hooks: {
         #[inline(always)]

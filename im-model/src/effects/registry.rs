@@ -295,6 +295,14 @@ macro_rules! registry {
                 self.through_custom(on, omega_m, |h, w, _| h.measured_speed(w, &[]))
             }
 
+            /// Carries what the speed sensor shows back through [`Hooks::speed_behind`]. Linear filters and gains: their order does not matter.
+            #[inline(always)]
+            pub(crate) fn speed_behind(&self, on: Active, shown: [T; 3]) -> [T; 3] {
+                let mut jet = self.through_custom(on, shown, |h, jet, _| h.speed_behind(jet));
+                $(if on.has(Index::$variant as u32) { jet = self.$field.speed_behind(jet); })*
+                jet
+            }
+
             /// [`Hooks::filter`] of every effect.
             #[inline(always)]
             pub(crate) fn filter(&self, on: Active, filters: &mut [T; FILTER_STATES], before: T, now: T, t: T) {

@@ -44,7 +44,7 @@ effect! {
 
         #[inline(always)]
         fn shaft_torque(&self, _torque: T, at: &Operating<T>, own: &[T]) -> T {
-            let &[omega_load, twist] = own else { return at.input.tau_load };
+            let &[omega_load, twist] = own else { return at.tau_load };
             self.stiffness_nm_per_rad(at.parameters.inertia_kg_m2) * twist + self.damping_nm_s_per_rad(at.parameters.inertia_kg_m2) * (at.state.omega_m - omega_load)
         }
 
@@ -57,7 +57,7 @@ effect! {
         fn rates(&self, rates: &mut [T], at: &Operating<T>, _powers: &Powers<T>, own: &[T]) {
             let (slide, w) = (at.state.omega_m - own[0], self.antiresonance_rad_s);
             let spring = w * w * own[1] + (self.damping_ratio * w * slide).scale(2.0);
-            rates[0] = spring - at.input.tau_load / (self.load_inertia_fraction * at.parameters.inertia_kg_m2);
+            rates[0] = spring - at.tau_load / (self.load_inertia_fraction * at.parameters.inertia_kg_m2);
             rates[1] = slide;
         }
 

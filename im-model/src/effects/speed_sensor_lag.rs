@@ -46,6 +46,16 @@ effect! {
             let z2 = filtered(y2, y1, z1, tau * rho, t);
             filter.copy_from_slice(&[z1, z2, filtered(y3, y2, z2, tau * rho * rho, t)]);
         }
+
+        #[inline(always)]
+        fn speed_behind(&self, shown: [T; 3]) -> [T; 3] {
+            // (1 + τ d/dt)(1 + ρτ d/dt)(1 + ρ²τ d/dt) = 1 + a d/dt + b d²/dt² + …; what the third derivative adds is left out.
+            let (tau, rho) = (self.time_constant_s, self.pole_ratio);
+            let a = tau * (T::one() + rho + rho * rho);
+            let b = tau * tau * rho * (T::one() + rho + rho * rho);
+            let [w, rate, curve] = shown;
+            [w + a * rate + b * curve, rate + a * curve, curve]
+        }
     }
 }
 

@@ -31,6 +31,11 @@ effect! {
         fn measured_speed(&self, omega_m: T, _filter: &[T]) -> T {
             omega_m * (T::one() + self.gain)
         }
+
+        #[inline(always)]
+        fn speed_behind(&self, shown: [T; 3]) -> [T; 3] {
+            shown.map(|w| w / (T::one() + self.gain))
+        }
     }
 }
 

@@ -9,6 +9,7 @@ use super::offset;
 use super::steady::Steady;
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
+use crate::intake::load_plan::LoadPlan;
 use crate::intake::mapping::VoltageForm;
 use crate::intake::signals::{Signals, SpeedTrace, Trace};
 use crate::intake::unit::UNITS;
@@ -83,12 +84,19 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
         SpeedTrace::Locked => {}
     }
     if s.tau_load.is_none() && s.speed != SpeedTrace::Locked {
-        out.push(Finding::new(
-            FindingKind::MissingLoad,
-            Severity::Note,
-            "No load torque is known: it is taken as zero, and a load would be taken for friction or inertia",
-            "Give a column or a constant in [load] if the machine drove something.",
-        ));
+        let (text, advice) = match s.load {
+            LoadPlan::Unknown => (
+                "No load torque is known: the measured speed drives the electrical side. Inertia, friction and whatever else acts on the \
+                 shaft cannot be told",
+                "Say [load] none = true if the machine drove nothing, or give a column, a constant or a fan's torque.",
+            ),
+            _ => (
+                "Neither load torque nor speed is known: the load is taken as zero, and one that was there would be taken for friction, \
+                 inertia or rotor resistance",
+                "Give a column or a law in [load], or measure the speed.",
+            ),
+        };
+        out.push(Finding::new(FindingKind::MissingLoad, Severity::Note, text, advice));
     }
     out
 }

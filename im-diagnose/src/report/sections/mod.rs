@@ -3,6 +3,7 @@
 mod candidates;
 mod cards;
 mod errors;
+mod load;
 mod parameters;
 pub(super) mod place;
 pub(super) mod provenance;
@@ -35,6 +36,7 @@ pub(super) fn whole(s: &Story) -> String {
     sections.extend(residual_tests::section(s, unexplained));
     sections.push(candidates::section(s));
     sections.push(parameters::section(s));
+    sections.extend(load::section(&s.loads, &s.d.case.motor));
     sections.extend(cards::section(s));
     sections.extend(cards::unexcited(s));
     sections.extend(provenance::quality(s.meta));
@@ -44,5 +46,6 @@ pub(super) fn whole(s: &Story) -> String {
 }
 
 pub(super) use errors::{Fall, key as fall_key, rows as fall_rows, waterfall};
+pub(super) use load::section as load_section;
 pub(super) use parameters::{note as parameters_note, warning as parameter_warning};
 pub(super) use top::head;

@@ -1,0 +1,135 @@
+//! `im motor`: a first motor file from what stands on a nameplate.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::PathBuf;
+
+use im_model::{BaseParameter, Effects, Known, Machine, MotorFile, Nameplate, ParameterId};
+use serde_json::json;
+
+use crate::failure::Failure;
+use crate::output::Outputs;
+use crate::terminal::{rounded, stdout, wrapped};
+
+/// Arguments.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Example:
+  im motor --power-w 4000 --voltage-v 400 --current-a 8.1 --speed-rpm 1440 --power-factor 0.83 -o motor.toml
+
+Voltage and current are line-to-line and line values, rms, of the connection in use, star or delta. Every \
+parameter gets the tolerance of such a guess, which fits then respect; a measured stator resistance replaces \
+its guess.")]
+pub struct Args {
+    /// Rated shaft power, W
+    #[arg(long, value_name = "W")]
+    power_w: f64,
+    /// Rated line-to-line voltage, V rms
+    #[arg(long, value_name = "V")]
+    voltage_v: f64,
+    /// Rated line current, A rms
+    #[arg(long, value_name = "A")]
+    current_a: f64,
+    /// Rated speed, rpm
+    #[arg(long, value_name = "RPM")]
+    speed_rpm: f64,
+    /// Power factor at the rated point
+    #[arg(long, value_name = "COS")]
+    power_factor: f64,
+    /// Supply frequency, Hz
+    #[arg(long, value_name = "HZ", default_value_t = 50.0)]
+    frequency_hz: f64,
+    /// Locked-rotor current over rated current, where the data sheet gives it
+    #[arg(long, value_name = "RATIO")]
+    locked_current: Option<f64>,
+    /// Resistance between two terminals, measured with direct current, ohm
+    #[arg(long, value_name = "OHM")]
+    terminal_resistance_ohm: Option<f64>,
+    /// What the machine is called
+    #[arg(long, value_name = "NAME", default_value = "motor")]
+    name: String,
+    /// Where to write the motor; standard output without
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// By how much guesses by rules of thumb are off (0.5 to 2 times on the named machines; `im-model/src/nameplate.rs`), R_s, R_r, L_ls, L_lr, L_m, J.
+const BY_RULE: [f64; 6] = [1.0, 1.0, 1.0, 1.0, 1.0, 1.5];
+/// The same with the locked-rotor current.
+const BY_DATA_SHEET: [f64; 6] = [1.0, 0.2, 0.3, 0.3, 0.2, 1.5];
+/// Of a resistance between terminals, measured cold: the winding is warmer in use.
+const MEASURED: f64 = 0.3;
+
+impl Args {
+    /// The motor file.
+    fn motor(&self) -> Result<MotorFile, Failure> {
+        let plate = Nameplate {
+            power_w: self.power_w,
+            line_voltage_rms_v: self.voltage_v,
+            line_current_rms_a: self.current_a,
+            speed_rpm: self.speed_rpm,
+            frequency_hz: self.frequency_hz,
+            power_factor: self.power_factor,
+            locked_rotor_current_ratio: self.locked_current,
+        };
+        let refused = |e: im_model::ModelError| Failure::Input(format!("the nameplate: {e}"));
+        let guess = plate.guess().map_err(refused)?;
+        let mut p = guess.parameters;
+        let mut tolerances = if self.locked_current.is_some() { BY_DATA_SHEET } else { BY_RULE };
+        if let Some(r) = self.terminal_resistance_ohm {
+            // Star or delta: the star-equivalent phase has half of what two terminals show.
+            p.stator_resistance_ohm = 0.5 * r;
+            tolerances[0] = MEASURED;
+        }
+        let machine =
+            Machine::try_new(p, guess.pole_pairs, Effects::scaled(&guess.rating, &p, guess.pole_pairs)).map_err(refused)?;
+        let known = BaseParameter::ALL.into_iter().zip(p.values()).zip(tolerances);
+        let known: BTreeMap<ParameterId, Known> =
+            known.map(|((id, value), tolerance)| (ParameterId::Base(id), Known { value, tolerance })).collect();
+        Ok(MotorFile { name: self.name.clone(), machine, rating: guess.rating, known })
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(path) = &args.output {
+        Outputs::default().file(path)?;
+    }
+    let motor = args.motor()?;
+    if let Some(path) = &args.output {
+        motor.write(path)?;
+    }
+    let mut out = stdout();
+    let values = BaseParameter::ALL.into_iter().zip(motor.machine.parameters().values());
+    if args.json {
+        let one = |(p, value): (BaseParameter, f64)| {
+            let tolerance = motor.known.get(&ParameterId::Base(p)).map(|k| k.tolerance);
+            (p.key().to_owned(), json!({"value": value, "tolerance": tolerance, "unit": p.unit()}))
+        };
+        let parameters: serde_json::Map<_, _> = values.map(one).collect();
+        writeln!(out, "{}", json!({"schema": 1, "pole_pairs": motor.machine.pole_pairs(), "parameters": parameters}))?;
+        return Ok(());
+    }
+    let Some(path) = &args.output else {
+        write!(out, "{}", motor.to_toml())?;
+        return Ok(());
+    };
+    writeln!(out, "{:<36} {:>11}", "parameter", "guess")?;
+    for (p, value) in values {
+        let tolerance = motor
+            .known
+            .get(&ParameterId::Base(p))
+            .map_or(String::new(), |k| format!("  within a factor {} in 95 of 100", rounded(1.0 + k.tolerance)));
+        writeln!(out, "{:<36} {:>11} {}{tolerance}", p.key(), rounded(value), p.unit())?;
+    }
+    let note = format!(
+        "{}: {} pole pairs. Fits respect the tolerances; --fix NAME holds a value.",
+        path.display(),
+        motor.machine.pole_pairs()
+    );
+    write!(out, "{}", wrapped("", &note))?;
+    Ok(())
+}

@@ -1,0 +1,48 @@
+//! What is said of loads that no column holds, on the page and in a terminal.
+
+use im_model::MotorFile;
+
+use super::words::short_effect_name;
+use crate::format::quantity;
+use crate::loads::{FoundLoad, FoundTorque, Loads};
+use crate::localise::join;
+
+impl Loads {
+    /// What holds for all of it.
+    pub(crate) fn note(&self, motor: &MotorFile) -> Option<String> {
+        let curves = self.found.iter().any(|f| matches!(f.torque, FoundTorque::Curve(_)));
+        let p = motor.machine.parameters();
+        let how = curves.then(|| {
+            format!(
+                "No torque was measured: the measured speed drives the model, and the load is what the torque balance leaves, with J = {} \
+                 and D = {} as given. The band is that of the speed sensor's noise; an error of J shows as a torque in proportion to the \
+                 acceleration.",
+                quantity(p.inertia_kg_m2, "kg m²", 3),
+                quantity(p.viscous_friction_nm_s_per_rad, "Nm s/rad", 3)
+            )
+        });
+        let untold = (!self.cannot_be_told.is_empty()).then(|| {
+            let names: Vec<String> = self.cannot_be_told.iter().map(|e| short_effect_name(*e)).collect();
+            format!("Cannot be told without the load: {}, J and D.", join(&names))
+        });
+        let all: Vec<String> = how.into_iter().chain(untold).collect();
+        (!all.is_empty()).then(|| all.join(" "))
+    }
+}
+
+/// One recording in a sentence.
+pub(crate) fn words(f: &FoundLoad) -> String {
+    match &f.torque {
+        FoundTorque::Curve(_) => {
+            let (low, high) = f.torque.range().unwrap_or_default();
+            let mean = quantity(f.torque.mean().unwrap_or_default(), "Nm", 3);
+            format!("{}: {mean} on average, between {} and {}", f.recording, quantity(low, "Nm", 3), quantity(high, "Nm", 3))
+        }
+        FoundTorque::Law { constant_nm, fan_nm_s2 } => {
+            let constant = constant_nm.map(|x| format!("a constant torque of {}", quantity(x, "Nm", 3)));
+            let fan = fan_nm_s2.map(|x| format!("a fan's torque of {} times ω²", quantity(x, "Nm s²/rad²", 3)));
+            let parts: Vec<String> = constant.into_iter().chain(fan).collect();
+            format!("{}: {}", f.recording, if parts.is_empty() { "as given".into() } else { join(&parts) })
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! The load torque where no column holds it.
+
+use im_chart::{Axis, Chart};
+use im_model::MotorFile;
+use maud::html;
+
+use super::super::load_words::words;
+use super::super::page::{Section, drawn, figure};
+use crate::format::sentence;
+use crate::loads::{FoundLoad, FoundTorque, Loads};
+
+fn picture(f: &FoundLoad) -> Option<Chart> {
+    let (FoundTorque::Curve(points), Some((low, high))) = (&f.torque, f.torque.range()) else { return None };
+    let end = points.last().map_or(1.0, |p| p[0]);
+    let y = Axis::around([low, high, 0.0].into_iter(), "load torque, Nm");
+    let mut chart =
+        Chart::new(format!("load torque over time, {}", f.recording), Axis::new(0.0, end, "time, s"), y).sized(440.0, 200.0);
+    chart.band(&points.iter().map(|p| [p[0], p[1] - 2.0 * p[2], p[1] + 2.0 * p[2]]).collect::<Vec<_>>(), "noise");
+    chart.level(0.0, "zero");
+    chart.line(&points.iter().map(|p| [p[0], p[1]]).collect::<Vec<_>>(), "refined solid");
+    Some(chart)
+}
+
+pub(crate) fn section(loads: &Loads, motor: &MotorFile) -> Option<Section> {
+    if loads.is_empty() {
+        return None;
+    }
+    let body = html! {
+        @if let Some(note) = loads.note(motor) { p { (note) } }
+        @for f in &loads.found {
+            @match picture(f) {
+                Some(picture) => (figure(drawn(picture), sentence(&words(f)))),
+                None => p { (sentence(&words(f))) },
+            }
+        }
+    };
+    Some(Section { id: "load", short: "load", title: "Load torque, found", body })
+}

@@ -1,0 +1,38 @@
+//! The course of a loop, for those who ask why it ended as it did.
+
+use im_diagnose::diagnosis::Diagnosis;
+use im_diagnose::search::Stage;
+
+/// Prints its sets and stages: models, leading scores and refits.
+pub fn why(answer: &Diagnosis) {
+    let p = &answer.course.posterior;
+    println!("      λ {:.1}", p.dispersion);
+    for s in &p.sets {
+        println!("      set {:.3} D {:.1} k {} {:?}", s.probability, s.deviance, s.parameters, s.effects);
+    }
+    for Stage { model: m, round: r, .. } in &answer.course.stages {
+        println!(
+            "      {:?} train {:.4} held out {:.4} D {:.0} of {}",
+            m.effects,
+            m.train(),
+            m.holdout.unwrap_or(0.0),
+            m.deviance,
+            m.fit.count
+        );
+        for s in r.scores.iter().take(5) {
+            let name = s.effect.name();
+            println!(
+                "         {name:<26} score {:>9.1} gain {:.0} explained share {:.3} {:?} detectable {:.2e}",
+                s.score, s.gain, s.explained_share, s.predicted, s.detectable
+            );
+        }
+        for t in &r.trials {
+            let m = &t.model;
+            let (name, seen, unseen) = (t.effect.name(), m.train(), m.holdout.unwrap_or(0.0));
+            println!("         try {name:<26} train {seen:.4} held out {unseen:.4} D {:.0} {:?}", m.deviance, t.refusal);
+        }
+    }
+    for l in answer.leftover.iter().take(3) {
+        println!("         leftover {:?} of {:?} log p {:.1} size {:.4}", l.variable, l.part, l.log_p, l.size);
+    }
+}
