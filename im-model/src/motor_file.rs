@@ -218,7 +218,8 @@ fn known_number(
     let Some(table) = given.get_ref().as_table() else { return Ok((toml.number(given, key, bound)?, None)) };
     const KEYS: [&str; 3] = ["value", "measured", "tolerance"];
     if let Some(other) = table.keys().find(|k| !KEYS.contains(&k.as_str())) {
-        return Err(toml.unknown(given.span(), other, &KEYS));
+        let expected = format!("no more than {}", KEYS.join(", "));
+        return Err(toml.unexpected(given.span(), Some(&format!("given with {other}")), expected));
     }
     // What stands inside a table has the place of the table.
     let part = |key: &str| table.get(key).map(|v| Spanned::new(given.span(), v.clone()));
@@ -385,7 +386,11 @@ mod tests {
         let e = |text| with(text).unwrap_err().to_string();
         assert_eq!(e("{ value = 1.5, tolerance = -0.1 }"), "motor.toml:6: tolerance = -0.1 must be from 0 to 10");
         assert!(e("{ value = 1.5 }").starts_with("motor.toml:6: tolerance is missing"), "{}", e("{ value = 1.5 }"));
-        assert!(e("{ value = 1.5, tol = 1 }").contains("unknown key tol"), "{}", e("{ value = 1.5, tol = 1 }"));
+        assert!(
+            e("{ value = 1.5, tol = 1 }").contains("is given with tol, expected no more than value"),
+            "{}",
+            e("{ value = 1.5, tol = 1 }")
+        );
     }
 
     fn positive() -> impl Strategy<Value = f64> {

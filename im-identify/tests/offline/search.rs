@@ -6,7 +6,12 @@ use im_model::effects::Role;
 
 #[test]
 fn search_variables_move_quantities_by_factors_or_amounts_and_stop_at_limits() {
-    let log = Free { target: Target::Machine(vec![id(BaseParameter::Inertia)]), transform: Transform::Log, limits: (0.5, 4.0) };
+    let log = Free {
+        target: Target::Machine(vec![id(BaseParameter::Inertia)]),
+        transform: Transform::Log,
+        limits: (0.5, 4.0),
+        priors: Vec::new(),
+    };
     assert!((log.value(2.0, 0.1) - 2.0 * 0.1f64.exp()).abs() < 1e-15 && log.slope(2.0) == 2.0);
     assert_eq!((log.value(2.0, 5.0), log.value(2.0, -5.0)), (4.0, 0.5));
     let linear = Free { transform: Transform::Linear(0.25), ..log.clone() };

@@ -144,6 +144,7 @@ fn slopes_of_a_table_are_derivatives_up_to_a_limit() {
             target: Target::Initial { experiment: 0, component: 4 },
             transform: Transform::Linear(1.0),
             limits: (-1e9, 1e9),
+            priors: Vec::new(),
         });
         let n = free.len();
         let slopes = linearize(&machine, &e, &State::default(), 0, &free).slopes;
