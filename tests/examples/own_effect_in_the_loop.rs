@@ -14,7 +14,7 @@ use im_tests::own_effect::SaturatedSensorsEffect;
 
 fn tell(d: &Diagnosis) {
     let last = &d.steps[d.steps.len() - 1];
-    let error = last.holdout.as_ref().map_or(f64::NAN, |e| e.chi2_per_sample);
+    let error = last.holdout.as_ref().map_or(f64::NAN, |e| e.rms_in_sigma());
     println!("  verdict: {}, effects {:?}", d.verdict.name(), d.effects.iter().map(|e| e.name()).collect::<Vec<_>>());
     println!("  held-out error: {error:.2} σ rms");
     for l in d.leftover.iter().take(2) {
