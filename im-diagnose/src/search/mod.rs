@@ -43,6 +43,9 @@ impl Default for Options {
     }
 }
 
+/// Largest residual that counts, in σ.
+const RAN_AWAY: f64 = 1e6;
+
 /// A fitted model in the course of the loop.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -193,7 +196,9 @@ impl Refinement {
         let Some(h) = &self.held_out else {
             return Ok(Model { effects: effects.to_vec(), deviance: train_deviance, train_deviance, fit, holdout: None });
         };
-        let unseen = residuals(&fit.machine, h, &start_on(&fit.machine, h, &self.rating));
+        let mut unseen = residuals(&fit.machine, h, &start_on(&fit.machine, h, &self.rating));
+        // A model may run away on what it was not fitted to: that is a large error, and no infinite one.
+        unseen.iter_mut().flatten().for_each(|r| *r = if r.is_nan() { RAN_AWAY } else { r.clamp(-RAN_AWAY, RAN_AWAY) });
         let holdout = Some(unseen.iter().flatten().map(|r| r * r).sum::<f64>() / h.count() as f64);
         let all: Vec<&Experiment> = self.nudged.iter().chain([h]).collect();
         let both: Vec<&Vec<Vec<f64>>> = fit.residuals.iter().chain([&unseen]).collect();
