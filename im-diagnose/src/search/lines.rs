@@ -10,6 +10,8 @@ const ORDERS: (f64, f64) = (0.1, 12.0);
 const FINENESS: f64 = 4.0;
 /// Orders tried at most.
 const MOST_TRIED: f64 = 3000.0;
+/// Phase of the highest order over a block of rows, rad: it loses a tenth.
+const BLOCK: f64 = 1.5;
 /// Lines given back at most.
 const MOST: usize = 3;
 /// An order this near to a whole one is that one, which is tried anyway.
@@ -25,14 +27,14 @@ pub(super) fn orders(
     experiments: &[Experiment],
     white: &[Vec<Vec<f64>>],
 ) -> Vec<f64> {
-    let runs: Vec<(Vec<f64>, &[f64])> = experiments
+    let runs: Vec<(Vec<f64>, Vec<f64>)> = experiments
         .iter()
         .zip(starts)
         .zip(white)
         .filter(|((e, _), _)| !e.is_table())
         .filter_map(|((e, x), white)| {
             let c = e.channels.iter().position(|c| c.kind == ChannelKind::Speed)?;
-            Some((angles(machine, e, x), white[c].as_slice()))
+            Some(thinned(&angles(machine, e, x), &white[c]))
         })
         .collect();
     let turns = |theta: &[f64]| {
@@ -51,8 +53,8 @@ pub(super) fn orders(
         .into_par_iter()
         .map(|k| {
             let order = ORDERS.0 + step * k as f64;
-            let line = |(theta, r): &(Vec<f64>, &[f64])| {
-                theta.iter().zip(*r).map(|(t, r)| Complex::from_polar(*r, -order * t)).sum::<Complex<f64>>().norm_sqr()
+            let line = |(theta, r): &(Vec<f64>, Vec<f64>)| {
+                theta.iter().zip(r).map(|(t, r)| Complex::from_polar(*r, -order * t)).sum::<Complex<f64>>().norm_sqr()
                     / r.len() as f64
             };
             runs.iter().map(line).sum::<f64>() / variance
@@ -78,6 +80,15 @@ pub(super) fn orders(
         }
     }
     found
+}
+
+/// Blocks of rows, short against the highest order: the angle in their middle, and their sum as noise of the same size.
+fn thinned(theta: &[f64], r: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let fastest = theta.windows(2).map(|w| (w[1] - w[0]).abs()).fold(1e-9, f64::max);
+    let block = (BLOCK / (ORDERS.1 * fastest)).clamp(1.0, 100.0) as usize;
+    let middle = theta.chunks_exact(block).map(|c| c[block / 2]).collect();
+    let sum = r.chunks_exact(block).map(|c| c.iter().sum::<f64>() / (block as f64).sqrt()).collect();
+    (middle, sum)
 }
 
 /// The angle of the rotor at each row, rad.

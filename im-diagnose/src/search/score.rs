@@ -6,6 +6,8 @@
 //! Signatures are secants: the change of the outputs at the size that would matter, over that size. They exist where derivatives at
 //! zero strength do not (a shaft with a little compliance is stiff), and cost one plain simulation each.
 
+use std::sync::OnceLock;
+
 use im_identify::offline::{Experiment, Linearized, linearize, predict};
 use im_model::effects::Role;
 use im_model::{EffectId, Machine, ParameterId, Rating, State};
@@ -80,8 +82,10 @@ pub struct ScoreContext<'a> {
     variance: f64,
     /// Chance of a false alarm per effect.
     level: f64,
-    /// Orders, per turn of the rotor, of lines in the residual.
-    lines: Vec<f64>,
+    /// The residual in σ.
+    residuals: Vec<Vec<Vec<f64>>>,
+    /// Orders, per turn of the rotor, of lines in the residual: looked for when an effect of some order is scored.
+    lines: OnceLock<Vec<f64>>,
 }
 
 /// Least part of a signature that a refit must not be able to imitate for its size to mean anything: below it, what tells it apart is
@@ -168,9 +172,6 @@ impl<'a> ScoreContext<'a> {
         let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
         let variance = dot(&white.residual, &white.residual) / count as f64;
         let deviance = f64::NAN;
-        let innovations: Vec<Vec<Vec<f64>>> =
-            residuals.iter().zip(&whiteners).map(|(r, w)| r.iter().zip(w).map(|(r, w)| w.apply(r)).collect()).collect();
-        let lines = lines::orders(machine, starts, experiments, &innovations);
         let mut me = Self {
             experiments,
             starts,
@@ -184,7 +185,8 @@ impl<'a> ScoreContext<'a> {
             raw_rms,
             variance,
             level,
-            lines,
+            residuals,
+            lines: OnceLock::new(),
         };
         me.deviance = me.deviance_of(&me.plain.residual);
         me
@@ -200,6 +202,16 @@ impl<'a> ScoreContext<'a> {
         };
         let shaped: Vec<Vec<Vec<f64>>> = self.predictions.iter().map(|e| e.iter().map(|c| cut(c.len())).collect()).collect();
         deviance(self.experiments, &shaped)
+    }
+
+    /// Orders, per turn of the rotor, of lines in the residual.
+    fn lines(&self) -> Vec<f64> {
+        let found = || {
+            let white = |(r, w): (&Vec<Vec<f64>>, &Vec<Whitener>)| r.iter().zip(w).map(|(r, w)| w.apply(r)).collect();
+            let innovations: Vec<Vec<Vec<f64>>> = self.residuals.iter().zip(&self.whiteners).map(white).collect();
+            lines::orders(&self.machine, self.starts, self.experiments, &innovations)
+        };
+        self.lines.get_or_init(found).clone()
     }
 
     /// The noise models.
@@ -277,7 +289,7 @@ impl<'a> ScoreContext<'a> {
 
     /// Scores one effect over its shapes; a score at another machine, `before`, saves looking for sizes.
     pub fn score(&self, effect: EffectId, before: Option<&Score>) -> Option<Score> {
-        let shapes = shapes(effect, &self.machine, self.rating, &self.lines);
+        let shapes = shapes(effect, &self.machine, self.rating, || self.lines());
         let tried = shapes.len();
         let mut sensitivity = vec![vec![0.0; strengths(effect).len()]; tried];
         if let Some(known) = before.map(|s| &s.sensitivity).filter(|s| s.len() == tried) {
@@ -365,7 +377,7 @@ pub fn strengths(effect: EffectId) -> Vec<usize> {
 }
 
 /// The shapes to try: the whole numbers of an order and those of `lines`; else the default, and the ends of the usual range of the leading shape parameter.
-fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating, lines: &[f64]) -> Vec<Vec<(usize, f64)>> {
+fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating, lines: impl Fn() -> Vec<f64>) -> Vec<Vec<(usize, f64)>> {
     let unit = |k: usize| {
         let info = &effect.parameters()[k];
         rating.unit_of(info.scale, machine.parameters(), machine.pole_pairs())
@@ -373,7 +385,7 @@ fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating, lines: &[f6
     let present = |k: usize| machine.get(ParameterId::Effect(effect, k));
     if let Some((k, order)) = effect.parameters().iter().enumerate().find(|(_, p)| p.role == Role::Order) {
         let (least, most) = (order.typical.0.round() as u32, order.typical.1.round() as u32);
-        return (least..=most).map(f64::from).chain(lines.iter().copied()).map(|n| vec![(k, n)]).collect();
+        return (least..=most).map(f64::from).chain(lines()).map(|n| vec![(k, n)]).collect();
     }
     let lead = effect.parameters().iter().position(|p| p.role == Role::Shape && p.typical.0 > 0.0);
     let Some(k) = lead else { return vec![vec![]] };
