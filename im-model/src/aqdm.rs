@@ -161,9 +161,9 @@ mod tests {
             let rotor = Complex::new(0.0, w * KWON_TABLE_V.rotor_leakage(flux)) + Complex::new(1.0, 0.0) / y;
             let admittance = Complex::new(0.0, -KWON_TABLE_V.inverse_magnetizing(flux)) + Complex::new(w, 0.0) / rotor;
             let (current, torque) = (flux * admittance.norm(), 3.0 * flux * flux * admittance.re);
-            // The third branch, 0.06 % of the conductance, is taken to be as slow as the second.
-            assert!((now.currents.i_s.norm() / current - 1.0).abs() < 1e-3, "{speed}: {} {current}", now.currents.i_s.norm());
-            assert!((now.torque / torque - 1.0).abs() < 2e-3, "{speed}: {} {torque}", now.torque);
+            // The third branch, 0.06 % of the conductance at low slip, is taken to be as slow as the second: that is 0.2 % with the rotor locked.
+            assert!((now.currents.i_s.norm() / current - 1.0).abs() < 3e-3, "{speed}: {} {current}", now.currents.i_s.norm());
+            assert!((now.torque / torque - 1.0).abs() < 5e-3, "{speed}: {} {torque}", now.torque);
             // In the steady state every power is accounted for.
             assert!(now.powers.net().abs() < 1e-6 * now.powers.values()[0].abs() + 1e-6 || speed > 0.0);
         }

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::{Folder, demo, example, im, refused, text};
+use crate::common::{Folder, demo, done, example, im, refused, text};
 
 /// The demo's recording with every row's fields changed.
 fn spoilt(change: impl Fn(usize, &mut [f64])) -> String {
@@ -72,7 +72,6 @@ fn tables_that_determine_nothing_end_the_run() {
     for (name, rows, said) in [
         ("three rows", TABLE.to_owned() + three, "do not determine a machine"),
         ("one row twice", TABLE.to_owned() + &"400,4.9,310,1499,0\n".repeat(2), "do not determine a machine"),
-        ("no torque", no_torque.to_owned(), "there is no torque"),
         ("torque all zero", zero, "the torque is zero in every row"),
     ] {
         let table = dir.file("table.csv", &rows);
@@ -83,6 +82,10 @@ fn tables_that_determine_nothing_end_the_run() {
             assert!(message.contains(said), "{name}: {message}");
         }
     }
+    // Where the speed is shown the torque is not needed for the windings; what such rows do not determine is marked.
+    let table = dir.file("table.csv", no_torque);
+    let out = done(&["fit", "--motor", &example("motor.toml"), "--table", &table, "-o", &dir.path("m.toml")]);
+    assert!(out.contains("not determined by these recordings") && out.contains("held"), "{out}");
 }
 
 /// Machines and inverters that nobody has: refused by the number, with where such numbers lie.

@@ -310,12 +310,15 @@ pub(crate) fn summary(s: &Story) -> Summary {
             words += &if rival.1 < with && k + 1 < d.effects.len() {
                 let all = in_sigma(model(d.effects.len()));
                 format!(
-                    "; by itself {name} leaves less ({its} rms in training, against {}), but with \
+                    "; by itself {name} leaves less ({its} rms in training with the speed nudged, against {}), but with \
                      what was added after it only {all} are left, which {name} does not reach",
                     in_sigma(with)
                 )
             } else {
-                format!("; refitted, it leaves {} rms in training, the next best ({name}) {its}", in_sigma(with))
+                format!(
+                    "; refitted with the speed nudged, it leaves {} rms in training, the next best ({name}) {its}",
+                    in_sigma(with)
+                )
             };
         }
         sure.push(words);
