@@ -86,9 +86,12 @@ pub fn run(machine: &Machine<f64>, load: f64, imposed: Option<Profile>, duration
     Truth::from_run(run)
 }
 
+/// What was true, and what an observer made of it.
+pub type Followed = (Truth, Vec<Estimate<f64>>);
+
 /// The drive of Fig. 4 without its speed sensor ([`Sensorless`]) on the machine of Table V, from rest against a load that is 150 Nm at 900 rpm: the run, and
 /// what the observer in it said.
-pub fn sensorless(load: LoadTorqueModel, duration_s: f64) -> Result<(Truth, Vec<Estimate<f64>>), Box<dyn std::error::Error>> {
+pub fn sensorless(load: LoadTorqueModel, duration_s: f64) -> Result<Followed, Box<dyn std::error::Error>> {
     let machine = KWON_TABLE_V.per_star().machine(1.75 / 3f64.sqrt())?;
     // Of the star that the delta is as good as.
     let rating = Rating { phase_voltage_peak_v: 375.6, rotor_flux_vs: 0.9815, ..RATING };

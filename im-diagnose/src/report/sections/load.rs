@@ -12,7 +12,7 @@ use crate::loads::{FoundLoad, FoundTorque, Loads};
 fn picture(f: &FoundLoad) -> Option<Chart> {
     let (FoundTorque::Curve(points), Some((low, high))) = (&f.torque, f.torque.range()) else { return None };
     let end = points.last().map_or(1.0, |p| p[0]);
-    let y = Axis::around([low, high, 0.0].into_iter(), "load torque, Nm");
+    let y = Axis::around([low, high, 0.0], "load torque, Nm");
     let mut chart =
         Chart::new(format!("load torque over time, {}", f.recording), Axis::new(0.0, end, "time, s"), y).sized(440.0, 200.0);
     chart.band(&points.iter().map(|p| [p[0], p[1] - 2.0 * p[2], p[1] + 2.0 * p[2]]).collect::<Vec<_>>(), "noise");
