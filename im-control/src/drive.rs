@@ -13,7 +13,7 @@ use im_model::space_vector::norm2;
 use im_model::{Bound, Complex, ModelError, Scalar};
 
 use crate::error::ControlError;
-use crate::guard::is_sample_time;
+use crate::guard::{self, is_sample_time};
 use crate::machine_data::MachineData;
 use crate::modulation::DeadTimeCompensation;
 use crate::status::{DriveStatus, Reports};
@@ -92,7 +92,7 @@ impl<T: Scalar> DriveLimits<T> {
             ("voltage_max_v", self.voltage_max_v),
             ("fade_s", self.fade_s),
         ] {
-            Bound::Positive.check(quantity, x.value())?;
+            guard::SIZE.check(quantity, x.value())?;
         }
         Ok(())
     }

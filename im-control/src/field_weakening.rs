@@ -5,6 +5,7 @@
 
 use im_model::{Bound, ModelError, Scalar};
 
+use crate::guard;
 use crate::vector::clamp;
 
 /// How the flux gives way.
@@ -22,7 +23,7 @@ impl<T: Scalar> FieldWeakening<T> {
     /// # Errors
     /// Names the quantity out of bounds.
     pub fn validate(&self) -> Result<(), ModelError> {
-        Bound::Positive.check("bandwidth_per_s", self.bandwidth_per_s.value())?;
+        guard::SIZE.check("bandwidth_per_s", self.bandwidth_per_s.value())?;
         Bound::Within(0.1, 1.0).check("voltage_share", self.voltage_share.value())
     }
 

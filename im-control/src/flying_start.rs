@@ -25,6 +25,7 @@ use im_model::{Bound, Complex, Scalar};
 
 use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::error::ControlError;
+use crate::guard;
 use crate::machine_data::MachineData;
 use crate::status::{DriveStatus, Reports};
 use crate::vector::{is_finite, norm, rotation};
@@ -63,6 +64,7 @@ pub struct FlyingStart<T, C> {
     inverse_rotor_time_constant: T,
     /// The inverter tracks currents.
     currents: bool,
+    current_max_a: T,
     controller: C,
     state: State<T>,
 }
@@ -78,6 +80,8 @@ struct State<T> {
     samples: u32,
     elapsed_s: T,
     caught: bool,
+    /// The last command.
+    command: Complex<T>,
 }
 
 impl<T: Scalar, C> FlyingStart<T, C> {
@@ -87,10 +91,10 @@ impl<T: Scalar, C> FlyingStart<T, C> {
     /// Machine data or sampling time out of bounds.
     pub fn try_new(controller: C, machine: &MachineData<T>, sample_time_s: T) -> Result<Self, ControlError> {
         machine.validate()?;
-        Bound::Positive.check("sample_time_s", sample_time_s.value())?;
+        let [shortest, longest] = guard::SAMPLE_TIMES_S;
+        Bound::OfMachines(shortest, longest).check("sample_time_s", sample_time_s.value())?;
         let (c, w) = (T::from_f64, &machine.windings);
         let k_r = w.mutual_inductance_h / w.rotor_inductance_h;
-        let z = Complex::new(T::zero(), T::zero());
         Ok(Self {
             regulator: CurrentRegulator {
                 bandwidth_rad_s: (c(0.15) / (sample_time_s + machine.voltage_delay_s)).min(c(2000.0)),
@@ -103,14 +107,8 @@ impl<T: Scalar, C> FlyingStart<T, C> {
             inverse_rotor_time_constant: w.rotor_resistance_ohm / w.rotor_inductance_h,
             currents: false,
             controller,
-            state: State {
-                rotor: Complex::new(T::one(), T::zero()),
-                emf: z,
-                i_before: z,
-                samples: 0,
-                elapsed_s: T::zero(),
-                caught: false,
-            },
+            current_max_a: machine.current_max_a,
+            state: State::first(),
         })
     }
 
@@ -137,8 +135,14 @@ impl<T: Scalar, C> FlyingStart<T, C> {
 }
 
 impl<T: Scalar, C: BeginsAt<T>> FlyingStart<T, C> {
-    /// A sample with the current at zero.
+    /// A sample with the current at zero; one that cannot be computed with leaves the last command standing.
     fn catch(&mut self, m: &Measured<T>) -> Command<T> {
+        let m = &guard::plausible(m, self.current_max_a);
+        let z = Complex::new(T::zero(), T::zero());
+        if !guard::is_usable(&Measured { u_s: z, ..*m }, self.current_max_a) {
+            let u = self.state.command;
+            return if self.currents { Command::Current(u) } else { Command::Voltage(u) };
+        }
         let (g, s, t) = (&self.regulator, &mut self.state, m.sample_time_s);
         let omega_e = self.pole_pairs * m.omega_m;
         let frame = Turning { direction: s.rotor, omega_s: omega_e, dc_voltage_v: m.dc_voltage_v, sample_time_s: t };
@@ -155,11 +159,23 @@ impl<T: Scalar, C: BeginsAt<T>> FlyingStart<T, C> {
         }
         let turned = s.rotor * rotation(omega_e * t);
         s.rotor = turned * (T::from_f64(1.5) - norm2(turned) * T::from_f64(0.5));
+        let (Command::Voltage(u) | Command::Current(u)) = command;
+        if !(is_finite(u) && is_finite(s.emf) && is_finite(s.rotor)) {
+            *s = State { caught: s.caught, ..State::first() };
+            return if self.currents { Command::Current(z) } else { Command::Voltage(z) };
+        }
+        s.command = u;
         command
     }
 }
 
 impl<T: Scalar> State<T> {
+    fn first() -> Self {
+        let z = Complex::new(T::zero(), T::zero());
+        let rotor = Complex::new(T::one(), T::zero());
+        Self { rotor, emf: z, i_before: z, samples: 0, elapsed_s: T::zero(), caught: false, command: z }
+    }
+
     /// The voltage that holds the current at zero; its integral is e.
     fn regulate(&mut self, g: &CurrentRegulator<T>, frame: &Turning<T>, m: &Measured<T>) -> Command<T> {
         let (t, i, half) = (frame.sample_time_s, frame.of_stator(m.i_s), T::from_f64(0.5));

@@ -3,10 +3,14 @@
 //! The bounds keep arithmetic in `f32` within its range. What is plausible for one drive is for [`Drive`](crate::Drive) to know.
 
 use im_model::simulation::{Measured, Reference};
-use im_model::{Complex, Scalar};
+use im_model::{Bound, Complex, Scalar};
 
 use crate::vector::is_finite;
 
+/// Gains, rates and limits: beyond, arithmetic in `f32` has no room.
+pub(crate) const SIZE: Bound = Bound::OfMachines(1e-12, 1e12);
+/// Those that may be none.
+pub(crate) const SIZE_OR_ZERO: Bound = Bound::Within(0.0, 1e12);
 /// Sampling times of drives, s.
 pub(crate) const SAMPLE_TIMES_S: [f64; 2] = [1e-7, 0.1];
 /// Mechanical speeds beyond any machine's, rad/s, and voltages, V.
@@ -31,6 +35,26 @@ pub(crate) fn is_usable<T: Scalar>(m: &Measured<T>, current_max_a: T) -> bool {
         && m.omega_m.abs() <= T::from_f64(SPEED_RAD_S)
         && m.dc_voltage_v >= T::zero()
         && m.dc_voltage_v <= voltage
+}
+
+/// What in a sample is no number, or of no size that machines have, is NaN.
+pub(crate) fn plausible<T: Scalar>(m: &Measured<T>, current_max_a: T) -> Measured<T> {
+    let nan = T::from_f64(f64::NAN);
+    let vector = |z: Complex<T>, most: T| if z.re.abs() <= most && z.im.abs() <= most { z } else { Complex::new(nan, nan) };
+    let voltage = T::from_f64(VOLTAGE_V);
+    let dc = m.dc_voltage_v;
+    Measured {
+        i_s: vector(m.i_s, current_max_a * T::from_f64(CURRENT)),
+        u_s: vector(m.u_s, voltage),
+        omega_m: if m.omega_m.abs() <= T::from_f64(SPEED_RAD_S) { m.omega_m } else { nan },
+        dc_voltage_v: if dc >= T::zero() && dc <= voltage { dc } else { nan },
+        sample_time_s: m.sample_time_s,
+    }
+}
+
+/// The sample without the voltages, for a controller that does not use them.
+pub(crate) fn without_voltages<T: Scalar>(m: &Measured<T>) -> Measured<T> {
+    Measured { u_s: Complex::new(T::zero(), T::zero()), dc_voltage_v: T::zero(), ..*m }
 }
 
 /// A reference with what is no number in it taken from the one before.

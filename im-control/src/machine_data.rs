@@ -2,6 +2,8 @@
 
 use im_model::{Bound, Machine, ModelError, Scalar, WindingParameters};
 
+use crate::guard;
+
 /// The machine as a controller knows it, the way its voltage takes, and the current it may carry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MachineData<T> {
@@ -60,7 +62,7 @@ impl<T: Scalar> MachineData<T> {
     pub fn validate(&self) -> Result<(), ModelError> {
         self.windings.validate()?;
         Bound::Within(1.0, 100.0).check("pole_pairs", f64::from(self.pole_pairs))?;
-        Bound::Positive.check("current_max_a", self.current_max_a.value())?;
+        guard::SIZE.check("current_max_a", self.current_max_a.value())?;
         Bound::Within(0.0, 1e-2).check("voltage_delay_s", self.voltage_delay_s.value())
     }
 

@@ -8,6 +8,8 @@ use im_model::simulation::Bridge;
 use im_model::space_vector::{from_phases, to_phases};
 use im_model::{Bound, Complex, ModelError, Scalar};
 
+use crate::guard::{SAMPLE_TIMES_S, SIZE_OR_ZERO};
+
 /// How the zero sequence is chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ZeroSequence {
@@ -148,11 +150,12 @@ impl<T: Scalar> DeadTimeCompensation<T> {
     /// # Errors
     /// Names the quantity out of bounds.
     pub fn validate(&self) -> Result<(), ModelError> {
-        Bound::Positive.check("switching_period_s", self.switching_period_s.value())?;
+        let [shortest, longest] = SAMPLE_TIMES_S;
+        Bound::OfMachines(shortest, longest).check("switching_period_s", self.switching_period_s.value())?;
         Bound::Within(0.0, 0.5 * self.switching_period_s.value()).check("dead_time_s", self.dead_time_s.value())?;
-        Bound::NotNegative.check("drop_v", self.drop_v.value())?;
-        Bound::NotNegative.check("on_resistance_ohm", self.on_resistance_ohm.value())?;
-        Bound::Positive.check("soft_current_a", self.soft_current_a.value())
+        SIZE_OR_ZERO.check("drop_v", self.drop_v.value())?;
+        SIZE_OR_ZERO.check("on_resistance_ohm", self.on_resistance_ohm.value())?;
+        Bound::OfMachines(1e-6, 1e6).check("soft_current_a", self.soft_current_a.value())
     }
 
     /// The voltage to add to a command at the current `i_s`, V.

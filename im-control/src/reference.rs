@@ -1,7 +1,8 @@
 //! A speed reference that a drive can follow: twice differentiable, within speed and acceleration.
 
-use im_model::{Bound, ModelError, Scalar};
+use im_model::{ModelError, Scalar};
 
+use crate::guard;
 use crate::vector::clamp;
 
 /// ẍ = ω_n²(r − x) − 2ω_n ẋ with |ẋ| ≤ a: a critically damped filter whose acceleration is limited.
@@ -37,8 +38,8 @@ impl<T: Scalar> ReferenceShaper<T> {
     /// # Errors
     /// Names the quantity out of bounds.
     pub fn validate(&self) -> Result<(), ModelError> {
-        Bound::Positive.check("bandwidth_rad_s", self.bandwidth_rad_s.value())?;
-        Bound::Positive.check("acceleration_max_rad_s2", self.acceleration_max_rad_s2.value())
+        guard::SIZE.check("bandwidth_rad_s", self.bandwidth_rad_s.value())?;
+        guard::SIZE.check("acceleration_max_rad_s2", self.acceleration_max_rad_s2.value())
     }
 
     /// One sample towards `wanted`.

@@ -4,8 +4,9 @@
 //!
 //! with τ̄ the torque after its limit. The reference is followed exactly; a load torque of T shows as T s/(J(s + a)²).
 
-use im_model::{Bound, ModelError, Scalar};
+use im_model::{ModelError, Scalar};
 
+use crate::guard;
 use crate::reference::Shaped;
 use crate::vector::clamp;
 
@@ -24,8 +25,8 @@ impl<T: Scalar> SpeedRegulator<T> {
     /// # Errors
     /// Names the quantity out of bounds.
     pub fn validate(&self) -> Result<(), ModelError> {
-        Bound::Positive.check("bandwidth_rad_s", self.bandwidth_rad_s.value())?;
-        Bound::Positive.check("inertia_kg_m2", self.inertia_kg_m2.value())
+        guard::SIZE.check("bandwidth_rad_s", self.bandwidth_rad_s.value())?;
+        guard::SIZE.check("inertia_kg_m2", self.inertia_kg_m2.value())
     }
 
     /// One sample: torque within ±`limit`, Nm. `integral` is x, Nm.

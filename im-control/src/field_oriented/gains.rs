@@ -1,8 +1,9 @@
 //! Gains of field orientation.
 
-use im_model::{Bound, ModelError, Scalar};
+use im_model::{ModelError, Scalar};
 
 use crate::field_weakening::FieldWeakening;
+use crate::guard;
 use crate::machine_data::MachineData;
 use crate::reference::ReferenceShaper;
 
@@ -68,11 +69,11 @@ impl<T: Scalar> FieldOrientedGains<T> {
     }
 
     pub(super) fn validate(&self) -> Result<(), ModelError> {
-        Bound::Positive.check("current_bandwidth_rad_s", self.current_bandwidth_rad_s.value())?;
-        Bound::Positive.check("flux_bandwidth_rad_s", self.flux_bandwidth_rad_s.value())?;
-        Bound::Positive.check("speed_bandwidth_rad_s", self.speed_bandwidth_rad_s.value())?;
+        guard::SIZE.check("current_bandwidth_rad_s", self.current_bandwidth_rad_s.value())?;
+        guard::SIZE.check("flux_bandwidth_rad_s", self.flux_bandwidth_rad_s.value())?;
+        guard::SIZE.check("speed_bandwidth_rad_s", self.speed_bandwidth_rad_s.value())?;
         if let Orientation::Direct { crossover_rad_s } = self.orientation {
-            Bound::Positive.check("crossover_rad_s", crossover_rad_s.value())?;
+            guard::SIZE.check("crossover_rad_s", crossover_rad_s.value())?;
         }
         self.reference.validate()?;
         self.field_weakening.validate()

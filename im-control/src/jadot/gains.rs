@@ -1,9 +1,10 @@
 //! Gains of the two loops, and what limits them.
 
 use im_identify::online::Lambda;
-use im_model::{Bound, ModelError, Scalar};
+use im_model::{ModelError, Scalar};
 
 use crate::field_weakening::FieldWeakening;
+use crate::guard;
 
 /// Gains of (12), (22), (25). `im_design::jadot` makes them for wanted bandwidths, with a proof; its fields have the same names.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,10 +41,10 @@ impl<T: Scalar> JadotGains<T> {
     /// # Errors
     /// Names the quantity out of bounds.
     pub fn validate(&self) -> Result<(), ModelError> {
-        Bound::Positive.check("current_proportional_ohm", self.current_proportional_ohm.value())?;
-        Bound::NotNegative.check("current_integral_per_s", self.current_integral_per_s.value())?;
-        Bound::Positive.check("speed_proportional", self.speed_proportional.value())?;
-        Bound::NotNegative.check("speed_integral_per_s", self.speed_integral_per_s.value())?;
+        guard::SIZE.check("current_proportional_ohm", self.current_proportional_ohm.value())?;
+        guard::SIZE_OR_ZERO.check("current_integral_per_s", self.current_integral_per_s.value())?;
+        guard::SIZE.check("speed_proportional", self.speed_proportional.value())?;
+        guard::SIZE_OR_ZERO.check("speed_integral_per_s", self.speed_integral_per_s.value())?;
         self.lambda.validate()?;
         self.field_weakening.map_or(Ok(()), |f| f.validate())
     }

@@ -34,6 +34,7 @@ use im_model::{Complex, Scalar};
 
 use crate::error::ControlError;
 use crate::flying_start::{BeginsAt, Caught};
+use crate::guard;
 use crate::machine_data::MachineData;
 use crate::status::{DriveStatus, Reports};
 use crate::vector::{clamp, is_finite, norm, rotation, within_hexagon};
@@ -97,8 +98,21 @@ impl<T: Scalar, A: Adaptation<T>> Jadot<T, A> {
     pub fn try_new(machine: &MachineData<T>, gains: &JadotGains<T>, adaptation: A) -> Result<Self, ControlError> {
         machine.validate()?;
         gains.validate()?;
+        Ok(Self {
+            gains: *gains,
+            n_p: machine.n_p(),
+            k_r: machine.windings.mutual_inductance_h / machine.windings.rotor_inductance_h,
+            current_max_a: machine.current_max_a,
+            voltage_delay_s: machine.voltage_delay_s,
+            state: Self::first(&adaptation),
+            adaptation,
+        })
+    }
+
+    /// The state before the first sample.
+    fn first(adaptation: &A) -> State<T, A::State> {
         let (o, z) = (T::zero(), Complex::new(T::zero(), T::zero()));
-        let state = State {
+        State {
             direction: Complex::new(T::one(), o),
             omega_s: o,
             omega_g: o,
@@ -116,16 +130,7 @@ impl<T: Scalar, A: Adaptation<T>> Jadot<T, A> {
             adaptation: adaptation.start(),
             estimate: None,
             status: DriveStatus::OK,
-        };
-        Ok(Self {
-            gains: *gains,
-            adaptation,
-            n_p: machine.n_p(),
-            k_r: machine.windings.mutual_inductance_h / machine.windings.rotor_inductance_h,
-            current_max_a: machine.current_max_a,
-            voltage_delay_s: machine.voltage_delay_s,
-            state,
-        })
+        }
     }
 
     /// The parameters in use.
@@ -207,7 +212,30 @@ impl<T: Scalar, A: Adaptation<T>> Jadot<T, A> {
 }
 
 impl<T: Scalar, A: Adaptation<T>> Controller<T> for Jadot<T, A> {
+    /// A current or speed that is lost is bridged: the last speed, and the current as it should be. A sample without a time, or with a dc
+    /// voltage that is none, leaves the last command standing; should the state leave the finite range all the same, it begins anew.
     fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
+        let m = guard::plausible(m, self.current_max_a);
+        let dc_lost = !m.dc_voltage_v.is_finite();
+        if dc_lost || !guard::is_sample_time(m.sample_time_s) {
+            let why = if dc_lost { DriveStatus::DC_VOLTAGE_LOST } else { DriveStatus::CURRENT_LOST };
+            self.state.status = DriveStatus::OK.and(why);
+            return Command::Voltage(self.state.limited_v);
+        }
+        let u = self.follow(&m, reference);
+        let x = &self.state;
+        if is_finite(u) && is_finite(x.direction) && x.xi.is_finite() && x.flux_limit.is_finite() && is_finite(x.i_cons) {
+            return Command::Voltage(u);
+        }
+        self.state = Self::first(&self.adaptation);
+        self.state.status = DriveStatus::OK.and(DriveStatus::RESTARTED);
+        Command::Voltage(self.state.limited_v)
+    }
+}
+
+impl<T: Scalar, A: Adaptation<T>> Jadot<T, A> {
+    /// The law for a sample with a time and a dc voltage.
+    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
         let (h, one, half) = (m.sample_time_s, T::one(), T::from_f64(0.5));
         let zero = Complex::new(T::zero(), T::zero());
         self.state.status = DriveStatus::OK
@@ -277,7 +305,7 @@ impl<T: Scalar, A: Adaptation<T>> Controller<T> for Jadot<T, A> {
         let turned = x.direction * rotation(x.omega_s * h);
         // Rounding neither lengthens nor shortens it.
         x.direction = turned * (T::from_f64(1.5) - norm2(turned) * half);
-        Command::Voltage(x.limited_v)
+        x.limited_v
     }
 }
 

@@ -1,8 +1,9 @@
 //! Gains of Kenné et al.'s law, and the conditions (25), (26) on them.
 
-use im_model::{Bound, ModelError, Scalar};
+use im_model::{ModelError, Scalar};
 
 use crate::field_weakening::FieldWeakening;
+use crate::guard;
 use crate::machine_data::MachineData;
 use crate::reference::ReferenceShaper;
 
@@ -99,16 +100,16 @@ impl<T: Scalar> KenneGains<T> {
     }
 
     pub(super) fn validate(&self) -> Result<(), ModelError> {
-        Bound::Positive.check("k_sq", self.k_sq.value())?;
-        Bound::Positive.check("k_sd", self.k_sd.value())?;
-        Bound::Positive.check("c_omega", self.c_omega.value())?;
-        Bound::Positive.check("c_lambda", self.c_lambda.value())?;
-        Bound::NotNegative.check("boundary_omega", self.boundary_omega.value())?;
-        Bound::NotNegative.check("boundary_lambda", self.boundary_lambda.value())?;
-        Bound::NotNegative.check("equivalent_bandwidth_per_s", self.equivalent_bandwidth_per_s.value())?;
-        Bound::Positive.check("load_bandwidth_per_s", self.load_bandwidth_per_s.value())?;
-        Bound::Positive.check("load_limit_nm", self.load_limit_nm.value())?;
-        Bound::Positive.check("magnetizing_bandwidth_rad_s", self.magnetizing_bandwidth_rad_s.value())?;
+        guard::SIZE.check("k_sq", self.k_sq.value())?;
+        guard::SIZE.check("k_sd", self.k_sd.value())?;
+        guard::SIZE.check("c_omega", self.c_omega.value())?;
+        guard::SIZE.check("c_lambda", self.c_lambda.value())?;
+        guard::SIZE_OR_ZERO.check("boundary_omega", self.boundary_omega.value())?;
+        guard::SIZE_OR_ZERO.check("boundary_lambda", self.boundary_lambda.value())?;
+        guard::SIZE_OR_ZERO.check("equivalent_bandwidth_per_s", self.equivalent_bandwidth_per_s.value())?;
+        guard::SIZE.check("load_bandwidth_per_s", self.load_bandwidth_per_s.value())?;
+        guard::SIZE.check("load_limit_nm", self.load_limit_nm.value())?;
+        guard::SIZE.check("magnetizing_bandwidth_rad_s", self.magnetizing_bandwidth_rad_s.value())?;
         self.reference.validate()?;
         self.field_weakening.validate()
     }

@@ -2,6 +2,8 @@
 
 use im_model::{Bound, ModelError, Scalar};
 
+use crate::guard;
+
 /// Coefficients of a series at most.
 pub const SERIES: usize = 16;
 
@@ -71,7 +73,7 @@ impl<T: Scalar> MtpaLaw<T> {
     /// Names the quantity out of bounds.
     pub fn validate(&self) -> Result<(), ModelError> {
         let [low, high] = self.torque_nm.map(T::value);
-        Bound::Positive.check("torque_nm[0]", low)?;
+        guard::SIZE.check("torque_nm[0]", low)?;
         Bound::Within(low * (1.0 + 1e-9), 1e9).check("torque_nm[1]", high)?;
         let coefficient = |x: &T| Bound::Within(-1e9, 1e9).check("coefficient of an MTPA law", x.value());
         match &self.form {

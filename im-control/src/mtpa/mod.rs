@@ -17,9 +17,10 @@ use im_model::{Bound, Complex, ModelError, Scalar};
 
 use crate::error::ControlError;
 use crate::flying_start::{BeginsAt, Caught};
+use crate::guard;
 use crate::machine_data::MachineData;
 use crate::status::{DriveStatus, Reports};
-use crate::vector::{clamp, rotation};
+use crate::vector::{clamp, is_finite, rotation};
 
 pub use connection::{Connection, from_synchronous, to_synchronous};
 pub use law::{LawForm, MtpaLaw, SERIES};
@@ -49,8 +50,8 @@ impl<T: Scalar> MtpaGains<T> {
     }
 
     fn validate(&self) -> Result<(), ModelError> {
-        Bound::Positive.check("tau_scr_s", self.tau_scr_s.value())?;
-        Bound::NotNegative.check("integral_limit_a", self.integral_limit_a.value())?;
+        guard::SIZE.check("tau_scr_s", self.tau_scr_s.value())?;
+        guard::SIZE_OR_ZERO.check("integral_limit_a", self.integral_limit_a.value())?;
         Bound::Within(0.1, 10.0).check("slip_factor", self.slip_factor.value())
     }
 }
@@ -68,6 +69,10 @@ pub struct Mtpa<T> {
     /// Direction of the flux of a machine that was caught, until the first step.
     caught: Option<Complex<T>>,
     integral: Complex<T>,
+    /// The last sample's, for one that is lost: ω (mechanical) and the sampling time.
+    before: [T; 2],
+    /// The last torque reference that was a number.
+    torque_nm: T,
     status: DriveStatus,
 }
 
@@ -89,17 +94,29 @@ impl<T: Scalar> Mtpa<T> {
             direction: Complex::new(T::one(), T::zero()),
             caught: None,
             integral: Complex::new(T::zero(), T::zero()),
+            before: [T::zero(), T::zero()],
+            torque_nm: T::zero(),
             status: DriveStatus::OK,
         })
     }
 }
 
 impl<T: Scalar> Controller<T> for Mtpa<T> {
+    /// At a sample that cannot be computed with the field turns on as in the last and the regulator stands still; should the state leave
+    /// the finite range all the same, it begins anew.
     #[inline]
     fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
         let g = &self.gains;
-        let t = m.sample_time_s;
-        let (rms, slip) = self.law.at(reference.torque_nm);
+        let lost = !guard::is_usable(&guard::without_voltages(m), self.current_max_a);
+        if !lost {
+            self.before = [m.omega_m, m.sample_time_s];
+        }
+        let [omega_m, t] = self.before;
+        let no_reference = !reference.torque_nm.is_finite();
+        if !no_reference {
+            self.torque_nm = reference.torque_nm;
+        }
+        let (rms, slip) = self.law.at(self.torque_nm);
         let winding = rms * T::from_f64(core::f64::consts::SQRT_2);
         let wanted = g.connection.line_current(Complex::new(winding, T::zero()));
         let size = norm2(wanted).sqrt();
@@ -112,18 +129,27 @@ impl<T: Scalar> Controller<T> for Mtpa<T> {
             let turned = flux * lead * g.connection.line_current(Complex::new(T::one(), T::zero())).conj();
             self.direction = turned * (T::one() / norm2(turned).sqrt());
         }
-        let i = m.i_s * self.direction.conj();
+        let i = if lost { wanted } else { m.i_s * self.direction.conj() };
         let x = self.integral + (wanted - i) * (t / g.tau_scr_s);
         let within = |x: T| clamp(x, -g.integral_limit_a, g.integral_limit_a);
         self.integral = Complex::new(within(x.re), within(x.im));
         let command = (wanted + self.integral) * self.direction;
 
-        let turned = self.direction * rotation((self.pole_pairs * m.omega_m + slip * g.slip_factor) * t);
+        let turned = self.direction * rotation((self.pole_pairs * omega_m + slip * g.slip_factor) * t);
         // One Newton step keeps its length at 1.
         self.direction = turned * (T::from_f64(1.5) - norm2(turned) * T::from_f64(0.5));
-        let beyond = reference.torque_nm.abs() > self.law.torque_nm[1];
-        self.status =
-            DriveStatus::OK.and_if(limited, DriveStatus::CURRENT_LIMITED).and_if(beyond, DriveStatus::REFERENCE_LIMITED);
+        let beyond = self.torque_nm.abs() > self.law.torque_nm[1];
+        self.status = DriveStatus::OK
+            .and_if(lost, DriveStatus::CURRENT_LOST)
+            .and_if(no_reference, DriveStatus::REFERENCE_LOST)
+            .and_if(limited, DriveStatus::CURRENT_LIMITED)
+            .and_if(beyond, DriveStatus::REFERENCE_LIMITED);
+        if !(is_finite(command) && is_finite(self.direction)) {
+            self.direction = Complex::new(T::one(), T::zero());
+            self.integral = Complex::new(T::zero(), T::zero());
+            self.status = DriveStatus::OK.and(DriveStatus::RESTARTED);
+            return Command::Current(self.integral);
+        }
         Command::Current(command)
     }
 }
