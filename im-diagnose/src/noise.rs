@@ -70,7 +70,7 @@ impl Whitener {
         best.1
     }
 
-    /// The same with a memory of a few samples at most, as sensors have: poles within [`MEMORY`], and the variance that this filter leaves of
+    /// The same with a memory of a few samples at most, as sensors have: poles within 0.9, and the variance that this filter leaves of
     /// `runs`. What stays longer is no noise.
     pub fn of_a_sensor(mut self, runs: &[&[f64]]) -> Self {
         let mut shrink = 1.0;
