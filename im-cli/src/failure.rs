@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::process::ExitCode;
 
+use im_diagnose::sources::Refused;
 use im_model::{FileError, fields_of};
 
 use crate::terminal::say;
@@ -25,6 +26,15 @@ pub enum Failure {
 impl From<FileError> for Failure {
     fn from(e: FileError) -> Self {
         Self::File(e)
+    }
+}
+
+impl From<Refused> for Failure {
+    fn from(e: Refused) -> Self {
+        match e {
+            Refused::File(e) => Self::File(e),
+            Refused::Input(text) => Self::Input(text),
+        }
     }
 }
 

@@ -4,7 +4,6 @@
 //! 130 interrupted.
 
 mod commands;
-mod controllers;
 mod failure;
 mod interrupt;
 mod output;

@@ -28,6 +28,8 @@ mod load_torque;
 mod machine_data;
 #[cfg(feature = "std")]
 pub mod named;
+#[cfg(feature = "std")]
+mod of_scenario;
 mod reference;
 mod sensorless;
 mod speed_loop;
@@ -47,6 +49,8 @@ pub use kenne::{Kenne, KenneGains};
 pub use load_torque::{LoadTorqueEstimate, LoadTorqueObserver};
 pub use machine_data::MachineData;
 pub use mtpa::{Mtpa, MtpaGains, MtpaLaw};
+#[cfg(feature = "std")]
+pub use of_scenario::of_scenario;
 pub use reference::{ReferenceShaper, Shaped};
 pub use sensorless::Sensorless;
 pub use speed_loop::SpeedLoop;

@@ -1,7 +1,8 @@
 //! The main job: compare the model with measurements, see where it fails, learn which physical effect is missing, add it, and watch
 //! the error fall.
 //!
-//! * [`intake`]: foreign files to experiments, with what is wrong with the data; [`case`]: a motor with its recordings.
+//! * [`intake`]: foreign files to experiments, with what is wrong with the data; [`case`]: a motor with its recordings;
+//!   [`sources`]: from files and options to that.
 //! * [`search`]: scores that nominate effects and the refits that decide; [`diagnosis`]: the verdict, with everything that led to it.
 //! * [`localise`], [`residual_tests`]: where the model fails, and what the residual depends on; [`next_test`]: the manoeuvre that
 //!   separates rivals.
@@ -17,6 +18,7 @@
 pub mod case;
 pub mod consistency;
 pub mod diagnosis;
+pub mod fitted;
 pub mod form_error;
 pub mod format;
 pub mod intake;
@@ -28,7 +30,11 @@ pub mod report;
 pub mod residual_tests;
 pub mod residuals;
 pub mod search;
+pub mod sources;
 pub mod statistics;
+pub mod steady_curve;
+pub mod table_file;
 pub mod tables;
 pub mod uncertainty;
+pub mod validation;
 pub mod worst_case;

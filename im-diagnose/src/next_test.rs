@@ -7,6 +7,7 @@ use im_identify::offline::{Experiment, FitError, FitOptions, base_parameters, fi
 use im_model::simulation::{Load, Mains, Profile, Scenario, Sensors, Simulation, Source, VoltsPerHertz};
 use im_model::{EffectId, Machine, MotorFile, Recording};
 use rayon::prelude::*;
+use serde_json::{Map, Value, json};
 
 use crate::residuals::nudged;
 use crate::search::Options;
@@ -73,6 +74,48 @@ pub fn propose(
         .collect();
     proposals.sort_by(|a, b| b.merit.total_cmp(&a.merit));
     Ok(proposals)
+}
+
+/// What a `diagnosis.json` left open: effects with rivals and their rivals; without any, those that the recordings could not show.
+pub fn open_after(diagnosis: &Value) -> Vec<EffectId> {
+    let mut open = Vec::new();
+    for (name, rivals) in diagnosis["alternatives"].as_object().into_iter().flatten() {
+        let rivals: Vec<EffectId> =
+            rivals.as_array().into_iter().flatten().filter_map(|r| EffectId::from_name(r.as_str()?)).collect();
+        if !rivals.is_empty() {
+            open.extend(EffectId::from_name(name));
+            open.extend(rivals);
+        }
+    }
+    if open.is_empty() {
+        let unseen = |c: &&Value| c["conclusion"].as_str().is_some_and(|s| s.starts_with("not excited"));
+        let ranking = diagnosis["ranking"].as_array().into_iter().flatten();
+        open.extend(ranking.filter(unseen).filter_map(|c| EffectId::from_name(c["effect"].as_str()?)));
+    }
+    open
+}
+
+/// Noise of the currents, A, and of the speed, rad/s, to plan a test with: as a `diagnosis.json` found it, or as is usual for the motor.
+pub fn planning_noise(motor: &MotorFile, diagnosis: Option<&Value>) -> (f64, f64) {
+    let rated = motor.rating.current_peak_a(motor.machine.parameters(), motor.machine.pole_pairs());
+    let found = |k: &str| diagnosis.and_then(|d| d["noise"][k].as_f64());
+    (found("i_alpha_A").unwrap_or(0.003 * rated), found("omega_m_rad_s").unwrap_or(0.1))
+}
+
+/// What `im next-test --json` prints of proposals, best first.
+pub fn to_json(open: &[EffectId], proposals: &[Proposal]) -> Value {
+    let names: Vec<&str> = open.iter().map(|e| e.name()).collect();
+    let Some(best) = proposals.first() else { return json!({"schema": 1, "open": names, "test": null, "others": []}) };
+    let seen: Map<_, _> = best.detectable.iter().map(|(e, x)| (e.name().to_owned(), json!(x))).collect();
+    let others = proposals.iter().skip(1).map(|p| json!({"name": p.name, "what": p.what, "merit": p.merit / best.merit}));
+    json!({
+        "schema": 1, "open": names, "others": others.collect::<Vec<_>>(),
+        "test": {
+            "name": best.name, "what": best.what, "peak_current_a": best.reaches.0, "peak_speed_rad_s": best.reaches.1,
+            "limit_current_a": best.limits.0, "limit_speed_rad_s": best.limits.1,
+            "detectable_over_usual": seen, "angle_deg": best.angle_deg, "scenario_toml": best.scenario_toml,
+        },
+    })
 }
 
 /// Largest current and speed of machines in a scenario; `None` where a simulation runs away.

@@ -68,10 +68,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         sized.write(&args.output)?;
         return print(args, &sized.machine, None, &[]);
     }
-    let (case, noticed) = data.case()?;
+    let (case, noticed, options) = data.case()?;
     let fitted = |motor: MotorFile| {
         let case = Case { motor, ..case.clone() };
-        spinning("fitting", || Refinement::new(case, data.options())).map_err(|e| refused(&args.motor, &e))
+        spinning("fitting", || Refinement::new(case, options.clone())).map_err(|e| refused(&args.motor, &e))
     };
     let (_, before) = fitted(motor.clone())?;
     let (_, after) = fitted(MotorFile { machine: with_base(&sized, &before.fit.machine)?, ..sized })?;

@@ -7,10 +7,11 @@ use im_diagnose::case::Case;
 use im_diagnose::consistency;
 use im_diagnose::intake::{Finding, FindingKind};
 use im_diagnose::report::{Comparison, Meta, compare_html, compare_terminal};
+use im_diagnose::sources::{followed, meaningful};
 use im_model::{MotorFile, write_atomically};
 use serde_json::json;
 
-use super::inputs::{followed, meaningful, quality, recordings_or_drafts};
+use super::inputs::{quality, recordings_or_drafts};
 use crate::failure::Failure;
 use crate::output::Outputs;
 use crate::spinner::spinning;
@@ -64,8 +65,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // What else is wrong is what a comparison shows; by a wrong clock nothing can be simulated.
     let clock: Vec<_> = noticed.iter().filter(|f| f.kind == FindingKind::TimeUnit).cloned().collect();
     meaningful(&clock, args.anyway)?;
+    let label = args.motor.display().to_string();
     for taken in &data {
-        followed(&motor, &args.motor, taken)?;
+        followed(&motor, &label, taken)?;
     }
     let case = Case::from_intake(motor.clone(), data, None);
     if !noticed.iter().any(Finding::stops) {

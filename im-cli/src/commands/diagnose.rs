@@ -3,14 +3,13 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
+use im_diagnose::diagnosis::{Diagnosis, diagnose};
 use im_diagnose::intake::Finding;
-use im_diagnose::next_test::{Limits, propose};
 use im_diagnose::report::{self, Meta, NextTest, Story};
 use im_diagnose::search::Options;
-use im_diagnose::worst_case::machines_after;
+use im_diagnose::sources::by_fit;
 
-use super::inputs::{Data, by_fit, quality, refused, write_quality};
+use super::inputs::{Data, quality, refused, write_quality};
 use crate::failure::Failure;
 use crate::interrupt::together;
 use crate::spinner::spinning;
@@ -56,8 +55,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(file) = &args.signals {
         outputs.file(file)?;
     }
-    let (case, mut noticed) = args.data.case()?;
-    let options = Options { significance: args.significance, ..args.data.options() };
+    let (case, mut noticed, options) = args.data.case()?;
+    let options = Options { significance: args.significance, ..options };
     let found = spinning("fitting and scoring", || diagnose(case, options)).map_err(|e| refused(&args.data.motor, &e))?;
     noticed.retain(|f| !found.refutes(f));
     noticed.extend(by_fit(&noticed, &found.case.motor, &found.refined.machine));
@@ -102,35 +101,5 @@ pub fn finish(
 /// What the report says of how it came about: the program, and the test that would settle what is open.
 pub fn meta(found: &Diagnosis) -> Meta {
     let program = concat!("im ", env!("CARGO_PKG_VERSION")).to_string();
-    Meta { program, next_test: next_test(found), ..Meta::default() }
-}
-
-fn next_test(found: &Diagnosis) -> Option<NextTest> {
-    let mut open: Vec<_> = found
-        .effects
-        .iter()
-        .zip(&found.alternatives)
-        .filter(|(_, a)| !a.is_empty())
-        .flat_map(|(e, a)| a.iter().chain([e]))
-        .copied()
-        .collect();
-    if open.is_empty() && found.verdict == Verdict::Inconclusive {
-        open.extend(found.ranking.iter().filter(|c| !c.excited).map(|c| c.effect));
-    }
-    if open.is_empty() {
-        return None;
-    }
-    let noise = |k: &str, otherwise: f64| found.noise.get(k).copied().unwrap_or(otherwise);
-    let noise = (noise("i_alpha_A", 0.05), noise("omega_m_rad_s", 0.1));
-    let safe_for = machines_after(&found.refined, Some(&found.to_json()), &open);
-    let best = propose(&found.refined, &open, noise, &Limits::default(), &safe_for).ok()?.into_iter().next()?;
-    let settles = best
-        .detectable
-        .iter()
-        .map(|(e, x)| {
-            let seen = if *x < 1.0 { "shows it" } else { "still does not show it" };
-            format!("{}: {seen} (smallest size found is {:.2} of the largest usual one)", e.card().title, x)
-        })
-        .collect();
-    Some(NextTest { text: format!("{} im next-test writes it as a scenario.", best.what), settles, profile: best.profile })
+    Meta { program, next_test: NextTest::after(found), ..Meta::default() }
 }

@@ -3,13 +3,13 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use im_diagnose::residuals::errors;
-use im_diagnose::search::Refinement;
-use im_diagnose::uncertainty::{Estimate, Estimates, HALF_95, MachineQuantity};
-use im_model::{BaseParameter, MotorFile, ParameterId};
+use im_diagnose::fitted::{Fitted, HELD};
+use im_diagnose::sources::by_fit;
+use im_diagnose::uncertainty::{HALF_95, MachineQuantity};
+use im_model::{BaseParameter, ParameterId};
 use serde_json::json;
 
-use super::inputs::{Data, by_fit, refused};
+use super::inputs::{Data, refused};
 use crate::failure::Failure;
 use crate::spinner::spinning;
 use crate::terminal::{rounded, stdout, wrapped};
@@ -33,51 +33,22 @@ pub struct Args {
     json: bool,
 }
 
-/// A parameter counts as not determined when its standard deviation exceeds this fraction of it.
-const UNDETERMINED: f64 = 0.3;
-
-/// Parameters of the T circuit that depend on the ratio of the leakages.
-const HELD: [BaseParameter; 4] = [
-    BaseParameter::RotorResistance,
-    BaseParameter::StatorLeakageInductance,
-    BaseParameter::RotorLeakageInductance,
-    BaseParameter::MagnetizingInductance,
-];
-
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.output {
         args.data.outputs().file(path)?;
     }
-    let (case, mut noticed) = args.data.case()?;
-    let before = case.motor.clone();
-    let fitted = spinning("fitting", || Refinement::new(case, args.data.options()));
-    let (refinement, model) = fitted.map_err(|e| refused(&args.data.motor, &e))?;
-    let fit = &model.fit;
-    let after = MotorFile { machine: fit.machine, ..before.clone() };
-    noticed.extend(by_fit(&noticed, &before, &after.machine));
+    let (case, mut noticed, options) = args.data.case()?;
+    let fitted = spinning("fitting", || Fitted::new(case, options)).map_err(|e| refused(&args.data.motor, &e))?;
+    let Fitted { before, after, train, estimates, .. } = &fitted;
+    noticed.extend(by_fit(&noticed, before, &after.machine));
     if let Some(path) = &args.output {
         after.write(path)?;
     }
-    let train = errors(&fit.machine, refinement.nudged(), &fit.starts);
-    let estimates = Estimates::of_fit(&before, fit, refinement.nudged());
-    let weak = |e: &Estimate| e.std.is_nan() || e.std > UNDETERMINED * e.after.abs();
     let mut out = stdout();
     if args.json {
-        let held = HELD.map(ParameterId::Base).map(|id| (MachineQuantity::Parameter(id), None));
-        let all = estimates.list.iter().map(|e| (e.quantity, Some(e))).chain(held);
-        let one = |(q, e): (MachineQuantity, Option<&Estimate>)| {
-            let value = json!({
-                "before": q.of(&before.machine), "after": q.of(&after.machine), "std": e.map(|e| e.std), "unit": q.unit(),
-                "determined": e.map(|e| !weak(e)), "leakage_ratio_held": e.is_none(),
-            });
-            (q.key(), value)
-        };
-        let parameters: serde_json::Map<_, _> = all.map(one).collect();
-        let report = json!({
-            "schema": 1, "data_quality": noticed, "chi2_per_sample": train.chi2_per_sample, "rmse": train.rmse, "fit_percent": train.fit_percent,
-            "parameters": parameters, "covariance": estimates.to_json(), "holdout_chi2_per_sample": model.holdout,
-        });
+        let mut report = fitted.to_json();
+        report["data_quality"] = json!(noticed);
         writeln!(out, "{report}")?;
         return Ok(());
     }
@@ -86,7 +57,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     writeln!(out, "{:<60} {:>11} {:>11} {:>11}", "parameter", "before", "after", "± 95 %")?;
     for e in &estimates.list {
-        let note = if weak(e) { "  not determined by these recordings" } else { "" };
+        let note = if Fitted::is_weak(e) { "  not determined by these recordings" } else { "" };
         let (b, a, half) = (rounded(e.before), rounded(e.after), rounded(HALF_95 * e.std));
         writeln!(out, "{:<60} {b:>11} {a:>11} {half:>11} {}{note}", e.quantity.key(), e.quantity.unit())?;
     }
@@ -112,7 +83,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for (name, rms) in &train.rmse {
         writeln!(out, "  {name:<16} {:>9} rms, fit {:.2} %", rounded(*rms), train.fit_percent[name])?;
     }
-    if let Some(h) = model.holdout {
+    if let Some(h) = fitted.holdout {
         writeln!(out, "held-out recording: {} σ rms", rounded(h.sqrt()))?;
     }
     if let Some(path) = &args.output {

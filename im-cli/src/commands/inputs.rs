@@ -4,14 +4,12 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use im_diagnose::case::Case;
-use im_diagnose::consistency;
-use im_diagnose::intake::quality::convention;
-use im_diagnose::intake::{self, Draft, Finding, FindingKind, Intake, IntakeError, Severity, SteadyTable};
+use im_diagnose::intake::{Draft, Finding, FindingKind, Intake, IntakeError, Severity};
 use im_diagnose::search::Options;
-use im_diagnose::tables;
+use im_diagnose::sources::{Refused, Source, Sources};
 use im_identify::offline::FitError;
 use im_model::toml_text::quoted;
-use im_model::{BaseParameter, Known, Machine, MotorFile, ParameterId, Plant, Recording};
+use im_model::{MotorFile, Recording};
 
 use crate::failure::Failure;
 use crate::output::Outputs;
@@ -44,27 +42,31 @@ pub struct Data {
     pub anyway: bool,
 }
 
-/// That the motor can be simulated at a recording's sampling time.
-pub fn followed(motor: &MotorFile, file: &Path, taken: &Intake) -> Result<(), Failure> {
-    let e = &taken.experiment;
-    let machine = Plant::new(&motor.machine).followed(e.sample_time_s);
-    machine.map_err(|why| Failure::Input(format!("{} with {}: {why}", file.display(), e.name)))
-}
-
-/// Ends a run whose answer would mean nothing, unless it is wanted anyway.
-pub fn meaningful(findings: &[Finding], anyway: bool) -> Result<(), Failure> {
-    let stops: Vec<String> = findings.iter().filter(|f| f.stops()).map(Finding::line).collect();
-    if stops.is_empty() || anyway {
-        return Ok(());
-    }
-    Err(Failure::Input(format!("{}\nUntil that is corrected the answer means nothing; --anyway goes on", stops.join("\n"))))
-}
-
 impl Data {
-    /// The effects to consider: all of the library, or those that a table can show.
-    pub fn options(&self) -> Options {
-        let candidates = if self.train.is_empty() { tables::candidates() } else { Vec::new() };
-        Options { candidates, ..Options::default() }
+    /// Motor, recordings and tables as the library takes them.
+    pub fn sources(&self) -> Result<Sources, Failure> {
+        let source = |path: &PathBuf| Source::File(path.clone(), self.mapping.clone());
+        // A mapping is that of the recordings: a table beside them has the canonical columns.
+        let mapping = self.mapping.clone().filter(|_| self.train.is_empty());
+        Ok(Sources {
+            train: self.train.iter().map(source).collect(),
+            tables: self.table.iter().map(|path| (path.clone(), mapping.clone())).collect(),
+            holdout: self.holdout.as_ref().map(source),
+            fix: self.fix.clone(),
+            anyway: self.anyway,
+            ..Sources::of_motor(&self.motor)?
+        })
+    }
+
+    /// Reads everything; what was noticed about the recordings comes along, and the options of a search in them.
+    pub fn case(&self) -> Result<(Case, Vec<Finding>, Options), Failure> {
+        let sources = self.sources()?;
+        let (case, findings) = spinning(READING, || sources.case())?;
+        // What makes all that follows doubtful is said before it, and once more in its place.
+        for f in findings.iter().filter(|f| f.severity == Severity::Serious) {
+            say(&wrapped("! ", &f.line()));
+        }
+        Ok((case, findings, sources.options()))
     }
 
     /// Where files may be written.
@@ -73,106 +75,18 @@ impl Data {
         let read = [&self.motor].into_iter().chain(&self.table).chain(&self.mapping);
         Outputs::beside(read).and_recordings(recordings, self.mapping.as_deref())
     }
-
-    /// Reads everything; what was noticed about the recordings comes along.
-    pub fn case(&self) -> Result<(Case, Vec<Finding>), Failure> {
-        let mut motor = MotorFile::read(&self.motor)?;
-        for name in &self.fix {
-            hold(&mut motor, name)?;
-        }
-        let mapping = self.mapping.as_deref();
-        if self.train.is_empty() {
-            if let Some(held) = &self.holdout {
-                return Err(Failure::Input(format!(
-                    "{}: held out from tables alone it says nothing; give recordings with --train",
-                    held.display()
-                )));
-            }
-            return self.tables(motor, mapping);
-        }
-        let train = recordings(&self.train, mapping, &motor)?;
-        let holdout = self.holdout.as_deref().map(|p| recording(p, mapping, &motor)).transpose()?;
-        let mut findings = intake::findings(train.iter().chain(&holdout));
-        meaningful(&findings, self.anyway)?;
-        for taken in train.iter().chain(&holdout) {
-            followed(&motor, &self.motor, taken)?;
-        }
-        let mut case = Case::from_intake(motor.clone(), train, holdout);
-        findings.extend(spinning("comparing the recordings", || consistency::check(&case)));
-        if !self.table.is_empty() {
-            // A mapping is that of the recordings: a table beside them has the canonical columns.
-            let (tables, noticed) = self.tables(motor, None)?;
-            case.train.extend(tables.train);
-            findings.extend(noticed);
-        }
-        meaningful(&findings, self.anyway)?;
-        // What makes all that follows doubtful is said before it, and once more in its place.
-        for f in findings.iter().filter(|f| f.severity == Severity::Serious) {
-            say(&wrapped("! ", &f.line()));
-        }
-        Ok((case, findings))
-    }
-
-    /// The tables as a case.
-    fn tables(&self, motor: MotorFile, mapping: Option<&Path>) -> Result<(Case, Vec<Finding>), Failure> {
-        let tables = self.table.iter().map(|p| SteadyTable::read(p, mapping)).collect::<Result<Vec<_>, _>>()?;
-        // Few rows are enough beside recordings.
-        let mut noticed = tables::look(&motor, &tables);
-        noticed.retain(|f| self.train.is_empty() || f.kind != FindingKind::TooFewRows);
-        meaningful(&noticed, self.anyway)?;
-        let (case, mut findings) = tables::case(motor, &tables).map_err(|e| refused(&self.motor, &e))?;
-        findings.extend(noticed);
-        Ok((case, findings))
-    }
-}
-
-/// Holds a parameter of a motor at its value.
-fn hold(motor: &mut MotorFile, name: &str) -> Result<(), Failure> {
-    let keys = || {
-        let base = BaseParameter::ALL.into_iter().map(ParameterId::Base);
-        let on = motor.machine.effects().active().flat_map(|e| (0..e.parameters().len()).map(move |k| ParameterId::Effect(e, k)));
-        base.chain(on)
-    };
-    let Some(id) = keys().find(|id| id.to_string() == name || id.key() == name) else {
-        let known: Vec<String> = keys().map(|id| id.to_string()).collect();
-        return Err(Failure::Input(format!(
-            "--fix {name}: no parameter of this motor is called so; there are {}",
-            known.join(", ")
-        )));
-    };
-    motor.known.insert(id, Known { value: motor.machine.get(id), tolerance: 0.0 });
-    Ok(())
 }
 
 /// What the reading of recordings is called where it takes long.
 const READING: &str = "reading and checking the recording";
 
-/// Reads recordings that are long enough to say something, and whose columns somebody has said the meaning of.
-pub fn recordings(paths: &[PathBuf], mapping: Option<&Path>, motor: &MotorFile) -> Result<Vec<Intake>, Failure> {
-    let mut all = Vec::new();
-    for path in paths {
-        let unmapped = |draft: &Draft| {
-            let guesses = draft.guesses.join(". ");
-            Failure::Input(format!(
-                "{}: no recording.toml says what its columns mean. im compare --motor … --data {} writes a first one; check it, then \
-                 come back. Guessed so far: {guesses}",
-                path.display(),
-                path.display()
-            ))
-        };
-        let taken = spinning(READING, || intake::read(path, mapping, motor)).map_err(|e| match e {
-            IntakeError::File(e) => Failure::File(e),
-            IntakeError::Unmapped { draft, .. } => unmapped(&draft),
-        })?;
-        if let Some(draft) = taken.iter().find_map(|t| t.draft.as_ref()) {
-            return Err(unmapped(draft));
-        }
-        all.extend(long_enough(path, taken)?);
-    }
-    Ok(all)
+/// Reads one recording whose columns somebody has said the meaning of.
+pub fn recording(path: &Path, mapping: Option<&Path>, motor: &MotorFile) -> Result<Intake, Failure> {
+    let source = Source::File(path.to_path_buf(), mapping.map(Path::to_path_buf));
+    Ok(spinning(READING, || source.recording(motor))?)
 }
 
-/// Reads recordings as [`recordings`] does; of files without a mapping a draft is written beside them, or where that is not allowed
+/// Reads recordings that are long enough to say something; of files without a mapping a draft is written beside them, or where that is not allowed
 /// into `folder`. What was guessed comes along, one sentence each.
 pub fn recordings_or_drafts(
     paths: &[PathBuf],
@@ -182,20 +96,21 @@ pub fn recordings_or_drafts(
 ) -> Result<(Vec<Intake>, Vec<String>), Failure> {
     let (mut all, mut said) = (Vec::new(), Vec::new());
     for path in paths {
-        all.extend(long_enough(path, taken_or_draft(path, mapping, motor, folder, &mut said)?)?);
+        let source = Source::File(path.clone(), mapping.map(Path::to_path_buf));
+        all.extend(source.long_enough(taken_or_draft(&source, path, motor, folder, &mut said)?)?);
     }
     Ok((all, said))
 }
 
 /// Recordings of any length; what was guessed is added to `said`.
 fn taken_or_draft(
+    source: &Source,
     path: &Path,
-    mapping: Option<&Path>,
     motor: &MotorFile,
     folder: Option<&Path>,
     said: &mut Vec<String>,
 ) -> Result<Vec<Intake>, Failure> {
-    match spinning(READING, || intake::read(path, mapping, motor)) {
+    match spinning(READING, || source.read(motor)) {
         Ok(taken) => {
             if let Some(draft) = taken.iter().find_map(|t| t.draft.as_ref()) {
                 let written = write_draft(path, draft, folder)?;
@@ -231,10 +146,8 @@ impl Replayed {
     /// Takes in one recording as `im compare` does.
     pub fn read(path: &Path, mapping: Option<&Path>, motor: &MotorFile, folder: Option<&Path>) -> Result<Self, Failure> {
         let mut guessed = Vec::new();
-        let mut taken = taken_or_draft(path, mapping, motor, folder, &mut guessed)?;
-        let (Some(one), true) = (taken.pop(), taken.is_empty()) else {
-            return Err(several(path));
-        };
+        let source = Source::File(path.to_path_buf(), mapping.map(Path::to_path_buf));
+        let one = source.only(taken_or_draft(&source, path, motor, folder, &mut guessed)?)?;
         // Nothing here asks for the load.
         let findings = one.findings.iter().filter(|f| f.kind != FindingKind::MissingLoad).cloned().collect();
         Ok(Self { recording: one.replay(), guessed, findings })
@@ -292,38 +205,9 @@ fn write_draft(path: &Path, draft: &Draft, folder: Option<&Path>) -> Result<Path
     Ok(here)
 }
 
-fn long_enough(path: &Path, taken: Vec<Intake>) -> Result<Vec<Intake>, Failure> {
-    match taken.iter().map(|t| t.experiment.len()).find(|n| *n < 200) {
-        None => Ok(taken),
-        Some(n) => Err(Failure::Input(format!(
-            "{}: {n} rows are too few to fit a machine to; record a start or a load step with at least 200",
-            path.display()
-        ))),
-    }
-}
-
-/// Reads one recording.
-pub fn recording(path: &Path, mapping: Option<&Path>, motor: &MotorFile) -> Result<Intake, Failure> {
-    let mut all = recordings(&[path.to_path_buf()], mapping, motor)?;
-    match (all.pop(), all.is_empty()) {
-        (Some(one), true) => Ok(one),
-        _ => Err(several(path)),
-    }
-}
-
-fn several(path: &Path) -> Failure {
-    Failure::Input(format!("{}: names several recordings; only one can stand here", path.display()))
-}
-
 /// What was noticed, for the report: one sentence each.
 pub fn quality(findings: &[Finding]) -> Option<Vec<String>> {
     Some(findings.iter().map(Finding::line).collect())
-}
-
-/// What the fitted machine says of the convention of the recordings, unless that is said already.
-pub fn by_fit(noticed: &[Finding], given: &MotorFile, fitted: &Machine<f64>) -> Option<Finding> {
-    let found = convention::of_fit(given, fitted).filter(|_| noticed.iter().all(|f| f.kind != FindingKind::Convention))?;
-    Some(Finding { recording: "the fit".into(), ..found })
 }
 
 /// Writes what was noticed into `dir/data_quality.json`, for programs.
@@ -334,5 +218,5 @@ pub fn write_quality(dir: &Path, findings: &[Finding]) -> Result<(), Failure> {
 
 /// A fit that could not be made, for people.
 pub fn refused(motor: &Path, e: &FitError) -> Failure {
-    Failure::Input(format!("{}: {e}", motor.display()))
+    Refused::fit(&motor.display().to_string(), e).into()
 }

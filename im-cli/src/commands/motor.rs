@@ -1,10 +1,9 @@
 //! `im motor`: a first motor file from what stands on a nameplate.
 
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 
-use im_model::{BaseParameter, Effects, Known, Machine, MotorFile, Nameplate, ParameterId};
+use im_model::{BaseParameter, MotorFile, Nameplate, ParameterId};
 use serde_json::json;
 
 use crate::failure::Failure;
@@ -56,13 +55,6 @@ pub struct Args {
     json: bool,
 }
 
-/// By how much guesses by rules of thumb are off (0.5 to 2 times on the named machines; `im-model/src/nameplate.rs`), R_s, R_r, L_ls, L_lr, L_m, J.
-const BY_RULE: [f64; 6] = [1.0, 1.0, 1.0, 1.0, 1.0, 1.5];
-/// The same with the locked-rotor current.
-const BY_DATA_SHEET: [f64; 6] = [1.0, 0.2, 0.3, 0.3, 0.2, 1.5];
-/// Of a resistance between terminals, measured cold: the winding is warmer in use.
-const MEASURED: f64 = 0.3;
-
 impl Args {
     /// The motor file.
     fn motor(&self) -> Result<MotorFile, Failure> {
@@ -75,21 +67,8 @@ impl Args {
             power_factor: self.power_factor,
             locked_rotor_current_ratio: self.locked_current,
         };
-        let refused = |e: im_model::ModelError| Failure::Input(format!("the nameplate: {e}"));
-        let guess = plate.guess().map_err(refused)?;
-        let mut p = guess.parameters;
-        let mut tolerances = if self.locked_current.is_some() { BY_DATA_SHEET } else { BY_RULE };
-        if let Some(r) = self.terminal_resistance_ohm {
-            // Star or delta: the star-equivalent phase has half of what two terminals show.
-            p.stator_resistance_ohm = 0.5 * r;
-            tolerances[0] = MEASURED;
-        }
-        let machine =
-            Machine::try_new(p, guess.pole_pairs, Effects::scaled(&guess.rating, &p, guess.pole_pairs)).map_err(refused)?;
-        let known = BaseParameter::ALL.into_iter().zip(p.values()).zip(tolerances);
-        let known: BTreeMap<ParameterId, Known> =
-            known.map(|((id, value), tolerance)| (ParameterId::Base(id), Known { value, tolerance })).collect();
-        Ok(MotorFile { name: self.name.clone(), machine, rating: guess.rating, known })
+        MotorFile::from_nameplate(&self.name, &plate, self.terminal_resistance_ohm)
+            .map_err(|e| Failure::Input(format!("the nameplate: {e}")))
     }
 }
 

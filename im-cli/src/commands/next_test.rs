@@ -3,10 +3,10 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use im_diagnose::next_test::{Limits, propose};
+use im_diagnose::next_test::{Limits, open_after, planning_noise, propose, to_json};
 use im_diagnose::worst_case::machines_after;
 use im_model::{EffectId, MotorFile, read_text, write_atomically};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::inputs::refused;
 use crate::failure::Failure;
@@ -56,20 +56,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.output.as_deref().map_or(Ok(()), |path| outputs.file(path))?;
     let motor = MotorFile::read(&args.motor)?;
     let rated = motor.rating.current_peak_a(motor.machine.parameters(), motor.machine.pole_pairs());
-    let mut noise = (0.003 * rated, 0.1);
     let mut open = args.effect.clone();
     let diagnosis = args.diagnosis.as_deref().map(read).transpose()?;
-    if let Some(d) = &diagnosis {
-        open.extend(open_effects(d));
-        let of = |k: &str| d["noise"][k].as_f64();
-        noise = (of("i_alpha_A").unwrap_or(noise.0), of("omega_m_rad_s").unwrap_or(noise.1));
-    }
+    open.extend(diagnosis.iter().flat_map(open_after));
+    let noise = planning_noise(&motor, diagnosis.as_ref());
     open.sort_unstable();
     open.dedup();
     let mut out = stdout();
     if open.is_empty() {
         if args.json {
-            return Ok(writeln!(out, "{}", json!({"schema": 1, "open": [], "test": null, "others": []}))?);
+            return Ok(writeln!(out, "{}", to_json(&[], &[]))?);
         }
         writeln!(out, "Nothing is open: the diagnosis left no rivals and saw every effect. Name some with --effect to go on.")?;
         return Ok(());
@@ -89,21 +85,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.output {
         write_atomically(path, |w| w.write_all(best.scenario_toml.as_bytes()))?;
     }
-    let names: Vec<&str> = open.iter().map(|e| e.name()).collect();
     if args.json {
-        let seen: serde_json::Map<_, _> = best.detectable.iter().map(|(e, x)| (e.name().to_owned(), json!(x))).collect();
-        let others = found.iter().skip(1).map(|p| json!({"name": p.name, "what": p.what, "merit": p.merit / best.merit}));
-        let report = json!({
-            "schema": 1, "open": names, "others": others.collect::<Vec<_>>(),
-            "test": {
-                "name": best.name, "what": best.what, "peak_current_a": best.reaches.0, "peak_speed_rad_s": best.reaches.1,
-                "limit_current_a": best.limits.0, "limit_speed_rad_s": best.limits.1,
-                "detectable_over_usual": seen, "angle_deg": best.angle_deg, "scenario_toml": best.scenario_toml,
-            },
-        });
-        return Ok(writeln!(out, "{report}")?);
+        return Ok(writeln!(out, "{}", to_json(&open, &found))?);
     }
-    write!(out, "{}", wrapped("In question: ", &names.join(", ")))?;
+    write!(out, "{}", wrapped("In question: ", &open.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ")))?;
     write!(out, "{}", wrapped("Next test:   ", &best.what))?;
     let margin =
         |reached: f64, limit: f64| format!("{:.0} % below the limit of {}", 100.0 * (1.0 - reached / limit), rounded(limit));
@@ -143,23 +128,4 @@ fn read(path: &std::path::Path) -> Result<Value, Failure> {
     } else {
         Err(Failure::Input(format!("{file}: not a diagnosis.json of im diagnose (schema 1 with a ranking)")))
     }
-}
-
-/// Effects with rivals and their rivals; without any, those that the recordings could not show.
-fn open_effects(d: &Value) -> Vec<EffectId> {
-    let mut open = Vec::new();
-    for (name, rivals) in d["alternatives"].as_object().into_iter().flatten() {
-        let rivals: Vec<EffectId> =
-            rivals.as_array().into_iter().flatten().filter_map(|r| EffectId::from_name(r.as_str()?)).collect();
-        if !rivals.is_empty() {
-            open.extend(EffectId::from_name(name));
-            open.extend(rivals);
-        }
-    }
-    if open.is_empty() {
-        let unseen = |c: &&Value| c["conclusion"].as_str().is_some_and(|s| s.starts_with("not excited"));
-        let ranking = d["ranking"].as_array().into_iter().flatten();
-        open.extend(ranking.filter(unseen).filter_map(|c| EffectId::from_name(c["effect"].as_str()?)));
-    }
-    open
 }

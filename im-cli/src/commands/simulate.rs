@@ -3,11 +3,11 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use im_control::of_scenario;
 use im_model::simulation::{Run, Scenario, Simulation, SimulationError};
 use im_model::{ModelError, MotorFile, Recording, read_text};
 use serde_json::json;
 
-use crate::controllers;
 use crate::failure::Failure;
 use crate::interrupt::together;
 use crate::output::Outputs;
@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         scenario.sensors.seed = seed;
     }
     let file = args.scenario.display();
-    let mut controller = controllers::of(&scenario, &motor).map_err(|e| Failure::Input(format!("{file}: {e}")))?;
+    let mut controller = of_scenario(&scenario, &motor, least_current).map_err(|e| Failure::Input(format!("{file}: {e}")))?;
     let mut progress = Progress::new("simulating");
     let mut shown = |done, all| progress.show(done, all);
     let mut simulation = Simulation::new(&motor.machine, &scenario).with_progress(&mut shown);
@@ -83,6 +83,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     progress.finish();
     if to_stdout { Ok(()) } else { Ok(summary(args, &motor, &run)?) }
+}
+
+/// The law of `mtpa`.
+#[cfg(feature = "design")]
+fn least_current(motor: &MotorFile) -> Result<im_control::MtpaLaw<f64>, String> {
+    let refused = |e: String| format!("no law of least current for this motor: {e}");
+    let law = im_design::mtpa::laws::for_drive(motor).map_err(|e| refused(e.to_string()))?;
+    im_control::MtpaLaw::series(law.torque_n_m, &law.current, &law.slip).map_err(|e| refused(e.to_string()))
+}
+
+#[cfg(not(feature = "design"))]
+fn least_current(_: &MotorFile) -> Result<im_control::MtpaLaw<f64>, String> {
+    Err("mtpa needs a law of least current: build this program with its feature \"design\"".to_owned())
 }
 
 /// The recording that a scenario runs again, if it is one that does.

@@ -3,14 +3,10 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use im_diagnose::case::Case;
-use im_diagnose::residuals::errors;
-use im_diagnose::residuals::nudged;
-use im_identify::offline::{residuals, start_on};
+use im_diagnose::validation::Validation;
 use im_model::MotorFile;
-use serde_json::json;
 
-use super::inputs::{followed, meaningful, recording};
+use super::inputs::recording;
 use crate::failure::Failure;
 use crate::spinner::spinning;
 use crate::terminal::{rounded, stdout, wrapped};
@@ -45,56 +41,26 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let before = MotorFile::read(&args.before)?;
     let after = MotorFile::read(&args.after)?;
-    if before.machine.pole_pairs() != after.machine.pole_pairs() {
-        return Err(Failure::Input(format!(
-            "{} has {} pole pairs, {} has {}: these are different machines",
-            args.before.display(),
-            before.machine.pole_pairs(),
-            args.after.display(),
-            after.machine.pole_pairs()
-        )));
-    }
     let taken = recording(&args.data, args.mapping.as_deref(), &after)?;
-    let noticed = taken.findings.clone();
-    meaningful(&noticed, args.anyway)?;
-    followed(&before, &args.before, &taken)?;
-    followed(&after, &args.after, &taken)?;
-    let mut case = Case::from_intake(after.clone(), vec![taken], None);
-    let drawn = nudged(&case.train);
-    let starts = |m: &MotorFile| drawn.iter().map(|e| start_on(&m.machine, e, &m.rating)).collect::<Vec<_>>();
-    let (start_before, start_after) = (starts(&before), starts(&after));
-    let left: Vec<_> = drawn.iter().zip(&start_after).map(|(e, x)| residuals(&after.machine, e, x)).collect();
-    case.set_noise_from(&drawn, &left);
-    let pair = |e: &[_]| (errors(&before.machine, e, &start_before), errors(&after.machine, e, &start_after));
-    let (free, aided) = spinning("simulating", || (pair(&case.train), pair(&nudged(&case.train))));
-    for (file, e) in [(&args.before, &free.0), (&args.before, &aided.0), (&args.after, &free.1), (&args.after, &aided.1)] {
-        if !e.chi2_per_sample.is_finite() {
-            return Err(Failure::Input(format!(
-                "{}: simulated with {} it leaves the finite range; check the voltages and times of the recording, and the motor's numbers",
-                file.display(),
-                args.data.display()
-            )));
-        }
-    }
+    let labels = [&args.before, &args.after].map(|path| path.display().to_string());
+    let pair = [(&before, labels[0].as_str()), (&after, labels[1].as_str())];
+    let found = spinning("simulating", || Validation::new(pair[0], pair[1], taken, args.anyway))?;
     let mut out = stdout();
     if args.json {
-        let pair = |p: &(im_diagnose::residuals::Errors, im_diagnose::residuals::Errors)| {
-            let one = |e: &im_diagnose::residuals::Errors| json!({"chi2_per_sample": e.chi2_per_sample, "rms_in_sigma": e.rms_in_sigma(), "rmse": e.rmse});
-            json!({"before": one(&p.0), "after": one(&p.1)})
-        };
-        writeln!(out, "{}", json!({"schema": 1, "data_quality": noticed, "unaided": pair(&free), "speed_drawn": pair(&aided)}))?;
+        writeln!(out, "{}", found.to_json())?;
         return Ok(());
     }
-    for finding in &noticed {
+    let ([before, after], drawn) = (&found.unaided, &found.speed_drawn);
+    for finding in &found.noticed {
         write!(out, "{}", wrapped("! ", &finding.line()))?;
     }
     writeln!(out, "{}: rms error in units of the sensor noise σ\n", args.data.display())?;
     writeln!(out, "{:<34} {:>10} {:>10}", "", "before", "after")?;
     let mut row = |name: &str, b: f64, a: f64| writeln!(out, "{name:<34} {:>10} {:>10}", rounded(b), rounded(a));
-    row("simulated on its own", free.0.rms_in_sigma(), free.1.rms_in_sigma())?;
-    row("speed nudged to the measured one", aided.0.rms_in_sigma(), aided.1.rms_in_sigma())?;
-    for (name, rms) in &free.0.rmse {
-        row(&format!("{name}, rms"), *rms, free.1.rmse[name])?;
+    row("simulated on its own", before.rms_in_sigma(), after.rms_in_sigma())?;
+    row("speed nudged to the measured one", drawn[0].rms_in_sigma(), drawn[1].rms_in_sigma())?;
+    for (name, rms) in &before.rmse {
+        row(&format!("{name}, rms"), *rms, after.rmse[name])?;
     }
     Ok(())
 }

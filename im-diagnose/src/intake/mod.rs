@@ -2,6 +2,7 @@
 //!
 //! file → [`raw`] columns → ([`mapping`]) → [`signals`] in SI units → ([`quality`]) → [`Intake`].
 
+pub mod columns;
 mod decimate;
 pub mod draft;
 mod error;
@@ -20,11 +21,13 @@ pub mod sniff;
 pub mod steady_table;
 pub mod unit;
 
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use im_identify::offline::{Channel, ChannelKind, Experiment, Start};
-use im_model::{CanonicalColumns, FileError, MotorFile, Problem, TextFormat, VectorColumns, read_text};
+use im_model::{CanonicalColumns, FileError, MotorFile, Problem, Rows, TextFormat, VectorColumns, read_text};
 
+pub use columns::Columns;
 pub use draft::Draft;
 pub use error::IntakeError;
 pub use finding::{Finding, FindingKind, Severity};
@@ -32,6 +35,7 @@ pub use load_plan::LoadPlan;
 use mapping::{Begin, CurrentForm, Instant, Load, Mapping, Signal, Speed, Time, Voltage, VoltageForm};
 use raw::RawTable;
 use signals::{Signals, SpeedTrace};
+use sniff::Sniffed;
 pub use steady_table::{SteadyRow, SteadyTable, TableKind};
 
 /// A recording, ready to compare with.
@@ -61,13 +65,51 @@ pub struct Intake {
 /// # Errors
 /// What is wrong with a file, with line and key or column; [`IntakeError::Unmapped`] where the guess is not complete.
 pub fn read(path: &Path, mapping: Option<&Path>, motor: &MotorFile) -> Result<Vec<Intake>, IntakeError> {
-    sources(path, mapping)?.into_iter().map(|(data, mapping)| read_one(&data, mapping, motor)).collect()
+    sources(path, mapping)?.into_iter().map(|(data, mapping)| read_one(Origin::File(&data), mapping, motor)).collect()
 }
 
-fn read_one(path: &Path, mapping: Option<Mapping>, motor: &MotorFile) -> Result<Intake, IntakeError> {
-    let label = path.display().to_string();
+/// Takes in columns that stand in memory, in the same way: by their mapping, as canonical columns, or by a guess.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_columns(columns: &Columns, motor: &MotorFile) -> Result<Intake, IntakeError> {
+    read_one(Origin::Columns(columns), columns.mapping.clone(), motor)
+}
+
+/// Where the rows of a recording stand.
+#[derive(Clone, Copy)]
+enum Origin<'a> {
+    File(&'a Path),
+    Columns(&'a Columns),
+}
+
+impl Origin<'_> {
+    fn label(self) -> String {
+        match self {
+            Self::File(path) => path.display().to_string(),
+            Self::Columns(c) => c.label.clone(),
+        }
+    }
+
+    fn rows<'l>(self, label: &'l str, format: TextFormat) -> Result<Rows<'l, BufReader<Box<dyn Read>>>, FileError> {
+        match self {
+            Self::File(path) => raw::open(path, label, format),
+            Self::Columns(c) => c.rows(label),
+        }
+    }
+
+    fn sniff(self, label: &str) -> Result<Sniffed, FileError> {
+        match self {
+            Self::File(path) => sniff::sniff(path, label),
+            Self::Columns(_) => Ok(Sniffed { format: TextFormat::default(), units: Vec::new() }),
+        }
+    }
+}
+
+fn read_one(origin: Origin<'_>, mapping: Option<Mapping>, motor: &MotorFile) -> Result<Intake, IntakeError> {
+    let label = origin.label();
     let format = mapping.as_ref().map_or_else(TextFormat::default, |m| m.format);
-    let mut rows = raw::open(path, &label, format)?;
+    let mut rows = origin.rows(&label, format)?;
     let (mapping, mut draft) = match mapping {
         Some(m) => (m, None),
         None => {
@@ -77,8 +119,8 @@ fn read_one(path: &Path, mapping: Option<Mapping>, motor: &MotorFile) -> Result<
                 // A name that is nearly right is a slip of the pen; one that is quite another is guessed.
                 Some(Err(e)) if !matches!(*e.problem, Problem::MissingColumn { nearest: None, .. }) => return Err(e.into()),
                 _ => {
-                    let (mapping, draft) = guess(path, &label, motor)?;
-                    rows = raw::open(path, &label, mapping.format)?;
+                    let (mapping, draft) = guess(origin, &label, motor)?;
+                    rows = origin.rows(&label, mapping.format)?;
                     (mapping, Some(draft))
                 }
             }
@@ -118,15 +160,16 @@ fn read_one(path: &Path, mapping: Option<Mapping>, motor: &MotorFile) -> Result<
 }
 
 /// Guesses what the columns of a file mean.
-fn guess(path: &Path, label: &str, motor: &MotorFile) -> Result<(Mapping, Draft), IntakeError> {
-    let sniffed = sniff::sniff(path, label)?;
-    let rows = raw::open(path, label, sniffed.format)?;
+fn guess(origin: Origin<'_>, label: &str, motor: &MotorFile) -> Result<(Mapping, Draft), IntakeError> {
+    let sniffed = origin.sniff(label)?;
+    let rows = origin.rows(label, sniffed.format)?;
     let all: Vec<usize> = (0..rows.names().len()).collect();
     let table = RawTable::from_rows(rows, label, &all, draft::ROWS)?;
+    let path = PathBuf::from(label);
     let file = path.file_name().map_or_else(|| label.to_owned(), |f| f.to_string_lossy().into_owned());
     let draft = draft::draft(&table, &file, &sniffed, motor);
     if !draft.missing.is_empty() {
-        return Err(IntakeError::Unmapped { file: path.to_path_buf(), draft: Box::new(draft) });
+        return Err(IntakeError::Unmapped { file: path, draft: Box::new(draft) });
     }
     let mapping = Mapping::parse(&draft.text, "the guessed mapping")?;
     Ok((mapping, draft))
@@ -186,7 +229,7 @@ pub fn read_mapping(path: &Path) -> Result<Mapping, FileError> {
 }
 
 /// The mapping of a file in canonical columns.
-fn canonical<R: std::io::BufRead>(rows: &mut im_model::Rows<'_, R>, label: &str) -> Result<Mapping, FileError> {
+fn canonical<R: std::io::BufRead>(rows: &mut Rows<'_, R>, label: &str) -> Result<Mapping, FileError> {
     let found = CanonicalColumns::find(rows)?;
     let signal = |k: usize| Signal::plain(&rows.names()[k]);
     let voltage = match found.u {

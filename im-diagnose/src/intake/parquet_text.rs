@@ -7,21 +7,12 @@ use std::fmt::Write;
 use std::fs::File;
 use std::io::{self, Read};
 
-use im_model::{FileError, Problem, TextFormat};
+use im_model::{FileError, Problem};
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::reader::RowIter;
 use parquet::record::{Field, Row};
 
-/// How the text is written: names of columns may hold anything but a tab.
-pub const FORMAT: TextFormat = TextFormat {
-    separator: Some(b'\t'),
-    decimal_comma: false,
-    header: Some(true),
-    skip_lines: 0,
-    skip_after_header: 0,
-    comment: 0,
-};
 /// Rows that are turned into text together.
 const BLOCK: usize = 256;
 

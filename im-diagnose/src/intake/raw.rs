@@ -110,8 +110,9 @@ pub fn begins_as_parquet(file: &mut File) -> std::io::Result<bool> {
 
 #[cfg(feature = "parquet")]
 fn parquet_as_text(file: File, label: &str) -> Result<(Box<dyn Read>, TextFormat), FileError> {
-    use super::parquet_text::{FORMAT, ParquetText};
-    Ok((Box::new(ParquetText::open(file, label)?), FORMAT))
+    use super::columns::TABBED;
+    use super::parquet_text::ParquetText;
+    Ok((Box::new(ParquetText::open(file, label)?), TABBED))
 }
 
 #[cfg(not(feature = "parquet"))]

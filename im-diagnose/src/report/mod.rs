@@ -9,6 +9,7 @@ mod load_words;
 mod overlay;
 mod page;
 mod sections;
+mod settling;
 mod side_by_side;
 mod signals;
 mod story;

@@ -14,6 +14,7 @@ mod load_torque;
 mod simulate;
 mod start;
 mod steady;
+pub mod stop;
 mod trend;
 
 pub use aqdm::{AqdmFit, SteadyPoint, fit_aqdm, predicted as aqdm_at};

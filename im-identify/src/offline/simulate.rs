@@ -7,6 +7,7 @@ use super::channel::ChannelKind;
 use super::experiment::{Experiment, Start};
 use super::free::{Free, Target, change_component};
 use super::steady;
+use super::stop;
 
 /// Runs an experiment over its first `rows` rows; `sink` receives each row's channel values.
 #[inline(always)]
@@ -17,6 +18,7 @@ fn run<T: Scalar>(
     rows: usize,
     mut sink: impl FnMut(usize, usize, T),
 ) {
+    stop::check();
     let mut bench = Bench::new(machine, start, experiment.sample_time_s);
     let told = experiment.speed_is_imposed();
     let directions: Vec<Option<(f64, f64)>> = experiment

@@ -1,0 +1,80 @@
+//! The parameters of a motor from recordings, its effects as they are, and how well they are known.
+
+use im_identify::offline::FitError;
+use im_model::{BaseParameter, MotorFile, ParameterId};
+use serde_json::{Map, Value, json};
+
+use crate::case::Case;
+use crate::residuals::{Errors, errors};
+use crate::search::{Model, Options, Refinement};
+use crate::uncertainty::{Estimate, Estimates, MachineQuantity};
+
+/// A parameter counts as not determined when its standard deviation exceeds this fraction of it.
+const UNDETERMINED: f64 = 0.3;
+
+/// Parameters of the T circuit that depend on the ratio of the leakages.
+pub const HELD: [BaseParameter; 4] = [
+    BaseParameter::RotorResistance,
+    BaseParameter::StatorLeakageInductance,
+    BaseParameter::RotorLeakageInductance,
+    BaseParameter::MagnetizingInductance,
+];
+
+/// A fitted motor.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The motor as given.
+    pub before: MotorFile,
+    /// The fitted one.
+    pub after: MotorFile,
+    /// Its error on the recordings it was fitted to.
+    pub train: Errors,
+    /// Mean squared residual of the held-out recording in σ².
+    pub holdout: Option<f64>,
+    /// What the recordings determine, with its covariance.
+    pub estimates: Estimates,
+}
+
+impl Fitted {
+    /// Fits the motor of a case to its recordings.
+    ///
+    /// # Errors
+    /// The fit cannot be made.
+    pub fn new(case: Case, options: Options) -> Result<Self, FitError> {
+        let before = case.motor.clone();
+        let (refinement, model) = Refinement::new(case, options)?;
+        Ok(Self::of_model(before, &refinement, &model))
+    }
+
+    /// Of a model that is fitted already; `before` is the motor as given.
+    pub fn of_model(before: MotorFile, refinement: &Refinement, model: &Model) -> Self {
+        let fit = &model.fit;
+        let after = MotorFile { machine: fit.machine, ..before.clone() };
+        let train = errors(&fit.machine, refinement.nudged(), &fit.starts);
+        let estimates = Estimates::of_fit(&before, fit, refinement.nudged());
+        Self { before, after, train, holdout: model.holdout, estimates }
+    }
+
+    /// Whether the recordings leave a parameter open.
+    pub fn is_weak(e: &Estimate) -> bool {
+        e.std.is_nan() || e.std > UNDETERMINED * e.after.abs()
+    }
+
+    /// What `im fit --json` prints, but for the quality of the data.
+    pub fn to_json(&self) -> Value {
+        let held = HELD.map(ParameterId::Base).map(|id| (MachineQuantity::Parameter(id), None));
+        let all = self.estimates.list.iter().map(|e| (e.quantity, Some(e))).chain(held);
+        let one = |(q, e): (MachineQuantity, Option<&Estimate>)| {
+            let value = json!({
+                "before": q.of(&self.before.machine), "after": q.of(&self.after.machine), "std": e.map(|e| e.std), "unit": q.unit(),
+                "determined": e.map(|e| !Self::is_weak(e)), "leakage_ratio_held": e.is_none(),
+            });
+            (q.key(), value)
+        };
+        let parameters: Map<_, _> = all.map(one).collect();
+        json!({
+            "schema": 1, "chi2_per_sample": self.train.chi2_per_sample, "rmse": self.train.rmse, "fit_percent": self.train.fit_percent,
+            "parameters": parameters, "covariance": self.estimates.to_json(), "holdout_chi2_per_sample": self.holdout,
+        })
+    }
+}

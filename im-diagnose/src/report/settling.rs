@@ -1,0 +1,41 @@
+//! The next test of a diagnosis: what would settle what it left open.
+
+use im_model::EffectId;
+
+use super::NextTest;
+use crate::diagnosis::{Diagnosis, Verdict};
+use crate::next_test::{Limits, propose};
+use crate::worst_case::machines_after;
+
+impl NextTest {
+    /// The test for the rivals that a diagnosis left, or for what it could not see; `None` when nothing is open or nothing safe helps.
+    pub fn after(found: &Diagnosis) -> Option<Self> {
+        let mut open: Vec<EffectId> = found
+            .effects
+            .iter()
+            .zip(&found.alternatives)
+            .filter(|(_, a)| !a.is_empty())
+            .flat_map(|(e, a)| a.iter().chain([e]))
+            .copied()
+            .collect();
+        if open.is_empty() && found.verdict == Verdict::Inconclusive {
+            open.extend(found.ranking.iter().filter(|c| !c.excited).map(|c| c.effect));
+        }
+        if open.is_empty() {
+            return None;
+        }
+        let noise = |k: &str, otherwise: f64| found.noise.get(k).copied().unwrap_or(otherwise);
+        let noise = (noise("i_alpha_A", 0.05), noise("omega_m_rad_s", 0.1));
+        let safe_for = machines_after(&found.refined, Some(&found.to_json()), &open);
+        let best = propose(&found.refined, &open, noise, &Limits::default(), &safe_for).ok()?.into_iter().next()?;
+        let settles = best
+            .detectable
+            .iter()
+            .map(|(e, x)| {
+                let seen = if *x < 1.0 { "shows it" } else { "still does not show it" };
+                format!("{}: {seen} (smallest size found is {:.2} of the largest usual one)", e.card().title, x)
+            })
+            .collect();
+        Some(Self { text: format!("{} im next-test writes it as a scenario.", best.what), settles, profile: best.profile })
+    }
+}
