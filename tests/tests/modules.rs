@@ -9,13 +9,14 @@ use std::path::{Path, PathBuf};
 use syn::visit::{self, Visit};
 
 /// The crates, by their folders; all whose modules are looked at.
-const CRATES: [&str; 11] = [
+const CRATES: [&str; 12] = [
     "im-model",
     "im-observers",
     "im-control",
     "im-identify",
     "im-design",
     "im-diagnose",
+    "im-fleet",
     "im-verify",
     "im-trials",
     "im-cli",

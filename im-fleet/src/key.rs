@@ -1,0 +1,54 @@
+//! What a job is known by: a hash of everything that its row depends on.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use im_diagnose::intake;
+use sha2::{Digest, Sha256};
+
+use crate::job::Job;
+use crate::settings::Settings;
+
+/// The program whose rows these are: another version may judge otherwise.
+const VERSION: &str = concat!("im-fleet ", env!("CARGO_PKG_VERSION"), " table 1");
+
+/// Sixteen bytes of the SHA-256 of the version, the settings, the names in the row and the bytes of every file, in hexadecimal. What cannot be read
+/// counts as what the system says of it.
+pub fn key(job: &Job, settings: &Settings) -> String {
+    let mut hash = Sha256::new();
+    let mut text = |what: &str| {
+        hash.update((what.len() as u64).to_le_bytes());
+        hash.update(what);
+    };
+    for part in [VERSION, &job.unit, &job.kind, &job.date, &settings.text()] {
+        text(part);
+    }
+    file(&mut hash, &job.motor);
+    for (role, path) in job.train.iter().map(|p| ("train", p)).chain(job.holdout.iter().map(|p| ("holdout", p))) {
+        hash.update(role);
+        // A recording and the mapping beside it; where that cannot be read, the recording alone.
+        let files = intake::files(path, job.mapping.as_deref()).unwrap_or_else(|_| vec![path.clone()]);
+        files.iter().for_each(|p| file(&mut hash, p));
+    }
+    hash.finalize()[..16].iter().map(|b| format!("{b:02x}")).collect()
+}
+
+fn file(hash: &mut Sha256, path: &Path) {
+    hash.update(path.file_name().unwrap_or_default().as_encoded_bytes());
+    let mut inner = Sha256::new();
+    let mut read = || -> std::io::Result<()> {
+        let mut file = File::open(path)?;
+        let mut block = vec![0; 1 << 16];
+        loop {
+            match file.read(&mut block)? {
+                0 => return Ok(()),
+                n => inner.update(&block[..n]),
+            }
+        }
+    };
+    if let Err(e) = read() {
+        inner.update(e.kind().to_string());
+    }
+    hash.update(inner.finalize());
+}
