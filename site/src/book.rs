@@ -13,10 +13,18 @@ use crate::{Problem, commands, links};
 const GROUPS: [(&str, &[&str]); 5] = [
     (
         "Begin",
-        &["README.md", "docs/walkthrough.md", "docs/gallery.md", "docs/program.md", "docs/architecture.md", "docs/glossary.md"],
+        &[
+            "README.md",
+            "docs/walkthrough.md",
+            "docs/gallery.md",
+            "docs/program.md",
+            "docs/python.md",
+            "docs/architecture.md",
+            "docs/glossary.md",
+        ],
     ),
     ("The machine", &["docs/conventions.md", "docs/model.md", "docs/effects.md"]),
-    ("Measurements", &["docs/recordings.md", "docs/diagnosis.md"]),
+    ("Measurements", &["docs/recordings.md", "docs/diagnosis.md", "docs/matlab.md"]),
     ("Drives", &["docs/observers.md", "docs/controllers.md", "docs/identifiers.md", "docs/design.md"]),
     (
         "Proof and practice",

@@ -1,0 +1,208 @@
+"""Induction-machine models against measurements: compare, fit, find the missing physical effect, design and run observers and controllers.
+
+SI units; space vectors are complex, amplitude-invariant (peak value) and star-equivalent; numbers carry their unit in the name. Errors in
+what is given are :class:`InputError`, with the program's message. Long calls let other Python threads run, and stop on Ctrl-C.
+
+>>> import imkit
+>>> motor = imkit.Motor.read("motor.toml")                                       # doctest: +SKIP
+>>> found = imkit.diagnose(motor, ["a.csv", "b.csv"], holdout="c.csv")           # doctest: +SKIP
+>>> found.verdict, found.named                                                   # doctest: +SKIP
+('missing_effects', ['inverter_nonlinearity'])
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from . import _frames, _native, fleet, mat
+from ._motor import Motor
+from ._native import CONTROLLERS, DESIGNS, OBSERVERS, InputError, __version__
+from ._recording import Recording
+from ._results import Comparison, Diagnosis, Fit, NextTest, Validation
+from ._step import Certificate, Controller, Observer
+
+__all__ = [
+    "CONTROLLERS",
+    "DESIGNS",
+    "OBSERVERS",
+    "Certificate",
+    "Comparison",
+    "Controller",
+    "Diagnosis",
+    "Fit",
+    "InputError",
+    "Motor",
+    "NextTest",
+    "Observer",
+    "Recording",
+    "Validation",
+    "__version__",
+    "check",
+    "compare",
+    "design",
+    "diagnose",
+    "effects",
+    "example_region",
+    "fit",
+    "fleet",
+    "mat",
+    "next_test",
+    "simulate",
+    "validate",
+]
+
+
+def simulate(motor: Motor, scenario: str | os.PathLike[str], *, seed: int | None = None) -> tuple[Recording, Any]:
+    """Runs a motor through a scenario: a file, or the text of one.
+
+    Gives the recording that the sensors show, and a DataFrame of what no sensor shows: torque, fluxes, speed.
+    """
+    text, label, folder = _scenario(scenario)
+    native, inside = _native.simulate(motor._native, text, label, folder, seed)
+    return Recording._simulated(native), _frames.frame(inside)
+
+
+def compare(motor: Motor, data: Any, *, anyway: bool = False, threads: int = 0) -> Comparison:
+    """Where a motor and recordings disagree, without changing anything.
+
+    ``data`` is a recording or several: :class:`Recording`, files, or data frames in canonical columns. ``threads`` is how many to use,
+    0 for one for each processor.
+    """
+    return Comparison(_native.compare(motor._native, _recordings(data), anyway, threads))
+
+
+def fit(
+    motor: Motor,
+    train: Any = (),
+    *,
+    holdout: Any = None,
+    tables: Any = (),
+    fix: Iterable[str] = (),
+    anyway: bool = False,
+    threads: int = 0,
+) -> Fit:
+    """Fits the parameters of a motor, and of the effects that it has, to all recordings and tables at once."""
+    return Fit(_native.fit(motor._native, _recordings(train), _one(holdout), _tables(tables), list(fix), anyway, threads))
+
+
+def diagnose(
+    motor: Motor,
+    train: Any = (),
+    *,
+    holdout: Any = None,
+    tables: Any = (),
+    fix: Iterable[str] = (),
+    anyway: bool = False,
+    significance: float = 0.01,
+    threads: int = 0,
+) -> Diagnosis:
+    """Fits the motor, finds the physical effect that it lacks, adds it, and checks it on the held-out recording.
+
+    ``fix`` names parameters that are held (``"inertia_kg_m2"``, ``"iron_loss.conductance_s"``); ``anyway`` goes on where what was
+    noticed about the data makes the answer meaningless; ``significance`` is the chance of a false alarm over the whole library.
+    """
+    native = _native.diagnose(
+        motor._native, _recordings(train), _one(holdout), _tables(tables), list(fix), anyway, significance, threads
+    )
+    return Diagnosis(native)
+
+
+def validate(before: Motor, after: Motor, data: Any, *, anyway: bool = False) -> Validation:
+    """Compares a motor before and after on a recording that neither has seen."""
+    (one,) = _recordings(data)
+    return Validation(_native.validate(before._native, after._native, one, anyway))
+
+
+def next_test(
+    motor: Motor,
+    diagnosis: Diagnosis | None = None,
+    *,
+    effects: Iterable[str] = (),
+    max_current: float = 2.5,
+    max_speed: float = 1.1,
+    max_torque: float = 0.8,
+) -> NextTest:
+    """The manoeuvre that best settles what a diagnosis left open, or the effects in question.
+
+    Limits are over the rated current, the synchronous speed and the rated torque.
+    """
+    text = None if diagnosis is None else diagnosis._json
+    return NextTest(_native.next_test(motor._native, list(effects), text, [max_current, max_speed, max_torque]))
+
+
+def design(kind: str, motor: Motor, region: str | os.PathLike[str] | None = None, *, period: float | str | None = None) -> Certificate:
+    """Makes gains and proves them over a region: a ``region.toml``, its text, or the example's where nothing is said.
+
+    ``kind`` is one of :data:`DESIGNS`; ``period`` is a sampling period in seconds, or ``"largest"``.
+    """
+    text = example_region(kind) if region is None else _text(region)
+    return Certificate(_native.design(kind, motor._native, text, None if period is None else str(period)))
+
+
+def example_region(kind: str) -> str:
+    """A commented region file for a design."""
+    return _native.example_region(kind)
+
+
+def check(certificate: Certificate | str | os.PathLike[str]) -> Certificate:
+    """Decides a certificate again in exact arithmetic: a file, its text, or what :func:`design` gave. A false or altered one is refused."""
+    if isinstance(certificate, Certificate):
+        return Certificate(_native.check(certificate.text, "the certificate"))
+    label = "the certificate" if "\n" in str(certificate) else os.fspath(certificate)
+    return Certificate(_native.check(_text(certificate), label))
+
+
+def effects() -> Any:
+    """The library of physical effects: what each is, how it shows, which test excites it."""
+    rows = _native.effects()
+    keys = ["effect", "title", "what", "shows", "test", "parameters"]
+    return _frames.frame({key: [row[key] for row in rows] for key in keys}, index="effect")
+
+
+def _recording(data: Any) -> _native.Recording:
+    if isinstance(data, Recording):
+        return data._native
+    if isinstance(data, (str, os.PathLike)):
+        return Recording.from_file(data)._native
+    return Recording.from_frame(data)._native
+
+
+def _recordings(data: Any) -> list[_native.Recording]:
+    several = isinstance(data, (list, tuple)) or (isinstance(data, Iterable) and not _is_one(data))
+    return [_recording(one) for one in data] if several else [_recording(data)]
+
+
+def _is_one(data: Any) -> bool:
+    return isinstance(data, (Recording, str, os.PathLike, Mapping)) or hasattr(data, "columns") or hasattr(data, "dtype")
+
+
+def _one(data: Any) -> _native.Recording | None:
+    return None if data is None else _recording(data)
+
+
+def _tables(tables: Any) -> list[tuple[str, str | None]]:
+    """Files, or pairs of a file and the mapping of its columns."""
+    if isinstance(tables, (str, os.PathLike)):
+        tables = [tables]
+    pairs = [t if isinstance(t, tuple) else (t, None) for t in tables]
+    return [(os.fspath(path), None if mapping is None else os.fspath(mapping)) for path, mapping in pairs]
+
+
+def _text(given: str | os.PathLike[str]) -> str:
+    """The text of a file, or what is a text already."""
+    if isinstance(given, str) and "\n" in given:
+        return given
+    try:
+        with open(given, encoding="utf-8") as file:
+            return file.read()
+    except OSError as e:
+        raise InputError(f"{os.fspath(given)}: cannot read it: {e.strerror}") from e
+
+
+def _scenario(scenario: str | os.PathLike[str]) -> tuple[str, str, str]:
+    if isinstance(scenario, str) and "\n" in scenario:
+        return scenario, "the scenario", ""
+    path = os.fspath(scenario)
+    return _text(path), path, os.path.dirname(path)

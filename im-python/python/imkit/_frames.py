@@ -1,0 +1,82 @@
+"""Tables of other libraries, by what they can do: columns with names, each of which NumPy can read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+
+def columns_of(frame: Any) -> dict[str, np.ndarray]:
+    """The numeric columns of a data frame (pandas, Polars, Arrow), a structured array or a mapping of arrays.
+
+    Other columns are left out. Missing values are NaN, time stamps seconds since 1970.
+    """
+    out = {}
+    for name in _names(frame):
+        column = frame[name] if not hasattr(frame, "column") else frame.column(name)
+        values = np.asarray(column)
+        if np.issubdtype(values.dtype, np.datetime64):
+            values = values.astype("datetime64[ns]").astype(np.int64) * 1e-9
+        elif np.issubdtype(values.dtype, np.complexfloating):
+            out[f"{name}.re"], out[f"{name}.im"] = numbers(values.real), numbers(values.imag)
+            continue
+        try:
+            out[str(name)] = numbers(values)
+        except (TypeError, ValueError):
+            continue
+    return out
+
+
+def _names(frame: Any) -> list[str]:
+    if isinstance(frame, Mapping):
+        return list(frame)
+    for attribute in ("column_names", "columns"):
+        names = getattr(frame, attribute, None)
+        if names is not None and not callable(names):
+            return list(names)
+    names = getattr(getattr(frame, "dtype", None), "names", None)
+    if names:
+        return list(names)
+    raise TypeError(f"a {type(frame).__name__} has no columns with names: give a data frame or a dict of arrays")
+
+
+def numbers(values: Any) -> np.ndarray:
+    """One-dimensional 64-bit numbers, in one piece."""
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.ndim != 1:
+        raise ValueError(f"an array of {array.ndim} dimensions where one is needed")
+    return array
+
+
+def vectors(values: Any) -> np.ndarray:
+    """One-dimensional space vectors; real arrays are α."""
+    return np.ascontiguousarray(values, dtype=np.complex128)
+
+
+def frame(columns: Mapping[str, Any], index: str | None = None) -> Any:
+    """A pandas DataFrame; without pandas the columns as they are."""
+    try:
+        import pandas
+    except ImportError:
+        return dict(columns)
+    made = pandas.DataFrame(columns)
+    return made if index is None else made.set_index(index)
+
+
+def stacked(parts: list[dict[str, Any]]) -> Any:
+    """Recordings one below the other, as the program's `--signals` writes them."""
+    names = [name for part in parts for name in part]
+    names = list(dict.fromkeys(names))
+
+    def whole(name: str) -> np.ndarray:
+        def of(part: dict[str, Any]) -> np.ndarray:
+            rows = len(part["t_s"])
+            if name == "recording":
+                return np.full(rows, part["recording"], dtype=object)
+            return part.get(name, np.full(rows, np.nan))
+
+        return np.concatenate([of(part) for part in parts])
+
+    return frame({name: whole(name) for name in names})

@@ -1,0 +1,177 @@
+"""The recording."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from . import _frames, _native
+from ._motor import Motor
+
+
+class Recording:
+    """A recording of one run: a file that is read when it is compared with a motor, or columns in memory.
+
+    Canonical columns are ``t_s``, ``u_alpha_V``, ``u_beta_V``, ``i_alpha_A``, ``i_beta_A``, ``omega_m_rad_s`` and, where it is
+    known, ``tau_load_Nm``; the voltage is the average from its row to the next. What other columns mean a mapping says:
+    the content of a ``recording.toml``.
+    """
+
+    __slots__ = ("_native", "_origin")
+
+    def __init__(self, native: _native.Recording, origin: tuple[Any, ...]) -> None:
+        self._native = native
+        self._origin = origin
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str], mapping: str | os.PathLike[str] | None = None) -> Recording:
+        """Any file that the program reads (CSV, Parquet, a ``recording.toml``), ``.mat`` too (with SciPy).
+
+        ``mapping`` is a ``recording.toml`` to use instead of the one beside the file.
+        """
+        path = os.fspath(path)
+        mapping = None if mapping is None else os.fspath(mapping)
+        if path.lower().endswith(".mat"):
+            from . import mat
+
+            text = None
+            if mapping is not None:
+                with open(mapping, encoding="utf-8") as file:
+                    text = file.read()
+            return cls._of_columns(os.path.basename(path), mat.columns_of(path), text)
+        return cls(_native.Recording.file(path, mapping), ("file", path, mapping))
+
+    @classmethod
+    def from_frame(cls, frame: Any, mapping: Mapping[str, Any] | str | None = None, name: str = "data frame") -> Recording:
+        """A data frame (pandas, Polars, Arrow), a structured array or a dict of arrays.
+
+        ``mapping`` says what the columns mean, in the words of a ``recording.toml``: a dict of its tables, or its text.
+
+        >>> Recording.from_frame(df, {"time": {"column": "t", "unit": "ms"},
+        ...                           "voltage": {"a": "ua", "b": "ub", "c": "uc"},
+        ...                           "current": {"a": "ia", "b": "ib", "c": "ic"},
+        ...                           "speed": {"column": "n", "unit": "rpm"}})  # doctest: +SKIP
+        """
+        return cls._of_columns(name, _frames.columns_of(frame), _text(mapping))
+
+    @classmethod
+    def from_arrays(
+        cls,
+        *,
+        t_s: Any,
+        u_s: Any,
+        i_s: Any,
+        omega_m_rad_s: Any,
+        tau_load_nm: Any = None,
+        name: str = "arrays",
+    ) -> Recording:
+        """From arrays: time, space vectors of voltage and current (complex, peak value), speed, and the load torque where known."""
+        u, i = _frames.vectors(u_s), _frames.vectors(i_s)
+        columns = {
+            "t_s": _frames.numbers(t_s),
+            "u_alpha_V": u.real,
+            "u_beta_V": u.imag,
+            "i_alpha_A": i.real,
+            "i_beta_A": i.imag,
+            "omega_m_rad_s": _frames.numbers(omega_m_rad_s),
+        }
+        if tau_load_nm is not None:
+            columns["tau_load_Nm"] = _frames.numbers(tau_load_nm)
+        return cls._of_columns(name, columns, None)
+
+    @classmethod
+    def _of_columns(cls, name: str, columns: Mapping[str, np.ndarray], mapping: str | None) -> Recording:
+        pairs = [(column, _frames.numbers(values)) for column, values in columns.items()]
+        return cls(_native.Recording.columns(name, pairs, mapping), ("columns", name, dict(pairs), mapping))
+
+    @classmethod
+    def _simulated(cls, native: _native.Recording) -> Recording:
+        return cls(native, ("columns", native.name, native.arrays(), None))
+
+    @property
+    def name(self) -> str:
+        """What the recording is called in messages and reports."""
+        return self._native.name
+
+    @property
+    def columns(self) -> dict[str, np.ndarray] | None:
+        """The columns as they stand in memory; ``None`` for a file."""
+        return self._native.arrays()
+
+    @property
+    def u_s(self) -> np.ndarray:
+        """Voltage as space vectors, V, of canonical columns."""
+        return self._vector("u_alpha_V", "u_beta_V")
+
+    @property
+    def i_s(self) -> np.ndarray:
+        """Current as space vectors, A, of canonical columns."""
+        return self._vector("i_alpha_A", "i_beta_A")
+
+    def _vector(self, alpha: str, beta: str) -> np.ndarray:
+        columns = self.columns or {}
+        if alpha not in columns or beta not in columns:
+            raise _native.InputError(f"{self.name}: has no columns {alpha}, {beta} in memory")
+        return columns[alpha] + 1j * columns[beta]
+
+    def to_frame(self) -> Any:
+        """The columns as a DataFrame."""
+        columns = self.columns
+        if columns is None:
+            raise _native.InputError(f"{self.name}: a file, whose columns nobody has read; open it with pandas or Polars")
+        return _frames.frame(columns)
+
+    def write_csv(self, path: str | os.PathLike[str]) -> None:
+        """Writes the columns as a CSV file that the program reads."""
+        columns = self.columns
+        if columns is None:
+            raise _native.InputError(f"{self.name}: is a file already")
+        np.savetxt(path, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",", header=",".join(columns), comments="")
+
+    def check(self, motor: Motor) -> list[str]:
+        """What the checks of the intake notice about the data, a sentence each."""
+        return self._native.check(motor._native)[0]
+
+    def draft(self, motor: Motor) -> str | None:
+        """A first ``recording.toml`` for columns that nobody has said the meaning of; ``None`` where none is needed."""
+        return self._native.check(motor._native)[1]
+
+    def __reduce__(self) -> Any:
+        return _again, self._origin
+
+    def __repr__(self) -> str:
+        columns = self.columns
+        if columns is None:
+            return f"Recording({self.name!r})"
+        rows = len(next(iter(columns.values())))
+        return f"Recording({self.name!r}, {rows} rows: {', '.join(columns)})"
+
+
+def _again(kind: str, *rest: Any) -> Recording:
+    """A recording in another process."""
+    if kind == "file":
+        return Recording.from_file(*rest)
+    return Recording._of_columns(*rest)
+
+
+def _text(mapping: Mapping[str, Any] | str | None) -> str | None:
+    """The text of a ``recording.toml``."""
+    if mapping is None or isinstance(mapping, str):
+        return mapping
+    return "".join(f"{key} = {_value(value)}\n" for key, value in mapping.items())
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {_value(v)}" for key, v in value.items()) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_value(v) for v in value) + "]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    return repr(value if isinstance(value, int) else float(value))

@@ -1,0 +1,143 @@
+"""Observers and controllers that step over whole arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import _frames, _native
+from ._motor import Motor
+from ._recording import Recording
+
+
+class Observer:
+    """A flux and speed observer with its state: the steps of the next arrays go on where the last ones ended.
+
+    ``name`` is one of :data:`imkit.OBSERVERS`. ``gains`` are those of a :class:`Certificate`, a gains file's text or a dict of
+    its tables; without, those one starts from. ``plain`` leaves out what the motor knows of saturation and inverter.
+    """
+
+    def __init__(
+        self, name: str, motor: Motor, sample_time_s: float, gains: Certificate | str | dict[str, Any] | None = None, plain: bool = False
+    ) -> None:
+        self.name = name
+        self._native = _native.Observer(name, motor._native, sample_time_s, _gains(gains), plain)
+        self._last = 0j
+
+    def run(self, recording: Recording) -> dict[str, np.ndarray]:
+        """Over a recording in memory, whose voltages hold from their row to the next."""
+        u = recording.u_s
+        before = np.concatenate([[self._last], u[:-1]])
+        self._last = u[-1]
+        return self.step(before, recording.i_s, (recording.columns or {}).get("omega_m_rad_s"))
+
+    def step(self, u_s: Any, i_s: Any, omega_m_rad_s: Any = None) -> dict[str, np.ndarray]:
+        """Row by row: the mean voltage over the sample that ends there (V), the current then (A), and the measured speed, which only
+        the current model reads.
+
+        Gives ``omega_m_rad_s``, ``psi_r_Vs``, ``torque_Nm``, ``residual_A`` and ``valid``. A current that is NaN is a lost sample.
+        """
+        speed = None if omega_m_rad_s is None else _frames.numbers(omega_m_rad_s)
+        return self._native.run(_frames.vectors(u_s), _frames.vectors(i_s), speed)
+
+    def reset(self) -> None:
+        """Back to standstill."""
+        self._native.reset()
+        self._last = 0j
+
+
+class Controller:
+    """A controller with its state, behind the limits of a drive; ``name`` is one of :data:`imkit.CONTROLLERS`.
+
+    ``observer`` names the observer whose speed stands in for the sensor's.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        motor: Motor,
+        sample_time_s: float,
+        *,
+        dc_voltage_v: float | None = None,
+        current_limit_a: float | None = None,
+        observer: str | None = None,
+    ) -> None:
+        self.name = name
+        self._dc_voltage_v = dc_voltage_v
+        self._native = _native.Controller(name, motor._native, sample_time_s, dc_voltage_v, current_limit_a, observer)
+
+    def step(
+        self,
+        i_s: Any,
+        omega_m_rad_s: Any,
+        u_s: Any,
+        *,
+        omega_m_ref_rad_s: Any = 0.0,
+        rotor_flux_ref_vs: Any = 0.0,
+        torque_ref_nm: Any = 0.0,
+        dc_voltage_v: Any = None,
+    ) -> dict[str, Any]:
+        """Row by row: current (A) and speed at the beginning of a sample, the voltage over the one before, and what is asked for; numbers
+        stand for the whole array.
+
+        Gives the command, ``u_s_V`` or for MTPA ``i_s_A``, and ``status``.
+        """
+        i = _frames.vectors(i_s)
+
+        def whole(x: Any) -> np.ndarray:
+            return np.ascontiguousarray(np.broadcast_to(np.asarray(x, dtype=np.float64), i.shape))
+
+        dc = dc_voltage_v if dc_voltage_v is not None else (self._dc_voltage_v or 0.0)
+        return self._native.run(
+            i, whole(omega_m_rad_s), _frames.vectors(u_s), whole(dc), whole(omega_m_ref_rad_s), whole(rotor_flux_ref_vs), whole(torque_ref_nm)
+        )
+
+
+class Certificate:
+    """Gains with everything that their proof needs: made by :func:`imkit.design`, decided again by :func:`imkit.check`."""
+
+    def __init__(self, native: _native.Certificate) -> None:
+        self._native = native
+
+    @property
+    def kind(self) -> str:
+        """The design: one of :data:`imkit.DESIGNS`."""
+        return self._native.kind
+
+    @property
+    def gains(self) -> dict[str, Any]:
+        """The gains by name, in SI units."""
+        return self._native.gains()
+
+    @property
+    def margins(self) -> dict[str, float]:
+        """What was decided, and by how much it holds."""
+        return dict(self._native.margins())
+
+    @property
+    def text(self) -> str:
+        """The file that ``im design`` writes."""
+        return self._native.text
+
+    def differences(self, motor: Motor) -> list[tuple[str, str, str]]:
+        """In what the certificate's machine differs from ``motor``: key, value there, value here. Empty: it is about this motor."""
+        return self._native.differences(motor._native)
+
+    def write(self, path: Any) -> None:
+        """Writes the file that ``im design`` writes."""
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self.text)
+
+    def __repr__(self) -> str:
+        return f"Certificate({self.kind!r}, {len(self.margins)} obligations decided, gains={self.gains})"
+
+
+def _gains(gains: Any) -> str:
+    from ._recording import _text
+
+    if gains is None:
+        return ""
+    if isinstance(gains, Certificate):
+        return gains._native.gains_toml
+    return _text(gains) or ""

@@ -1,0 +1,73 @@
+//! Long work: on threads of its own without Python's lock, with a sign of life on a terminal, ended by Ctrl-C.
+
+use std::any::Any;
+use std::io::{IsTerminal, Write, stderr};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+use im_identify::offline::stop::{self, Stopped};
+use pyo3::prelude::*;
+use rayon::ThreadPoolBuilder;
+
+use crate::errors::refused;
+
+/// How often Python is asked whether somebody pressed Ctrl-C.
+const ASK_EVERY: Duration = Duration::from_millis(50);
+/// Patience before the sign of life.
+const PATIENCE: Duration = Duration::from_millis(800);
+
+/// Runs work without Python's lock. `threads` is how many it may use; zero: one for each processor.
+pub fn work<T: Send>(py: Python<'_>, what: &str, threads: usize, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let carried = stop.clone();
+    let pool = ThreadPoolBuilder::new().num_threads(threads).start_handler(move |_| stop::carry(carried.clone()));
+    let pool = pool.build().map_err(refused)?;
+    let begun = Instant::now();
+    let (interrupted, result) = py.detach(|| {
+        let (done, finished) = channel::<()>();
+        std::thread::scope(|scope| {
+            let worker = scope.spawn(|| {
+                let result = catch_unwind(AssertUnwindSafe(|| pool.install(work)));
+                // Its end of the channel says that the work is over.
+                drop(done);
+                result
+            });
+            let mut interrupted = None;
+            while finished.recv_timeout(ASK_EVERY) == Err(RecvTimeoutError::Timeout) {
+                show(what, begun.elapsed());
+                if interrupted.is_none() {
+                    interrupted = Python::attach(|py| py.check_signals()).err();
+                }
+                stop.store(interrupted.is_some(), Ordering::Relaxed);
+            }
+            clear(begun.elapsed());
+            (interrupted, worker.join().and_then(|result| result))
+        })
+    });
+    match (interrupted, result) {
+        (Some(e), _) => Err(e),
+        (None, Ok(result)) => Ok(result),
+        (None, Err(panic)) => Err(unexpected(panic)),
+    }
+}
+
+/// A panic of the crates goes on as one: PyO3 makes an exception of it.
+fn unexpected(panic: Box<dyn Any + Send>) -> PyErr {
+    if panic.is::<Stopped>() { refused("stopped") } else { resume_unwind(panic) }
+}
+
+/// If nobody can see it, the work goes on.
+fn show(what: &str, elapsed: Duration) {
+    if elapsed > PATIENCE && stderr().is_terminal() {
+        let _ = write!(stderr(), "\r{what}, {} s ", elapsed.as_secs()).and_then(|()| stderr().flush());
+    }
+}
+
+fn clear(elapsed: Duration) {
+    if elapsed > PATIENCE && stderr().is_terminal() {
+        let _ = write!(stderr(), "\r\u{1b}[K").and_then(|()| stderr().flush());
+    }
+}

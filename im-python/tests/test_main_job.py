@@ -1,0 +1,109 @@
+import json
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import imkit
+
+
+def test_the_loop_finds_what_was_left_out(bare, motor, recording, unseen, tmp_path):
+    """Iron loss is left out of the motor: it is named, its size found, and the error falls on a recording nobody has fitted."""
+    found = imkit.diagnose(bare, recording, holdout=unseen)
+    assert found.named == ["iron_loss"], found
+    size = found.refined.effects["iron_loss"]["conductance_s"]
+    assert size == pytest.approx(motor.effects["iron_loss"]["conductance_s"], rel=0.1)
+    assert found.steps()["holdout_rms_in_sigma"].iloc[-1] < 1.05
+    assert found.candidates().iloc[0]["effect"] == "iron_loss"
+    parameters = found.parameters()
+    error = parameters["after"] - [_true(motor, name) for name in parameters.index]
+    determined = parameters["std"].notna() & (parameters["std"] > 0)
+    assert (np.abs(error[determined]) < 4 * parameters["std"][determined]).all(), parameters
+    covariance = found.covariance()
+    assert np.allclose(np.sqrt(np.diag(covariance)), parameters["std"][covariance.index], rtol=1e-6)
+    signals = found.signals()
+    assert len(signals) == 20_000 and "i_alpha_A_residual" in signals
+    assert np.allclose(signals["i_alpha_A_measured"] - signals["i_alpha_A_modelled"], signals["i_alpha_A_residual"])
+    found.write(tmp_path)
+    written = json.loads((tmp_path / "diagnosis.json").read_text())
+    assert written["effects"] == ["iron_loss"]
+    assert (tmp_path / "report.html").read_text().startswith("<!DOCTYPE html>")
+    assert imkit.Motor.read(tmp_path / "motor.refined.toml").effects["iron_loss"] == pytest.approx(found.refined.effects["iron_loss"])
+    assert "<iframe" in found._repr_html_() and "iron loss" in str(found).lower()
+
+    checked = imkit.validate(bare, found.refined, unseen).errors().set_index("error")
+    assert checked.loc["unaided", "after"] < 0.5 * checked.loc["unaided", "before"]
+
+
+def _true(motor, name):
+    if name.startswith("inverse_gamma."):
+        return motor.inverse_gamma[name.removeprefix("inverse_gamma.")]
+    if name in motor.parameters:
+        return motor.parameters[name]
+    effect, key = name.split(".", 1)
+    return motor.effects[effect][key]
+
+
+def test_a_fit_finds_the_parameters(motor, recording):
+    away = imkit.Motor.parse(motor.to_toml().replace("= 0.9\n", "= 1.1\n").replace("= 1.5\n", "= 1.3\n"))
+    fitted = imkit.fit(away, recording)
+    assert fitted.motor.inverse_gamma == pytest.approx(motor.inverse_gamma, rel=0.02)
+    assert fitted.rms_in_sigma == pytest.approx(1, abs=0.05)
+    held = imkit.fit(away, recording, fix=["stator_resistance_ohm"])
+    assert held.motor.parameters["stator_resistance_ohm"] == 1.3
+    with pytest.raises(imkit.InputError, match="parrot"):
+        imkit.fit(away, recording, fix=["parrot"])
+
+
+def test_pictures_are_drawn(bare, recording):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    compared = imkit.compare(bare, recording)
+    assert len(compared.plot()) == 3
+    assert compared.findings and len(compared.errors()) == 3
+    assert bare.plot().lines
+
+
+def test_the_next_test_is_a_scenario(bare):
+    proposed = imkit.next_test(bare, effects=["iron_loss", "windage"])
+    assert proposed.open == ["iron_loss", "windage"]
+    recording, inside = imkit.simulate(bare, proposed.scenario)
+    assert len(inside) == len(recording.columns["t_s"])
+    with pytest.raises(imkit.InputError, match="parrot"):
+        imkit.next_test(bare, effects=["parrot"])
+
+
+def test_ctrl_c_ends_a_diagnosis(bare, recording, unseen):
+    threading.Timer(0.4, os.kill, (os.getpid(), signal.SIGINT)).start()
+    begun = time.perf_counter()
+    with pytest.raises(KeyboardInterrupt):
+        imkit.diagnose(bare, [recording] * 4, holdout=unseen)
+    assert time.perf_counter() - begun < 2
+
+
+def test_other_threads_run_meanwhile(bare, recording):
+    ticks, over = [], threading.Event()
+
+    def tick():
+        while not over.is_set():
+            ticks.append(time.perf_counter())
+            time.sleep(0.005)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    begun = time.perf_counter()
+    imkit.fit(bare, recording)
+    took = time.perf_counter() - begun
+    over.set()
+    thread.join()
+    during = [t for t in ticks if begun < t < begun + took]
+    assert len(during) > 3 and np.max(np.diff(during)) < 0.5 * took
+
+
+def test_threads_do_not_change_the_answer(bare, recording, unseen):
+    answers = [imkit.diagnose(bare, recording, holdout=unseen, threads=n)._json for n in (1, 2)]
+    assert answers[0] == answers[1]

@@ -1,0 +1,67 @@
+import numpy as np
+import pytest
+
+import imkit
+
+
+@pytest.mark.parametrize("name", imkit.OBSERVERS)
+def test_observers_find_the_speed(motor, recording, name):
+    t = recording.columns["t_s"]
+    observer = imkit.Observer(name, motor, t[1] - t[0])
+    seen = observer.run(recording)
+    late = (t > 1.0) & (t < 1.35)
+    true = recording.columns["omega_m_rad_s"][late]
+    assert np.mean(np.abs(seen["omega_m_rad_s"][late] - true)) < 0.05 * np.mean(true)
+    # In two parts it is the same: the state goes on.
+    observer.reset()
+    half = len(t) // 2
+    u = np.concatenate([[0], recording.u_s[:-1]])
+    parts = [observer.step(u[s], recording.i_s[s], recording.columns["omega_m_rad_s"][s]) for s in (slice(half), slice(half, None))]
+    assert np.array_equal(np.concatenate([p["omega_m_rad_s"] for p in parts]), seen["omega_m_rad_s"])
+
+
+def test_designed_gains_go_into_an_observer(motor, recording):
+    certificate = imkit.design("kubota", motor)
+    assert min(certificate.margins.values()) > 0
+    again = imkit.check(certificate)
+    assert again.gains == certificate.gains and not again.differences(motor)
+    t = recording.columns["t_s"]
+    seen = imkit.Observer("kubota", motor, t[1] - t[0], gains=certificate).run(recording)
+    assert seen["valid"].mean() > 0.5
+    with pytest.raises(imkit.InputError, match="refused"):
+        imkit.check(certificate.text.replace("digest = \"", "digest = \"0", 1))
+
+
+DRIVE = """
+[scenario]
+name = "drive"
+duration_s = 1.0
+sample_time_s = 1e-4
+[controller]
+name = "indirect_field_orientation"
+rotor_flux_vs = 0.9
+speed_rad_s = [[0, 0], [0.2, 0], [0.2, 80]]
+[inverter]
+kind = "averaged"
+dc_voltage_v = 560
+"""
+
+
+def test_a_controller_gives_what_it_gives_in_a_simulation(bare):
+    """What the simulated controller saw, given to one of ones own: the same commands."""
+    recording = imkit.simulate(bare, DRIVE)[0]
+    c, u = recording.columns, recording.u_s
+    controller = imkit.Controller("indirect_field_orientation", bare, 1e-4, dc_voltage_v=560)
+    wanted = np.where(c["t_s"] < 0.2 - 1e-9, 0.0, 80.0)
+    before = np.concatenate([[0], u[:-1]])
+    command = controller.step(recording.i_s, c["omega_m_rad_s"], before, omega_m_ref_rad_s=wanted, rotor_flux_ref_vs=0.9)
+    assert c["omega_m_rad_s"][-1] == pytest.approx(80, rel=0.02)
+    assert np.abs(command["u_s_V"] - u).max() < 1e-6 * np.abs(u).max()
+
+
+def test_what_is_wrong_is_said(motor):
+    for make in (lambda: imkit.Observer("parrot", motor, 1e-4), lambda: imkit.Controller("parrot", motor, 1e-4), lambda: imkit.design("parrot", motor)):
+        with pytest.raises(imkit.InputError, match="parrot"):
+            make()
+    with pytest.raises(imkit.InputError, match="as many"):
+        imkit.Observer("kubota", motor, 1e-4).step(np.zeros(3), np.zeros(4))
