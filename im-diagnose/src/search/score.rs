@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 
 use im_identify::offline::{Experiment, Linearized, linearize, predict};
 use im_model::effects::Role;
-use im_model::{EffectId, Machine, ParameterId, Rating, State};
+use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -376,7 +376,7 @@ pub fn strengths(effect: EffectId) -> Vec<usize> {
     effect.parameters().iter().enumerate().filter(|(_, p)| p.role == Role::Strength).map(|(k, _)| k).collect()
 }
 
-/// The shapes to try: the whole numbers of an order and those of `lines`; else the default, and the ends of the usual range of the leading shape parameter.
+/// The shapes to try: the whole numbers of an order, and those of `lines` where others are possible; else the default, and the ends of the usual range of the leading shape parameter.
 fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating, lines: impl Fn() -> Vec<f64>) -> Vec<Vec<(usize, f64)>> {
     let unit = |k: usize| {
         let info = &effect.parameters()[k];
@@ -385,7 +385,8 @@ fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating, lines: impl
     let present = |k: usize| machine.get(ParameterId::Effect(effect, k));
     if let Some((k, order)) = effect.parameters().iter().enumerate().find(|(_, p)| p.role == Role::Order) {
         let (least, most) = (order.typical.0.round() as u32, order.typical.1.round() as u32);
-        return (least..=most).map(f64::from).chain(lines()).map(|n| vec![(k, n)]).collect();
+        let lines = if matches!(order.bound, Bound::Whole(..)) { Vec::new() } else { lines() };
+        return (least..=most).map(f64::from).chain(lines).map(|n| vec![(k, n)]).collect();
     }
     let lead = effect.parameters().iter().position(|p| p.role == Role::Shape && p.typical.0 > 0.0);
     let Some(k) = lead else { return vec![vec![]] };

@@ -39,11 +39,11 @@ const PATIENCE: usize = 3;
 /// In the place of an effect, another is tried that explained at least this part of what it did beside the same others.
 const COMPARABLE: f64 = 0.5;
 
-/// A refit may gain more than slopes predict: where they predict this part of what it must gain, it is tried.
+/// A refit may gain more than slopes predict: where they predict this part of what it must gain to be the likeliest, it is tried.
 const PREDICTED: f64 = 0.25;
 
-/// Candidates whose score is less than this part of the best are not tried beside it.
-const CONTENDER: f64 = 0.02;
+/// Candidates refitted at once, before it is asked which of the others may still be likelier.
+const AT_ONCE: usize = 2;
 
 /// The effects of a set, sorted.
 type Set = Vec<EffectId>;
@@ -120,6 +120,11 @@ impl Search<'_> {
 
     fn base(&self) -> &Model {
         &self.nothing().model
+    }
+
+    /// Scores beside nothing: they save looking for sizes.
+    fn hints(&self) -> &[Score] {
+        self.nothing().scores.as_deref().unwrap_or(&[])
     }
 
     /// Samples of all recordings.
@@ -208,20 +213,28 @@ impl Search<'_> {
         Ok(true)
     }
 
-    /// Scores what could be added to a set, and fits its neighbours: one effect more, one less, one exchanged.
+    /// Scores what could be added to a set, and fits its neighbours: one effect less, one exchanged, one more.
     fn expand(&mut self, set: &Set) {
-        let model = &self.known[set].model;
-        let hints = self.known[&Set::new()].scores.as_deref().unwrap_or(&[]);
-        let scores = self.loop_.scores(model, hints);
-        let mut proposals = self.additions(model, &scores);
-        proposals.extend(self.removals(model));
-        proposals.extend(self.exchanges(model));
-        proposals.extend(self.restarts(model));
-        let fitted: Vec<Model> = proposals.par_iter().filter_map(|p| self.fitted(p)).collect();
+        let model = self.known[set].model.clone();
+        let scores = self.loop_.scores(&model, self.hints());
+        let taken = self.taken(set);
+        let mut others = self.removals(&model);
+        others.extend(self.exchanges(&model));
+        others.extend(self.restarts(&model));
+        self.fit(&others, taken);
+        for leading in self.leading(&model, &scores).chunks(AT_ONCE) {
+            let still = leading.iter().filter(|s| self.may_be_likeliest(set, s));
+            let additions: Vec<Proposal> = still.filter_map(|s| self.addition(&model, s)).collect();
+            self.fit(&additions, taken);
+        }
         if let Some(known) = self.known.get_mut(set) {
             known.scores = Some(scores);
         }
-        let taken = self.taken(set);
+    }
+
+    /// Fits sets quickly, and keeps what is new or better.
+    fn fit(&mut self, proposals: &[Proposal], taken: f64) {
+        let fitted: Vec<Model> = proposals.par_iter().filter_map(|p| self.fitted(p)).collect();
         fitted.into_iter().for_each(|m| self.keep(m, taken));
     }
 
@@ -243,22 +256,26 @@ impl Search<'_> {
         !self.known.contains_key(&sorted(effects))
     }
 
-    /// The leading candidates: those whose gain, as the slopes predict it, comes near what they must gain, and near the best.
-    fn additions(&self, model: &Model, scores: &[Score]) -> Vec<Proposal> {
-        let dispersion = self.dispersion();
-        let (k, n) = (self.more(model), model.effects.len());
-        let price = |s: &Score| self.price_of(k + s.freedom, n + 1, dispersion) - self.price_of(k, n, dispersion);
-        let possible = || scores.iter().filter(|s| self.loop_.possible(s));
-        let most = possible().map(|s| s.gain).fold(0.0, f64::max);
-        let mut leading: Vec<&Score> =
-            possible().filter(|s| s.gain > (PREDICTED * dispersion * price(s)).max(CONTENDER * most)).collect();
+    /// The candidates with the largest gains, as the slopes predict them.
+    fn leading<'s>(&self, model: &Model, scores: &'s [Score]) -> Vec<&'s Score> {
+        let new = |s: &&Score| self.loop_.possible(s) && self.unknown(&with(&model.effects, s.effect));
+        let mut leading: Vec<&Score> = scores.iter().filter(new).collect();
         leading.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        leading.truncate(self.loop_.options.leading);
         leading
-            .into_iter()
-            .take(self.loop_.options.leading)
-            .filter(|s| self.unknown(&with(&model.effects, s.effect)))
-            .filter_map(|s| self.proposal(model, &model.fit.machine, with(&model.effects, s.effect), s))
-            .collect()
+    }
+
+    /// Whether a set with one effect more may become the likeliest, if a refit gains more than the slopes predict.
+    fn may_be_likeliest(&self, set: &Set, score: &Score) -> bool {
+        let dispersion = self.dispersion();
+        let known = &self.known[set];
+        let price = self.price_of(self.more(&known.model) + score.freedom, set.len() + 1, dispersion);
+        let deviance = known.deviance - self.nothing().deviance - score.gain / PREDICTED;
+        deviance / dispersion + price < self.ranked()[0].1
+    }
+
+    fn addition(&self, model: &Model, score: &Score) -> Option<Proposal> {
+        self.proposal(model, &model.fit.machine, with(&model.effects, score.effect), score)
     }
 
     fn proposal(&self, model: &Model, machine: &Machine<f64>, effects: Vec<EffectId>, score: &Score) -> Option<Proposal> {
@@ -387,8 +404,7 @@ impl Search<'_> {
         let mut model = known.model.clone();
         let newest = |n: usize| way[n].iter().copied().find(|e| !way[n - 1].contains(e));
         model.effects = (1..=k).filter_map(newest).collect();
-        let hints = self.known[&Set::new()].scores.as_deref().unwrap_or(&[]);
-        let scores = known.scores.clone().unwrap_or_else(|| self.loop_.scores(&model, hints));
+        let scores = known.scores.clone().unwrap_or_else(|| self.loop_.scores(&model, self.hints()));
         let tried = scores.iter().filter_map(|s| {
             let tried = self.known.get(&sorted(&with(set, s.effect)))?;
             let refusal = self.refusal(known, tried);
