@@ -16,9 +16,31 @@ pub struct Loads {
 }
 
 impl Loads {
+    /// Of experiments that begin in `starts`.
+    pub fn of(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Self {
+        Self { found: found(machine, experiments, starts), cannot_be_told: cannot_be_told(experiments, machine.effects().ids()) }
+    }
+
     /// Whether every load is known.
     pub fn is_empty(&self) -> bool {
         self.found.is_empty() && self.cannot_be_told.is_empty()
+    }
+
+    /// For programs.
+    pub fn to_json(&self) -> Value {
+        let one = |f: &FoundLoad| match &f.torque {
+            FoundTorque::Curve(points) => {
+                let column = |c: usize| points.iter().map(|p| p[c]).collect::<Vec<f64>>();
+                json!({"recording": f.recording, "t_s": column(0), "torque_nm": column(1), "std_nm": column(2)})
+            }
+            FoundTorque::Law { constant_nm, fan_nm_s2 } => {
+                json!({"recording": f.recording, "constant_nm": constant_nm, "fan_nm_s2": fan_nm_s2})
+            }
+        };
+        json!({
+            "found": self.found.iter().map(one).collect::<Vec<_>>(),
+            "cannot_be_told_without": self.cannot_be_told.iter().map(|e| e.name()).collect::<Vec<_>>(),
+        })
     }
 }
 
@@ -49,7 +71,7 @@ pub enum FoundTorque {
 const POINTS: usize = 600;
 
 /// The loads of all experiments that do not know theirs; `starts` are the states at their first rows.
-pub fn found(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Vec<FoundLoad> {
+fn found(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Vec<FoundLoad> {
     let one = |(e, x): (&Experiment, &State<f64>)| {
         let fitted = |size: Size, value: f64| (size == Size::Fitted).then_some(value);
         let torque = match e.load {
@@ -92,26 +114,9 @@ impl FoundTorque {
 }
 
 /// The effects that act on the shaft alone, where no recording balances a torque: they change nothing that is compared.
-pub fn cannot_be_told(experiments: &[Experiment], library: impl Iterator<Item = EffectId>) -> Vec<EffectId> {
+fn cannot_be_told(experiments: &[Experiment], library: impl Iterator<Item = EffectId>) -> Vec<EffectId> {
     if torques_balance(experiments) {
         return Vec::new();
     }
     library.filter(|e| e.about().place == Place::Mechanics).collect()
-}
-
-/// For programs.
-pub fn to_json(loads: &Loads) -> Value {
-    let one = |f: &FoundLoad| match &f.torque {
-        FoundTorque::Curve(points) => {
-            let column = |c: usize| points.iter().map(|p| p[c]).collect::<Vec<f64>>();
-            json!({"recording": f.recording, "t_s": column(0), "torque_nm": column(1), "std_nm": column(2)})
-        }
-        FoundTorque::Law { constant_nm, fan_nm_s2 } => {
-            json!({"recording": f.recording, "constant_nm": constant_nm, "fan_nm_s2": fan_nm_s2})
-        }
-    };
-    json!({
-        "found": loads.found.iter().map(one).collect::<Vec<_>>(),
-        "cannot_be_told_without": loads.cannot_be_told.iter().map(|e| e.name()).collect::<Vec<_>>(),
-    })
 }

@@ -11,6 +11,7 @@
 //! recordings: where their spread asks for a wider interval, that is taken. d_m are changes of the outputs that the model cannot follow and
 //! the residual hardly shows: the curve of each effect, bent by 5 % of what it explains, and the ratio of the leakages, off by 20 % (`form_error`).
 
+pub use im_identify::offline::HALF_95;
 use im_identify::offline::{Experiment, Fit, Free, Linearized, Target, inverse_of_normal, linearize, prior_terms};
 use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State, TParameters};
 use nalgebra::{DMatrix, DVector};
@@ -18,9 +19,6 @@ use rayon::prelude::*;
 
 use crate::form_error::disturbances;
 use crate::noise::whiteners;
-
-/// 97.5 % quantile of the normal distribution: half of a 95 % interval, in standard deviations.
-pub const HALF_95: f64 = 1.96;
 
 /// A quantity that recordings can determine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -151,11 +149,14 @@ impl Estimates {
         serde_json::json!({"of": names, "matrix": rows})
     }
 
-    /// Pairs of quantities whose estimates go together, with their correlation.
+    /// Pairs of quantities whose estimates go together, with their correlation; of what has no variance none can be said.
     pub fn correlated(&self, least: f64) -> Vec<(MachineQuantity, MachineQuantity, f64)> {
         let c = |a: usize, b: usize| self.covariance[(a, b)] / (self.list[a].std * self.list[b].std);
         let pairs = (0..self.list.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
-        pairs.map(|(a, b)| (self.list[a].quantity, self.list[b].quantity, c(a, b))).filter(|(_, _, c)| c.abs() >= least).collect()
+        pairs
+            .map(|(a, b)| (self.list[a].quantity, self.list[b].quantity, c(a, b)))
+            .filter(|(_, _, c)| c.is_finite() && c.abs() >= least)
+            .collect()
     }
 }
 

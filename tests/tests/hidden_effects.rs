@@ -117,7 +117,7 @@ fn an_electrical_effect_is_named_without_a_load_torque() {
     let case = TrialCase::new(2, &[(EffectKind::VoltageDelay, Strength::Medium)], 2000);
     let (o, d) = run_knowing(&case, Knowledge::WithoutLoad).unwrap();
     assert!(o.exact() && o.holdout.1 < 1.1, "{o:?}");
-    let loads = d.loads();
+    let loads = &d.loads;
     assert!(loads.found.len() == 3 && loads.cannot_be_told.contains(&EffectId::CoulombFriction), "{loads:?}");
     // The load that was hidden from the tool, within its band.
     let trial = simulate(&case);

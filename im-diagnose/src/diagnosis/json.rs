@@ -47,7 +47,7 @@ impl Diagnosis {
             "leftover": self.leftover.iter().take(6).map(|d| json!({
                 "depends_on": d.variable.label(), "part": d.part.label(), "log10_p": -d.log_p, "size": d.size, "curve": d.curve,
             })).collect::<Vec<_>>(),
-            "loads": crate::loads::to_json(&self.loads()),
+            "loads": self.loads.to_json(),
             "noise": self.noise,
             "remarks": self.remarks(),
         })

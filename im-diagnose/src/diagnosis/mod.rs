@@ -8,11 +8,11 @@ mod verdict;
 
 use std::collections::BTreeMap;
 
-use im_identify::offline::{FitError, Free, Target};
-use im_model::{EffectId, MotorFile};
+use im_identify::offline::{Experiment, FitError, Free, Target};
+use im_model::{EffectId, MotorFile, State};
 
 use crate::case::Case;
-use crate::loads::{self, Loads};
+use crate::loads::Loads;
 use crate::residual_tests::{Dependence, dependences};
 use crate::search::{Course, Options, Refinement};
 use crate::uncertainty::{Estimates, MachineQuantity, ratio_held};
@@ -57,6 +57,8 @@ pub struct Diagnosis {
     pub refined: MotorFile,
     /// What the last model's residual still depends on.
     pub leftover: Vec<Dependence>,
+    /// Loads that no column holds, as the last model finds them, and the effects that cannot be told without.
+    pub loads: Loads,
     /// More than noise that is left beside effects that were found: less than a tenth, or the verdict is `unexplained`.
     pub remainder: Option<Remainder>,
     /// Noise per channel, in its unit.
@@ -95,7 +97,9 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     let remainder = remainder(&course, &leftover);
     let ranking = ranking(&loop_, &course, significance, remainder.as_ref());
     let verdict = verdict(&course, &ranking, &leftover, floor);
-    let Step { machine, starts, effects, .. } = &steps[steps.len() - 1];
+    let last_step = &steps[steps.len() - 1];
+    let loads = loads_of(last_step, loop_.case());
+    let Step { machine, starts, effects, .. } = last_step;
     let refined = MotorFile { machine: *machine, ..before.clone() };
     let free = loop_.free(machine, effects, &judged);
     let estimates = Estimates::new(&before, machine, starts, &judged, &free);
@@ -112,6 +116,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
         estimates,
         refined,
         leftover,
+        loads,
         remainder,
         noise,
         case,
@@ -119,15 +124,11 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     })
 }
 
-impl Diagnosis {
-    /// Loads that no column holds, as the last model finds them, and the effects that cannot be told without.
-    pub fn loads(&self) -> Loads {
-        let last = &self.steps[self.steps.len() - 1];
-        let mut found = loads::found(&last.machine, &self.case.train, &last.starts);
-        found.extend(loads::found(&last.machine, self.case.holdout.as_slice(), last.holdout_start.as_slice()));
-        let cannot_be_told = loads::cannot_be_told(&self.case.train, self.case.motor.machine.effects().ids());
-        Loads { found, cannot_be_told }
-    }
+/// Loads that no column holds, as the last model finds them, the held-out recording's too.
+fn loads_of(last: &Step, case: &Case) -> Loads {
+    let experiments: Vec<Experiment> = case.train.iter().chain(&case.holdout).cloned().collect();
+    let starts: Vec<State<f64>> = last.starts.iter().chain(&last.holdout_start).copied().collect();
+    Loads::of(&last.machine, &experiments, &starts)
 }
 
 fn leftover_of(loop_: &Refinement, course: &Course) -> Vec<Dependence> {

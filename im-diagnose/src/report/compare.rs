@@ -14,7 +14,7 @@ use super::terminal::{Text, loads as loads_text, place as place_text};
 use super::words::in_sigma;
 use super::{DataFile, Meta};
 use crate::format::{number, sentence};
-use crate::loads::{self, Loads};
+use crate::loads::Loads;
 use crate::localise::{Signals, localise};
 use crate::residuals::nudged;
 use crate::residuals::{Errors, errors};
@@ -55,9 +55,7 @@ impl Comparison {
             experiments.iter().zip(&starts).map(|(e, x)| errors(m, std::slice::from_ref(e), std::slice::from_ref(x))).collect();
         let place = localise(&Signals::of(m, &nudged(&experiments), &starts));
         let total = errors(m, &experiments, &starts);
-        let library = motor.machine.effects().ids();
-        let loads =
-            Loads { found: loads::found(m, &experiments, &starts), cannot_be_told: loads::cannot_be_told(&experiments, library) };
+        let loads = Loads::of(m, &experiments, &starts);
         Self {
             errors: each,
             total,
@@ -85,7 +83,7 @@ impl Comparison {
 
     /// Loads that no column holds, for programs.
     pub fn loads(&self) -> serde_json::Value {
-        loads::to_json(&self.loads)
+        self.loads.to_json()
     }
 
     /// Where the model fails, in numbers.

@@ -4,6 +4,8 @@ use im_identify::offline::{Fit, Target};
 use im_model::effects::Rated;
 use im_model::{EffectId, Machine, Rating};
 
+use crate::uncertainty::HALF_95;
+
 /// A law drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Curve {
@@ -65,7 +67,7 @@ pub(crate) fn curve(e: EffectId, machine: &Machine<f64>, fit: &Fit, rating: &Rat
                 }
             }
         }
-        1.96 * (variance.max(0.0) * inflation).sqrt()
+        HALF_95 * (variance.max(0.0) * inflation).sqrt()
     };
     let band = (0..POINTS).map(|k| [at[k], values[k] - half(k), values[k] + half(k)]).collect();
     let paired = |y: Vec<f64>| at.iter().zip(y).map(|(x, y)| [*x, y]).collect::<Vec<_>>();

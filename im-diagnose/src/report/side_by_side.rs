@@ -11,7 +11,7 @@ use super::sections::{Fall, fall_key, head, waterfall};
 use super::terminal::Text;
 use super::words::{channel_name, in_sigma, short_effect_name};
 use crate::format::{interval, number, percent_change, quantity, sentence};
-use crate::uncertainty::MachineQuantity;
+use crate::uncertainty::{HALF_95, MachineQuantity};
 
 /// A diagnosis as read from its file.
 #[derive(Clone, Debug, PartialEq)]
@@ -141,7 +141,7 @@ fn parameter_rows(all: &[SideBySide], compare: bool) -> Vec<Vec<String>> {
         .map(|key| {
             let mut row = vec![parameter_words(key)];
             let values: Vec<_> = all.iter().map(|x| x.parameter(key)).collect();
-            row.extend(values.iter().map(|v| v.map_or("–".into(), |(_, after, std, unit)| interval(after, 1.96 * std, unit))));
+            row.extend(values.iter().map(|v| v.map_or("–".into(), |(_, after, std, unit)| interval(after, HALF_95 * std, unit))));
             if compare {
                 let change = match (values.first().copied().flatten(), values.last().copied().flatten()) {
                     (Some(a), Some(b)) => percent_change(a.1, b.1),

@@ -9,7 +9,6 @@ use super::words::{effect_name, in_sigma, short_effect_name};
 use super::{DataFile, Meta};
 use crate::diagnosis::{Candidate, Diagnosis, Step, Verdict};
 use crate::format::{number, quantity};
-use crate::loads::Loads;
 use crate::localise::{Localisation, Signals, join, localise};
 use crate::residual_tests::Dependence;
 use crate::residuals::{Errors, errors};
@@ -53,8 +52,6 @@ pub struct Story<'a> {
     pub(crate) views: Vec<View>,
     /// Tables of steady states.
     pub(crate) tables: Vec<View>,
-    /// Loads that no column holds.
-    pub(crate) loads: Loads,
 }
 
 impl<'a> Story<'a> {
@@ -107,8 +104,7 @@ impl<'a> Story<'a> {
         let (train, held) = (of(false), of(true));
         let given = as_given(&train);
         let given = given.chi2_per_sample.is_finite().then(|| (given, (!held.is_empty()).then(|| as_given(&held))));
-        let loads = d.loads();
-        Self { d, meta, given, shown, views, tables, loads }
+        Self { d, meta, given, shown, views, tables }
     }
 
     /// Measured, modelled by the last model, and residual, sample by sample.
@@ -383,16 +379,15 @@ pub(crate) fn summary(s: &Story) -> Summary {
 
 /// How sure the data are of the effects named, among the sets tried.
 fn likelihood(d: &Diagnosis) -> Option<String> {
-    let mut named = d.effects.clone();
-    named.sort_unstable();
-    let all = &d.course.posterior.sets;
-    let own = all.iter().find(|s| s.effects == named).filter(|s| !s.effects.is_empty())?;
-    let next = all.iter().find(|s| s.effects != named && s.probability >= 1e-3);
+    let posterior = &d.course.posterior;
+    let own = posterior.set(d.named()).filter(|s| !s.effects.is_empty())?;
+    let next = posterior.likely().find(|s| !s.is(&own.effects));
     let next = next.map_or_else(String::new, |s| match s.effects.len() {
         0 => format!("; that nothing is missing has {}", probability(s.probability)),
         _ => format!("; the next, {}, has {}", names(&s.effects), probability(s.probability)),
     });
-    Some(format!("of {} sets of effects tried, this one has a probability of {}{next}", all.len(), probability(own.probability)))
+    let (tried, own) = (posterior.sets.len(), probability(own.probability));
+    Some(format!("of {tried} sets of effects tried, this one has a probability of {own}{next}"))
 }
 
 /// A probability in words of a few digits; certainty is never claimed.

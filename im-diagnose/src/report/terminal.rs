@@ -41,7 +41,7 @@ pub fn terminal(s: &Story, width: usize) -> String {
     }
     candidates(&mut out, d);
     parameters(&mut out, d);
-    loads(&mut out, &s.loads, &d.case.motor);
+    loads(&mut out, &s.d.loads, &d.case.motor);
     let hidden = s.unexcited();
     if !hidden.is_empty() && d.verdict != Verdict::Inconclusive {
         out.heading("Not excited by these recordings");

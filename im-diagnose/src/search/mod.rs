@@ -59,6 +59,8 @@ pub struct Model {
     pub train_deviance: f64,
     /// Mean squared residual of the held-out recording in σ².
     pub holdout: Option<f64>,
+    /// The state in which the held-out recording begins.
+    pub holdout_start: Option<State<f64>>,
 }
 
 impl Model {
@@ -194,24 +196,25 @@ impl Refinement {
         // What is known beforehand is part of both.
         let train_deviance = deviance(&self.nudged, &fit.residuals) + fit.prior_cost;
         let Some(h) = &self.held_out else {
-            return Ok(Model { effects: effects.to_vec(), deviance: train_deviance, train_deviance, fit, holdout: None });
+            let effects = effects.to_vec();
+            return Ok(Model { effects, deviance: train_deviance, train_deviance, fit, holdout: None, holdout_start: None });
         };
-        let mut unseen = residuals(&fit.machine, h, &start_on(&fit.machine, h, &self.rating));
+        let start = start_on(&fit.machine, h, &self.rating);
+        let mut unseen = residuals(&fit.machine, h, &start);
         // A model may run away on what it was not fitted to: that is a large error, and no infinite one.
         unseen.iter_mut().flatten().for_each(|r| *r = if r.is_nan() { RAN_AWAY } else { r.clamp(-RAN_AWAY, RAN_AWAY) });
         let holdout = Some(unseen.iter().flatten().map(|r| r * r).sum::<f64>() / h.count() as f64);
         let all: Vec<&Experiment> = self.nudged.iter().chain([h]).collect();
         let both: Vec<&Vec<Vec<f64>>> = fit.residuals.iter().chain([&unseen]).collect();
         let deviance = deviance(&all, &both) + fit.prior_cost;
-        Ok(Model { effects: effects.to_vec(), deviance, train_deviance, fit, holdout })
+        Ok(Model { effects: effects.to_vec(), deviance, train_deviance, fit, holdout, holdout_start: Some(start) })
     }
 
     /// D of a model with the errors of its form as unknowns: see [`marginal_deviance`].
     fn marginal_deviance(&self, model: &Model) -> f64 {
         let fit = &model.fit;
         let all: Vec<Experiment> = self.nudged.iter().chain(&self.held_out).cloned().collect();
-        let unseen = self.held_out.as_slice();
-        let starts: Vec<State<f64>> = fit.starts.iter().copied().chain(self.starts(&fit.machine, unseen)).collect();
+        let starts: Vec<State<f64>> = fit.starts.iter().chain(&model.holdout_start).copied().collect();
         marginal_deviance(&fit.machine, &starts, &all, &self.free(&fit.machine, &model.effects, &all))
     }
 

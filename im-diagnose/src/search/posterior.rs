@@ -16,6 +16,16 @@ pub struct Weighed {
     pub parameters: usize,
 }
 
+/// Sets less likely than this are not worth a word.
+const LEAST: f64 = 1e-3;
+
+impl Weighed {
+    /// Whether it holds these effects, in any order.
+    pub fn is(&self, effects: &[EffectId]) -> bool {
+        self.effects.len() == effects.len() && effects.iter().all(|e| self.effects.contains(e))
+    }
+}
+
 /// How sure the data are of the sets of effects that were tried.
 #[derive(Clone, Debug)]
 pub struct Posterior {
@@ -28,12 +38,21 @@ pub struct Posterior {
 }
 
 impl Posterior {
-    /// As it stands in `diagnosis.json`: sets of at least a thousandth.
+    /// Sets that are worth a word.
+    pub fn likely(&self) -> impl Iterator<Item = &Weighed> {
+        self.sets.iter().filter(|s| s.probability >= LEAST)
+    }
+
+    /// A set among those tried, its effects in any order.
+    pub fn set(&self, effects: &[EffectId]) -> Option<&Weighed> {
+        self.sets.iter().find(|s| s.is(effects))
+    }
+
+    /// As it stands in `diagnosis.json`.
     pub fn to_json(&self) -> Value {
         let names = |v: &[EffectId]| v.iter().map(|e| e.name()).collect::<Vec<_>>();
-        let sets = self.sets.iter().filter(|s| s.probability >= 1e-3);
         json!({
-            "sets": sets.map(|s| json!({"effects": names(&s.effects), "probability": s.probability})).collect::<Vec<_>>(),
+            "sets": self.likely().map(|s| json!({"effects": names(&s.effects), "probability": s.probability})).collect::<Vec<_>>(),
             "inclusion": self.inclusion.iter().map(|(e, p)| (e.name().to_owned(), json!(p))).collect::<serde_json::Map<_, _>>(),
             "dispersion": self.dispersion,
         })

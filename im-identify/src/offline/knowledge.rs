@@ -9,8 +9,8 @@ use im_model::{Known, Machine, ParameterId};
 
 use super::free::{Free, Prior, Target};
 
-/// 97.5 % quantile of the normal distribution.
-const HALF_95: f64 = 1.96;
+/// 97.5 % quantile of the normal distribution: half of a 95 % interval, in standard deviations.
+pub const HALF_95: f64 = 1.96;
 
 impl Prior {
     /// What is known as a prior; `None` where the value is held, or is zero and has no logarithm.

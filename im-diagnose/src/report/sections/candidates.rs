@@ -52,21 +52,19 @@ pub(crate) fn section(s: &Story) -> Section {
 
 /// The likeliest sets of effects.
 fn sets(s: &Story) -> Markup {
-    let all = &s.d.course.posterior.sets;
-    let mut named = s.d.effects.clone();
-    named.sort_unstable();
+    let posterior = &s.d.course.posterior;
+    let tried = posterior.sets.len();
     let row = |set: &Weighed| {
         let names: Vec<String> = set.effects.iter().map(|e| short_effect_name(*e)).collect();
         let names = if names.is_empty() { "nothing is missing".to_owned() } else { names.join(" + ") };
-        Row { hit: set.effects == named, ..Row::of([names, probability(set.probability)]) }
+        Row { hit: set.is(s.d.named()), ..Row::of([names, probability(set.probability)]) }
     };
-    let likely = all.iter().filter(|s| s.probability >= 1e-3).take(6);
     let head = [words("the machine has"), numbers("probability")];
     html! {
-        @if all.len() > 1 {
+        @if tried > 1 {
             h3 { "How sure" }
-            p { "Of " (all.len()) " sets of effects that were tried, those of at least one in a thousand:" }
-            (table(&head, &likely.map(row).collect::<Vec<_>>()))
+            p { "Of " (tried) " sets of effects that were tried, those of at least one in a thousand:" }
+            (table(&head, &posterior.likely().take(6).map(row).collect::<Vec<_>>()))
         }
     }
 }

@@ -36,7 +36,7 @@ pub(super) fn whole(s: &Story) -> String {
     sections.extend(residual_tests::section(s, unexplained));
     sections.push(candidates::section(s));
     sections.push(parameters::section(s));
-    sections.extend(load::section(&s.loads, &s.d.case.motor));
+    sections.extend(load::section(&s.d.loads, &s.d.case.motor));
     sections.extend(cards::section(s));
     sections.extend(cards::unexcited(s));
     sections.extend(provenance::quality(s.meta));

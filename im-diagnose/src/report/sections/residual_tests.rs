@@ -7,6 +7,7 @@ use super::super::page::{Section, drawn, figure, list};
 use super::super::story::{Story, dependence_words};
 use crate::format::{power_of_ten, sentence};
 use crate::residual_tests::{Dependence, Variable};
+use crate::uncertainty::HALF_95;
 
 /// Nothing where nothing is left.
 pub(crate) fn section(s: &Story, unexplained: bool) -> Option<Section> {
@@ -47,7 +48,7 @@ fn chart(x: &Dependence) -> Markup {
         v => (v.label(), false),
     };
     let turn = if angle { 180.0 / std::f64::consts::PI } else { 1.0 };
-    let points: Vec<[f64; 3]> = x.curve.iter().map(|c| [c[0] * turn, c[1], 1.96 * c[2]]).collect();
+    let points: Vec<[f64; 3]> = x.curve.iter().map(|c| [c[0] * turn, c[1], HALF_95 * c[2]]).collect();
     let ys = points.iter().flat_map(|p| [p[1] - p[2], p[1] + p[2]]).chain([0.0]);
     let mut chart = Chart::new(
         format!("mean error over {label}"),
