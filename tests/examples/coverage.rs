@@ -96,6 +96,9 @@ fn trial(first: u64, k: u64, given: bool) -> Done {
         viscous_friction_nm_s_per_rad: m.friction_nm_s,
     };
     let errors = diagnose(case_of(&trial), options).ok().filter(|d| d.effects == wanted).map(|d| {
+        // The catalogue's L_lr is the leakage at low slip, that of the bars included.
+        let bars_h = d.refined.machine.effects().rotor_skin_effect.low_slip_leakage_h(truth.rotor_resistance_ohm);
+        let truth = TParameters { rotor_leakage_inductance_h: truth.rotor_leakage_inductance_h - bars_h, ..truth };
         let Ok(true_machine) = d.refined.machine.with_parameters(truth) else { return Vec::new() };
         let error = |q: MachineQuantity| {
             let e = d.estimates.list.iter().find(|e| e.quantity == q)?;

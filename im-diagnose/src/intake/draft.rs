@@ -7,6 +7,7 @@ use im_model::{Complex, MotorFile, TextFormat, space_vector::from_phases, toml_t
 
 use super::instant::Choice;
 use super::mapping::Instant;
+use super::names::{self, Origin};
 use super::quality::{clip::median, steady};
 use super::raw::RawTable;
 use super::sniff::Sniffed;
@@ -39,6 +40,8 @@ struct Seen<'a> {
     /// Which phase or axis its name says: a, b, c (0 to 2) or α, β (3, 4); line to line 5 to 7.
     place: Option<usize>,
     size: f64,
+    /// Who made it, by its name.
+    origin: Origin,
     taken: bool,
 }
 
@@ -58,11 +61,22 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
             let under = sniffed.units.get(k).and_then(|u| named(u));
             let unit = in_name(name).or(under);
             let said = if in_name(name).is_none() { under } else { None };
-            let quantity = unit.map(|u| u.quantity).or_else(|| quantity_by_name(name));
+            let quantity = unit.map(|u| u.quantity).or_else(|| names::quantity(name));
             let mean = x.iter().sum::<f64>() / n as f64;
             let size = (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n as f64).sqrt();
             let key = if has_names { quoted(name) } else { (k + 1).to_string() };
-            Seen { name, key, x, unit, said, quantity, place: place_by_name(name), size, taken: false }
+            Seen {
+                name,
+                key,
+                x,
+                unit,
+                said,
+                quantity,
+                place: names::place(name),
+                size,
+                origin: names::origin(name),
+                taken: false,
+            }
         })
         .collect();
     let mut text = String::new();
@@ -72,8 +86,9 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
     let _ = writeln!(text, "file = {}\nstart = \"auto\"      # \"at_rest\", \"in_motion\"\n", quoted(file));
     text_section(&mut text, format, has_names);
     let dt = time_section(&mut text, &mut d, &mut seen);
-    let voltage = set_section(&mut text, &mut d, &mut seen, Quantity::Voltage, None, dt);
-    let current = set_section(&mut text, &mut d, &mut seen, Quantity::Current, voltage.as_deref(), dt);
+    let rated_v = motor.rating.phase_voltage_peak_v;
+    let voltage = set_section(&mut text, &mut d, &mut seen, Quantity::Voltage, None, dt, rated_v);
+    let current = set_section(&mut text, &mut d, &mut seen, Quantity::Current, voltage.as_deref(), dt, rated_v);
     let turning = match (&voltage, &current, dt) {
         (Some(u), Some(i), Some(dt)) => {
             let stretches = steady::stretches(u, i, None, dt);
@@ -177,11 +192,21 @@ fn set_section(
     quantity: Quantity,
     voltage: Option<&[Complex<f64>]>,
     dt: Option<f64>,
+    rated_v: f64,
 ) -> Option<Vec<Complex<f64>>> {
     let (section, word) = if quantity == Quantity::Voltage { ("voltage", "voltages") } else { ("current", "currents") };
     let alternating = |s: &Seen<'_>| s.size > 0.0 && !s.taken;
-    let candidates: Vec<usize> =
-        (0..seen.len()).filter(|&k| alternating(&seen[k]) && seen[k].quantity == Some(quantity)).collect();
+    let of = |origin: Origin| -> Vec<usize> {
+        let is =
+            |s: &Seen<'_>| alternating(s) && s.quantity == Some(quantity) && s.origin == origin && !names::is_dc_link(s.name);
+        (0..seen.len()).filter(|&k| is(&seen[k])).collect()
+    };
+    let mut candidates = [of(Origin::Sensor), of(Origin::Filter)].concat();
+    // What a drive commands stands for a voltage that nobody measured; a current that nobody measured is not there.
+    let commanded = quantity == Quantity::Voltage && candidates.len() < 2;
+    if commanded {
+        candidates.extend(of(Origin::Command));
+    }
     let with = |place: usize| candidates.iter().copied().find(|&k| seen[k].place == Some(place));
     let _ = writeln!(text, "[{section}]");
     let (keys, chosen, why): (Vec<&str>, Vec<usize>, String) = if let (Some(a), Some(b)) = (with(3), with(4)) {
@@ -209,6 +234,7 @@ fn set_section(
     };
     chosen.iter().for_each(|&k| seen[k].taken = true);
     let names: Vec<&str> = chosen.iter().map(|&k| seen[k].name).collect();
+    let why = if commanded { format!("{why}; commanded, not measured") } else { why };
     d.guesses.push(format!("{} are the {word} {} ({why})", names.join(", "), keys.join(", ")));
     let n = seen[chosen[0]].x.len();
     let unit = |k: usize| seen[k].unit.filter(|u| u.quantity == quantity).map_or(1.0, |u| u.si);
@@ -237,7 +263,9 @@ fn set_section(
         }
     }
     for (key, &k) in keys.iter().zip(&order) {
-        let second = (0..seen.len()).find(|&o| quantity == Quantity::Current && !seen[o].taken && twin(seen[k].x, seen[o].x));
+        let second = (0..seen.len()).find(|&o| {
+            quantity == Quantity::Current && !seen[o].taken && seen[o].origin == Origin::Sensor && twin(seen[k].x, seen[o].x)
+        });
         match second {
             None => {
                 let _ = writeln!(text, "{key} = {}", seen[k].key);
@@ -253,11 +281,42 @@ fn set_section(
         }
     }
     if quantity == Quantity::Voltage {
+        per_unit(text, d, seen, &names, &mut vector, rated_v);
         text.push_str(INSTANT);
     }
     let _ = writeln!(text);
     Some(vector)
 }
+
+/// Voltages far below the rated one are shares of something: of the dc link's voltage where a column has it.
+fn per_unit(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], names: &[&str], vector: &mut [Complex<f64>], rated_v: f64) {
+    let largest = |v: &[Complex<f64>]| v.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    if largest(vector) > SHARE * rated_v {
+        return;
+    }
+    let link = |s: &Seen<'_>| !s.taken && names::is_dc_link(s.name) && s.x.iter().all(|x| *x > 0.0);
+    if let Some(k) = (0..seen.len()).find(|&k| link(&seen[k])) {
+        seen[k].taken = true;
+        let s = &seen[k];
+        let unit = s.unit.map_or(1.0, |u| u.si);
+        vector.iter_mut().zip(s.x).for_each(|(u, dc)| *u *= dc * unit);
+        d.guesses.push(format!("{} are shares of {}, the voltage of the dc link", names.join(", "), s.name));
+        let _ = writeln!(text, "times = {}", s.key);
+    }
+    let reached = largest(vector);
+    if reached <= SHARE * rated_v {
+        let reached = crate::format::number(reached, 3);
+        d.missing.push(format!(
+            "[voltage] gain: {} reach {reached} where {} V is rated: say what voltage one is",
+            names.join(", "),
+            crate::format::number(rated_v, 3)
+        ));
+        let _ = writeln!(text, "gain = FILL_IN                 # what voltage, V, one is: they reach {reached}");
+    }
+}
+
+/// Voltages within this part of the rated one are in per unit.
+const SHARE: f64 = 0.06;
 
 /// The three of the candidates that are of nearly equal size and have the smallest sum.
 fn balanced(seen: &[Seen<'_>], candidates: &[usize]) -> Option<[usize; 3]> {
@@ -299,7 +358,8 @@ fn twin(x: &[f64], y: &[f64]) -> bool {
 }
 
 fn speed_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turning: Option<&steady::Steady>, motor: &MotorFile) {
-    let Some(k) = (0..seen.len()).find(|&k| !seen[k].taken && seen[k].quantity == Some(Quantity::Speed)) else {
+    let speeds = (0..seen.len()).filter(|&k| !seen[k].taken && seen[k].quantity == Some(Quantity::Speed));
+    let Some(k) = speeds.filter(|&k| seen[k].origin <= Origin::Filter).min_by_key(|&k| seen[k].origin) else {
         d.guesses.push("No column looks like a speed: the currents alone are compared".to_owned());
         let _ = writeln!(text, "# [speed]                      # column = …, unit = \"rpm\"; or locked = true\n");
         return;
@@ -387,65 +447,4 @@ fn load_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turns: 
             );
         }
     }
-}
-
-/// What a name without a unit says of the quantity.
-fn quantity_by_name(name: &str) -> Option<Quantity> {
-    let low = name.to_lowercase();
-    let has = |words: &[&str]| words.iter().any(|w| low.contains(w));
-    let starts = |words: &[&str]| {
-        words.iter().any(|w| {
-            low == *w
-                || low
-                    .strip_prefix(w)
-                    .is_some_and(|r| r.starts_with(|c: char| !c.is_alphabetic() || "abcuvwrst".contains(c)) && r.len() <= 8)
-        })
-    };
-    if has(&["time", "zeit", "temps"]) || low == "t" {
-        Some(Quantity::Time)
-    } else if has(&["torque", "moment", "load", "m_l"]) {
-        Some(Quantity::Torque)
-    } else if has(&["speed", "omega", "rpm", "drehzahl", "tacho", "encoder", "vitesse"])
-        || low == "n"
-        || low.starts_with("n_")
-        || low == "w"
-        || low.starts_with("w_")
-    {
-        Some(Quantity::Speed)
-    } else if has(&["volt", "spannung", "tension"]) || starts(&["u", "v"]) {
-        Some(Quantity::Voltage)
-    } else if has(&["curr", "strom", "amp"]) || starts(&["i"]) {
-        Some(Quantity::Current)
-    } else {
-        None
-    }
-}
-
-/// Which phase or axis a name says.
-fn place_by_name(name: &str) -> Option<usize> {
-    let low = name.to_lowercase();
-    if low.contains("alpha") || low.contains('α') {
-        return Some(3);
-    }
-    if low.contains("beta") || low.contains('β') {
-        return Some(4);
-    }
-    // Without unit, brackets and words.
-    let stem: String = low.split(['(', '[']).next().unwrap_or("").to_owned();
-    let parts: Vec<&str> = stem.split(['_', ' ', '.', '-', '/']).filter(|p| !p.is_empty()).collect();
-    let mark = |m: &str| match m {
-        "ab" | "uv" | "rs" | "12" => Some(5),
-        "bc" | "vw" | "st" | "23" => Some(6),
-        "ca" | "wu" | "tr" | "31" => Some(7),
-        "a" | "u" | "r" | "1" | "l1" => Some(0),
-        "b" | "v" | "s" | "2" | "l2" => Some(1),
-        "c" | "w" | "t" | "3" | "l3" => Some(2),
-        _ => None,
-    };
-    // i_a, u_ab, phase a, channel 1; or ia, u12.
-    parts.iter().skip(1).find_map(|p| mark(p)).or_else(|| {
-        let first = parts.first()?;
-        let tail = first.strip_prefix(['u', 'v', 'i', 'e'])?;
-        mark(tail)
-    })
 }

@@ -11,6 +11,7 @@ mod instant;
 mod load_plan;
 pub mod mapping;
 mod mapping_file;
+mod names;
 #[cfg(feature = "parquet")]
 mod parquet_text;
 pub mod quality;

@@ -39,7 +39,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { significance: 0.01, leading: 5, most_effects: 4, candidates: Vec::new() }
+        Self { significance: 0.01, leading: 5, most_effects: 6, candidates: Vec::new() }
     }
 }
 

@@ -1,0 +1,164 @@
+//! What the names of columns say: the quantity, the phase or axis, and whether a sensor measured it.
+
+use super::unit::Quantity;
+
+/// Who made a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Origin {
+    /// A sensor, as far as the name says.
+    Sensor,
+    /// A filter behind a sensor.
+    Filter,
+    /// A controller: a command or a reference.
+    Command,
+    /// An observer or a simulation.
+    Estimate,
+}
+
+/// Who made a column of this name.
+pub(super) fn origin(name: &str) -> Origin {
+    let words = words(name);
+    let has = |list: &[&str]| words.iter().any(|w| list.contains(&w.as_str()));
+    if has(&["est", "estimate", "estimated", "hat", "obs", "observer", "observed", "model", "sim", "simulated", "predicted"]) {
+        Origin::Estimate
+    } else if has(&["ref", "reference", "cmd", "command", "commanded", "set", "setpoint", "sp", "soll", "demand", "target"]) {
+        Origin::Command
+    } else if has(&["filt", "filter", "filtered", "lpf", "smooth", "smoothed", "avg"]) {
+        Origin::Filter
+    } else {
+        Origin::Sensor
+    }
+}
+
+/// Whether a name says the voltage of a dc link.
+pub(super) fn is_dc_link(name: &str) -> bool {
+    let words = words(name);
+    let link = ["dc", "udc", "vdc", "bus", "vbus", "ubus", "dclink", "zk", "uzk"];
+    words.iter().any(|w| link.contains(&w.as_str())) && !words.iter().any(|w| w.starts_with('i'))
+}
+
+/// The words of a name in small letters: `iAlphaRef`, `v_alpha_ref` and `v alpha.ref` have the same.
+fn words(name: &str) -> Vec<String> {
+    let mut out: Vec<String> = vec![String::new()];
+    let mut small = false;
+    for c in name.chars() {
+        if !c.is_alphanumeric() || (small && c.is_uppercase()) {
+            out.push(String::new());
+        }
+        if c.is_alphanumeric() {
+            out.iter_mut().last().into_iter().for_each(|w| w.extend(c.to_lowercase()));
+        }
+        small = c.is_lowercase();
+    }
+    out.retain(|w| !w.is_empty());
+    out
+}
+
+/// What a name without a unit says of the quantity.
+pub(super) fn quantity(name: &str) -> Option<Quantity> {
+    let low = name.to_lowercase();
+    let has = |words: &[&str]| words.iter().any(|w| low.contains(w));
+    let starts = |words: &[&str]| {
+        words.iter().any(|w| {
+            low == *w
+                || low
+                    .strip_prefix(w)
+                    .is_some_and(|r| r.starts_with(|c: char| !c.is_alphabetic() || "abcuvwrst".contains(c)) && r.len() <= 8)
+        })
+    };
+    if is_dc_link(name) {
+        None
+    } else if has(&["time", "zeit", "temps"]) || low == "t" {
+        Some(Quantity::Time)
+    } else if has(&["torque", "moment", "load", "m_l"]) {
+        Some(Quantity::Torque)
+    } else if has(&["speed", "omega", "rpm", "drehzahl", "tacho", "encoder", "vitesse", "velocity"])
+        || low == "n"
+        || low.starts_with("n_")
+        || low.strip_prefix("vel").is_some_and(|r| !r.starts_with(char::is_alphabetic))
+        || low == "w"
+        || low.starts_with("w_")
+    {
+        Some(Quantity::Speed)
+    } else if has(&["volt", "spannung", "tension"]) || starts(&["u", "v"]) {
+        Some(Quantity::Voltage)
+    } else if has(&["curr", "strom", "amp"]) || starts(&["i"]) {
+        Some(Quantity::Current)
+    } else {
+        None
+    }
+}
+
+/// Which phase or axis a name says.
+pub(super) fn place(name: &str) -> Option<usize> {
+    let low = name.to_lowercase();
+    if low.contains("alpha") || low.contains('α') {
+        return Some(3);
+    }
+    if low.contains("beta") || low.contains('β') {
+        return Some(4);
+    }
+    // Without unit, brackets and words.
+    let stem: String = low.split(['(', '[']).next().unwrap_or("").to_owned();
+    let parts: Vec<&str> = stem.split(['_', ' ', '.', '-', '/']).filter(|p| !p.is_empty()).collect();
+    let mark = |m: &str| match m {
+        "ab" | "uv" | "rs" | "12" => Some(5),
+        "bc" | "vw" | "st" | "23" => Some(6),
+        "ca" | "wu" | "tr" | "31" => Some(7),
+        "a" | "u" | "r" | "1" | "l1" => Some(0),
+        "b" | "v" | "s" | "2" | "l2" => Some(1),
+        "c" | "w" | "t" | "3" | "l3" => Some(2),
+        _ => None,
+    };
+    // i_a, u_ab, phase a, channel 1; or ia, u12.
+    parts.iter().skip(1).find_map(|p| mark(p)).or_else(|| {
+        let first = parts.first()?;
+        let tail = first.strip_prefix(['u', 'v', 'i', 'e'])?;
+        mark(tail)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_say_who_made_a_column() {
+        for (name, made) in [
+            ("ia", Origin::Sensor),
+            ("iA_est", Origin::Estimate),
+            ("omegaHat", Origin::Estimate),
+            ("v_alpha_ref", Origin::Command),
+            ("uAlphaCmd", Origin::Command),
+            ("omega_filt", Origin::Filter),
+            ("n_rpm", Origin::Sensor),
+            ("offset_A", Origin::Sensor),
+        ] {
+            assert_eq!(origin(name), made, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_dc_link_is_no_phase() {
+        for name in ["v_dc", "Udc", "vBus", "DC link (V)"] {
+            assert!(is_dc_link(name), "{name}");
+        }
+        for name in ["u_d", "i_dc", "udca", "v_a"] {
+            assert!(!is_dc_link(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn quantities_are_read_from_names() {
+        for (name, quantity_of) in [
+            ("vel1", Some(Quantity::Speed)),
+            ("velocity", Some(Quantity::Speed)),
+            ("v_alpha_ref", Some(Quantity::Voltage)),
+            ("v_dc", None),
+            ("ib", Some(Quantity::Current)),
+            ("fault_flag", None),
+        ] {
+            assert_eq!(quantity(name), quantity_of, "{name}");
+        }
+    }
+}
