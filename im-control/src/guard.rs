@@ -8,7 +8,7 @@ use im_model::{Bound, Complex, Scalar};
 use crate::vector::is_finite;
 
 /// Gains, rates and limits: beyond, arithmetic in `f32` has no room.
-pub(crate) const SIZE: Bound = Bound::OfMachines(1e-12, 1e12);
+pub(crate) const SIZE: Bound = Bound::OfMachines(Bound::SMALLEST, Bound::LARGEST);
 /// Those that may be none.
 pub(crate) const SIZE_OR_ZERO: Bound = Bound::Within(0.0, 1e12);
 /// Sampling times of drives, s.

@@ -53,9 +53,9 @@ pub enum ModelError {
 /// The range that a quantity must lie in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
-    /// Finite and > 0.
+    /// > 0, and of a size that single precision can square: [`SMALLEST`](Self::SMALLEST) to [`LARGEST`](Self::LARGEST).
     Positive,
-    /// Finite and ≥ 0.
+    /// ≥ 0, at most [`LARGEST`](Self::LARGEST).
     NotNegative,
     /// Positive, and between two numbers beyond which no machine is.
     OfMachines(f64, f64),
@@ -89,16 +89,24 @@ impl core::fmt::Display for Short {
 }
 
 impl Bound {
+    /// Smallest positive number that a quantity of a machine, in SI units, can have.
+    pub const SMALLEST: f64 = 1e-12;
+    /// Largest.
+    pub const LARGEST: f64 = 1e12;
+
     /// Checks `value`; the error carries `quantity`.
     pub fn check(self, quantity: &'static str, value: f64) -> Result<(), ModelError> {
         let ok = value.is_finite()
             && match self {
-                Self::Positive => value > 0.0,
-                Self::NotNegative => value >= 0.0,
+                Self::Positive => (Self::SMALLEST..=Self::LARGEST).contains(&value),
+                Self::NotNegative => (0.0..=Self::LARGEST).contains(&value),
                 Self::Within(a, b) | Self::OfMachines(a, b) => (a..=b).contains(&value),
                 Self::Whole(a, b) => f64::from(value as u32) == value && (a..=b).contains(&(value as u32)),
             };
         let bound = match self {
+            Self::Positive | Self::NotNegative if value > 0.0 && value.is_finite() => {
+                Self::OfMachines(Self::SMALLEST, Self::LARGEST)
+            }
             Self::OfMachines(..) if !(value > 0.0 && value.is_finite()) => Self::Positive,
             bound => bound,
         };

@@ -6,7 +6,7 @@ use std::panic::catch_unwind;
 use std::time::{Duration, Instant};
 
 use im_fuzz::TARGETS;
-use im_fuzz::mutate::{Dice, mutated};
+use im_fuzz::mutate::{Dice, mutated_bytes};
 
 fn main() {
     let argument = |k: usize, otherwise: u64| std::env::args().nth(k).and_then(|x| x.parse().ok()).unwrap_or(otherwise);
@@ -20,19 +20,19 @@ fn main() {
         let (begun, mut runs, mut panics, mut slowest) = (Instant::now(), 0u64, 0u64, Duration::ZERO);
         while begun.elapsed() < Duration::from_millis(1000 * seconds / TARGETS.len() as u64) {
             let from = dice.below(pool.len());
-            let text = mutated(&pool[from], &mut dice);
+            let data = mutated_bytes(&pool[from], &mut dice);
             let started = Instant::now();
-            let fine = catch_unwind(|| (target.read)(text.as_bytes())).is_ok();
+            let fine = catch_unwind(|| (target.read)(&data)).is_ok();
             slowest = slowest.max(started.elapsed());
             runs += 1;
             if !fine {
                 panics += 1;
                 let file = format!("{folder}/{}-{runs}.txt", target.name);
-                let _ = std::fs::create_dir_all(folder).and_then(|()| std::fs::write(file, &text));
+                let _ = std::fs::create_dir_all(folder).and_then(|()| std::fs::write(file, &data));
             }
             // Mutants of mutants, now and then.
-            if dice.below(20) == 0 && text.len() < 200_000 {
-                if pool.len() < kept + 50 { pool.push(text) } else { pool[kept + dice.below(50)] = text }
+            if dice.below(20) == 0 && data.len() < 200_000 {
+                if pool.len() < kept + 50 { pool.push(data) } else { pool[kept + dice.below(50)] = data }
             }
         }
         failed |= panics > 0;

@@ -74,3 +74,25 @@ fn an_interrupted_write_leaves_the_old_file() {
         code => assert!(code == Some(0) && whole.ends_with('\n'), "{status}"),
     }
 }
+
+/// A campaign of claims goes on where it was interrupted, to the same result.
+#[cfg(feature = "verify")]
+#[test]
+fn an_interrupted_campaign_goes_on() {
+    let dir = Folder::new("interrupted-campaign");
+    let out = dir.path("out");
+    let args = ["verify", "--claim", "1", "--cases", "200000", "--out", &out];
+    let mut child = begun(&args);
+    while fs::metadata(dir.path("out/results.jsonl")).map_or(0, |m| m.len()) == 0 {
+        assert!(child.try_wait().unwrap().is_none(), "the campaign ended first");
+        sleep(Duration::from_millis(1));
+    }
+    let (status, ..) = interrupted(child, "-INT");
+    assert!(matches!(status.code(), Some(130 | 0)), "{status}");
+    let before = fs::read_to_string(dir.path("out/results.jsonl")).unwrap();
+    let o = begun(&args).wait_with_output().unwrap();
+    assert_eq!(o.status.code(), Some(0), "{}", text(&o.stderr));
+    let after = fs::read_to_string(dir.path("out/results.jsonl")).unwrap();
+    let whole = &before[..before.rfind('\n').map_or(0, |end| end + 1)];
+    assert!(after.starts_with(whole) && after.lines().all(|l| l.starts_with('{') && l.ends_with('}')));
+}

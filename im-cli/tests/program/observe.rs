@@ -119,6 +119,33 @@ fn what_im_design_writes_is_observed_with() {
     assert!(refused(&observe("thau")).contains("--period 0.0002"));
 }
 
+/// Gains that are proven for another machine run, and that is said: on stderr, and in the JSON.
+#[cfg(feature = "design")]
+#[test]
+fn gains_of_another_machine_are_said_to_be() {
+    let dir = Folder::new("other-machine");
+    let (motor, data, region, gains) = (demo("motor.toml"), demo("train1.csv"), dir.path("region.toml"), dir.path("gains.toml"));
+    fs::write(&region, done(&["design", "example-region", "derdiyok"])).unwrap();
+    done(&["design", "derdiyok", "--motor", &motor, "--region", &region, "-o", &gains]);
+    let observe =
+        |motor: &str| im(&["observe", "--observer", "derdiyok", "--motor", motor, "--data", &data, "--gains", &gains, "--json"]);
+    let own = observe(&motor);
+    assert!(own.status.success() && own.stderr.is_empty(), "{}", text(&own.stderr));
+    let known = fs::read_to_string(&motor).unwrap();
+    let line = known.lines().find(|l| l.starts_with("rotor_resistance_ohm")).unwrap();
+    let warm = dir.file("warm.toml", &known.replace(line, "rotor_resistance_ohm = 1.23"));
+    let other = observe(&warm);
+    let (said, report) = (text(&other.stderr), serde_json::from_slice::<serde_json::Value>(&other.stdout).unwrap());
+    let words = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        other.status.success() && words.contains("about another machine than") && words.contains("rotor_resistance_ohm"),
+        "{said}"
+    );
+    assert!(report["gains_of_another_machine"].as_str().is_some_and(|s| s.contains("1.23 here")), "{report}");
+    let message = refused(&["design", "check", &gains, "--motor", &warm]);
+    assert!(message.contains("true and unaltered, but about another machine"), "{message}");
+}
+
 #[test]
 fn bad_gains_are_refused_with_one_message() {
     let dir = Folder::new("gains");

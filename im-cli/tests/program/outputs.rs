@@ -104,6 +104,45 @@ fn names_do_not_steer_the_terminal() {
     assert_eq!(read["machine"], "a\u{1b}[31m\u{7}red\u{9b}");
 }
 
+/// A motor's name with all that has a meaning in TOML, JSON, HTML, SVG or Rust is a name in each of them.
+#[cfg(feature = "design")]
+#[test]
+fn a_name_is_a_name_in_every_output() {
+    let dir = Folder::new("name");
+    let name = "5\" </script><!--<script> & 'a' */ \\ \n# b {}";
+    let motor = fs::read_to_string(demo("motor.toml")).unwrap();
+    let line = motor.lines().find(|l| l.starts_with("name")).unwrap();
+    let motor = dir.file("motor.toml", &motor.replace(line, &format!("name = {}", toml::Value::from(name))));
+    let named = |path: &str| fs::read_to_string(path).unwrap().parse::<toml::Table>().unwrap()["machine"]["name"].clone();
+    assert_eq!(named(&motor).as_str(), Some(name));
+    let out = dir.path("out");
+    let run = demo("train1.csv");
+    done(&["compare", "--motor", &motor, "--data", &run, "--out", &out]);
+    let page = dir.read("out/compare.html");
+    assert!(!page.contains("<!--<script>") && page.contains("&lt;!--&lt;script&gt;"));
+    assert_eq!(page.matches("<script").count(), page.matches("</script>").count());
+    let added = dir.path("added.toml");
+    let json = crate::common::json(&["add", "--motor", &motor, "--effect", "iron_loss", "-o", &added, "--json"]);
+    assert!(json["effect"] == "iron_loss" && named(&added).as_str() == Some(name));
+    let json =
+        crate::common::json(&["observe", "--motor", &motor, "--data", &run, "--observer", "kubota", "--out", &out, "--json"]);
+    assert_eq!(json["machine"], name);
+    done(&["identify", "--motor", &motor, "--sensitivity-map", "--out", &out]);
+    for picture in ["out/speed.svg", "out/sensitivity.svg"] {
+        let svg = dir.read(picture);
+        assert!(!svg.contains("<script") && !svg.contains("</script"), "{picture}");
+    }
+    let (region, gains, rust) = (dir.path("region.toml"), dir.path("gains.toml"), dir.path("gains.rs"));
+    fs::write(&region, done(&["design", "example-region", "derdiyok"])).unwrap();
+    done(&["design", "derdiyok", "--motor", &motor, "--region", &region, "-o", &gains, "--rust", &rust]);
+    done(&["design", "check", &gains, "--motor", &motor]);
+    // In source it is a comment, of one line.
+    let source = dir.read("gains.rs");
+    let lines: Vec<&str> = source.lines().filter(|l| l.contains("</script>")).collect();
+    assert!(lines.len() == 1 && lines[0].trim_start().starts_with("//"), "{lines:?}");
+    assert!(!source.lines().any(|l| l.trim_start().starts_with("# b")), "{source}");
+}
+
 /// Nobody reads the messages: the status is still that of bad input, and of success.
 #[cfg(unix)]
 #[test]

@@ -72,6 +72,8 @@ pub struct Fit {
     pub residuals: Vec<Vec<Vec<f64>>>,
     /// Accepted steps.
     pub iterations: usize,
+    /// How much work it was, in simulations of the start; slopes count as one more than there are parameters.
+    pub work: f64,
     /// Whether the last step was below the tolerance.
     pub converged: bool,
 }
@@ -234,20 +236,20 @@ pub fn fit_from(
         e.validate()?;
     }
     let mut given = Point::new(machine, starts);
-    given.room = Room::of(machine, experiments)?;
+    let mut room = Room::of(machine, experiments, free)?;
     let mut here = given.clone();
     // The rows of a table stand each on its own: no horizon is shorter.
     let runs = experiments.iter().any(|e| !e.is_table());
     let horizons = if runs { &options.horizons[..] } else { &[] };
     for &fraction in horizons {
         // A rough answer is enough to start the next horizon from.
-        descend(&mut here, experiments, free, fraction, options.iterations.min(12), 1e-3)?;
+        descend(&mut here, &mut room, experiments, free, fraction, options.iterations.min(12), 1e-3)?;
     }
-    let mut end = descend(&mut here, experiments, free, 1.0, options.iterations, options.tolerance)?;
+    let mut end = descend(&mut here, &mut room, experiments, free, 1.0, options.iterations, options.tolerance)?;
     // Short horizons can lead away, where a recording begins in motion for example: never worse than from the values given.
     let as_given = || sum_of_squares(&simulated(machine, experiments, &given.starts, 1.0)) + prior_cost(machine, free);
     if !horizons.is_empty() && as_given() < here.cost {
-        end = descend(&mut given, experiments, free, 1.0, options.iterations, options.tolerance)?;
+        end = descend(&mut given, &mut room, experiments, free, 1.0, options.iterations, options.tolerance)?;
         here = given;
     }
     // Slopes from a short step before the minimum are those of the minimum, for the covariance.
@@ -266,6 +268,7 @@ pub fn fit_from(
         residuals: here.residuals,
         count: experiments.iter().map(Experiment::count).sum(),
         iterations: end.accepted,
+        work: MOST_SLOPES * (free.len() + 1) as f64 - room.left,
         converged: end.converged,
     })
 }
@@ -284,31 +287,48 @@ pub(super) struct Point {
     pub(super) starts: Vec<State<f64>>,
     residuals: Residuals,
     cost: f64,
-    room: Room,
 }
 
-/// How much work a simulation may become on the way: a step towards a machine that needs many times the steps is not taken.
-#[derive(Clone, Copy)]
-struct Room {
+/// How much work a fit may become: a step towards a machine that needs many times the steps of the start is not taken, and the whole ends,
+/// wherever it is, after so many simulations of the start.
+pub(super) struct Room {
     sample_time_s: f64,
     rate_per_s: f64,
+    /// Simulations of the start that are left.
+    left: f64,
 }
 
 /// Times the steps of the start, and steps that cost nothing to speak of.
 const MORE_STEPS: f64 = 5.0;
 const FEW_STEPS: f64 = 10.0;
 
+/// Slopes of all parameters that a fit may take; a healthy one takes two to ten.
+const MOST_SLOPES: f64 = 20.0;
+
 impl Room {
     /// No bound.
-    const ANY: Self = Self { sample_time_s: 0.0, rate_per_s: f64::INFINITY };
+    pub(super) fn any() -> Self {
+        Self { sample_time_s: 0.0, rate_per_s: f64::INFINITY, left: f64::INFINITY }
+    }
 
     /// Around a start, which must be one that can be followed.
-    fn of(machine: &Machine<f64>, experiments: &[Experiment]) -> Result<Self, ModelError> {
+    fn of(machine: &Machine<f64>, experiments: &[Experiment], free: &[Free]) -> Result<Self, ModelError> {
         let runs = experiments.iter().filter(|e| !e.is_table());
         let sample_time_s = runs.map(|e| e.sample_time_s).fold(0.0, f64::max);
         let plant = Plant::new(machine);
         plant.followed(sample_time_s)?;
-        Ok(Self { sample_time_s, rate_per_s: plant.fastest_rate() })
+        let left = MOST_SLOPES * (free.len() + 1) as f64;
+        Ok(Self { sample_time_s, rate_per_s: plant.fastest_rate(), left })
+    }
+
+    /// Takes so many simulations of a machine out of what is left.
+    fn spend(&mut self, machine: &Machine<f64>, simulations: f64) {
+        let steps = |rate: f64| (self.sample_time_s * rate).max(1.0);
+        self.left -= simulations * steps(Plant::new(machine).fastest_rate()) / steps(self.rate_per_s);
+    }
+
+    fn is_spent(&self) -> bool {
+        self.left <= 0.0
     }
 
     fn holds(&self, machine: &Machine<f64>) -> bool {
@@ -320,7 +340,7 @@ impl Room {
 impl Point {
     /// Not yet simulated.
     pub(super) fn new(machine: &Machine<f64>, starts: Vec<State<f64>>) -> Self {
-        Self { machine: *machine, starts, residuals: Vec::new(), cost: f64::INFINITY, room: Room::ANY }
+        Self { machine: *machine, starts, residuals: Vec::new(), cost: f64::INFINITY }
     }
 
     fn simulated(
@@ -329,11 +349,10 @@ impl Point {
         experiments: &[Experiment],
         free: &[Free],
         fraction: f64,
-        room: Room,
     ) -> Self {
         let residuals = simulated(&machine, experiments, &starts, fraction);
         // What is known beforehand weighs in a short horizon as in the whole.
-        Self { cost: sum_of_squares(&residuals) + prior_cost(&machine, free), machine, starts, residuals, room }
+        Self { cost: sum_of_squares(&residuals) + prior_cost(&machine, free), machine, starts, residuals }
     }
 
     /// Refuses a point whose simulation has run away, by the name of the experiment.
@@ -354,6 +373,7 @@ const SHORT: f64 = 0.03;
 /// Levenberg-Marquardt from `here` over the first `fraction` of every recording.
 pub(super) fn descend(
     here: &mut Point,
+    room: &mut Room,
     experiments: &[Experiment],
     free: &[Free],
     fraction: f64,
@@ -361,18 +381,20 @@ pub(super) fn descend(
     tolerance: f64,
 ) -> Result<End, FitError> {
     if free.is_empty() || iterations == 0 {
-        *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction, here.room);
+        *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction);
         return here.check(experiments).map(|()| End { accepted: 0, converged: free.is_empty(), normal: None });
     }
     let mut damping = 1e-3;
     let mut kept: Option<Slopes> = None;
     let mut accepted = 0;
-    while accepted < iterations {
+    // A first step is always taken, for the residuals at this length.
+    while accepted < iterations && (accepted == 0 || !room.is_spent()) {
         // Slopes are kept while steps are small: then the residuals of the last step are all that is new.
         let fresh = kept.is_none();
         let mut s = match kept.take() {
             Some(s) => s,
             None => {
+                room.spend(&here.machine, fraction * (free.len() + 1) as f64);
                 let (s, residuals) = slopes(&here.machine, experiments, &here.starts, free, fraction);
                 here.cost = sum_of_squares(&residuals) + prior_cost(&here.machine, free);
                 here.residuals = residuals;
@@ -396,12 +418,13 @@ pub(super) fn descend(
                 damping *= 10.0;
                 continue;
             };
-            let there = moved(&here.machine, &here.starts, free, &step).ok().filter(|(machine, _)| here.room.holds(machine));
+            let there = moved(&here.machine, &here.starts, free, &step).ok().filter(|(machine, _)| room.holds(machine));
             let Some((machine, starts)) = there else {
                 damping *= 10.0;
                 continue;
             };
-            let there = Point::simulated(machine, starts, experiments, free, fraction, here.room);
+            room.spend(&machine, fraction);
+            let there = Point::simulated(machine, starts, experiments, free, fraction);
             if there.cost.is_finite() && there.cost < here.cost {
                 let gain = (here.cost - there.cost) / here.cost;
                 *here = there;

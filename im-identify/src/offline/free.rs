@@ -181,8 +181,8 @@ pub fn effect_parameters(effect: EffectId, machine: &Machine<f64>, rating: &Rati
                 (Transform::Linear(info.typical.1.max(1e-12) * unit), (f64::NEG_INFINITY, f64::INFINITY))
             };
             let hard = match info.bound {
-                Bound::Positive => (f64::MIN_POSITIVE, f64::MAX),
-                Bound::NotNegative => (0.0, f64::MAX),
+                Bound::Positive => (Bound::SMALLEST, Bound::LARGEST),
+                Bound::NotNegative => (0.0, Bound::LARGEST),
                 Bound::Within(a, b) | Bound::OfMachines(a, b) => (a, b),
                 Bound::Whole(a, b) => (f64::from(a), f64::from(b)),
             };

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::channel::ChannelKind;
 use super::experiment::{Experiment, Start};
-use super::fit::{Point, cost, descend};
+use super::fit::{Point, Room, cost, descend};
 use super::free::{ANGLE, Free, LOAD_CONSTANT, LOAD_FAN, SPEED, Target, Transform};
 use super::load::{Load, Size};
 
@@ -59,7 +59,7 @@ pub fn start_on(machine: &Machine<f64>, e: &Experiment, rating: &Rating) -> Stat
     let fitted = |start: State<f64>, angle: bool, fraction: f64| {
         let free = start_of(0, e, rating, angle);
         let mut here = Point::new(machine, vec![start]);
-        match descend(&mut here, std::slice::from_ref(e), &free, fraction, 20, 1e-6) {
+        match descend(&mut here, &mut Room::any(), std::slice::from_ref(e), &free, fraction, 20, 1e-6) {
             Ok(_) if !free.is_empty() => here.starts[0],
             _ => start,
         }

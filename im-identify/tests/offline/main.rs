@@ -1,4 +1,4 @@
-//! Off-line fitting: what is known of a made-up run is found again, with deviations that are true; slopes are derivatives.
+//! Off-line fitting: what is known of a made-up run is found again, with deviations that are true; slopes are derivatives; bad data cost no more work.
 
 use im_identify::offline::*;
 use im_model::machines::{MOTULATOR_2_2_KW, NamedMachine};
@@ -12,6 +12,7 @@ mod predictions;
 mod search;
 mod starts;
 mod tables;
+mod work;
 
 pub(crate) const M: NamedMachine = MOTULATOR_2_2_KW;
 pub(crate) const NOISE: [f64; 2] = [0.05, 0.1];

@@ -71,7 +71,7 @@ fn a_table_of_steady_states_shows_the_circuit_and_gives_it_back() {
 }
 
 /// A table of this machine: currents along directions, powers and speed, loaded or at a speed.
-fn shown(machine: &Machine<f64>, loads: &[f64], speed: Option<f64>) -> Experiment {
+pub(crate) fn shown(machine: &Machine<f64>, loads: &[f64], speed: Option<f64>) -> Experiment {
     let kinds = [
         ChannelKind::RmsCurrent,
         ChannelKind::ActivePower,

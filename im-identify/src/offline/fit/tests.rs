@@ -125,7 +125,7 @@ fn a_descent_over_a_horizon_sees_nothing_beyond_it() {
         c.values[250..].copy_from_slice(&o.values[250..]);
     }
     let mut here = Point::new(&off([1.0, 1.2, 1.1, 1.0, 0.9, 1.0]), vec![State::default()]);
-    let end = descend(&mut here, &[e.clone()], &free, 0.5, 40, 1e-8).unwrap();
+    let end = descend(&mut here, &mut Room::any(), &[e.clone()], &free, 0.5, 40, 1e-8).unwrap();
     assert!(end.converged && here.residuals[0].iter().all(|c| c.len() == 250));
     // A noise of 1.7²/3 ≈ 0.98 σ².
     assert!((here.cost / 750.0 - 0.98).abs() < 0.1, "{}", here.cost / 750.0);
@@ -156,7 +156,8 @@ fn a_descent_never_climbs_and_has_arrived_when_it_says_so() {
         for iterations in [1, 2, 3, 5, 9, 40] {
             let found = fit(&from, &e, &free, &FitOptions { iterations, ..whole.clone() }).unwrap();
             assert!(found.cost <= last && found.iterations <= iterations, "{by:?}, {iterations}: {} {last}", found.cost);
-            assert!(found.converged || found.iterations == iterations, "{by:?}, {iterations}");
+            let spent = found.work >= MOST_SLOPES * (free.len() + 1) as f64;
+            assert!(found.converged || found.iterations == iterations || spent, "{by:?}, {iterations}");
             last = found.cost;
         }
         for options in [whole, FitOptions::default()] {
