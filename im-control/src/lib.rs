@@ -56,3 +56,8 @@ pub use sensorless::Sensorless;
 pub use speed_loop::SpeedLoop;
 pub use speed_regulator::SpeedRegulator;
 pub use status::{DriveStatus, Reports};
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

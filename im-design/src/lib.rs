@@ -53,3 +53,8 @@ pub use machine::LinearMachine;
 
 // Link the BLAS and LAPACK symbols that the solver calls.
 use im_lapack as _;
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -38,3 +38,8 @@ pub mod tables;
 pub mod uncertainty;
 pub mod validation;
 pub mod worst_case;
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

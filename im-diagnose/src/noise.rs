@@ -137,9 +137,12 @@ fn per_channel<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(
         let order = if table { 0 } else { NOISE_ORDER };
         let made = of_name.entry((name, order)).or_insert_with(|| {
             let pairs = experiments.iter().zip(residuals);
-            let channels = pairs.flat_map(|(e, r)| e.borrow().channels.iter().zip(r.as_ref()));
+            let alike = pairs.map(|(e, r)| (e.borrow(), r)).filter(|(e, _)| e.is_table() == table);
+            let channels = alike.flat_map(|(e, r)| e.channels.iter().zip(r.as_ref()));
             let alike: Vec<&[f64]> = channels.filter(|(c, _)| c.name == name).map(|(_, r)| r.as_slice()).collect();
-            fit(&alike, order)
+            let found = fit(&alike, order);
+            // A few rows do not tell their noise: it is at least that of the instruments.
+            if table { Whitener { variance: found.variance.max(1.0), ..found } } else { found }
         });
         made.clone()
     };

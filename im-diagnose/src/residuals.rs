@@ -37,14 +37,21 @@ pub fn judged(e: &Experiment, machine: &Machine<f64>, start: &State<f64>, factor
     if stable { e.clone() } else { nudged_run }
 }
 
-/// −2 log L of residuals under an autoregressive noise model per channel, up to a constant.
+/// −2 log L of residuals under an autoregressive noise model per channel, up to a constant: of a table with the noise of its instruments at least.
 pub fn deviance<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(experiments: &[E], residuals: &[R]) -> f64 {
     let w = sensor_whiteners(experiments, residuals);
-    experiments
-        .iter()
-        .zip(&w)
-        .flat_map(|(e, w)| e.borrow().channels.iter().zip(w).map(|(c, w)| c.count() as f64 * w.variance.ln()))
-        .sum()
+    let mut sum = 0.0;
+    for ((e, r), w) in experiments.iter().zip(residuals).zip(&w) {
+        let e = e.borrow();
+        for ((c, r), w) in e.channels.iter().zip(r.as_ref()).zip(w) {
+            sum += c.count() as f64 * w.variance.ln();
+            // Where the variance is that of the residual, the other term is a constant.
+            if e.is_table() {
+                sum += r.iter().map(|r| r * r).sum::<f64>() / w.variance;
+            }
+        }
+    }
+    sum
 }
 
 /// Mean squared residual of one experiment, in σ².

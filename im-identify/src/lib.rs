@@ -16,3 +16,8 @@
 #[cfg(feature = "std")]
 pub mod offline;
 pub mod online;
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -87,3 +87,8 @@ pub use state::{LoadLaw, State};
 pub use steady_state::{Held, steady_state};
 #[cfg(feature = "std")]
 pub use text_file::read_text;
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

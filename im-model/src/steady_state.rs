@@ -84,21 +84,26 @@ fn slip_for_load(machine: &Machine<f64>, u: f64, omega: f64, torque: f64) -> Opt
     };
     // From synchronism outwards to the pull-out slip in the direction that the load asks for.
     let direction = if surplus(0.0) < 0.0 { 1.0 } else { -1.0 };
+    // In large steps, and where those pass over a pull-out that is just enough, in small ones.
+    let slip = bracketed(&surplus, direction, 1.25).or_else(|| bracketed(&surplus, direction, 1.03))?;
+    Some(omega * (1.0 - slip) / n_p)
+}
+
+/// The first relative slip, near enough to begin from, at which the surplus turns, looked for in steps that grow so.
+fn bracketed(surplus: &impl Fn(f64) -> f64, direction: f64, growth: f64) -> Option<f64> {
     let mut before = 0.0;
-    for k in 1..=400 {
-        let s = direction * 1e-4 * libm::pow(1.03, f64::from(k - 1));
+    let mut s = direction * 1e-4;
+    while s.abs() <= growth {
         if surplus(s) * direction >= 0.0 {
             let (mut a, mut b) = (before, s);
-            for _ in 0..60 {
+            for _ in 0..12 {
                 let m = 0.5 * (a + b);
                 if surplus(m) * direction >= 0.0 { b = m } else { a = m }
             }
-            return Some(omega * (1.0 - b) / n_p);
+            return Some(b);
         }
         before = s;
-        if s.abs() > 1.0 {
-            return None;
-        }
+        s *= growth;
     }
     None
 }

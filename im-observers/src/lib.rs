@@ -50,3 +50,8 @@ pub use named::{Gains, Named, StartingGains};
 pub use registry::{NAMES, Visit, each};
 pub use thau::{LoadTorqueModel, Thau, ThauBoxGains, ThauGains, ThauState};
 pub use utkin::{Utkin, UtkinGains, UtkinState};
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

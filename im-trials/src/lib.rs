@@ -5,3 +5,8 @@
 
 pub mod campaign;
 pub mod hidden;
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

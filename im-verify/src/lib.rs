@@ -36,3 +36,8 @@ pub use subject::{MACHINE, Machines, Subject};
 pub use summary::{CONFIDENCE, Outcome, Row};
 pub use variable::{Scale, Variable};
 pub use verdict::Verdict;
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

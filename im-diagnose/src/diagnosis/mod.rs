@@ -20,8 +20,8 @@ pub use ranking::Candidate;
 use ranking::ranking;
 pub use steps::Step;
 use steps::steps;
+use verdict::{Left, caused, remainder, verdict};
 pub use verdict::{Remainder, Verdict};
-use verdict::{caused, remainder, verdict};
 
 /// A parameter before and after.
 #[derive(Clone, Debug)]
@@ -86,17 +86,18 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     let (steps_as_found, judged_as_found) = steps(&loop_, &course);
     let leftover = leftover_of(&loop_, &course);
     let last = &course.last().model;
+    let left = Left::new(last, loop_.nudged(), &leftover);
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
-    let floor = if caused(&course, &leftover) { 1.0 } else { last.train().max(1.0) };
+    let floor = if caused(&course, &left) { 1.0 } else { last.train().max(1.0) };
     let (steps, judged) = if floor > 1.05 {
         loop_.set_noise_to_residual(&last.fit);
         steps(&loop_, &course)
     } else {
         (steps_as_found, judged_as_found)
     };
-    let remainder = remainder(&course, &leftover);
+    let remainder = remainder(&course, &left);
     let ranking = ranking(&loop_, &course, significance, remainder.as_ref());
-    let verdict = verdict(&course, &ranking, &leftover, floor);
+    let verdict = verdict(&course, &ranking, &left, floor);
     let last_step = &steps[steps.len() - 1];
     let loads = loads_of(last_step, loop_.case());
     let Step { machine, starts, effects, .. } = last_step;

@@ -1,12 +1,13 @@
 //! The rules of the verdict.
 
-use im_identify::offline::Fit;
+use im_identify::offline::{Experiment, Fit};
 use im_model::{BaseParameter, EffectId, ParameterId};
 use serde::{Deserialize, Serialize};
 
 use super::Candidate;
 use crate::residual_tests::Dependence;
 use crate::search::{Course, Model, Refusal, Round, Trial};
+use crate::statistics::log_p;
 
 /// Excess of χ²/N over that of the noise below which a model is as good as its sensors.
 const NEGLIGIBLE: f64 = 0.1;
@@ -49,10 +50,10 @@ pub struct Remainder {
     pub with_suspect: f64,
 }
 
-pub(super) fn remainder(course: &Course, leftover: &[Dependence]) -> Option<Remainder> {
+pub(super) fn remainder(course: &Course, left: &Left<'_>) -> Option<Remainder> {
     let last = &course.last().model;
-    let found = matches!(verdict_of(course, leftover, 1.0), Some(Verdict::MissingEffects | Verdict::Confounded));
-    if !found || error(last, 1.0) - 1.0 <= NEGLIGIBLE || !caused(course, leftover) {
+    let found = matches!(verdict_of(course, left, 1.0), Some(Verdict::MissingEffects | Verdict::Confounded));
+    if !found || error(last, 1.0) - 1.0 <= NEGLIGIBLE || !caused(course, left) {
         return None;
     }
     let round = &course.last().round;
@@ -78,20 +79,42 @@ fn determined(fit: &Fit) -> bool {
 /// Least gain, in noise floors, of a candidate that hints at an effect too small to be confirmed.
 const HINT: f64 = 0.003;
 
-/// Whether the residual depends on something beyond doubt.
-pub(super) fn structured(leftover: &[Dependence]) -> bool {
-    leftover.first().is_some_and(|d| d.log_p > 10.0)
+/// What the last model leaves.
+pub(super) struct Left<'a> {
+    /// On what it depends.
+    dependences: &'a [Dependence],
+    /// −log₁₀ of the probability that instruments of their class show so much in tables of steady states.
+    of_tables: f64,
+}
+
+/// From here on, −log₁₀ of a probability, there is no doubt.
+const NO_DOUBT: f64 = 10.0;
+
+impl<'a> Left<'a> {
+    /// Of `model` on `experiments`, whose dependences are known.
+    pub(super) fn new(model: &Model, experiments: &[Experiment], dependences: &'a [Dependence]) -> Self {
+        let tables = || experiments.iter().zip(&model.fit.residuals).filter(|(e, _)| e.is_table());
+        let cost: f64 = tables().flat_map(|(_, r)| r.iter().flatten()).map(|r| r * r).sum();
+        let count: usize = tables().map(|(e, _)| e.count()).sum();
+        let freedom = count.saturating_sub(model.fit.free.len());
+        Self { dependences, of_tables: if freedom == 0 { 0.0 } else { log_p(cost, freedom) } }
+    }
+
+    /// Whether it is no noise, beyond doubt: it depends on something, or no instruments err so much.
+    fn is_structured(&self) -> bool {
+        self.of_tables > NO_DOUBT || self.dependences.first().is_some_and(|d| d.log_p > NO_DOUBT)
+    }
 }
 
 /// Part of the excess that an effect which is not added takes off, from which on what is left is no noise.
 const CAUSED: f64 = 0.03;
 
 /// Whether what the last model leaves has a cause: it depends on something, or an effect that was tried explains part of it.
-pub(super) fn caused(course: &Course, leftover: &[Dependence]) -> bool {
+pub(super) fn caused(course: &Course, left: &Left<'_>) -> bool {
     let last = &course.last().model;
     let takes = |m: &Model| last.train() - m.train() > CAUSED * (last.train() - 1.0).max(NEGLIGIBLE);
     let explains = |r: &Round| r.trials.iter().any(|t| takes(&t.model) && gains(t));
-    structured(leftover) || explains(&course.last().round)
+    left.is_structured() || explains(&course.last().round)
 }
 
 /// Whether an effect more gains more than chance, form errors aside.
@@ -105,11 +128,11 @@ fn error(m: &Model, floor: f64) -> f64 {
 }
 
 /// The verdict as far as effects and leftover decide it.
-fn verdict_of(course: &Course, leftover: &[Dependence], floor: f64) -> Option<Verdict> {
+fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     let (first, last) = (&course.first().model, &course.last().model);
     let (before, after) = (error(first, floor) - 1.0, error(last, floor) - 1.0);
     let share_left = if last.effects.is_empty() { 1.0 } else { after / before.max(1e-9) };
-    if after > NEGLIGIBLE && share_left > 0.1 && structured(leftover) {
+    if after > NEGLIGIBLE && share_left > 0.1 && left.is_structured() {
         Some(Verdict::Unexplained)
     } else if last.effects.is_empty() {
         None
@@ -120,8 +143,8 @@ fn verdict_of(course: &Course, leftover: &[Dependence], floor: f64) -> Option<Ve
     }
 }
 
-pub(super) fn verdict(course: &Course, ranking: &[Candidate], leftover: &[Dependence], floor: f64) -> Verdict {
-    if let Some(v) = verdict_of(course, leftover, floor) {
+pub(super) fn verdict(course: &Course, ranking: &[Candidate], left: &Left<'_>, floor: f64) -> Verdict {
+    if let Some(v) = verdict_of(course, left, floor) {
         return v;
     }
     let unexcited = ranking.iter().filter(|c| !c.excited).count();

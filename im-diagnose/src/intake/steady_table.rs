@@ -7,7 +7,7 @@
 //! ```toml
 //! [table]
 //! kind = "no_load"                       # "locked", "load"; else seen from the rows
-//! class = 0.2                            # of the instruments, per cent of the largest reading; 1 without
+//! class = 0.2                            # of the instruments, per cent of the largest reading; 0.5 without
 //! voltage = "U (V)"                      # line to line, rms; phase_voltage instead where it is the phase's
 //! current = { column = "I", unit = "mA" }
 //! power = "P (kW)"
@@ -73,7 +73,7 @@ pub struct SteadyTable {
 const CANONICAL: [&str; 7] = ["V_LL_V", "V_ph_V", "I_A", "P_3ph_W", "Q_3ph_var", "n_rpm", "T_Nm"];
 
 /// Class of instruments where nobody says.
-const USUAL_CLASS_PERCENT: f64 = 1.0;
+const USUAL_CLASS_PERCENT: f64 = 0.5;
 /// From here on columns may be missing, or empty in some rows.
 const REACTIVE: usize = 4;
 

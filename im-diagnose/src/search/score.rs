@@ -170,7 +170,7 @@ impl<'a> ScoreContext<'a> {
         let predictions = experiments.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
         let count: usize = experiments.iter().map(Experiment::count).sum();
         let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
-        let variance = dot(&white.residual, &white.residual) / count as f64;
+        let variance = (dot(&white.residual, &white.residual) / count as f64).max(1.0);
         let deviance = f64::NAN;
         let mut me = Self {
             experiments,

@@ -69,6 +69,47 @@ fn what_cannot_be_guessed_is_asked_for_with_its_key() {
     assert!(e.contains("[current] a, b, c"), "{e}");
 }
 
+/// A drive's log: commanded voltages as shares of the dc link, an observer's currents and speed beside the sensors', filtered and raw speed.
+#[test]
+fn commands_and_estimates_in_a_drive_log_are_no_sensors() {
+    let all = columns();
+    let x = |c: usize| all[c].1.clone();
+    let r = start();
+    let scaled = |x: Vec<f64>, by: f64| x.into_iter().map(|x| x * by).collect::<Vec<_>>();
+    let (alpha, beta) = (r.u_s.iter().map(|u| u.re).collect::<Vec<_>>(), r.u_s.iter().map(|u| u.im).collect::<Vec<_>>());
+    let link = vec![540.0; r.len()];
+    let log = [
+        ("t", x(0)),
+        ("iA_est", scaled(x(4), 0.99)),
+        ("ia", x(4)),
+        ("ib", x(5)),
+        ("omega_filt", r.omega_m.clone()),
+        ("vel1", r.omega_m.clone()),
+        ("omega_hat", r.omega_m.clone()),
+        ("v_alpha_ref", scaled(alpha, 1.0 / 540.0)),
+        ("v_beta_ref", scaled(beta, 1.0 / 540.0)),
+        ("v_dc", link),
+        ("id_ref", x(6)),
+    ];
+    let folder = Folder::new("drive-log");
+    let t = take(&folder.put("run.csv", csv(&log))).unwrap();
+    let draft = t.draft.unwrap();
+    let said = draft.guesses.join("\n");
+    for words in [
+        "v_alpha_ref, v_beta_ref are the voltages alpha, beta (by their names; commanded, not measured)",
+        "are shares of v_dc, the voltage of the dc link",
+        "ia, ib are the currents a, b",
+        "vel1 is the speed in rad/s",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    assert!(!said.contains("second sensor"), "{said}");
+    assert!((t.experiment.u_s[2000] - r.u_s[2000]).norm() < 1e-3);
+    // The same without the link: what one is must be said.
+    let e = take(&folder.put("other.csv", csv(&log[..9]))).unwrap_err().to_string();
+    assert!(e.contains("[voltage] gain"), "{e}");
+}
+
 #[test]
 fn an_electrical_speed_without_a_unit_is_recognized() {
     let mut all = columns();

@@ -3,6 +3,7 @@
 use im_design::DesignModel;
 use im_design::kubota::{KubotaDesign, KubotaRequest, closed_form};
 use im_design::matrix::Matrix;
+use im_model::Bound;
 use im_model::space_vector::{cross, dot, unit};
 use im_observers::{Basis, Discretization, Input, Kubota, KubotaGains, Observer};
 
@@ -258,7 +259,7 @@ fn errors_decay(case: &ClaimCase) -> Verdict {
             gain: rows(&d.gain),
             gain_per_speed: rows(&d.gain_per_speed),
             proportional: 0.0,
-            integral: 1e-30,
+            integral: Bound::SMALLEST,
             fade_a: 0.0,
         };
         let basis = Basis::try_new(case.machine(), r, STEP);
