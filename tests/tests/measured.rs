@@ -8,7 +8,7 @@ use im_diagnose::intake::{Intake, SteadyTable, read};
 use im_diagnose::search::{Options, Refinement};
 use im_diagnose::tables;
 use im_identify::offline::{ChannelKind, Experiment, predict, start_on};
-use im_model::{Complex, EffectId, Held, Machine, MotorFile, Plant, Rating, State, steady_state};
+use im_model::{BaseParameter, Complex, EffectId, Held, Known, Machine, MotorFile, ParameterId, Plant, Rating, State, steady_state};
 
 const SHARED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/recordings/measured");
 const FIXTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../im-diagnose/tests/recordings/direct_on_line_4kw");
@@ -23,7 +23,11 @@ fn folder(name: &str) -> Option<PathBuf> {
 }
 
 fn taken(folder: &Path, name: &str, motor: &MotorFile) -> Intake {
-    let mapping = format!("{FIXTURES}/{name}.recording.toml");
+    mapped(folder, FIXTURES, name, motor)
+}
+
+fn mapped(folder: &Path, fixtures: &str, name: &str, motor: &MotorFile) -> Intake {
+    let mapping = format!("{fixtures}/{name}.recording.toml");
     read(&folder.join(format!("{name}.csv")), Some(Path::new(&mapping)), motor).unwrap().remove(0)
 }
 
@@ -122,4 +126,32 @@ fn steady_tables_go_through_the_same_loop() {
     assert_eq!(found, expected);
     let power = |s: &im_diagnose::diagnosis::Step| s.train.rmse["p_W"];
     assert!(power(&d.steps[d.steps.len() - 1]) < 0.5 * power(&d.steps[0]), "{} {}", power(&d.steps[2]), power(&d.steps[0]));
+}
+
+const DRIVE_LOG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../im-diagnose/tests/recordings/foc_inverter_28v");
+
+/// A drive's own log in motion: commanded voltage, no torque. Its speed is filtered (24 ms by hand), its currents have offsets (1.4 A) and gains (3 %).
+#[test]
+fn the_sensors_of_a_drive_are_found_in_its_own_log() {
+    let Some(dir) = folder("foc_inverter_28v") else { return };
+    let mut motor = MotorFile::read(format!("{DRIVE_LOG}/motor.toml")).unwrap();
+    // The base of the voltage is free, and with it the size of the flux.
+    let held = ParameterId::Base(BaseParameter::MagnetizingInductance);
+    motor.known.insert(held, Known { value: motor.machine.get(held), tolerance: 0.0 });
+    let runs = ["load_step", "speed_step"].map(|n| mapped(&dir, DRIVE_LOG, n, &motor));
+    let d = diagnose(Case::from_intake(motor, runs.to_vec(), None), Options::default()).unwrap();
+    println!("{:?}: {:?}, {:?}", d.verdict, d.effects, d.alternatives);
+    for e in [EffectId::SpeedSensorLag, EffectId::CurrentSensorOffset, EffectId::CurrentSensorGain] {
+        assert!(d.effects.contains(&e), "{e:?}: {:?}", d.effects);
+    }
+    let machine = &d.refined.machine;
+    let lag = machine.effects().speed_sensor_lag.time_constant_s;
+    assert!((lag / 0.024 - 1.0).abs() < 0.2, "{lag} s");
+    let error = |s: &im_diagnose::diagnosis::Step| s.train.rmse["i_alpha_A"].hypot(s.train.rmse["i_beta_A"]);
+    let (before, after) = (error(&d.steps[0]), error(&d.steps[d.steps.len() - 1]));
+    assert!(after < 1.3 && before > 3.0, "{before} A, {after} A");
+    // No parameter runs away.
+    for p in &d.parameters {
+        assert!(p.before == 0.0 || (0.05..20.0).contains(&(p.after / p.before).abs()), "{p:?}");
+    }
 }
