@@ -1,6 +1,10 @@
 //! The static torque-speed curve of a machine: its steady states on a sinusoidal supply.
 
-use im_model::{Held, Machine, Plant, steady_state};
+use im_model::{Held, Machine, MotorFile, Plant, steady_state};
+use serde_json::{Map, Value, json};
+
+/// Points of a curve in a file.
+const POINTS: usize = 56;
 
 /// Speed, rad/s, and electromagnetic torque, Nm, from standstill to a tenth above synchronous speed; speeds without a steady state are left
 /// out. Effects that ripple (asymmetries, dead time, sensors) are left out of each state, as in [`steady_state`].
@@ -13,6 +17,13 @@ pub fn torque_speed(machine: &Machine<f64>, phase_voltage_peak_v: f64, frequency
         Some([omega_m, plant.torque(&state)])
     };
     (0..points.max(2)).filter_map(at).collect()
+}
+
+/// The curves of motors at their rated supply, each under a name, as pairs of speed and torque.
+pub fn to_json(motors: &[(&str, &MotorFile)]) -> Value {
+    let curve = |m: &MotorFile| torque_speed(&m.machine, m.rating.phase_voltage_peak_v, m.rating.electrical_frequency_hz, POINTS);
+    let curves: Map<_, _> = motors.iter().map(|(name, m)| ((*name).to_owned(), json!(curve(m)))).collect();
+    json!({"columns": ["omega_m_rad_s", "torque_Nm"], "curves": curves})
 }
 
 #[cfg(test)]

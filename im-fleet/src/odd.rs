@@ -1,6 +1,7 @@
 //! Odd units: parameters that lie off those of the type by more than units differ, over the whole fleet with false discoveries held down.
 //!
-//! An odd unit must not widen its own type: what was found is left out and the types are made anew, until nothing changes.
+//! An odd unit must not widen its own type: what lies far off the median is left out at first, then what is odd, and the types are made anew until
+//! nothing changes.
 
 use std::collections::BTreeMap;
 
@@ -12,6 +13,10 @@ use crate::statistics::{benjamini_hochberg, two_sided};
 pub const FALSE_DISCOVERIES: f64 = 0.01;
 /// Rounds until what is odd is what was odd before.
 const ROUNDS: usize = 20;
+/// Standard deviations, by the median of the distances, from which on a value is left out at first.
+const FAR: f64 = 4.0;
+/// The standard deviation of normal numbers over the median of their distances from the middle.
+const NORMAL: f64 = 1.4826;
 /// Least variance of a logarithm: nobody measures a parameter to better than a thousandth.
 const LEAST_VARIANCE: f64 = 1e-6;
 
@@ -45,7 +50,7 @@ pub fn measured(row: &Row, key: &str) -> Option<Measured> {
 
 /// The populations of all groups, and what is odd in them, strongest first.
 pub fn find(values: &[Value]) -> (BTreeMap<(String, String), Population>, Vec<Odd>) {
-    let mut odd = vec![false; values.len()];
+    let mut odd = far(values);
     for _ in 0..ROUNDS {
         let types = populations(values, &odd);
         let (at, z) = distances(values, &types);
@@ -67,6 +72,26 @@ pub fn find(values: &[Value]) -> (BTreeMap<(String, String), Population>, Vec<Od
     let list =
         at.iter().zip(&z).filter(|(k, _)| odd[**k]).map(|(&value, &distance)| Odd { value, distance, p: two_sided(distance) });
     (types, list.collect())
+}
+
+/// What lies far off the median of its group: few odd units among few cannot hide behind the spread that they make.
+fn far(values: &[Value]) -> Vec<bool> {
+    let mut groups: BTreeMap<&(String, String), Vec<f64>> = BTreeMap::new();
+    values.iter().for_each(|v| groups.entry(&v.group).or_default().push(v.measured.x));
+    let median = |mut x: Vec<f64>| {
+        x.sort_by(f64::total_cmp);
+        0.5 * (x[(x.len() - 1) / 2] + x[x.len() / 2])
+    };
+    let middle_and_spread = |x: Vec<f64>| {
+        let middle = median(x.clone());
+        (middle, NORMAL * median(x.iter().map(|x| (x - middle).abs()).collect()))
+    };
+    let groups: BTreeMap<_, (f64, f64)> = groups.into_iter().map(|(group, x)| (group, middle_and_spread(x))).collect();
+    let is_far = |v: &Value| {
+        let (middle, spread) = groups[&v.group];
+        (v.measured.x - middle).abs() > FAR * (spread.powi(2) + v.measured.variance).sqrt()
+    };
+    values.iter().map(is_far).collect()
 }
 
 fn populations(values: &[Value], odd: &[bool]) -> BTreeMap<(String, String), Population> {

@@ -133,7 +133,7 @@ fn types(s: &Summary) -> Markup {
         ];
         (false, cells)
     };
-    let headings = [("type", false), ("parameter", false), ("middle", true), ("units differ by, %", true), ("recordings", true)];
+    let headings = [("type", false), ("parameter", false), ("middle", true), ("units differ by, %", true), ("units", true)];
     table(&headings, s.types.iter().map(row).collect())
 }
 

@@ -16,7 +16,7 @@ use crate::table::PARAMETERS;
 /// The statistics of all rows.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
-    /// Every parameter that a row has, as it was compared.
+    /// Every parameter of the last recording of each motor, as it was compared.
     pub values: Vec<Value>,
     /// What units of a type have in common: by type and parameter.
     pub types: BTreeMap<(String, String), Population>,
@@ -34,8 +34,16 @@ impl Summary {
         let value = |(unit, row): (usize, &Row), key: &str| {
             Some(Value { group: (row.kind.clone(), key.to_owned()), unit, measured: measured(row, key)? })
         };
-        let good = || rows.iter().enumerate().filter(|(_, r)| r.status != Status::Failed);
-        let values: Vec<Value> = good().flat_map(|r| PARAMETERS.iter().filter_map(move |key| value(r, key))).collect();
+        // As each motor is now: its last recording alone stands for it.
+        let mut last: BTreeMap<&str, usize> = BTreeMap::new();
+        for (k, row) in rows.iter().enumerate().filter(|(_, r)| r.status != Status::Failed) {
+            let now = last.entry(&row.unit).or_insert(k);
+            if row.date >= rows[*now].date {
+                *now = k;
+            }
+        }
+        let values: Vec<Value> =
+            last.into_values().flat_map(|k| PARAMETERS.iter().filter_map(move |key| value((k, &rows[k]), key))).collect();
         let (types, odd) = find(&values);
         Self { types, odd, changes: changes(rows), appeared: appeared(rows), values }
     }
@@ -83,11 +91,10 @@ impl Summary {
     /// # Errors
     /// The file cannot be written.
     pub fn write_parameters(&self, path: &Path, rows: &[Row]) -> Result<(), FileError> {
-        let own: BTreeMap<(usize, &str), &Value> = self.values.iter().map(|v| ((v.unit, v.group.1.as_str()), v)).collect();
         let (mut words, mut numbers) = (vec![Vec::new(); 4], vec![Vec::new(); 4]);
-        for (k, row) in rows.iter().enumerate().filter(|(_, r)| r.status != Status::Failed) {
+        for row in rows.iter().filter(|r| r.status != Status::Failed) {
             for key in PARAMETERS {
-                let own = own.get(&(k, key)).map(|v| v.measured);
+                let own = measured(row, key);
                 let borrowed = self.types.get(&(row.kind.clone(), key.to_owned())).map(|t| t.borrowed(own)).or(own);
                 for (column, word) in words.iter_mut().zip([&row.unit, &row.date, &row.kind, key]) {
                     column.push(word.to_owned());
@@ -103,5 +110,35 @@ impl Summary {
         let names = ["unit", "date", "type", "parameter", "value", "std", "value_with_type", "std_with_type"].map(str::to_owned);
         let columns = words.into_iter().map(Column::Text).chain(numbers.into_iter().map(Column::Number)).collect();
         table_file::write(path, &names, &[columns])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::row::Parameter;
+
+    /// Eight motors in two months; one of them is odd in the last month only, and one month of another could not be judged.
+    #[test]
+    fn a_motor_is_what_its_last_recording_says() {
+        let row = |unit: usize, date: &str| {
+            let odd = if unit == 3 && date == "2026-02" { 2.0 } else { 1.0 };
+            let value = odd * (1.0 + 0.02 * ((unit * 5) % 8) as f64);
+            let parameters = vec![Parameter { key: PARAMETERS[1].into(), value, std: Some(0.005) }];
+            let status = if unit == 5 && date == "2026-02" { Status::Failed } else { Status::Screened };
+            let (unit, date) = (format!("m{unit}"), date.to_owned());
+            Row { unit, date, kind: "4 kW".into(), status, parameters, ..Row::default() }
+        };
+        let rows: Vec<Row> = (0..8).flat_map(|unit| ["2026-01", "2026-02"].map(|date| row(unit, date))).collect();
+        let s = Summary::of(&rows);
+        assert_eq!(s.values.len(), 8);
+        let odd: Vec<&Row> = s.odd.iter().map(|o| &rows[s.values[o.value].unit]).collect();
+        assert_eq!(odd.iter().map(|r| (r.unit.as_str(), r.date.as_str())).collect::<Vec<_>>(), [("m3", "2026-02")]);
+        // The odd one is left out of its type.
+        assert_eq!(s.types.values().next().map(|t| t.count), Some(7));
+        let json = s.to_json(&rows);
+        assert_eq!((&json["rows"], &json["failed"], &json["odd"][0]["of"]["unit"]), (&16.into(), &1.into(), &"m3".into()));
+        let page = crate::report::html("plant", &rows, &s);
+        assert!(page.contains("times that of its type"), "{page}");
     }
 }

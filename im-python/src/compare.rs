@@ -51,17 +51,9 @@ pub fn compare(py: Python<'_>, motor: &Motor, data: Vec<Recording>, anyway: bool
 #[pymethods]
 impl Comparison {
     fn json(&self) -> String {
-        let c = &self.inner;
-        let errors = c.experiments.iter().zip(&c.errors).map(|(e, x)| {
-            json!({"recording": e.name, "chi2_per_sample": x.chi2_per_sample, "rms_in_sigma": x.rms_in_sigma(), "rmse": x.rmse, "fit_percent": x.fit_percent})
-        });
-        let total = &c.total;
-        json!({
-            "schema": 1, "data_quality": self.noticed, "findings": c.findings(), "loads": c.loads(),
-            "errors": errors.collect::<Vec<_>>(), "chi2_per_sample": total.chi2_per_sample, "rms_in_sigma": total.rms_in_sigma(),
-            "rmse": total.rmse, "fit_percent": total.fit_percent,
-        })
-        .to_string()
+        let mut report = self.inner.to_json();
+        report["data_quality"] = json!(self.noticed);
+        report.to_string()
     }
 
     fn html(&self) -> String {

@@ -10,7 +10,7 @@ use crate::source::{self, Shown};
 use crate::{Problem, commands, links};
 
 /// The order of the pages beside each one; those that are not named here come last.
-const GROUPS: [(&str, &[&str]); 5] = [
+const GROUPS: [(&str, &[&str]); 6] = [
     (
         "Begin",
         &[
@@ -24,7 +24,17 @@ const GROUPS: [(&str, &[&str]); 5] = [
         ],
     ),
     ("The machine", &["docs/conventions.md", "docs/model.md", "docs/effects.md"]),
-    ("Measurements", &["docs/recordings.md", "docs/diagnosis.md", "docs/matlab.md"]),
+    ("Measurements", &["docs/recordings.md", "docs/diagnosis.md", "docs/fleets.md"]),
+    (
+        "Python",
+        &[
+            "docs/python.md",
+            "docs/notebook-first-diagnosis.md",
+            "docs/notebook-own-data.md",
+            "docs/notebook-fleet.md",
+            "docs/matlab.md",
+        ],
+    ),
     ("Drives", &["docs/observers.md", "docs/controllers.md", "docs/identifiers.md", "docs/design.md"]),
     (
         "Proof and practice",

@@ -87,11 +87,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut out = stdout();
     if args.json {
-        writeln!(
-            out,
-            "{}",
-            json!({"schema": 1, "guessed": guessed, "data_quality": noticed, "findings": comparison.findings(), "loads": comparison.loads()})
-        )?;
+        let mut report = comparison.to_json();
+        report["guessed"] = json!(guessed);
+        report["data_quality"] = json!(noticed);
+        writeln!(out, "{report}")?;
         return Ok(());
     }
     for guess in &guessed {

@@ -13,6 +13,7 @@ mod design;
 mod diagnose;
 mod effects;
 mod fit;
+mod fleet;
 mod identify;
 mod inputs;
 mod motor;
@@ -37,6 +38,8 @@ pub enum Command {
     Diagnose(diagnose::Args),
     /// Fit the parameters of a motor to recordings
     Fit(fit::Args),
+    /// Judge many motors: one table of verdicts, statistics of types, a page
+    Fleet(fleet::Args),
     /// Estimate parameters as a drive does while running; show where they can be estimated
     Identify(identify::Args),
     /// Add a physical effect to a motor
@@ -73,6 +76,7 @@ impl Command {
             Self::Report(args) => report::run(&args),
             Self::Diagnose(args) => diagnose::run(&args),
             Self::Fit(args) => fit::run(&args),
+            Self::Fleet(args) => fleet::run(&args),
             Self::Identify(args) => identify::run(&args),
             Self::Add(args) => add::run(&args),
             Self::Validate(args) => validate::run(&args),

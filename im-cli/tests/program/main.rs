@@ -3,6 +3,7 @@
 mod common;
 #[cfg(feature = "design")]
 mod design;
+mod fleet;
 mod identify;
 #[cfg(unix)]
 mod interrupt;

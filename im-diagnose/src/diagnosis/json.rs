@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::Diagnosis;
 use crate::residuals::Errors;
+use crate::steady_curve;
 
 impl Diagnosis {
     /// `diagnosis.json`, in the shape that others read.
@@ -48,6 +49,7 @@ impl Diagnosis {
                 "depends_on": d.variable.label(), "part": d.part.label(), "log10_p": -d.log_p, "size": d.size, "curve": d.curve,
             })).collect::<Vec<_>>(),
             "loads": self.loads.to_json(),
+            "torque_speed": steady_curve::to_json(&[("before", &self.case.motor), ("after", &self.refined)]),
             "noise": self.noise,
             "remarks": self.remarks(),
         })

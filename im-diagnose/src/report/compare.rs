@@ -4,6 +4,7 @@ use im_identify::offline::{Experiment, predict, start_on};
 use im_model::{MotorFile, State};
 use maud::html;
 use rayon::prelude::*;
+use serde_json::json;
 
 use super::overlay::{self, channel_words};
 use super::page::{Row, Section, numbers, page, table, term, words};
@@ -18,6 +19,7 @@ use crate::loads::Loads;
 use crate::localise::{Signals, localise};
 use crate::residuals::nudged;
 use crate::residuals::{Errors, errors};
+use crate::steady_curve;
 
 /// A model beside recordings: what it predicts, how far off it is, and where.
 pub struct Comparison {
@@ -84,6 +86,25 @@ impl Comparison {
     /// Loads that no column holds, for programs.
     pub fn loads(&self) -> serde_json::Value {
         self.loads.to_json()
+    }
+
+    /// For programs: the errors of each recording and over all, what stands out, the loads, and the static torque-speed curve of the model.
+    pub fn to_json(&self) -> serde_json::Value {
+        let errors = |x: &Errors| {
+            json!({
+                "chi2_per_sample": x.chi2_per_sample, "rms_in_sigma": x.rms_in_sigma(), "rmse": x.rmse, "fit_percent": x.fit_percent,
+            })
+        };
+        let each = self.experiments.iter().zip(&self.errors).map(|(e, x)| {
+            let mut one = errors(x);
+            one["recording"] = json!(e.name);
+            one["noise"] = e.channels.iter().map(|c| (c.name.clone(), json!(c.sigma))).collect::<serde_json::Map<_, _>>().into();
+            one
+        });
+        json!({
+            "schema": 1, "findings": self.findings(), "loads": self.loads(), "errors": each.collect::<Vec<_>>(), "total": errors(&self.total),
+            "torque_speed": steady_curve::to_json(&[("model", &self.motor)]),
+        })
     }
 
     /// Where the model fails, in numbers.

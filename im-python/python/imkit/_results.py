@@ -45,7 +45,7 @@ class Comparison(_Result):
     @property
     def rms_in_sigma(self) -> float:
         """The error over all recordings in units of the sensors' noise: 1 is as good as they can tell."""
-        return self._answer["rms_in_sigma"]
+        return self._answer["total"]["rms_in_sigma"]
 
     def errors(self) -> Any:
         """Root mean square error and fit per cent of each signal of each recording."""

@@ -24,6 +24,10 @@ from . import _native
 __all__ = ["FleetTable", "run"]
 
 
+_WORDS = "key unit type date recordings status verdict effects rivals suspicion sizes report error parameter".split()
+"""Columns of the tables that hold words."""
+
+
 class _Job(NamedTuple):
     key: str
     text: str
@@ -54,7 +58,10 @@ class FleetTable:
             import pandas
         except ImportError:
             return self._rows
-        return pandas.read_csv(os.path.join(self.folder, name), keep_default_na=False, na_values={}, dtype=None)
+        table = pandas.read_csv(os.path.join(self.folder, name), dtype={column: str for column in _WORDS})
+        words = [column for column in _WORDS if column in table]
+        table[words] = table[words].fillna("")
+        return table
 
     def __len__(self) -> int:
         return len(self._rows)
