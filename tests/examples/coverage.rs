@@ -86,7 +86,7 @@ fn trial(first: u64, k: u64, given: bool) -> Done {
     }
     let trial = simulate(&case);
     let m = &trial.truth.machine;
-    let truth = TParameters {
+    let mut truth = TParameters {
         stator_resistance_ohm: m.stator_resistance_ohm,
         rotor_resistance_ohm: m.rotor_resistance_ohm,
         stator_leakage_inductance_h: m.stator_leakage_h,
@@ -95,6 +95,18 @@ fn trial(first: u64, k: u64, given: bool) -> Done {
         inertia_kg_m2: m.inertia_kg_m2,
         viscous_friction_nm_s_per_rad: m.friction_nm_s,
     };
+    for e in &trial.truth.effects {
+        let of = |name: &str| e.parameters.iter().find(|p| p.0 == name).map_or(0.0, |p| p.1);
+        // What one phase of three has more belongs by a third to the symmetrical machine.
+        match e.kind {
+            EffectKind::StatorAsymmetry => {
+                truth.stator_resistance_ohm += of("extra_ohm") / 3.0;
+                truth.stator_leakage_inductance_h += of("extra_leakage_h") / 3.0;
+            }
+            EffectKind::RotorAsymmetry => truth.rotor_resistance_ohm *= 1.0 + of("extra") / 3.0,
+            _ => (),
+        }
+    }
     let errors = diagnose(case_of(&trial), options).ok().filter(|d| d.effects == wanted).map(|d| {
         // The catalogue's L_lr is the leakage at low slip, that of the bars included.
         let bars_h = d.refined.machine.effects().rotor_skin_effect.low_slip_leakage_h(truth.rotor_resistance_ohm);

@@ -8,7 +8,9 @@ use im_diagnose::intake::{Intake, SteadyTable, read};
 use im_diagnose::search::{Options, Refinement};
 use im_diagnose::tables;
 use im_identify::offline::{ChannelKind, Experiment, predict, start_on};
-use im_model::{BaseParameter, Complex, EffectId, Held, Known, Machine, MotorFile, ParameterId, Plant, Rating, State, steady_state};
+use im_model::{
+    BaseParameter, Complex, EffectId, Held, Known, Machine, MotorFile, ParameterId, Plant, Rating, State, steady_state,
+};
 
 const SHARED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/recordings/measured");
 const FIXTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../im-diagnose/tests/recordings/direct_on_line_4kw");

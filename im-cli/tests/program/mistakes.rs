@@ -111,8 +111,10 @@ fn absurd_machines_are_refused_before_they_are_simulated() {
     assert!(message.contains("stiff.toml:27: voltage_v = 1e19 must be from 1e-12 to 1e12"), "{message}");
     // A number that some machine might have, but none that can be simulated.
     let stiff = dir.file("stiff.toml", &(motor.clone() + "\n[effects.inverter_nonlinearity]\nvoltage_v = 1e11\n"));
-    for command in [["compare", "--data", &demo("train1.csv")], ["simulate", "--scenario", &scenario]] {
-        let message = refused(&[&command[..1], &["--motor", &stiff], &command[1..]].concat());
+    for of in
+        [&["compare", "--data", &demo("train1.csv")][..], &["simulate", "--scenario", &scenario, "-o", &dir.path("run.csv")]]
+    {
+        let message = refused(&[of, &["--motor", &stiff]].concat());
         assert!(message.contains("inverter_nonlinearity.voltage_v = 1e11"), "{message}");
     }
     assert!(!dir.has("run.csv"));

@@ -58,12 +58,13 @@ fn words(name: &str) -> Vec<String> {
 pub(super) fn quantity(name: &str) -> Option<Quantity> {
     let low = name.to_lowercase();
     let has = |words: &[&str]| words.iter().any(|w| low.contains(w));
+    let marked = place(name).is_some();
     let starts = |words: &[&str]| {
         words.iter().any(|w| {
             low == *w
-                || low
-                    .strip_prefix(w)
-                    .is_some_and(|r| r.starts_with(|c: char| !c.is_alphabetic() || "abcuvwrst".contains(c)) && r.len() <= 8)
+                || low.strip_prefix(w).is_some_and(|r| {
+                    r.starts_with(|c: char| !c.is_alphabetic() || "abcuvwrst".contains(c)) && (r.len() <= 8 || marked)
+                })
         })
     };
     if is_dc_link(name) {
