@@ -8,7 +8,7 @@
 //!
 //! so that no effect is named for what only mends the form of another.
 
-use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Linearized, linearize, predict};
+use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Linearized, linearize, predict, smoothness};
 use im_model::{BaseParameter, Complex, Machine, ParameterId, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -63,10 +63,15 @@ pub fn marginal_deviance(machine: &Machine<f64>, starts: &[State<f64>], experime
     let flat: Vec<f64> = columns.concat();
     let all = DMatrix::from_vec(r.len(), p + m, flat);
     let mut normal = all.tr_mul(&all) * stride as f64;
-    let b = all.tr_mul(&r) * stride as f64;
+    let mut b = all.tr_mul(&r) * stride as f64;
     // The parameters move by logarithms: one that the data do not determine stays within a factor of a few.
     for k in 0..p + m {
         normal[(k, k)] += 1.0;
+    }
+    if let Some(smooth) = smoothness(machine, free) {
+        let (mut information, mut downhill) = (normal.view_mut((0, 0), (p, p)), b.rows_mut(0, p));
+        information += &smooth.information;
+        downhill += &smooth.downhill;
     }
     let parameters_alone = normal.view((0, 0), (p, p)).into_owned();
     let ln_det = |a: DMatrix<f64>| a.cholesky().map(|c| 2.0 * c.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>());

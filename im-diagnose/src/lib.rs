@@ -22,6 +22,7 @@ pub mod fitted;
 pub mod form_error;
 pub mod format;
 pub mod intake;
+pub mod learn;
 pub mod loads;
 pub mod localise;
 pub mod next_test;

@@ -12,7 +12,7 @@
 //! the residual hardly shows: the curve of each effect, bent by 5 % of what it explains, and the ratio of the leakages, off by 20 % (`form_error`).
 
 pub use im_identify::offline::HALF_95;
-use im_identify::offline::{Experiment, Fit, Free, Linearized, Target, inverse_of_normal, linearize, prior_terms};
+use im_identify::offline::{Experiment, Fit, Free, Linearized, Target, inverse_of_normal, linearize, prior_terms, smoothness};
 use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State, TParameters};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -242,6 +242,10 @@ impl Spread {
             for m in [&mut normal, &mut modelled] {
                 m[(k, k)] += information;
             }
+        }
+        if let Some(smooth) = smoothness(machine, free) {
+            normal += &smooth.information;
+            modelled += &smooth.information;
         }
         Self { inverse: inverse_of_normal(&normal), noise: [modelled, shown], hidden }
     }

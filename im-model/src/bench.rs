@@ -98,7 +98,12 @@ impl<T: Scalar> Bench<T> {
     #[inline(always)]
     fn speed_seen(&self) -> T {
         let w = self.state.omega_m;
-        if self.sensed { self.plant.effects().measured_speed(self.plant.on(), w, &self.filters) } else { w }
+        if self.sensed {
+            let (on, effects) = (self.plant.on(), self.plant.effects());
+            effects.measured_speed(on, effects.shown_speed(on, w, self.state.theta_m), &self.filters)
+        } else {
+            w
+        }
     }
 
     /// Runs one sample with the command and the load torque held.

@@ -105,7 +105,14 @@ impl<T: Scalar> Machine<T> {
 impl Machine<f64> {
     /// The same machine with some parameters changed, checked again.
     pub fn with(&self, changes: &[(ParameterId, f64)]) -> Result<Self, ModelError> {
-        let m = self.map(|id, x| changes.iter().rev().find(|(c, _)| *c == id).map_or(x, |(_, v)| *v));
+        let mut whole = *self;
+        // A user's effect that is not there yet comes with its change.
+        for (id, value) in changes {
+            if let ParameterId::Effect(e @ EffectId::Custom(_), k) = *id {
+                whole.effects.set(e, k, *value);
+            }
+        }
+        let m = whole.map(|id, x| changes.iter().rev().find(|(c, _)| *c == id).map_or(x, |(_, v)| *v));
         Self::try_new(m.parameters, m.pole_pairs, m.effects)?.with_air_gap(m.air_gap)
     }
 }

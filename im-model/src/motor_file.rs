@@ -10,7 +10,7 @@ use toml::Spanned;
 
 use crate::air_gap::AirGapSaturation;
 use crate::atomic_file::write_atomically;
-use crate::effects::{CustomId, EffectId, Effects};
+use crate::effects::{CustomId, EffectId, Effects, FreeForm, MAX_CUSTOM};
 use crate::error::{Bound, ModelError};
 use crate::file_error::FileError;
 use crate::machine::{Machine, ParameterId, Rating};
@@ -180,6 +180,7 @@ impl MotorFile {
             effects.add_custom(id);
         }
         effects.rescale(&rating, &p, pole_pairs);
+        add_free_forms(&toml, &tables, &mut effects)?;
         read_effects(&toml, &tables, &mut effects, &mut known)?;
         let gap = head.air_gap.as_ref().map(|table| air_gap(&toml, table)).transpose()?;
         let machine = Machine::try_new(p, pole_pairs, effects).and_then(|m| m.with_air_gap(gap)).map_err(|e| toml.value(e))?;
@@ -313,6 +314,39 @@ fn air_gap(toml: &TomlText<'_>, table: &Numbers) -> Result<AirGapSaturation<f64>
         *x = given.ok_or_else(|| toml.missing(table.span(), key, expected))?;
     }
     Ok(AirGapSaturation::from_values(values))
+}
+
+/// Defines the free-form effects that the file has a table of, each on the range that stands there.
+fn add_free_forms(
+    toml: &TomlText<'_>,
+    tables: &BTreeMap<Spanned<String>, Numbers>,
+    effects: &mut Effects<f64>,
+) -> Result<(), FileError> {
+    for (name, table) in tables {
+        let Some((acts, over)) = FreeForm::of_name(name.get_ref()) else { continue };
+        let unplaced = FreeForm::define(acts, over, (0.0, 1.0), 1.0);
+        let keys: Vec<(&'static str, Bound)> = unplaced.parameters().iter().map(|p| (p.key, p.bound)).collect();
+        let given = numbers(toml, table, &keys, |_, _| ())?;
+        let missing = |k: usize| toml.missing(table.span(), keys[k].0, "where the learned curve lies");
+        let place = |k: usize| given[k].ok_or_else(|| missing(k));
+        let first = place(FreeForm::SPREAD + 1)?;
+        let id = if over.is_angle() {
+            FreeForm::define(acts, over, (0.0, 1.0), first)
+        } else {
+            let last = place(FreeForm::SPREAD + 2)?;
+            if last <= first {
+                let key = keys[FreeForm::SPREAD + 2].0;
+                let expected = format!("more than {first}, where the curve begins");
+                return Err(toml.unexpected(table.span(), Some(&format!("given with {key} = {last}")), expected));
+            }
+            FreeForm::define(acts, over, (first, last), 1.0)
+        };
+        if !effects.add_custom(id) {
+            let expected = format!("at most {MAX_CUSTOM} effects that are learned or one's own");
+            return Err(toml.unexpected(name.span(), Some("one too many"), expected));
+        }
+    }
+    Ok(())
 }
 
 fn read_effects(

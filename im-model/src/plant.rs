@@ -7,7 +7,7 @@
 use num_complex::Complex;
 use num_traits::Zero;
 
-use crate::effects::{Active, Effects, Operating, Role};
+use crate::effects::{Active, Effects, Hook, Operating, Role};
 use crate::error::ModelError;
 use crate::flux_map::{Currents, FluxMap};
 use crate::machine::Machine;
@@ -156,7 +156,12 @@ impl<T: Scalar> Plant<T> {
     #[inline(always)]
     fn currents_with(&self, on: Active, x: &State<T>) -> Currents<T> {
         let core = self.effects.core_source(on, Complex::zero(), &x.extra);
-        self.map.currents(x.psi_s, x.psi_r, core, &self.effects)
+        let currents = self.map.currents(x.psi_s, x.psi_r, core, &self.effects);
+        if on.any_custom_has(Hook::added_currents) {
+            self.effects.added_currents(on, currents, x, &self.parameters, self.n_p)
+        } else {
+            currents
+        }
     }
 
     /// Electromagnetic torque in a state, Nm.

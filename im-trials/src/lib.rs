@@ -6,6 +6,7 @@
 pub mod campaign;
 pub mod fleet;
 pub mod hidden;
+pub mod learning;
 
 /// The example of the README is a test.
 #[cfg(doctest)]

@@ -24,7 +24,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
         ],
     ),
     ("The machine", &["docs/conventions.md", "docs/model.md", "docs/effects.md"]),
-    ("Measurements", &["docs/recordings.md", "docs/diagnosis.md", "docs/fleets.md"]),
+    ("Measurements", &["docs/recordings.md", "docs/diagnosis.md", "docs/learn.md", "docs/fleets.md"]),
     (
         "Python",
         &[

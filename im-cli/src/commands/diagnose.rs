@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use im_diagnose::diagnosis::{Diagnosis, diagnose};
 use im_diagnose::intake::Finding;
 use im_diagnose::report::{self, Meta, NextTest, Story};
-use im_diagnose::search::Options;
+use im_diagnose::search::{Learning, Options};
 use im_diagnose::sources::by_fit;
 
 use super::inputs::{Data, quality, refused, write_quality};
@@ -32,6 +32,9 @@ pub struct Args {
     /// Chance of a false alarm over the whole library
     #[arg(long, default_value_t = 0.01, value_name = "P")]
     significance: f64,
+    /// Learn as a curve what the library leaves unexplained
+    #[arg(long)]
+    learn: bool,
     /// Write measured, modelled and residual of every sample into this file: .csv, or .parquet
     #[arg(long, value_name = "FILE")]
     signals: Option<PathBuf>,
@@ -56,12 +59,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         outputs.file(file)?;
     }
     let (case, mut noticed, options) = args.data.case()?;
-    let options = Options { significance: args.significance, ..options };
+    let learning = if args.learn { Learning::Unexplained } else { Learning::Never };
+    let options = Options { significance: args.significance, learning, ..options };
     let found = spinning("fitting and scoring", || diagnose(case, options)).map_err(|e| refused(&args.data.motor, &e))?;
-    noticed.retain(|f| !found.refutes(f));
-    noticed.extend(by_fit(&noticed, &found.case.motor, &found.refined.machine));
-    let meta = Meta { quality: quality(&noticed), ..meta(&found) };
+    let meta = noticed_by(&found, &mut noticed);
     finish(&found, &meta, &noticed, args.out.as_deref(), args.signals.as_deref(), args.json)
+}
+
+/// Drops from what was noticed at intake what the answer refutes, and adds what it shows: what the report says of how it came about.
+pub fn noticed_by(found: &Diagnosis, noticed: &mut Vec<Finding>) -> Meta {
+    noticed.retain(|f| !found.refutes(f));
+    noticed.extend(by_fit(noticed, &found.case.motor, &found.refined.machine));
+    Meta { quality: quality(noticed), ..meta(found) }
 }
 
 /// Writes the files and prints the story.

@@ -16,6 +16,7 @@ mod fit;
 mod fleet;
 mod identify;
 mod inputs;
+mod learn;
 mod motor;
 mod next_test;
 mod observe;
@@ -36,6 +37,8 @@ pub enum Command {
     Compare(compare::Args),
     /// Fit the motor, find the missing physical effect, add it, check it on a held-out recording
     Diagnose(diagnose::Args),
+    /// As diagnose, and learn as a curve what no effect of the library explains
+    Learn(learn::Args),
     /// Fit the parameters of a motor to recordings
     Fit(fit::Args),
     /// Judge many motors: one table of verdicts, statistics of types, a page
@@ -75,6 +78,7 @@ impl Command {
             Self::Compare(args) => compare::run(&args),
             Self::Report(args) => report::run(&args),
             Self::Diagnose(args) => diagnose::run(&args),
+            Self::Learn(args) => learn::run(&args),
             Self::Fit(args) => fit::run(&args),
             Self::Fleet(args) => fleet::run(&args),
             Self::Identify(args) => identify::run(&args),

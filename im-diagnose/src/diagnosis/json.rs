@@ -48,6 +48,17 @@ impl Diagnosis {
             "leftover": self.leftover.iter().take(6).map(|d| json!({
                 "depends_on": d.variable.label(), "part": d.part.label(), "log10_p": -d.log_p, "size": d.size, "curve": d.curve,
             })).collect::<Vec<_>>(),
+            "learned": self.learned.iter().map(|c| json!({
+                "effect": c.effect.name(),
+                "over": c.effect.free_form().map(|f| f.labels().0),
+                "adds": c.effect.free_form().map(|f| f.labels().1),
+                "curve": c.points,
+                "rivals": names(&c.rivals),
+                "formulas": c.formulas.iter().take(5).map(|f| json!({
+                    "name": f.name, "formula": f.text, "cost": finite(f.cost), "off": finite(f.off), "factors": f.factors, "shape": f.shape,
+                })).collect::<Vec<_>>(),
+                "means": c.meaning(),
+            })).collect::<Vec<_>>(),
             "loads": self.loads.to_json(),
             "torque_speed": steady_curve::to_json(&[("before", &self.case.motor), ("after", &self.refined)]),
             "noise": self.noise,

@@ -12,15 +12,16 @@ use im_identify::offline::{Experiment, FitError, Free, Target};
 use im_model::{EffectId, MotorFile, State};
 
 use crate::case::Case;
+use crate::learn::{Curve, continued};
 use crate::loads::Loads;
 use crate::residual_tests::{Dependence, dependences};
-use crate::search::{Course, Options, Refinement};
+use crate::search::{Course, Learning, Options, Refinement};
 use crate::uncertainty::{Estimates, MachineQuantity, ratio_held};
 pub use ranking::Candidate;
 use ranking::ranking;
 pub use steps::Step;
 use steps::steps;
-use verdict::{Left, caused, remainder, verdict};
+use verdict::{Left, caused, remainder, unexplained, verdict};
 pub use verdict::{Remainder, Verdict};
 
 /// A parameter before and after.
@@ -61,6 +62,8 @@ pub struct Diagnosis {
     pub loads: Loads,
     /// More than noise that is left beside effects that were found: less than a tenth, or the verdict is `unexplained`.
     pub remainder: Option<Remainder>,
+    /// Curves among the effects that no formula of the library gives.
+    pub learned: Vec<Curve>,
     /// Noise per channel, in its unit.
     pub noise: BTreeMap<String, f64>,
     /// The case as analysed, with the noise as estimated.
@@ -79,10 +82,15 @@ impl Diagnosis {
 
 /// Runs the whole loop on a case and decides.
 pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
-    let significance = options.significance;
+    let (significance, learning) = (options.significance, options.learning);
     let before = case.motor.clone();
     let (mut loop_, base) = Refinement::new(case, options)?;
     let course = loop_.run(base)?;
+    let course = match learning {
+        Learning::Always => continued(&mut loop_, course)?,
+        Learning::Unexplained if leaves_unexplained(&loop_, &course) => continued(&mut loop_, course)?,
+        _ => course,
+    };
     let (steps_as_found, judged_as_found) = steps(&loop_, &course);
     let leftover = leftover_of(&loop_, &course);
     let last = &course.last().model;
@@ -107,6 +115,9 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
     let parameters = changes(&before, &refined, &free, &estimates);
     let case = loop_.case().clone();
     let noise = case.train.iter().flat_map(|e| &e.channels).map(|c| (c.name.clone(), c.sigma)).collect();
+    let with_rivals = last.effects.iter().zip(course.alternatives());
+    let price = price_of_a_number(&course);
+    let learned = with_rivals.filter_map(|(&e, rivals)| Curve::new(e, machine, &estimates, rivals, price)).collect();
     Ok(Diagnosis {
         verdict,
         effects: last.effects.clone(),
@@ -119,6 +130,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
         leftover,
         loads,
         remainder,
+        learned,
         noise,
         case,
         course,
@@ -130,6 +142,18 @@ fn loads_of(last: &Step, case: &Case) -> Loads {
     let experiments: Vec<Experiment> = case.train.iter().chain(&case.holdout).cloned().collect();
     let starts: Vec<State<f64>> = last.starts.iter().chain(&last.holdout_start).copied().collect();
     Loads::of(&last.machine, &experiments, &starts)
+}
+
+/// λ ln(N/λ): by how much D must fall for one number more.
+fn price_of_a_number(course: &Course) -> f64 {
+    let lambda = course.posterior.dispersion;
+    lambda * (course.first().model.fit.count as f64 / lambda).ln().max(0.0)
+}
+
+/// Whether the candidates leave what has a cause that they do not hold.
+fn leaves_unexplained(loop_: &Refinement, course: &Course) -> bool {
+    let leftover = leftover_of(loop_, course);
+    unexplained(course, &Left::new(&course.last().model, loop_.nudged(), &leftover))
 }
 
 fn leftover_of(loop_: &Refinement, course: &Course) -> Vec<Dependence> {

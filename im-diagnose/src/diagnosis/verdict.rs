@@ -127,6 +127,11 @@ fn error(m: &Model, floor: f64) -> f64 {
     m.holdout.unwrap_or(0.0).max(m.train()) / floor
 }
 
+/// Whether what the last model leaves has a cause that the candidates do not hold.
+pub(super) fn unexplained(course: &Course, left: &Left<'_>) -> bool {
+    verdict_of(course, left, 1.0) == Some(Verdict::Unexplained)
+}
+
 /// The verdict as far as effects and leftover decide it.
 fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     let (first, last) = (&course.first().model, &course.last().model);

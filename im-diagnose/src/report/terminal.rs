@@ -39,6 +39,7 @@ pub fn terminal(s: &Story, width: usize) -> String {
     if d.verdict == Verdict::Unexplained {
         leftover(&mut out, d);
     }
+    learned(&mut out, d);
     candidates(&mut out, d);
     parameters(&mut out, d);
     loads(&mut out, &s.d.loads, &d.case.motor);
@@ -206,6 +207,23 @@ pub(super) fn loads(out: &mut Text, loads: &Loads, motor: &MotorFile) {
     }
     if let Some(note) = loads.note(motor) {
         out.paragraph("  ", &note);
+    }
+}
+
+/// Curves that no formula of the library gives.
+fn learned(out: &mut Text, d: &Diagnosis) {
+    for c in &d.learned {
+        out.heading(&format!("Learned: {}", c.effect.card().title));
+        let values: Vec<f64> = c.points.iter().step_by(2).map(|p| p[1]).collect();
+        let (lo, hi) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+        out.line(&format!("      {}", spark(&values, lo, hi)));
+        out.paragraph("  ", &sentence(&c.extent()));
+        for t in c.meaning() {
+            out.paragraph("  - ", &sentence(&t));
+        }
+        for r in &c.rivals {
+            out.paragraph("  or: ", &short_effect_name(*r));
+        }
     }
 }
 

@@ -35,13 +35,30 @@ pub struct Options {
     pub most_effects: usize,
     /// Effects considered; all of the library and the motor's own when empty.
     pub candidates: Vec<EffectId>,
+    /// When curves that no formula gives are considered beside them.
+    pub learning: Learning,
+}
+
+/// When a diagnosis learns an effect that the library does not hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Learning {
+    /// Never.
+    #[default]
+    Never,
+    /// Where the library leaves something unexplained.
+    Unexplained,
+    /// In any case.
+    Always,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { significance: 0.01, leading: 5, most_effects: 6, candidates: Vec::new() }
+        Self { significance: 0.01, leading: 5, most_effects: 6, candidates: Vec::new(), learning: Learning::Never }
     }
 }
+
+/// Of effects that are considered later, so many are tried.
+const NOMINATED: usize = 6;
 
 /// Largest residual that counts, in σ.
 const RAN_AWAY: f64 = 1e6;
@@ -86,6 +103,8 @@ pub struct Refinement {
     rating: Rating,
     base: Machine<f64>,
     candidates: Vec<EffectId>,
+    /// Candidates that are counted, but not tried any more.
+    set_aside: Vec<EffectId>,
 }
 
 impl Refinement {
@@ -100,7 +119,7 @@ impl Refinement {
         let candidates = if options.candidates.is_empty() { effects.ids().collect() } else { options.candidates.clone() };
         let base = machine.with_effects(effects)?;
         case.estimate_noise();
-        let mut me = Self { nudged: Vec::new(), held_out: None, case, options, rating, base, candidates };
+        let mut me = Self { nudged: Vec::new(), held_out: None, case, options, rating, base, candidates, set_aside: Vec::new() };
         me.nudge();
         let starts = me.starts(&me.base, &me.nudged);
         let first = me.model(&me.base, &starts, &[], &FitOptions { tolerance: 1e-5, ..FitOptions::default() })?;
@@ -192,7 +211,7 @@ impl Refinement {
         effects: &[EffectId],
         options: &FitOptions,
     ) -> Result<Model, FitError> {
-        let fit = self.fit_to(&self.nudged, machine, starts, effects, options)?;
+        let fit = self.fit_to(&self.nudged, machine, starts, effects, options)?.with_likely_spreads(|e| self.least_spread(e))?;
         // What is known beforehand is part of both.
         let train_deviance = deviance(&self.nudged, &fit.residuals) + fit.prior_cost;
         let Some(h) = &self.held_out else {
@@ -210,6 +229,29 @@ impl Refinement {
         Ok(Model { effects: effects.to_vec(), deviance, train_deviance, fit, holdout, holdout_start: Some(start) })
     }
 
+    /// A learned curve is not taken to be smaller before the data than the least usual size.
+    fn least_spread(&self, e: EffectId) -> f64 {
+        let info = &e.parameters()[0];
+        0.1 * info.typical.0 * self.unit_of(info.scale)
+    }
+
+    /// More effects to consider: of `more`, those few that promise most beside the effects of any of some models are tried.
+    pub fn consider(&mut self, more: &[EffectId], beside: &[&Model]) {
+        self.candidates.extend(more);
+        let scores: Vec<Score> = beside
+            .iter()
+            .flat_map(|m| {
+                let f = &m.fit;
+                let context = ScoreContext::new(&f.machine, &f.starts, &self.nudged, &self.rating, &f.free, self.level());
+                more.par_iter().filter_map(|&e| context.score(e, None)).collect::<Vec<_>>()
+            })
+            .collect();
+        let promise = |e: &EffectId| scores.iter().filter(|s| s.effect == *e).map(|s| s.gain).fold(0.0, f64::max);
+        let mut ranked = more.to_vec();
+        ranked.sort_by(|a, b| promise(b).total_cmp(&promise(a)));
+        self.set_aside.extend(ranked.iter().skip(NOMINATED));
+    }
+
     /// D of a model with the errors of its form as unknowns: see [`marginal_deviance`].
     fn marginal_deviance(&self, model: &Model) -> f64 {
         let fit = &model.fit;
@@ -222,7 +264,8 @@ impl Refinement {
     pub fn scores(&self, model: &Model, before: &[Score]) -> Vec<Score> {
         let fit = &model.fit;
         let context = ScoreContext::new(&fit.machine, &fit.starts, &self.nudged, &self.rating, &fit.free, self.level());
-        let open: Vec<EffectId> = self.candidates.iter().copied().filter(|&e| !fit.machine.effects().is_on(e)).collect();
+        let tried = |e: &EffectId| !fit.machine.effects().is_on(*e) && !self.set_aside.contains(e);
+        let open: Vec<EffectId> = self.candidates.iter().copied().filter(tried).collect();
         let mut scores: Vec<Score> =
             open.par_iter().filter_map(|&e| context.score(e, before.iter().find(|s| s.effect == e))).collect();
         scores.sort_by(|a, b| b.log_p.total_cmp(&a.log_p).then(b.score.total_cmp(&a.score)));

@@ -12,8 +12,8 @@ pub struct Weighed {
     pub probability: f64,
     /// Minus twice its log-likelihood, less that of the base model.
     pub deviance: f64,
-    /// Its parameters beyond those of the base model.
-    pub parameters: usize,
+    /// Its parameters beyond those of the base model; of a learned curve as many as the data determine.
+    pub parameters: f64,
 }
 
 /// Sets less likely than this are not worth a word.

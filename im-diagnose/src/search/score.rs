@@ -8,8 +8,8 @@
 
 use std::sync::OnceLock;
 
-use im_identify::offline::{Experiment, Linearized, linearize, predict};
-use im_model::effects::Role;
+use im_identify::offline::{Experiment, Free, Linearized, effect_parameters, linearize, predict};
+use im_model::effects::{COEFFICIENTS, FreeForm, Role};
 use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -118,10 +118,11 @@ impl Projection {
         (v - &self.basis * onto).data.into()
     }
 
-    /// Least-squares sizes of projected columns.
-    fn solved(&self, columns: &[&Vec<f64>]) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
+    /// Least-squares sizes of projected columns, with what is `known` of the sizes before: their precision.
+    fn solved(&self, columns: &[&Vec<f64>], known: Option<&DMatrix<f64>>) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
         let n = columns.len();
         let gram = DMatrix::from_fn(n, n, |a, b| dot(columns[a], columns[b]));
+        let gram = known.map_or(gram.clone(), |k| gram + k);
         let b = DVector::from_fn(n, |a, _| dot(columns[a], &self.residual));
         let x = gram.clone().cholesky()?.solve(&b);
         let taken = b.dot(&x);
@@ -266,6 +267,21 @@ impl<'a> ScoreContext<'a> {
         None
     }
 
+    /// The signatures of all coefficients of a learned curve, per unit: derivatives, which exist at zero and come all at once.
+    fn tangents(&self, effect: EffectId) -> Option<Vec<[Vec<f64>; 2]>> {
+        let machine = self.machine.with(&[(ParameterId::Effect(effect, 0), 0.0)]).ok()?;
+        let free = effect_parameters(effect, &machine, self.rating);
+        let runs = self.experiments.par_iter().zip(self.starts).enumerate();
+        let linear: Vec<Linearized> = runs.map(|(k, (e, x))| linearize(&machine, e, x, k, &free)).collect();
+        let signature = |(k, f): (usize, &Free)| {
+            let slopes: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.slopes[k].clone()).collect();
+            let finite = slopes.iter().flatten().flatten().all(|x| x.is_finite());
+            let unit = f.slope(0.0);
+            finite.then(|| [column(&slopes, &self.whiteners), strung(&slopes)].map(|g| g.iter().map(|x| x / unit).collect()))
+        };
+        free.iter().enumerate().map(signature).collect()
+    }
+
     /// Whether an effect begins at another angle, which is not known, in each recording.
     fn turns_anew(&self, effect: EffectId) -> bool {
         effect.about().fixed_to_shaft && !self.machine.effects().any_fixed_to_shaft()
@@ -303,11 +319,28 @@ impl<'a> ScoreContext<'a> {
         all.into_iter().next().map(|score| Score { sensitivity, seeds, ..score })
     }
 
+    /// The precision of the coefficients `used` of a learned curve before the data; those of each recording by themselves where it turns anew.
+    fn smoothness(&self, effect: EffectId, used: &[usize]) -> Option<DMatrix<f64>> {
+        let precision = effect.free_form()?.precision();
+        let info = &effect.parameters()[FreeForm::SPREAD];
+        let spread = info.default * self.rating.unit_of(info.scale, self.machine.parameters(), self.machine.pole_pairs());
+        let of = |a: usize, b: usize| {
+            let (run, k) = (a / COEFFICIENTS, a % COEFFICIENTS);
+            if b / COEFFICIENTS == run { precision[k][b % COEFFICIENTS] * self.variance / (spread * spread) } else { 0.0 }
+        };
+        Some(DMatrix::from_fn(used.len(), used.len(), |a, b| of(used[a], used[b])))
+    }
+
     /// The score at one of so many shapes tried.
     fn score_at(&self, effect: EffectId, shape: Vec<(usize, f64)>, tried: usize, sensitivity: &mut [f64]) -> Option<Score> {
         let strengths = strengths(effect);
-        let secants = strengths.iter().zip(sensitivity).map(|(&k, s)| self.secant(effect, k, &shape, s));
-        let (raw, plain): (Vec<_>, Vec<_>) = secants.collect::<Option<Vec<_>>>()?.into_iter().map(|[w, p]| (w, p)).unzip();
+        let signatures = if effect.free_form().is_some() {
+            self.tangents(effect)?
+        } else {
+            let secants = strengths.iter().zip(sensitivity).map(|(&k, s)| self.secant(effect, k, &shape, s));
+            secants.collect::<Option<Vec<_>>>()?
+        };
+        let (raw, plain): (Vec<_>, Vec<_>) = signatures.into_iter().map(|[w, p]| (w, p)).unzip();
         let (raw, plain) = if self.turns_anew(effect) { (self.run_by_run(&raw), self.run_by_run(&plain)) } else { (raw, plain) };
         let norms: Vec<f64> = raw.iter().map(|g| dot(g, g)).collect();
         let columns: Vec<Vec<f64>> = raw.into_iter().map(|g| self.white.projected(g)).collect();
@@ -320,11 +353,12 @@ impl<'a> ScoreContext<'a> {
         if n == 0 {
             return None;
         }
-        let (gram, mut x, taken) = self.white.solved(&used.iter().map(|&k| &columns[k]).collect::<Vec<_>>())?;
+        let smooth = self.smoothness(effect, &used);
+        let (gram, mut x, taken) = self.white.solved(&used.iter().map(|&k| &columns[k]).collect::<Vec<_>>(), smooth.as_ref())?;
         let score = (taken / self.variance).max(0.0);
         let mut gain = score;
         let plain: Vec<Vec<f64>> = plain.into_iter().map(|g| self.plain.projected(g)).collect();
-        if let Some((_, sizes, _)) = self.plain.solved(&used.iter().map(|&k| &plain[k]).collect::<Vec<_>>()) {
+        if let Some((_, sizes, _)) = self.plain.solved(&used.iter().map(|&k| &plain[k]).collect::<Vec<_>>(), smooth.as_ref()) {
             let mut left = self.plain.residual.clone();
             for (size, &k) in sizes.iter().zip(&used) {
                 left.iter_mut().zip(&plain[k]).for_each(|(r, g)| *r -= size * g);

@@ -94,9 +94,19 @@ fn ln_choose(n: usize, k: usize) -> f64 {
 impl Refinement {
     /// Searches the sets of effects from the base model.
     pub fn run(&self, base: Model) -> Result<Course, FitError> {
+        self.run_knowing(base, Vec::new())
+    }
+
+    /// The same where some sets have been fitted before; the base model is expanded in any case.
+    pub fn run_knowing(&self, base: Model, fitted: Vec<Model>) -> Result<Course, FitError> {
         let mut search = Search { loop_: self, known: BTreeMap::new() };
-        let deviance = self.marginal_deviance(&base);
-        search.known.insert(Vec::new(), Known { model: base, deviance, polished: true, scores: None });
+        for model in fitted.into_iter().chain([base]) {
+            let deviance = self.marginal_deviance(&model);
+            search.known.insert(sorted(&model.effects), Known { model, deviance, polished: true, scores: None });
+        }
+        if search.known.len() > 1 {
+            search.expand(&Set::new());
+        }
         let mut in_vain = 0;
         let mut best = Set::new();
         while let Some(next) = search.next(in_vain) {
@@ -144,13 +154,13 @@ impl Search<'_> {
         self.price_of(self.more(model), model.effects.len(), dispersion)
     }
 
-    fn price_of(&self, parameters: usize, effects: usize, dispersion: f64) -> f64 {
-        parameters as f64 * (self.samples() / dispersion).ln() + 2.0 * ln_choose(self.loop_.candidates.len(), effects)
+    fn price_of(&self, parameters: f64, effects: usize, dispersion: f64) -> f64 {
+        parameters * (self.samples() / dispersion).ln() + 2.0 * ln_choose(self.loop_.candidates.len(), effects)
     }
 
-    /// Parameters beyond those of the base model.
-    fn more(&self, model: &Model) -> usize {
-        model.fit.free.len().saturating_sub(self.base().fit.free.len())
+    /// Parameters beyond those of the base model; of a learned curve as many as the data determine.
+    fn more(&self, model: &Model) -> f64 {
+        (model.fit.effective_parameters() - self.base().fit.effective_parameters()).max(0.0)
     }
 
     fn criterion(&self, known: &Known, dispersion: f64) -> f64 {
@@ -269,7 +279,7 @@ impl Search<'_> {
     fn may_be_likeliest(&self, set: &Set, score: &Score) -> bool {
         let dispersion = self.dispersion();
         let known = &self.known[set];
-        let price = self.price_of(self.more(&known.model) + score.freedom, set.len() + 1, dispersion);
+        let price = self.price_of(self.more(&known.model) + score.freedom as f64, set.len() + 1, dispersion);
         let deviance = known.deviance - self.nothing().deviance - score.gain / PREDICTED;
         deviance / dispersion + price < self.ranked()[0].1
     }

@@ -1,6 +1,6 @@
 //! Levenberg-Marquardt over all experiments at once.
 
-use im_model::{Machine, ModelError, Plant, State};
+use im_model::{EffectId, Machine, ModelError, Plant, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use thiserror::Error;
@@ -9,6 +9,7 @@ use super::experiment::{Experiment, ExperimentError};
 use super::free::{Free, Target, change_component, component};
 use super::knowledge::{prior_cost, prior_terms};
 use super::simulate::{linearize_to, residuals_to};
+use super::smoothness::{effective_parameters, likely_spreads, smoothness};
 
 /// Why a fit could not be made.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -101,6 +102,23 @@ impl Fit {
             .collect()
     }
 
+    /// How many of the free parameters the data determine: of a learned curve fewer than it has coefficients.
+    pub fn effective_parameters(&self) -> f64 {
+        effective_parameters(&self.machine, &self.free, &self.covariance)
+    }
+
+    /// The same fit with the spread of each learned curve as the likelihood has it, at least that of `least`.
+    ///
+    /// # Errors
+    /// None in practice: a spread is positive.
+    pub fn with_likely_spreads(mut self, least: impl Fn(EffectId) -> f64) -> Result<Self, ModelError> {
+        let spreads = likely_spreads(&self.machine, &self.free, &self.covariance, least);
+        if !spreads.is_empty() {
+            self.machine = self.machine.with(&spreads)?;
+        }
+        Ok(self)
+    }
+
     /// Correlation of two free parameters.
     pub fn correlation(&self, a: usize, b: usize) -> f64 {
         let c = &self.covariance;
@@ -165,6 +183,11 @@ type Residuals = Vec<Vec<Vec<f64>>>;
 
 fn simulated(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>], fraction: f64) -> Residuals {
     experiments.par_iter().zip(starts).map(|(e, x)| residuals_to(machine, e, x, rows(e, fraction))).collect()
+}
+
+/// What is known before the data, of parameters and of learned curves, as part of the cost.
+fn known_cost(machine: &Machine<f64>, free: &[Free]) -> f64 {
+    prior_cost(machine, free) + smoothness(machine, free).map_or(0.0, |s| s.cost)
 }
 
 fn sum_of_squares(residuals: &Residuals) -> f64 {
@@ -247,7 +270,7 @@ pub fn fit_from(
     }
     let mut end = descend(&mut here, &mut room, experiments, free, 1.0, options.iterations, options.tolerance)?;
     // Short horizons can lead away, where a recording begins in motion for example: never worse than from the values given.
-    let as_given = || sum_of_squares(&simulated(machine, experiments, &given.starts, 1.0)) + prior_cost(machine, free);
+    let as_given = || sum_of_squares(&simulated(machine, experiments, &given.starts, 1.0)) + known_cost(machine, free);
     if !horizons.is_empty() && as_given() < here.cost {
         end = descend(&mut given, &mut room, experiments, free, 1.0, options.iterations, options.tolerance)?;
         here = given;
@@ -257,13 +280,17 @@ pub fn fit_from(
     for (k, [_, _, information]) in prior_terms(&here.machine, free).into_iter().enumerate() {
         normal[(k, k)] += information;
     }
+    let smooth = smoothness(&here.machine, free);
+    if let Some(s) = &smooth {
+        normal += &s.information;
+    }
     let prior_cost = prior_cost(&here.machine, free);
     Ok(Fit {
         covariance: inverse_of_normal(&normal),
         machine: here.machine,
         starts: here.starts,
         free: free.to_vec(),
-        cost: here.cost - prior_cost,
+        cost: here.cost - prior_cost - smooth.map_or(0.0, |s| s.cost),
         prior_cost,
         residuals: here.residuals,
         count: experiments.iter().map(Experiment::count).sum(),
@@ -352,7 +379,7 @@ impl Point {
     ) -> Self {
         let residuals = simulated(&machine, experiments, &starts, fraction);
         // What is known beforehand weighs in a short horizon as in the whole.
-        Self { cost: sum_of_squares(&residuals) + prior_cost(&machine, free), machine, starts, residuals }
+        Self { cost: sum_of_squares(&residuals) + known_cost(&machine, free), machine, starts, residuals }
     }
 
     /// Refuses a point whose simulation has run away, by the name of the experiment.
@@ -396,7 +423,7 @@ pub(super) fn descend(
             None => {
                 room.spend(&here.machine, fraction * (free.len() + 1) as f64);
                 let (s, residuals) = slopes(&here.machine, experiments, &here.starts, free, fraction);
-                here.cost = sum_of_squares(&residuals) + prior_cost(&here.machine, free);
+                here.cost = sum_of_squares(&residuals) + known_cost(&here.machine, free);
                 here.residuals = residuals;
                 here.check(experiments)?;
                 s
@@ -408,6 +435,10 @@ pub(super) fn descend(
         for (k, [_, downhill, information]) in prior_terms(&here.machine, free).into_iter().enumerate() {
             gradient[k] += downhill;
             normal[(k, k)] += information;
+        }
+        if let Some(s) = smoothness(&here.machine, free) {
+            gradient += s.downhill;
+            normal += s.information;
         }
         // At a limit that the descent would cross, a parameter stays; the others find the minimum on that limit.
         let at = |f: &Free| current(f, &here.machine, &here.starts);

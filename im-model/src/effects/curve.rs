@@ -63,12 +63,30 @@ pub trait Drawn {
 }
 
 impl Effects<f64> {
-    /// The axes of the curve of an effect; none for a user's.
+    /// The axes of the curve of an effect; none for a user's, unless it is learned.
     pub fn frame(&self, effect: EffectId, on: &Rated) -> Option<Frame> {
-        self.drawn(effect).map(|e| e.frame(on))
+        match effect.free_form() {
+            Some(form) => {
+                let (x_label, y_label) = form.labels();
+                let caption = "Learned: what the recordings left, as a smooth curve that no formula gives. Dashed: without it.";
+                Some(Frame::new(x_label, y_label, form.range(&self.values(effect), 360.0), caption))
+            }
+            None => self.drawn(effect).map(|e| e.frame(on)),
+        }
     }
-    /// The law of an effect; not a number for a user's.
+    /// The law of an effect; not a number for a user's, unless it is learned.
     pub fn law(&self, effect: EffectId, on: &Rated, x: f64) -> f64 {
-        self.drawn(effect).map_or(f64::NAN, |e| e.law(on, x))
+        match effect.free_form() {
+            Some(form) => {
+                let x = if form.over().is_angle() { x.to_radians() } else { x };
+                form.value(&self.values(effect), x)
+            }
+            None => self.drawn(effect).map_or(f64::NAN, |e| e.law(on, x)),
+        }
+    }
+
+    /// The values of all parameters of an effect.
+    fn values(&self, effect: EffectId) -> Vec<f64> {
+        (0..effect.parameters().len()).map(|k| self.get(effect, k)).collect()
     }
 }

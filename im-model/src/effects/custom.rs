@@ -5,7 +5,7 @@ use core::hash::{Hash, Hasher};
 
 #[allow(unused_imports, reason = "named in the documentation")]
 use super::Effect;
-use super::{About, Card, Hooks, ParameterInfo, Role, StateInfo};
+use super::{About, Card, EffectId, FreeForm, HookSet, Hooks, ParameterInfo, Role, StateInfo};
 use crate::dual::Dual;
 use crate::scalar::Scalar;
 use crate::steady_state::UNKNOWNS;
@@ -13,7 +13,7 @@ use crate::steady_state::UNKNOWNS;
 /// How many effects of the user's own a machine can carry.
 pub const MAX_CUSTOM: usize = 2;
 /// How many parameters one of them may have.
-pub const MAX_CUSTOM_PARAMETERS: usize = 4;
+pub const MAX_CUSTOM_PARAMETERS: usize = 11;
 /// How many numbers the states of one of them may be.
 pub const MAX_CUSTOM_STATES: usize = 2;
 
@@ -42,6 +42,14 @@ pub trait CustomEffect:
     fn states(&self) -> &'static [StateInfo];
     /// The card.
     fn card(&self) -> Card;
+    /// The hooks that it has.
+    fn hooks(&self) -> HookSet {
+        HookSet::ALL
+    }
+    /// The effect as a curve that no formula gives, if it is one.
+    fn free_form(&self) -> Option<&FreeForm> {
+        None
+    }
 }
 
 /// Names a user's effect.
@@ -56,6 +64,13 @@ impl CustomId {
     /// The parameters.
     pub fn parameters(self) -> &'static [ParameterInfo] {
         self.0.parameters()
+    }
+}
+
+impl EffectId {
+    /// The effect as a curve that no formula gives, if it is one.
+    pub fn free_form(self) -> Option<&'static FreeForm> {
+        if let Self::Custom(c) = self { c.0.free_form() } else { None }
     }
 }
 
@@ -91,6 +106,7 @@ impl Hash for CustomId {
 pub struct Custom<T> {
     pub(crate) id: CustomId,
     pub(crate) values: [T; MAX_CUSTOM_PARAMETERS],
+    pub(super) hooks: HookSet,
 }
 
 impl<T: Scalar> Custom<T> {
@@ -99,7 +115,7 @@ impl<T: Scalar> Custom<T> {
         for (v, p) in values.iter_mut().zip(id.parameters()) {
             *v = T::from_f64(p.default);
         }
-        Self { id, values }
+        Self { id, values, hooks: id.0.hooks() }
     }
 
     pub(crate) fn is_off(&self) -> bool {

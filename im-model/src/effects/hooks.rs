@@ -51,6 +51,68 @@ impl<T: Scalar> Apart<T> {
     }
 }
 
+/// Names the hooks of [`Hooks`], for an effect of the user's own that says which it has.
+#[allow(non_camel_case_types, missing_docs, reason = "each is named like its hook")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hook {
+    transport_delay,
+    applied_voltage,
+    stator_resistance,
+    rotor_resistance,
+    stator_drop,
+    rotor_drop,
+    braking_torque,
+    shaft_torque,
+    load_speed,
+    rotor_inertia,
+    reluctance,
+    leakage,
+    core_branch,
+    core_source,
+    added_currents,
+    rates,
+    settled,
+    powers,
+    stored_energy,
+    measured_current,
+    measured_speed,
+    shown_speed,
+    speed_behind,
+    added_resistance,
+    fastest_rate,
+}
+
+/// A set of hooks: those that an effect has. The others are not called, which saves most of what a call from afar costs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HookSet(u32);
+
+impl HookSet {
+    /// None.
+    pub const NONE: Self = Self(0);
+    /// All.
+    pub const ALL: Self = Self(u32::MAX);
+
+    /// These and one more.
+    #[must_use]
+    pub const fn with(self, hook: Hook) -> Self {
+        Self(self.0 | 1 << hook as u32)
+    }
+    /// Both sets.
+    pub(super) const fn and(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+    /// Whether it has a hook.
+    #[inline(always)]
+    pub(super) const fn has(self, hook: Hook) -> bool {
+        self.0 >> hook as u32 & 1 == 1
+    }
+    /// Whether it has any.
+    #[inline(always)]
+    pub(super) const fn any(self) -> bool {
+        self.0 != 0
+    }
+}
+
 /// The physics of an effect at each place; a place left out is not touched.
 ///
 /// A hook is called only while a strength of the effect is nonzero. What has been computed so far goes in and comes back changed;
@@ -138,6 +200,12 @@ pub trait Hooks<T: Scalar> {
         source
     }
 
+    /// Flux-current map: adds to the currents at given fluxes, after the map is solved: branches across the windings.
+    #[inline(always)]
+    fn added_currents(&self, currents: Currents<T>, _state: &State<T>, _parameters: &TParameters<T>, _n_p: f64) -> Currents<T> {
+        currents
+    }
+
     /// Rates of the own states, 1/s of them.
     #[inline(always)]
     fn rates(&self, _rates: &mut [T], _at: &Operating<T>, _powers: &Powers<T>, _own: &[T]) {}
@@ -162,6 +230,11 @@ pub trait Hooks<T: Scalar> {
     /// Speed sensor: what it shows, rad/s; `filter` are the states of its filters.
     #[inline(always)]
     fn measured_speed(&self, omega_m: T, _filter: &[T]) -> T {
+        omega_m
+    }
+    /// Speed sensor: what its disc makes of the speed, rad/s, at an angle of the shaft, rad; before [`measured_speed`](Self::measured_speed).
+    #[inline(always)]
+    fn shown_speed(&self, omega_m: T, _theta_m: T) -> T {
         omega_m
     }
     /// The states of the sensor's filters after a sample of length `t`, s, in which the speed went from `before` to `now`, rad/s.

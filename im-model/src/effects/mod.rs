@@ -12,6 +12,7 @@ mod about;
 mod curve;
 mod custom;
 mod effect;
+mod free_form;
 mod hooks;
 mod registry;
 mod set;
@@ -26,8 +27,9 @@ pub use curve::{Drawn, Frame, Rated};
 pub use custom::{Custom, CustomEffect, CustomHooks, CustomId, MAX_CUSTOM, MAX_CUSTOM_PARAMETERS, MAX_CUSTOM_STATES};
 pub use effect::Effect;
 pub(crate) use effect::effect;
+pub use free_form::{Acts, COEFFICIENTS, FreeForm, Over};
 use hooks::Apart;
-pub use hooks::{Hooks, Operating};
+pub use hooks::{Hook, HookSet, Hooks, Operating};
 pub(crate) use registry::Active;
 pub(crate) use set::{FILTER_STATES, SETTLING_STATES};
 

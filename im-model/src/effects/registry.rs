@@ -1,14 +1,14 @@
 //! The closed list of effects, and a set of them.
 
-use super::{About, Place, StateInfo};
+use super::{About, Hook, HookSet, Place, StateInfo};
 
-/// Which effects are on: a bit for each.
+/// Which effects are on: a bit for each; and the hooks that those of the user have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Active(u64);
+pub(crate) struct Active(u64, HookSet);
 
 impl Active {
     /// None is.
-    pub(crate) const NONE: Self = Self(0);
+    pub(crate) const NONE: Self = Self(0, HookSet::NONE);
     /// The first bit of the user's effects.
     const CUSTOM: u32 = 62;
 
@@ -18,15 +18,21 @@ impl Active {
     }
     #[inline(always)]
     pub(super) const fn with(self, bit: u32) -> Self {
-        Self(self.0 | 1 << bit)
+        Self(self.0 | 1 << bit, self.1)
     }
     #[inline(always)]
-    pub(super) const fn with_custom(self, slot: usize) -> Self {
-        self.with(Self::CUSTOM + slot as u32)
+    pub(super) const fn with_custom(self, slot: usize, hooks: HookSet) -> Self {
+        let on = self.with(Self::CUSTOM + slot as u32);
+        Self(on.0, self.1.and(hooks))
     }
     #[inline(always)]
-    pub(super) const fn any_custom(self) -> bool {
-        self.0 >> Self::CUSTOM != 0
+    pub(crate) const fn any_custom(self) -> bool {
+        self.1.any()
+    }
+    /// Whether any of the user's effects that are on has a hook.
+    #[inline(always)]
+    pub(crate) const fn any_custom_has(self, hook: Hook) -> bool {
+        self.1.has(hook)
     }
     #[inline(always)]
     pub(super) const fn has_custom(self, slot: usize) -> bool {
@@ -199,12 +205,12 @@ macro_rules! registry {
                 }
             }
 
-            /// Writes parameter `index` of `effect`; a user's effect must have been added before.
+            /// Writes parameter `index` of `effect`; a user's effect is added where it is not there and a slot is free or held by one that is off.
             pub fn set(&mut self, effect: EffectId, index: usize, value: T) {
                 match effect {
                     $(EffectId::$variant => self.$field.set(index, value),)*
                     EffectId::Custom(c) => {
-                        if let Some(s) = self.custom.iter_mut().flatten().find(|s| s.id == c) {
+                        if let Some(s) = self.slot_for(c) {
                             s.values[index] = value;
                         }
                     }
@@ -224,8 +230,8 @@ macro_rules! registry {
                 match effect {
                     $(EffectId::$variant => self.$field = $variant::default(),)*
                     EffectId::Custom(c) => {
-                        for (k, p) in c.parameters().iter().enumerate() {
-                            self.set(effect, k, T::from_f64(p.default));
+                        if let Some(s) = self.custom.iter_mut().flatten().find(|s| s.id == c) {
+                            *s = Custom::off(c);
                         }
                     }
                 }
@@ -253,8 +259,8 @@ macro_rules! registry {
                 let mut on = Active::NONE;
                 $(if !self.$field.is_off() { on = on.with(Index::$variant as u32); })*
                 for (slot, c) in self.custom.iter().enumerate() {
-                    if c.as_ref().is_some_and(|c| !c.is_off()) {
-                        on = on.with_custom(slot);
+                    if let Some(c) = c.as_ref().filter(|c| !c.is_off()) {
+                        on = on.with_custom(slot, c.hooks);
                     }
                 }
                 on
@@ -292,13 +298,13 @@ macro_rules! registry {
                 $(if on.has(Index::$variant as u32) {
                     omega_m = self.$field.measured_speed(omega_m, &filters[set::filters(Index::$variant as usize)]);
                 })*
-                self.through_custom(on, omega_m, |h, w, _| h.measured_speed(w, &[]))
+                self.through_custom(on, Hook::measured_speed, omega_m, |h, w, _| h.measured_speed(w, &[]))
             }
 
             /// Carries what the speed sensor shows back through [`Hooks::speed_behind`]. Linear filters and gains: their order does not matter.
             #[inline(always)]
             pub(crate) fn speed_behind(&self, on: Active, shown: [T; 3]) -> [T; 3] {
-                let mut jet = self.through_custom(on, shown, |h, jet, _| h.speed_behind(jet));
+                let mut jet = self.through_custom(on, Hook::speed_behind, shown, |h, jet, _| h.speed_behind(jet));
                 $(if on.has(Index::$variant as u32) { jet = self.$field.speed_behind(jet); })*
                 jet
             }
@@ -317,10 +323,10 @@ macro_rules! registry {
                 $(if on.has(Index::$variant as u32) {
                     self.$field.powers(powers, at, &own.$field);
                 })*
-                if on.any_custom() {
+                if on.any_custom_has(Hook::powers) {
                     let (mut p, apart, own) = (*powers, Apart::new(at), *own);
                     let at = &apart.operating(at);
-                    self.each_custom(on, |h, slot| h.powers(&mut p, at, &own.custom[slot]));
+                    self.each_custom(on, Hook::powers, |h, slot| h.powers(&mut p, at, &own.custom[slot]));
                     *powers = p;
                 }
             }
@@ -338,10 +344,10 @@ macro_rules! registry {
                 $(if on.has(Index::$variant as u32) {
                     self.$field.rates(&mut rates.$field, at, powers, &own.$field);
                 })*
-                if on.any_custom() {
+                if on.any_custom_has(Hook::rates) {
                     let (mut r, apart, powers, own) = (*rates, Apart::new(at), *powers, *own);
                     let at = &apart.operating(at);
-                    self.each_custom(on, |h, slot| h.rates(&mut r.custom[slot], at, &powers, &own.custom[slot]));
+                    self.each_custom(on, Hook::rates, |h, slot| h.rates(&mut r.custom[slot], at, &powers, &own.custom[slot]));
                     *rates = r;
                 }
             }
@@ -351,28 +357,28 @@ macro_rules! registry {
                 $(if on.has(Index::$variant as u32) {
                     self.$field.settled(&mut own.$field, at, psi_m_rate);
                 })*
-                self.each_custom(on, |h, slot| h.settled(&mut own.custom[slot], at, psi_m_rate));
+                self.each_custom(on, Hook::settled, |h, slot| h.settled(&mut own.custom[slot], at, psi_m_rate));
             }
 
             /// Sum of [`Hooks::reluctance_integral`].
             pub(crate) fn reluctance_integral(&self, on: Active, psi_m_squared: T) -> T {
                 let mut sum = T::zero();
                 $(if on.has(Index::$variant as u32) { sum += self.$field.reluctance_integral(psi_m_squared); })*
-                self.through_custom(on, sum, |h, sum, _| sum + h.reluctance_integral(psi_m_squared))
+                self.through_custom(on, Hook::reluctance, sum, |h, sum, _| sum + h.reluctance_integral(psi_m_squared))
             }
 
             /// The largest of [`Hooks::added_resistance`], Ω.
             pub(crate) fn added_resistance(&self, on: Active, cold_r_r: f64) -> f64 {
                 let mut most = 0.0f64;
                 $(if on.has(Index::$variant as u32) { most = most.max(self.$field.added_resistance(cold_r_r)); })*
-                self.through_custom(on, most, |h, most, _| most.max(h.added_resistance(cold_r_r)))
+                self.through_custom(on, Hook::added_resistance, most, |h, most, _| most.max(h.added_resistance(cold_r_r)))
             }
 
             /// The largest of [`Hooks::fastest_rate`], 1/s.
             pub(crate) fn fastest_rate(&self, on: Active, rotor_inertia: f64) -> f64 {
                 let mut most = 0.0f64;
                 $(if on.has(Index::$variant as u32) { most = most.max(self.$field.fastest_rate(rotor_inertia)); })*
-                self.through_custom(on, most, |h, most, _| most.max(h.fastest_rate(rotor_inertia)))
+                self.through_custom(on, Hook::fastest_rate, most, |h, most, _| most.max(h.fastest_rate(rotor_inertia)))
             }
         }
     };
@@ -388,7 +394,7 @@ macro_rules! through {
         #[inline(always)]
         pub(crate) fn $hook(&self, on: Active, mut x: $t) -> $t {
             $crate::effects::registry::chain! { self on $hook x [] $($list)* }
-            self.through_custom(on, x, |h, x, _| h.$hook(x))
+            self.through_custom(on, Hook::$hook, x, |h, x, _| h.$hook(x))
         }
         $crate::effects::registry::through! { { $($list)* } $($rest)* }
     };
@@ -396,7 +402,7 @@ macro_rules! through {
         #[inline(always)]
         pub(crate) fn $hook(&self, on: Active, mut x: $t, $arg: $a) -> $t {
             $crate::effects::registry::chain! { self on $hook x [$arg] $($list)* }
-            self.through_custom(on, x, |h, x, _| h.$hook(x, $arg))
+            self.through_custom(on, Hook::$hook, x, |h, x, _| h.$hook(x, $arg))
         }
         $crate::effects::registry::through! { { $($list)* } $($rest)* }
     };
@@ -404,9 +410,9 @@ macro_rules! through {
         #[inline(always)]
         pub(crate) fn $hook(&self, on: Active, mut x: $t, own: &Extra<T>) -> $t {
             $crate::effects::registry::chain! { self on $hook x [own] own $($list)* }
-            if on.any_custom() {
+            if on.any_custom_has(Hook::$hook) {
                 let own = *own;
-                return self.through_custom(on, x, |h, x, slot| h.$hook(x, &own.custom[slot]));
+                return self.through_custom(on, Hook::$hook, x, |h, x, slot| h.$hook(x, &own.custom[slot]));
             }
             x
         }
@@ -416,10 +422,10 @@ macro_rules! through {
         #[inline(always)]
         pub(crate) fn $hook(&self, on: Active, mut x: $t, at: &Operating<T>, own: &Extra<T>) -> $t {
             $crate::effects::registry::chain! { self on $hook x [at own] at own $($list)* }
-            if on.any_custom() {
+            if on.any_custom_has(Hook::$hook) {
                 let (apart, own) = (Apart::new(at), *own);
                 let at = &apart.operating(at);
-                return self.through_custom(on, x, |h, x, slot| h.$hook(x, at, &own.custom[slot]));
+                return self.through_custom(on, Hook::$hook, x, |h, x, slot| h.$hook(x, at, &own.custom[slot]));
             }
             x
         }

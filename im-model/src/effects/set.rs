@@ -4,9 +4,12 @@ use core::ops::Range;
 
 use super::about::StateKind;
 use super::registry::acts_in_equations;
-use super::{ABOUT, Active, COUNT, Custom, CustomId, EffectId, Effects, Extra, FILTERS, Hooks, Place, STATES};
+use super::{ABOUT, Active, COUNT, Custom, CustomId, EffectId, Effects, Extra, FILTERS, Hook, Hooks, Place, STATES};
 use crate::error::ModelError;
+use crate::flux_map::Currents;
+use crate::parameters::TParameters;
 use crate::scalar::Scalar;
+use crate::state::State;
 
 /// How many filter states the speed sensor can have.
 pub(crate) const FILTER_STATES: usize = FILTER_STARTS[COUNT];
@@ -127,6 +130,28 @@ impl<T: Scalar> Effects<T> {
         self
     }
 
+    /// The slot of a user's effect, which is added where it is not there: in the place of one that is off, if all are taken.
+    pub(super) fn slot_for(&mut self, id: CustomId) -> Option<&mut Custom<T>> {
+        if !self.add_custom(id)
+            && let Some(off) = self.custom.iter_mut().flatten().find(|s| s.is_off())
+        {
+            *off = Custom::off(id);
+        }
+        self.custom.iter_mut().flatten().find(|s| s.id == id)
+    }
+
+    /// Carries the currents through [`Hooks::added_currents`] of the user's effects that are on.
+    #[inline(never)]
+    pub(crate) fn added_currents(&self, on: Active, c: Currents<T>, x: &State<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {
+        let (x, p) = (*x, *p);
+        self.through_custom(on, Hook::added_currents, c, |h, c, _| h.added_currents(c, &x, &p, n_p))
+    }
+
+    /// Carries the speed through [`Hooks::shown_speed`] of the user's effects that are on.
+    pub(crate) fn shown_speed(&self, on: Active, omega_m: T, theta_m: T) -> T {
+        self.through_custom(on, Hook::shown_speed, omega_m, |h, w, _| h.shown_speed(w, theta_m))
+    }
+
     /// The user's effects present, on or off.
     pub fn custom_ids(&self) -> impl Iterator<Item = CustomId> + '_ {
         self.custom.iter().flatten().map(|c| c.id)
@@ -177,15 +202,21 @@ impl<T: Scalar> Effects<T> {
 
     /// Carries a quantity through a hook of the user's effects that are on; the hook is given the effect's slot.
     #[inline(always)]
-    pub(super) fn through_custom<A: Copy>(&self, on: Active, so_far: A, hook: impl Fn(&dyn Hooks<T>, A, usize) -> A) -> A {
-        if on.any_custom() { self.through_each_custom(on, so_far, hook) } else { so_far }
+    pub(super) fn through_custom<A: Copy>(
+        &self,
+        on: Active,
+        name: Hook,
+        so_far: A,
+        hook: impl Fn(&dyn Hooks<T>, A, usize) -> A,
+    ) -> A {
+        if on.any_custom_has(name) { self.through_each_custom(on, name, so_far, hook) } else { so_far }
     }
 
     #[inline(never)]
-    fn through_each_custom<A: Copy>(&self, on: Active, so_far: A, hook: impl Fn(&dyn Hooks<T>, A, usize) -> A) -> A {
+    fn through_each_custom<A: Copy>(&self, on: Active, name: Hook, so_far: A, hook: impl Fn(&dyn Hooks<T>, A, usize) -> A) -> A {
         let mut x = so_far;
         for (slot, c) in self.custom.iter().enumerate().filter(|(slot, _)| on.has_custom(*slot)) {
-            if let Some(c) = c {
+            if let Some(c) = c.as_ref().filter(|c| c.hooks.has(name)) {
                 x = c.through(x, |h, x| hook(h, x, slot));
             }
         }
@@ -193,9 +224,9 @@ impl<T: Scalar> Effects<T> {
     }
 
     /// Lets a hook of the user's effects that are on do what it does.
-    pub(super) fn each_custom(&self, on: Active, mut hook: impl FnMut(&dyn Hooks<T>, usize)) {
+    pub(super) fn each_custom(&self, on: Active, name: Hook, mut hook: impl FnMut(&dyn Hooks<T>, usize)) {
         for (slot, c) in self.custom.iter().enumerate().filter(|(slot, _)| on.has_custom(*slot)) {
-            if let Some(c) = c {
+            if let Some(c) = c.as_ref().filter(|c| c.hooks.has(name)) {
                 c.act(&mut |h| hook(h, slot));
             }
         }

@@ -81,6 +81,30 @@ effects! {
     SupplyUnbalance "supply_unbalance" [0.008, 0.02, 0.05],
     /// Size: relative difference of the main inductance between two stator axes, over two.
     MagneticAnisotropy "magnetic_anisotropy" [0.02, 0.06, 0.15],
+    /// Size: torque of the slots over rated torque.
+    CoggingTorque "cogging_torque" [0.05, 0.12, 0.3],
+    /// Size: torque of the bump over rated torque.
+    CamLoad "cam_load" [0.04, 0.1, 0.25],
+    /// Size: largest torque over rated torque.
+    EddyCurrentBrake "eddy_current_brake" [0.03, 0.08, 0.2],
+    /// Size: torque at the start over rated torque.
+    ColdGrease "cold_grease" [0.04, 0.1, 0.25],
+    /// Size: what the stator resistance gains, fraction.
+    LooseConnector "loose_connector" [0.08, 0.2, 0.5],
+    /// Size: what the rotor resistance gains, fraction.
+    OpenRingJoint "open_ring_joint" [0.08, 0.2, 0.5],
+    /// Size: part of the voltage that the rated current costs.
+    DcLinkSag "dc_link_sag" [0.01, 0.025, 0.06],
+    /// Size: part of the voltage that is lost at synchronous speed.
+    Overmodulation "overmodulation" [0.01, 0.025, 0.06],
+    /// Size: part of the voltage that is lost at the deepest.
+    SupplyDip "supply_dip" [0.01, 0.03, 0.08],
+    /// Size: part of the stator leakage that rated flux takes.
+    CrossSaturation "cross_saturation" [0.1, 0.2, 0.4],
+    /// Size: part by which the shown speed swings over a turn.
+    EccentricEncoder "eccentric_encoder" [0.003, 0.008, 0.02],
+    /// Size: part of the shown speed that is lost at synchronous speed.
+    BentTachogenerator "bent_tachogenerator" [0.004, 0.01, 0.025],
 }
 
 impl EffectKind {

@@ -22,6 +22,7 @@ pub mod integrator;
 pub mod machine;
 pub mod manoeuvre;
 pub mod outfit;
+pub mod outside;
 pub mod plane;
 pub mod plant;
 pub mod run;

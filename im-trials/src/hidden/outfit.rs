@@ -4,6 +4,7 @@ use super::chance::Chance;
 use super::curve::{FluxCurve, Shape, random_leakage_shape, random_main_shape};
 use super::effect::{EffectKind, Strength};
 use super::machine::CatalogueMachine;
+use super::outside::Outside;
 use super::plane::{Symmetric, Vector};
 use super::plant::{
     Cage, DryFriction, Heating, HiddenPlant, Hysteresis, Inverter, Ripple, Shaft, Slots, SpeedFilter, StrayLoad, Windage,
@@ -74,6 +75,7 @@ impl Outfit {
             ripple: None,
             inverter: None,
             speed_filter: None,
+            outside: Outside::default(),
         };
         Self {
             plant,
@@ -272,6 +274,7 @@ impl Outfit {
                 self.plant.main_stretch = Some(Symmetric::along_across(axis, (1.0 + size).sqrt(), (1.0 - size).sqrt()));
                 ("easy axis of the stator", vec![("difference", size), ("axis_rad", axis_rad)])
             }
+            odd => self.plant.outside.add(m, odd, size, chance),
         };
         self.truth.push(HiddenEffect { kind, size, parameters, form });
     }

@@ -12,11 +12,12 @@
 //! e = R_fe (i_s + Σ i_k − i_h − i_m).
 
 use super::curve::FluxCurve;
+use super::outside::Outside;
 use super::plane::{Symmetric, Vector};
 use super::smooth_sign::SmoothSign;
 
 /// Length of the state vector.
-pub const STATES: usize = 19;
+pub const STATES: usize = 20;
 /// The state vector.
 pub type State = [f64; STATES];
 
@@ -44,6 +45,8 @@ pub mod at {
     pub const ROTOR_HEAT: usize = 16;
     /// States of the speed sensor's filter, rad/s.
     pub const SPEED_FILTER: usize = 17;
+    /// Time since the recording began, s.
+    pub const TIME: usize = 19;
 }
 
 /// One rotor cage.
@@ -208,6 +211,7 @@ pub struct HiddenPlant {
     pub ripple: Option<Ripple>,
     pub inverter: Option<Inverter>,
     pub speed_filter: Option<SpeedFilter>,
+    pub outside: Outside,
 }
 
 /// Where the power of the machine goes at one instant, W, and what is stored, J.
@@ -314,8 +318,12 @@ impl HiddenPlant {
 
         let i_s = vector(x, at::STATOR);
         let i_h = vector(x, at::HYSTERESIS);
-        let hot_s = 1.0 + self.stator_heating.map_or(0.0, |h| h.coefficient_per_k * x[at::STATOR_HEAT]);
-        let hot_r = 1.0 + self.rotor_heating.map_or(0.0, |h| h.coefficient_per_k * x[at::ROTOR_HEAT]);
+        let time = x[at::TIME];
+        d[at::TIME] = 1.0;
+        let hot_s = self.stator_heating.map_or(0.0, |h| h.coefficient_per_k * x[at::STATOR_HEAT]);
+        let hot_s = hot_s + self.outside.stator_factor(time);
+        let hot_r = self.rotor_heating.map_or(0.0, |h| h.coefficient_per_k * x[at::ROTOR_HEAT]);
+        let hot_r = hot_r + self.outside.rotor_factor(time);
 
         // Rotor: currents and resistive drops, turned into stator coordinates.
         let mut i_r = Vector::ZERO;
@@ -337,12 +345,13 @@ impl HiddenPlant {
         let main = self.main_flux(i_m, x[at::ANGLE]);
         let motion = main.flux.quarter_turn() * omega;
 
-        let stator_inverse = (self.stator_leakage.incremental(i_s) + self.stator_leakage_extra).inverse();
+        let leakage = self.stator_leakage.incremental(i_s) + self.stator_leakage_extra;
+        let stator_inverse = (leakage * self.outside.leakage_factor(i_m.length())).inverse();
         let common = self.rotor_leakage.incremental(i_r);
         let rotor_inverse = (common + Symmetric::isotropic(1.0 / inverse_leakage)).inverse();
         let main_inverse = main.incremental.inverse();
 
-        let voltage = self.terminal_voltage(command, i_s);
+        let voltage = self.terminal_voltage(command, i_s) * self.outside.voltage_factor(i_s.length(), speed, time);
         let stator_drop = (self.stator_resistance * i_s) * hot_s;
         let stator_source = voltage - stator_drop;
         // Σ over the cages of their sources, as one source behind the rotor's inductance.
@@ -440,7 +449,8 @@ impl HiddenPlant {
                 r.first.0 * (r.order * load_angle + r.first.1).sin()
                     + r.second.0 * (2.0 * r.order * load_angle + r.second.1).sin()
             });
-        let drive = torque - self.friction_torque(speed, current);
+        let odd = self.outside.torque_nm(speed, x[at::ANGLE], x[at::TIME]);
+        let drive = torque - self.friction_torque(speed, current) - odd;
         match self.shaft {
             None => {
                 d[at::SPEED] = (drive - load) / self.inertia_kg_m2;
@@ -488,7 +498,7 @@ impl HiddenPlant {
     /// Speed as the sensor's filter passes it on, rad/s.
     pub fn sensed_speed(&self, x: &State) -> f64 {
         match self.speed_filter {
-            None => x[at::SPEED],
+            None => self.outside.shown_speed(x[at::SPEED], x[at::ANGLE]),
             Some(SpeedFilter::OnePole(_)) => x[at::SPEED_FILTER],
             Some(SpeedFilter::TwoPoles(_)) => x[at::SPEED_FILTER + 1],
         }

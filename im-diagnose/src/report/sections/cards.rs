@@ -8,7 +8,7 @@ use super::super::curves::curve;
 use super::super::page::{Row, Section, drawn, figure, numbers, table, words};
 use super::super::story::Story;
 use super::super::words::short_effect_name;
-use crate::format::{quantity, sentence};
+use crate::format::{number, quantity, sentence};
 
 /// Nothing where no effect was found.
 pub(crate) fn section(s: &Story) -> Option<Section> {
@@ -36,6 +36,13 @@ fn card(s: &Story, e: EffectId, note: &str) -> Markup {
                     dt { "Shows as" } dd { (c.shows) }
                     @for (name, how) in c.rivals { dt { "Not " (title(name)) } dd { (sentence(how)) } }
                     dt { "Test" } dd { (c.test) }
+                    @for learned in s.d.learned.iter().filter(|l| l.effect == e) {
+                        dt { "Learned" } dd { (sentence(&learned.extent())) }
+                        dt { "May be" } dd { @for t in learned.meaning() { (sentence(&t)) " " } }
+                        @for f in learned.formulas.iter().skip(1).take(3) {
+                            dt { "Less like" } dd { (f.name) ": " (f.text) ", off by " (number(100.0 * f.off, 2)) " %" }
+                        }
+                    }
                     dt { "Acts on" } dd { (c.place) }
                     dt { "Source" } dd { (c.source) }
                 }

@@ -1,0 +1,103 @@
+//! Where something may be missing that nobody wrote: every free-form effect, on the range that the recordings pass through.
+
+use im_identify::offline::Experiment;
+use im_model::effects::{Acts, FreeForm, Over};
+use im_model::{Bench, Complex, EffectId, Machine, State};
+
+use crate::residual_tests::{Dependence, Part, Variable};
+
+/// What a run passes through.
+struct Reach {
+    speed: (f64, f64),
+    slip: (f64, f64),
+    time: f64,
+    current: f64,
+    flux: f64,
+}
+
+/// Below this part of the largest rotor flux, its direction and with it the slip frequency says nothing.
+const MAGNETIZED: f64 = 0.2;
+
+impl Reach {
+    /// Of a machine that follows recordings.
+    fn of(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment]) -> Option<Self> {
+        let runs = || experiments.iter().zip(starts).filter(|(e, _)| !e.is_table());
+        let mut rows: Vec<[f64; 5]> = Vec::new();
+        for (e, start) in runs() {
+            let mut bench = Bench::new(machine, *start, e.sample_time_s);
+            for k in 0..e.len() {
+                let x = *bench.state();
+                let c = bench.plant().currents(&x);
+                let across = (c.i_r * (x.psi_r * Complex::i()).conj()).re;
+                let slip = -across * machine.parameters().rotor_resistance_ohm / x.psi_r.norm_sqr().max(1e-9);
+                rows.push([x.omega_m, slip, c.i_s.norm(), x.psi_s.norm(), x.psi_r.norm()]);
+                bench.advance(&e.input(k, bench.plant()));
+            }
+        }
+        let ends = |of: &dyn Fn(&[f64; 5]) -> Option<f64>| {
+            let all = rows.iter().filter_map(of).filter(|x| x.is_finite());
+            all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
+        };
+        let most = |k: usize| ends(&|r| Some(r[k])).1;
+        let magnetized = MAGNETIZED * most(4);
+        let time = runs().map(|(e, _)| e.len() as f64 * e.sample_time_s).fold(0.0, f64::max);
+        let reach = Self {
+            speed: ends(&|r| Some(r[0])),
+            slip: ends(&|r| (r[4] > magnetized).then_some(r[1])),
+            time,
+            current: most(2),
+            flux: most(3),
+        };
+        (reach.time > 0.0 && reach.current > 0.0 && reach.flux > 0.0).then_some(reach)
+    }
+
+    /// `None` where the variable hardly moves.
+    fn range(&self, over: Over) -> Option<(f64, f64)> {
+        let (low, high) = match over {
+            Over::Speed => self.speed,
+            Over::Slip => self.slip,
+            Over::Time => (0.0, self.time),
+            Over::Current => (0.0, self.current),
+            Over::Flux => (0.0, self.flux),
+            Over::ShaftAngle | Over::FluxDirection => (0.0, 1.0),
+        };
+        (high - low > 1e-3 * high.abs().max(low.abs()).max(1e-6)).then_some((low, high))
+    }
+}
+
+/// Up to this order the ripples of a turn are harmonics of one curve over the turn.
+const HARMONICS: i32 = 4;
+
+/// How often per turn of the shaft the fundamental of what is missing repeats, from the strongest ripple that the leftover shows.
+fn order(acts: Acts, leftover: &[Dependence]) -> Option<f64> {
+    let shown = |d: &&Dependence| match acts {
+        Acts::Torque | Acts::SpeedSensor => d.part == Part::Speed,
+        _ => d.part != Part::Speed,
+    };
+    let of = |d: &Dependence| if let Variable::RotorAngle(n) = d.variable { Some(n) } else { None };
+    let strongest = leftover.iter().filter(shown).find_map(of).or_else(|| leftover.iter().find_map(of))?;
+    Some(f64::from(if strongest <= HARMONICS { 1 } else { strongest }))
+}
+
+/// The free-form effects that recordings may show; `leftover` is what the residual of the base model depends on.
+pub fn places(
+    machine: &Machine<f64>,
+    starts: &[State<f64>],
+    experiments: &[Experiment],
+    leftover: &[Dependence],
+) -> Vec<EffectId> {
+    let Some(reach) = Reach::of(machine, starts, experiments) else { return Vec::new() };
+    let imposed = experiments.iter().all(Experiment::speed_is_imposed);
+    let place = |(acts, over): (Acts, Over)| {
+        let order = match over {
+            Over::ShaftAngle => order(acts, leftover)?,
+            // The field of the stator is the same after half a turn.
+            Over::FluxDirection => 2.0,
+            _ => 1.0,
+        };
+        let shown = !(imposed && matches!(acts, Acts::Torque | Acts::SpeedSensor));
+        let range = reach.range(over).filter(|_| shown)?;
+        Some(EffectId::Custom(FreeForm::define(acts, over, range, order)))
+    };
+    FreeForm::all().filter_map(place).collect()
+}

@@ -1,0 +1,331 @@
+//! Free-form effects: a quantity of the equations over a variable, as a smooth curve that no formula gives.
+//!
+//! Where nobody knows what is missing, it can still be learned: the torque balance lacks some τ(ω), the stator winding some R(t). Such an
+//! effect is a place in the equations ([`Acts`]), what it depends on ([`Over`]), and eight coefficients, its strengths: of cubic B-splines
+//! over a range, or of a Fourier series over an angle. It is scored, fitted, simulated and written to motor files like any other effect.
+//!
+//! Source: P-splines, Eilers and Marx, Statistical Science 11 (1996); the precision of the coefficients is their roughness penalty.
+
+mod basis;
+mod parameters;
+
+use num_complex::Complex;
+
+pub use parameters::{Acts, COEFFICIENTS, Over};
+
+#[cfg(feature = "std")]
+use super::CustomId;
+use super::{
+    About, Card, CustomEffect, CustomHooks, Hook, HookSet, Hooks, Operating, ParameterInfo, Place, StateInfo, StateKind,
+    SteadyState,
+};
+use crate::flux_map::Currents;
+use crate::parameters::TParameters;
+use crate::plant::Powers;
+use crate::scalar::Scalar;
+use crate::space_vector::{dot, j, norm2, unit};
+use crate::state::State;
+
+/// A free-form effect: where it acts, what it depends on, and where its curve lies.
+#[derive(Clone, Copy, Debug)]
+pub struct FreeForm {
+    acts: Acts,
+    over: Over,
+    parameters: &'static [ParameterInfo],
+}
+
+/// Speed at which a loss current has all but found its sense, rad/s electrical.
+const SENSE_RAD_S: f64 = 3.0;
+
+impl FreeForm {
+    /// One whose parameters are given, for a `static`: coefficients, [`SPREAD`](Self::SPREAD), then the ends of the range or the order.
+    pub const fn with_parameters(acts: Acts, over: Over, parameters: &'static [ParameterInfo]) -> Self {
+        Self { acts, over, parameters }
+    }
+
+    /// The quantity that it adds to.
+    pub fn acts(&self) -> Acts {
+        self.acts
+    }
+    /// What it depends on.
+    pub fn over(&self) -> Over {
+        self.over
+    }
+
+    /// The precision of the coefficients of a curve of size one before any data; see [`SPREAD`](Self::SPREAD).
+    pub fn precision(&self) -> [[f64; COEFFICIENTS]; COEFFICIENTS] {
+        basis::precision(self.over.is_angle())
+    }
+
+    /// The value of the curve; `values` are those of the effect's parameters, `x` the variable, an angle in rad.
+    pub fn value(&self, values: &[f64], x: f64) -> f64 {
+        let curve = Curve { form: self, values };
+        if self.over.is_angle() { curve.around(unit(x * values[FIRST])) } else { curve.at(x) }
+    }
+
+    /// What multiplies each coefficient in [`value`](Self::value).
+    pub fn weights(&self, values: &[f64], x: f64) -> [f64; COEFFICIENTS] {
+        let mut out = [0.0; COEFFICIENTS];
+        for (k, w) in out.iter_mut().enumerate() {
+            let mut one = [0.0; COEFFICIENTS + 3];
+            one[COEFFICIENTS..].iter_mut().zip(&values[COEFFICIENTS..]).for_each(|(o, v)| *o = *v);
+            one[k] = 1.0;
+            *w = self.value(&one, x);
+        }
+        out
+    }
+}
+
+/// The parameter that says where the curve lies: the beginning of the range, with its end next, or the order.
+const FIRST: usize = FreeForm::SPREAD + 1;
+
+/// The hooks of a free-form effect with given values.
+struct Curve<'a, T> {
+    form: &'a FreeForm,
+    values: &'a [T],
+}
+
+impl<T: Scalar> Curve<'_, T> {
+    fn coefficients(&self) -> &[T] {
+        &self.values[..COEFFICIENTS]
+    }
+
+    /// Over a range.
+    fn at(&self, x: T) -> T {
+        basis::spline(self.coefficients(), self.values[FIRST], self.values[FIRST + 1], x)
+    }
+
+    /// Over an angle whose unit vector is given.
+    fn around(&self, z: Complex<T>) -> T {
+        basis::fourier(self.coefficients(), z)
+    }
+
+    /// A magnitude without a kink where the vector vanishes: a thousandth of the range is small.
+    fn magnitude(&self, squared: T) -> T {
+        let small = self.values[FIRST + 1].scale(1e-3);
+        (squared + small * small).sqrt()
+    }
+
+    fn around_shaft(&self, theta_m: T) -> T {
+        self.around(unit(self.values[FIRST] * theta_m))
+    }
+
+    /// The curve where the machine is.
+    fn here(&self, at: &Operating<T>, own: &[T]) -> T {
+        let x = at.state;
+        match self.form.over {
+            Over::Speed => self.at(x.omega_m),
+            Over::Time => self.at(own[0]),
+            Over::Current => self.at(self.magnitude(norm2(at.currents.i_s))),
+            Over::Slip => {
+                // dψ_r/dt seen from the rotor is −R_r i_r: its part across ψ_r turns the flux.
+                let turning = dot(at.currents.i_r, j(x.psi_r)) * at.r_r;
+                self.at(-turning / (norm2(x.psi_r) + T::from_f64(1e-9)))
+            }
+            Over::Flux => self.at(self.magnitude(norm2(x.psi_s))),
+            Over::ShaftAngle => self.around_shaft(x.theta_m),
+            Over::FluxDirection => self.in_direction(x.psi_s),
+        }
+    }
+
+    fn in_direction(&self, psi: Complex<T>) -> T {
+        let length = (norm2(psi) + T::from_f64(1e-12)).sqrt();
+        let z = psi * (T::one() / length);
+        // The order is a whole number: a power of the unit vector.
+        let order = self.values[FIRST].value();
+        let mut turn = z;
+        let mut k = 1.0;
+        while k < order {
+            turn *= z;
+            k += 1.0;
+        }
+        self.around(turn)
+    }
+
+    fn is(&self, acts: Acts) -> bool {
+        self.form.acts == acts
+    }
+}
+
+impl<T: Scalar> Hooks<T> for Curve<'_, T> {
+    fn stator_drop(&self, drop: Complex<T>, at: &Operating<T>, own: &[T]) -> Complex<T> {
+        match self.form.acts {
+            Acts::StatorResistance => drop + at.currents.i_s * (at.r_s * self.here(at, own)),
+            Acts::Voltage => drop - at.input.u_s * self.here(at, own),
+            Acts::VoltageAngle => drop - j(at.input.u_s) * self.here(at, own),
+            _ => drop,
+        }
+    }
+
+    fn rotor_drop(&self, drop: Complex<T>, at: &Operating<T>, own: &[T]) -> Complex<T> {
+        if self.is(Acts::RotorResistance) { drop + at.currents.i_r * (at.r_r * self.here(at, own)) } else { drop }
+    }
+
+    fn braking_torque(&self, torque: T, at: &Operating<T>, own: &[T]) -> T {
+        if self.is(Acts::Torque) { torque + self.here(at, own) } else { torque }
+    }
+
+    fn added_currents(&self, c: Currents<T>, x: &State<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {
+        let over = |psi: Complex<T>| match self.form.over {
+            Over::Flux => self.at(self.magnitude(norm2(psi))),
+            Over::Speed => self.at(x.omega_m),
+            Over::Current => self.at(self.magnitude(norm2(c.i_s))),
+            Over::FluxDirection => self.in_direction(psi),
+            _ => self.around_shaft(x.theta_m),
+        };
+        match self.form.acts {
+            Acts::MagnetizingCurrent => {
+                let more = x.psi_s * (over(x.psi_s) / p.magnetizing_inductance_h);
+                Currents { i_s: c.i_s + more, ..c }
+            }
+            Acts::LossCurrent => {
+                let turning = x.omega_m.scale(n_p / SENSE_RAD_S);
+                let sense = turning / (turning * turning + T::one()).sqrt();
+                let direction = x.psi_s * (T::one() / (norm2(x.psi_s) + T::from_f64(1e-12)).sqrt());
+                Currents { i_s: c.i_s + j(direction) * (over(x.psi_s) * sense), ..c }
+            }
+            Acts::LeakageCurrent => {
+                let leak = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
+                let through = (x.psi_s - x.psi_r) * (over(x.psi_s) / leak);
+                Currents { i_s: c.i_s + through, i_r: c.i_r - through, ..c }
+            }
+            _ => c,
+        }
+    }
+
+    fn rates(&self, rates: &mut [T], _at: &Operating<T>, _powers: &Powers<T>, _own: &[T]) {
+        if self.form.over == Over::Time {
+            rates[0] = T::one();
+        }
+    }
+
+    fn powers(&self, powers: &mut Powers<T>, at: &Operating<T>, own: &[T]) {
+        // What the voltage path keeps stands with the inverter, not with the winding.
+        let kept = match self.form.acts {
+            Acts::Voltage => at.input.u_s * self.here(at, own),
+            Acts::VoltageAngle => j(at.input.u_s) * self.here(at, own),
+            _ => return,
+        };
+        let power = dot(kept, at.currents.i_s).scale(1.5);
+        powers.stator_copper += power;
+        powers.inverter_loss -= power;
+    }
+
+    fn measured_current(&self, i: Complex<T>) -> Complex<T> {
+        if self.is(Acts::CurrentSensor) { i + i * self.at(self.magnitude(norm2(i))) } else { i }
+    }
+
+    fn shown_speed(&self, omega_m: T, theta_m: T) -> T {
+        match (self.form.acts, self.form.over) {
+            (Acts::SpeedSensor, Over::ShaftAngle) => omega_m + omega_m * self.around_shaft(theta_m),
+            (Acts::SpeedSensor, _) => omega_m + omega_m * self.at(omega_m),
+            _ => omega_m,
+        }
+    }
+
+    fn added_resistance(&self, cold_r_r: f64) -> f64 {
+        let most = self.coefficients().iter().map(|c| c.value().abs()).fold(0.0, f64::max);
+        match self.form.acts {
+            Acts::StatorResistance | Acts::RotorResistance | Acts::LeakageCurrent => most * 2.0 * cold_r_r,
+            _ => 0.0,
+        }
+    }
+}
+
+impl<T: Scalar> CustomHooks<T> for FreeForm {
+    fn with(&self, values: &[T], act: &mut dyn FnMut(&dyn Hooks<T>)) {
+        act(&Curve { form: self, values });
+    }
+}
+
+impl CustomEffect for FreeForm {
+    fn name(&self) -> &'static str {
+        parameters::row_of(self.acts, self.over).name
+    }
+    fn parameters(&self) -> &'static [ParameterInfo] {
+        self.parameters
+    }
+    fn about(&self) -> About {
+        let place = match self.acts {
+            Acts::Torque => Place::Mechanics,
+            Acts::StatorResistance | Acts::RotorResistance => Place::Windings,
+            Acts::Voltage | Acts::VoltageAngle => Place::Voltage,
+            Acts::MagnetizingCurrent | Acts::LossCurrent | Acts::LeakageCurrent => Place::FluxMap,
+            Acts::CurrentSensor | Acts::SpeedSensor => Place::Sensors,
+        };
+        let steady_state = match self.over {
+            Over::ShaftAngle | Over::FluxDirection => SteadyState::Ripples,
+            Over::Time => SteadyState::Hides,
+            _ => SteadyState::Shows,
+        };
+        About { steady_state, fixed_to_shaft: self.over == Over::ShaftAngle, ..About::at(place) }
+    }
+    fn states(&self) -> &'static [StateInfo] {
+        const CLOCK: &[StateInfo] = &[StateInfo { name: "time_s", kind: StateKind::Drifts }];
+        if self.over == Over::Time { CLOCK } else { &[] }
+    }
+    fn card(&self) -> Card {
+        parameters::card(self.acts, self.over)
+    }
+    fn hooks(&self) -> HookSet {
+        let hook = match self.acts {
+            Acts::Torque => Hook::braking_torque,
+            Acts::StatorResistance | Acts::Voltage | Acts::VoltageAngle => Hook::stator_drop,
+            Acts::RotorResistance => Hook::rotor_drop,
+            Acts::MagnetizingCurrent | Acts::LossCurrent | Acts::LeakageCurrent => Hook::added_currents,
+            Acts::CurrentSensor => Hook::measured_current,
+            Acts::SpeedSensor => Hook::shown_speed,
+        };
+        let own = HookSet::NONE.with(hook).with(Hook::added_resistance);
+        let own = if matches!(self.acts, Acts::Voltage | Acts::VoltageAngle) { own.with(Hook::powers) } else { own };
+        if self.over == Over::Time { own.with(Hook::rates) } else { own }
+    }
+    fn free_form(&self) -> Option<&FreeForm> {
+        Some(self)
+    }
+}
+
+#[cfg(feature = "std")]
+impl FreeForm {
+    /// Defines an effect whose curve lies on `range`, in the variable's unit. Over an angle the range is not looked at, and `order` is how
+    /// often the fundamental repeats per turn (of the shaft, or of the flux, where it is a whole number).
+    ///
+    /// What is defined lives as long as the program: effects are named by reference.
+    ///
+    /// # Panics
+    /// The pair is not one of [`all`](Self::all).
+    pub fn define(acts: Acts, over: Over, range: (f64, f64), order: f64) -> CustomId {
+        assert!(Self::all().any(|pair| pair == (acts, over)), "no free-form effect {acts:?} over {over:?}");
+        let parameters = Box::leak(parameters::table(acts, over, range, order).into_boxed_slice());
+        CustomId(Box::leak(Box::new(Self::with_parameters(acts, over, parameters))))
+    }
+
+    /// Where the curve lies; an angle over one `turn`.
+    pub fn range(&self, values: &[f64], turn: f64) -> (f64, f64) {
+        if self.over.is_angle() { (0.0, turn) } else { (values[FIRST], values[FIRST + 1]) }
+    }
+
+    /// The names of the variable and of the quantity, with units.
+    pub fn labels(&self) -> (&'static str, &'static str) {
+        parameters::labels(self.acts, self.over)
+    }
+
+    /// The quantity and the variable of the free-form effect with this identifier.
+    pub fn of_name(name: &str) -> Option<(Acts, Over)> {
+        parameters::ROWS.iter().find(|r| r.name == name).map(|r| (r.acts, r.over))
+    }
+}
+
+impl FreeForm {
+    /// Every quantity with the variables that it may depend on.
+    pub fn all() -> impl Iterator<Item = (Acts, Over)> {
+        parameters::ROWS.iter().map(|r| (r.acts, r.over))
+    }
+
+    /// Index of the parameter that holds the size that the coefficients have before any data: their precision is
+    /// [`precision`](Self::precision) over its square.
+    pub const SPREAD: usize = COEFFICIENTS;
+}
+
+#[cfg(all(test, feature = "std"))]
+mod tests;

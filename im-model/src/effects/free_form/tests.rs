@@ -1,0 +1,128 @@
+use core::f64::consts::PI;
+
+use num_complex::Complex;
+
+use super::{COEFFICIENTS, FreeForm, Over};
+use crate::dual::Dual;
+use crate::effects::EffectId;
+use crate::effects::trying::{RATED_V, SYNCHRONOUS, T, machine};
+use crate::machines::MOTULATOR_2_2_KW as M;
+use crate::motor_file::MotorFile;
+use crate::{Bench, Machine, ParameterId, PlantInput, State};
+
+/// Every free-form effect, on a range that a run at rated frequency passes through, with uneven coefficients of its usual size.
+fn every() -> Vec<(EffectId, Machine<f64>)> {
+    FreeForm::all()
+        .map(|(acts, over)| {
+            let range = match over {
+                Over::Speed => (-20.0, 1.1 * SYNCHRONOUS),
+                Over::Time => (0.0, 0.1),
+                Over::Current => (0.0, 20.0),
+                Over::Slip => (-50.0, 350.0),
+                Over::Flux => (0.0, 1.4),
+                Over::ShaftAngle | Over::FluxDirection => (0.0, 1.0),
+            };
+            let id = EffectId::Custom(FreeForm::define(acts, over, range, 2.0));
+            let unit = M.rating.unit_of(id.parameters()[0].scale, &M.parameters(), M.pole_pairs);
+            let size = 0.3 * id.parameters()[0].typical.1 * unit;
+            let with = machine(|e| {
+                for k in 0..COEFFICIENTS {
+                    e.set(id, k, size * (1.0 + 0.4 * (k as f64 * 1.7).sin()));
+                }
+            });
+            (id, with)
+        })
+        .collect()
+}
+
+/// Speed and currents over the first tenth of a second on rated voltage, from a speed.
+fn run(m: &Machine<f64>) -> Vec<[f64; 3]> {
+    let mut bench = Bench::new(m, State::turning(0.6 * SYNCHRONOUS), T);
+    (0..1000)
+        .map(|k| {
+            let y = bench.output();
+            let u = Complex::from_polar(RATED_V, 100.0 * PI * T * (f64::from(k) + 0.5));
+            bench.advance(&PlantInput::new(u, 5.0));
+            [y.i_s.re, y.i_s.im, y.omega_m]
+        })
+        .collect()
+}
+
+fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    a.iter().zip(b).flat_map(|(a, b)| (0..3).map(|k| (a[k] - b[k]).powi(2))).sum::<f64>().sqrt()
+}
+
+#[test]
+fn every_place_changes_what_is_measured_and_none_at_zero() {
+    let base = run(&machine(|_| ()));
+    for (id, with) in every() {
+        assert!(distance(&run(&with), &base) > 0.1, "{id} does nothing");
+        let mut off = *with.effects();
+        off.switch_off(id);
+        assert_eq!(run(&with.with_effects(off).unwrap()), base, "{id} leaves something behind");
+    }
+}
+
+#[test]
+fn derivatives_by_the_coefficients_are_exact() {
+    for (id, with) in every() {
+        for k in [0, 3, 6] {
+            let at = ParameterId::Effect(id, k);
+            let seeded = with.map(|p, x| if p == at { Dual::<4>::seeded(x, 0, 1.0) } else { Dual::constant(x) });
+            let end = |m: &Machine<f64>| {
+                let mut bench = Bench::new(m, State::turning(100.0), T);
+                (0..300).for_each(|_| bench.advance(&PlantInput::new(Complex::new(200.0, 30.0), 2.0)));
+                bench.output()
+            };
+            let mut bench = Bench::new(&seeded, State::turning(Dual::constant(100.0)), T);
+            let c = Dual::constant;
+            (0..300).for_each(|_| bench.advance(&PlantInput::new(Complex::new(c(200.0), c(30.0)), c(2.0))));
+            let h = 1e-5 * id.parameters()[0].typical.1;
+            let shifted = |s: f64| end(&with.with(&[(at, with.get(at) + s * h)]).unwrap());
+            let (up, down) = (shifted(1.0), shifted(-1.0));
+            let exact = bench.output();
+            for (exact, up, down) in [(exact.i_s.re, up.i_s.re, down.i_s.re), (exact.omega_m, up.omega_m, down.omega_m)] {
+                let differences = (up - down) / (2.0 * h);
+                // Differences lose a third of the digits; the step of 1e-5 of the usual size leaves 1e-5 of the slope.
+                assert!(
+                    (exact.eps[0] - differences).abs() < 1e-4 * differences.abs() + 1e-5,
+                    "{id} {k}: {} {differences}",
+                    exact.eps[0]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_learned_curve_reads_back_from_a_motor_file() {
+    for (id, with) in every() {
+        let file = MotorFile { name: "m".into(), machine: with, rating: M.rating, known: Default::default() };
+        let back = MotorFile::parse(&file.to_toml(), "motor.toml").unwrap();
+        assert_eq!(run(&back.machine), run(&with), "{id}");
+        assert_eq!(back.to_toml(), file.to_toml());
+    }
+}
+
+#[test]
+fn a_file_must_say_where_the_curve_lies() {
+    let (id, with) = every().remove(0);
+    let text = MotorFile { name: "m".into(), machine: with, rating: M.rating, known: Default::default() }.to_toml();
+    let without = text.lines().filter(|l| !l.starts_with("to_rad_s")).collect::<Vec<_>>().join("\n");
+    let error = MotorFile::parse(&without, "motor.toml").unwrap_err().to_string();
+    assert!(error.contains("to_rad_s is missing") && error.contains(id.name()), "{error}");
+}
+
+/// The value is the sum of coefficients and weights: what bands are made of.
+#[test]
+fn values_are_linear_in_the_coefficients() {
+    for (id, with) in every() {
+        let EffectId::Custom(c) = id else { continue };
+        let form = c.0.free_form().unwrap();
+        let values: Vec<f64> = (0..id.parameters().len()).map(|k| with.get(ParameterId::Effect(id, k))).collect();
+        for x in [0.0, 0.3, 1.0, 7.0, 120.0] {
+            let sum: f64 = form.weights(&values, x).iter().zip(&values).map(|(w, c)| w * c).sum();
+            assert!((sum - form.value(&values, x)).abs() < 1e-12 * (1.0 + sum.abs()), "{id} at {x}");
+        }
+    }
+}
