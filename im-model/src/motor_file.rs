@@ -484,7 +484,8 @@ mod tests {
                         Bound::Within(a, b) if info.role == Role::Strength => typical.clamp(a, b),
                         Bound::Within(a, b) => a + s * (b - a),
                         Bound::Whole(..) => typical.round(),
-                        _ => typical * rating.unit_of(info.scale, &p, pole_pairs),
+                        // Scaled to a machine of any size, a usual number may be none that a machine has.
+                        _ => (typical * rating.unit_of(info.scale, &p, pole_pairs)).clamp(Bound::SMALLEST, Bound::LARGEST),
                     };
                     e.set(id, k, x);
                 }

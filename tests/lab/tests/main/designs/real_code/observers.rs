@@ -113,7 +113,13 @@ fn advance(c: &Constants<f64>, x: &mut [f64; 5], u: C, h: f64) {
 }
 
 fn frozen(gain: &Matrix<f64>, slope: &Matrix<f64>) -> KubotaGains {
-    KubotaGains { gain: rows(gain), gain_per_speed: rows(slope), proportional: 0.0, integral: 1e-30, fade_a: 0.0 }
+    KubotaGains {
+        gain: rows(gain),
+        gain_per_speed: rows(slope),
+        proportional: 0.0,
+        integral: im_model::Bound::SMALLEST,
+        fade_a: 0.0,
+    }
 }
 
 fn adaptive(gains: &im_design::kubota_loop::LoopGains) -> KubotaGains {
