@@ -22,6 +22,9 @@ fn cost(name: &str, spoil: impl Fn(&mut Experiment)) -> Option<f64> {
     }
 }
 
+/// What spoils a recording.
+type Mistake = Box<dyn Fn(&mut Experiment)>;
+
 /// Mistakes that the checks of a recording stop; here they are fitted all the same.
 #[test]
 fn a_recording_with_a_mistake_takes_no_more_than_ten_times_the_work() {
@@ -30,7 +33,7 @@ fn a_recording_with_a_mistake_takes_no_more_than_ten_times_the_work() {
     let held = |k: usize, at: f64| move |e: &mut Experiment| e.channels[k].values.fill(at);
     let clock = |by: f64| move |e: &mut Experiment| e.sample_time_s *= by;
     let voltage = |of: fn(Complex<f64>) -> Complex<f64>| move |e: &mut Experiment| e.u_s.iter_mut().for_each(|u| *u = of(*u));
-    let mistakes: [(&str, Box<dyn Fn(&mut Experiment)>); 14] = [
+    let mistakes: [(&str, Mistake); 14] = [
         ("time in ms", Box::new(clock(1e3))),
         ("time in us", Box::new(clock(1e6))),
         ("time of no clock", Box::new(clock(1e30))),
