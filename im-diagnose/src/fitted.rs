@@ -41,14 +41,13 @@ impl Fitted {
     /// # Errors
     /// The fit cannot be made.
     pub fn new(case: Case, options: Options) -> Result<Self, FitError> {
-        let before = case.motor.clone();
         let (refinement, model) = Refinement::new(case, options)?;
-        Ok(Self::of_model(before, &refinement, &model))
+        Ok(Self::of_model(&refinement, &model))
     }
 
-    /// Of a model that is fitted already; `before` is the motor as given.
-    pub fn of_model(before: MotorFile, refinement: &Refinement, model: &Model) -> Self {
-        let fit = &model.fit;
+    /// Of a model that is fitted already.
+    pub fn of_model(refinement: &Refinement, model: &Model) -> Self {
+        let (before, fit) = (refinement.case().motor.clone(), &model.fit);
         let after = MotorFile { machine: fit.machine, ..before.clone() };
         let train = errors(&fit.machine, refinement.nudged(), &fit.starts);
         let estimates = Estimates::of_fit(&before, fit, refinement.nudged());

@@ -7,6 +7,7 @@ use im_identify::offline::{Experiment, FitError, FitOptions, base_parameters, fi
 use im_model::simulation::{Load, Mains, Profile, Scenario, Sensors, Simulation, Source, VoltsPerHertz};
 use im_model::{EffectId, Machine, MotorFile, Recording};
 use rayon::prelude::*;
+use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use crate::residuals::nudged;
@@ -158,7 +159,7 @@ fn proposal(
     let experiments: Vec<Experiment> = nudged(&[Experiment::from_recording(r, [noise.0; 2], noise.1)]);
     let free = base_parameters(&machine);
     let fitted = fit(&machine, &experiments, &free, &FitOptions { iterations: 3, ..FitOptions::near() }).ok()?;
-    let level = Options::default().significance / machine.effects().ids().count() as f64;
+    let level = Options::default().significance.get() / machine.effects().ids().count() as f64;
     let context = ScoreContext::new(&fitted.machine, &fitted.starts, &experiments, &motor.rating, &free, level);
     let scores: Vec<Score> = open.par_iter().filter_map(|&e| context.score(e, None)).collect();
     let detectable: Vec<(EffectId, f64)> = scores
@@ -183,7 +184,7 @@ fn proposal(
 }
 
 /// One commanded signal of a test.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ProfileTrace {
     /// Name.
     pub name: String,

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use im_identify::offline::{ChannelKind, Experiment, residuals};
 use im_model::{Machine, State};
 use rayon::prelude::*;
+use serde_json::{Value, json};
 
 use crate::noise::sensor_whiteners;
 
@@ -74,6 +75,14 @@ impl Errors {
     /// Root mean square residual in σ, as people read it.
     pub fn rms_in_sigma(&self) -> f64 {
         self.chi2_per_sample.sqrt()
+    }
+
+    /// For programs; `null` where there is no number.
+    pub fn to_json(&self) -> Value {
+        json!({
+            "chi2_per_sample": self.chi2_per_sample, "rms_in_sigma": self.rms_in_sigma(), "rmse": self.rmse,
+            "fit_percent": self.fit_percent,
+        })
     }
 }
 

@@ -34,6 +34,11 @@ pub fn key(job: &Job, settings: &Settings) -> String {
     hash.finalize()[..16].iter().map(|b| format!("{b:02x}")).collect()
 }
 
+/// A number by which shards take their jobs: adding a motor moves no other to another shard.
+pub fn number(key: &str) -> u64 {
+    u64::from_str_radix(&key[..12.min(key.len())], 16).unwrap_or(0)
+}
+
 fn file(hash: &mut Sha256, path: &Path) {
     hash.update(path.file_name().unwrap_or_default().as_encoded_bytes());
     let mut inner = Sha256::new();
@@ -51,4 +56,21 @@ fn file(hash: &mut Sha256, path: &Path) {
         inner.update(e.kind().to_string());
     }
     hash.update(inner.finalize());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use im_model::Shard;
+
+    #[test]
+    fn shards_take_every_key_once_and_about_as_many() {
+        let keys: Vec<String> =
+            (0..500u64).map(|k| format!("{:032x}", u128::from(k.wrapping_mul(0x9e37_79b9_7f4a_7c15)) << 64)).collect();
+        let shards: Vec<Shard> = ["1/3", "2/3", "3/3"].map(|s| s.parse().unwrap()).to_vec();
+        for key in &keys {
+            assert_eq!(shards.iter().filter(|s| s.has(number(key))).count(), 1, "{key}");
+        }
+        assert!(shards.iter().all(|s| keys.iter().filter(|k| s.has(number(k))).count() > 120));
+    }
 }

@@ -3,9 +3,10 @@
 //! Suspicion is cheap and a diagnosis is careful: the thresholds here are generous, those of the diagnosis keep the false alarms down.
 
 use im_diagnose::case::Case;
+use im_diagnose::diagnosis::{Diagnosis, diagnose_from};
 use im_diagnose::fitted::Fitted;
 use im_diagnose::residual_tests::{Dependence, dependences};
-use im_diagnose::search::{Options, Refinement};
+use im_diagnose::search::{Model, Options, Refinement};
 use im_identify::offline::FitError;
 
 /// Error from which on a model is not as good as its sensors, in σ².
@@ -19,6 +20,8 @@ pub struct Screening {
     pub fitted: Fitted,
     /// What the residual depends on, strongest first.
     pub leftover: Vec<Dependence>,
+    refinement: Refinement,
+    base: Model,
 }
 
 impl Screening {
@@ -27,10 +30,17 @@ impl Screening {
     /// # Errors
     /// The fit cannot be made.
     pub fn new(case: Case, options: Options) -> Result<Self, FitError> {
-        let before = case.motor.clone();
-        let (refinement, model) = Refinement::new(case, options)?;
-        let leftover = dependences(&model.fit.machine, &model.fit.starts, refinement.nudged());
-        Ok(Self { fitted: Fitted::of_model(before, &refinement, &model), leftover })
+        let (refinement, base) = Refinement::new(case, options)?;
+        let leftover = dependences(&base.fit.machine, &base.fit.starts, refinement.nudged());
+        Ok(Self { fitted: Fitted::of_model(&refinement, &base), leftover, refinement, base })
+    }
+
+    /// The whole diagnosis, from the fitted base model on.
+    ///
+    /// # Errors
+    /// A fit cannot be made.
+    pub fn diagnosed(self) -> Result<Diagnosis, FitError> {
+        diagnose_from(self.refinement, self.base)
     }
 
     /// Why a diagnosis is asked for; `None` where nothing stands out.

@@ -1,12 +1,12 @@
 //! How jobs are done.
 
-use im_diagnose::search::Options;
+use im_diagnose::search::Significance;
 
 /// How jobs are done.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Chance of a false alarm over the whole library, of a diagnosis.
-    pub significance: f64,
+    pub significance: Significance,
     /// Diagnose all, also those that the screening sees nothing in.
     pub all: bool,
     /// Go on where what was noticed about the data makes the answer meaningless.
@@ -17,7 +17,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { significance: Options::default().significance, all: false, anyway: false, reports: true }
+        Self { significance: Significance::default(), all: false, anyway: false, reports: true }
     }
 }
 

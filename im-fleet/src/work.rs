@@ -1,61 +1,24 @@
 //! Jobs to rows. A job never stops the others: what goes wrong with it is its row.
 
 use std::any::Any;
-use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
-use im_diagnose::case::Case;
-use im_diagnose::diagnosis::{Diagnosis, diagnose};
+use im_diagnose::diagnosis::Diagnosis;
 use im_diagnose::intake::Finding;
-use im_diagnose::report::{self, Meta, NextTest, Story};
+use im_diagnose::report::{self, Meta, Story};
 use im_diagnose::search::Options;
 use im_diagnose::sources::{Refused, Source, Sources};
 use im_identify::offline::stop::Stopped;
-use im_model::FileError;
+use im_model::{FileError, Shard};
 use rayon::prelude::*;
 
 use crate::job::Job;
-use crate::key::key;
+use crate::key::{key, number};
 use crate::row::{Parameter, Row, Status};
 use crate::screen::Screening;
 use crate::settings::Settings;
 use crate::store::Store;
-
-/// Part `k` of `n`, from 1: the jobs whose key falls to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    k: u64,
-    n: u64,
-}
-
-impl Shard {
-    /// All of it.
-    pub const WHOLE: Self = Self { k: 1, n: 1 };
-
-    /// Whether a job is of this part, by its key: adding a motor moves no other to another part.
-    pub fn has(self, key: &str) -> bool {
-        u64::from_str_radix(&key[..12.min(key.len())], 16).unwrap_or(0) % self.n == self.k - 1
-    }
-}
-
-impl FromStr for Shard {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
-        match parts {
-            Some((k, n)) if (1..=n).contains(&k) => Ok(Self { k, n }),
-            _ => Err("K/N with K from 1 to N, such as 1/4".into()),
-        }
-    }
-}
-
-impl fmt::Display for Shard {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}", self.k, self.n)
-    }
-}
 
 /// What a run did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,7 +46,7 @@ pub fn run(
     let store = Store::open(out)?;
     let keys: Vec<String> = jobs.par_iter().map(|job| key(job, settings)).collect();
     let mut rows: Vec<Option<Row>> = keys.par_iter().map(|key| store.get(key)).collect();
-    let mine: Vec<usize> = (0..jobs.len()).filter(|&k| rows[k].is_none() && shard.has(&keys[k])).collect();
+    let mine: Vec<usize> = (0..jobs.len()).filter(|&k| rows[k].is_none() && shard.has(number(&keys[k]))).collect();
     let found = rows.iter().flatten().count();
     let count = std::sync::atomic::AtomicUsize::new(0);
     let make = |&k: &usize| {
@@ -144,16 +107,26 @@ fn judged(job: &Job, blank: Row, out: &Path, settings: &Settings) -> Result<Row,
     let (case, noticed) = sources.case()?;
     let options = Options { significance: settings.significance, ..sources.options() };
     let fail = |e| Refused::fit(&sources.label, &e);
-    let screening = Screening::new(case.clone(), options.clone()).map_err(fail)?;
+    let screening = Screening::new(case, options).map_err(fail)?;
     let suspicion = screening.suspicion();
     if suspicion.is_none() && !settings.all {
         return Ok(screened(blank, &screening));
     }
-    let row = Row { suspicion: suspicion.unwrap_or_default(), ..blank };
-    diagnosed(row, case, options, noticed, out, settings).map_err(|e| match e {
-        Failed::Fit(e) => fail(e),
-        Failed::File(e) => Refused::File(e),
-    })
+    let found = screening.diagnosed().map_err(fail)?;
+    let mut row = of_diagnosis(Row { suspicion: suspicion.unwrap_or_default(), ..blank }, &found);
+    if settings.reports {
+        row.report = reported(&row, &found, noticed, out)?;
+    }
+    Ok(row)
+}
+
+/// Writes the report of a motor into a folder of its own; the page's place in `out`.
+fn reported(row: &Row, found: &Diagnosis, noticed: Vec<Finding>, out: &Path) -> Result<String, FileError> {
+    let folder = format!("reports/{}", row.key);
+    let title = if row.date.is_empty() { row.unit.clone() } else { format!("{}, {}", row.unit, row.date) };
+    let meta = Meta { title, ..Meta::of(concat!("im fleet ", env!("CARGO_PKG_VERSION")), found, noticed) };
+    report::write(out.join(&folder), &Story::new(found, &meta))?;
+    Ok(folder + "/report.html")
 }
 
 fn rms(chi2: f64) -> Option<f64> {
@@ -177,34 +150,6 @@ fn parameter(key: String, value: f64, std: Option<f64>) -> Parameter {
     Parameter { key, value, std: std.filter(|s| s.is_finite()) }
 }
 
-enum Failed {
-    Fit(im_identify::offline::FitError),
-    File(FileError),
-}
-
-fn diagnosed(
-    blank: Row,
-    case: Case,
-    options: Options,
-    mut noticed: Vec<Finding>,
-    out: &Path,
-    settings: &Settings,
-) -> Result<Row, Failed> {
-    let d = diagnose(case, options).map_err(Failed::Fit)?;
-    let mut report = String::new();
-    if settings.reports {
-        report = format!("reports/{}", blank.key);
-        noticed.retain(|f| !d.refutes(f));
-        let quality = Some(noticed.iter().map(Finding::line).collect());
-        let title = if blank.date.is_empty() { blank.unit.clone() } else { format!("{}, {}", blank.unit, blank.date) };
-        let program = concat!("im fleet ", env!("CARGO_PKG_VERSION")).to_owned();
-        let meta = Meta { title, program, quality, next_test: NextTest::after(&d), ..Meta::default() };
-        report::write(out.join(&report), &Story::new(&d, &meta)).map_err(Failed::File)?;
-        report += "/report.html";
-    }
-    Ok(of_diagnosis(Row { report, ..blank }, &d))
-}
-
 fn of_diagnosis(blank: Row, d: &Diagnosis) -> Row {
     let names = |effects: &[im_model::EffectId]| effects.iter().map(|e| e.name().to_owned()).collect::<Vec<_>>();
     let (first, last) = (&d.steps[0], &d.steps[d.steps.len() - 1]);
@@ -219,22 +164,5 @@ fn of_diagnosis(blank: Row, d: &Diagnosis) -> Row {
         holdout_rms_in_sigma: last.holdout.as_ref().and_then(|h| rms(h.chi2_per_sample)),
         parameters: d.parameters.iter().map(|p| parameter(p.quantity.key(), p.after, p.std)).collect(),
         ..blank
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shards_take_every_key_once() {
-        let keys: Vec<String> =
-            (0..500u64).map(|k| format!("{:032x}", u128::from(k.wrapping_mul(0x9e37_79b9_7f4a_7c15)) << 64)).collect();
-        let shards: Vec<Shard> = ["1/3", "2/3", "3/3"].map(|s| s.parse().unwrap()).to_vec();
-        for key in &keys {
-            assert_eq!(shards.iter().filter(|s| s.has(key)).count(), 1, "{key}");
-        }
-        assert!(shards.iter().all(|s| keys.iter().filter(|k| s.has(k)).count() > 120));
-        assert!(["0/2", "3/2", "1", "a/b", "1/0"].iter().all(|s| s.parse::<Shard>().is_err()));
     }
 }

@@ -50,6 +50,8 @@ mod recording_csv;
 #[cfg(feature = "std")]
 mod rows;
 mod scalar;
+#[cfg(feature = "std")]
+mod shard;
 mod state;
 mod steady_state;
 #[cfg(feature = "std")]
@@ -83,6 +85,8 @@ pub use recording_csv::{CanonicalColumns, VectorColumns};
 #[cfg(feature = "std")]
 pub use rows::{Rows, TextFormat, fields_of, sampling_time};
 pub use scalar::Scalar;
+#[cfg(feature = "std")]
+pub use shard::Shard;
 pub use state::{LoadLaw, State};
 pub use steady_state::{Held, steady_state};
 #[cfg(feature = "std")]

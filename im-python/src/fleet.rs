@@ -6,8 +6,9 @@ use im_fleet::job::{self, Job};
 use im_fleet::row::Row;
 use im_fleet::settings::Settings;
 use im_fleet::store::Store;
-use im_fleet::work::{self, Shard};
+use im_fleet::work;
 use im_fleet::{key, write_all};
+use im_model::Shard;
 use pyo3::prelude::*;
 use serde_json::json;
 
@@ -23,13 +24,13 @@ pub fn fleet_jobs(
     shard: &str,
 ) -> PyResult<Vec<(String, String, bool)>> {
     let settings = made(settings);
-    let shard: Shard = shard.parse().map_err(|e| refused(format!("shard {shard}: {e}")))?;
+    let shard: Shard = shard.parse().map_err(|e| refused(format!("shard {e}")))?;
     let jobs = working(py, "reading the fleet", 0, || {
         let jobs = job::jobs(&fleet)?;
         Ok::<_, im_diagnose::sources::Refused>(jobs.into_iter().map(|job| (key::key(&job, &settings), job)).collect::<Vec<_>>())
     })?;
     let one = |(key, job): (String, Job)| {
-        let mine = shard.has(&key);
+        let mine = shard.has(key::number(&key));
         (key, json!(job).to_string(), mine)
     };
     Ok(jobs.map_err(refused)?.into_iter().map(one).collect())

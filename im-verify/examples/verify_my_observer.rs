@@ -3,10 +3,10 @@
 //!     cargo run --release -p im-verify --example verify_my_observer -- margins.svg
 
 use im_design::plot::{Series, chart};
-use im_model::Complex;
+use im_model::{Complex, Shard};
 use im_observers::{Basis, CurrentModel, Estimate, Input, Observer};
 use im_verify::properties::{Steady, observer};
-use im_verify::{C, Claim, ClaimCase, Cost, Found, Machines, Origin, Paper, Row, Shard, Variable, Verdict};
+use im_verify::{C, Claim, ClaimCase, Cost, Found, Machines, Origin, Paper, Row, Variable, Verdict};
 
 /// The current model, with a low-pass on the speed that it is shown: does it still converge at η?
 struct Mine(CurrentModel<f64>);

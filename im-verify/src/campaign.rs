@@ -1,44 +1,13 @@
 //! Many cases of many claims over all cores, in blocks that are shared out and resumed.
 
-use std::num::NonZeroU64;
 use std::sync::Mutex;
 
+use im_model::Shard;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::claim::Claim;
 use crate::subject::Machines;
-
-/// One of N equal parts of a campaign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// From 1.
-    pub part: u64,
-    /// How many there are.
-    pub of: NonZeroU64,
-}
-
-impl Shard {
-    /// All of it.
-    pub const WHOLE: Self = Self { part: 1, of: NonZeroU64::MIN };
-
-    /// Whether a block of cases belongs to it, by the block's number from 0.
-    pub fn has(self, block: u64) -> bool {
-        block % self.of == self.part - 1
-    }
-}
-
-impl std::str::FromStr for Shard {
-    type Err = String;
-
-    fn from_str(s: &str) -> Result<Self, String> {
-        let parts = s.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
-        match parts {
-            Some((part, of)) if (1..=NonZeroU64::get(of)).contains(&part) => Ok(Self { part, of }),
-            _ => Err(format!("`{s}` must be k/N with k from 1 to N, such as 2/4")),
-        }
-    }
-}
 
 /// What is to be tried.
 #[derive(Clone, Debug)]

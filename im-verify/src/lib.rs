@@ -26,7 +26,7 @@ mod summary;
 mod variable;
 mod verdict;
 
-pub use campaign::{Block, Campaign, KEPT, Shard};
+pub use campaign::{Block, Campaign, KEPT};
 pub use claim::{C, Claim, ClaimCase, Cost, Found, Origin, Paper, Point};
 pub use journal::{Journal, JournalError};
 pub use random::Draws;

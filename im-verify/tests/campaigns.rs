@@ -3,7 +3,8 @@
 use std::num::NonZeroU64;
 use std::path::PathBuf;
 
-use im_verify::{Block, Campaign, Claim, Cost, Journal, JournalError, Machines, Row, Shard, Subject, case_file, claims, shrunk};
+use im_model::Shard;
+use im_verify::{Block, Campaign, Claim, Cost, Journal, JournalError, Machines, Row, Subject, case_file, claims, shrunk};
 
 fn campaign(shard: Shard, machines: Machines) -> Campaign {
     let chosen = claims::all().into_iter().filter(|c| [3, 18, 32].contains(&c.number)).collect();
@@ -152,12 +153,4 @@ fn wrong_case_files_are_refused_by_key() {
         let text = bad(from, to);
         assert!(text.contains(says), "{text}");
     }
-}
-
-#[test]
-fn only_parts_of_a_whole_are_shards() {
-    for bad in ["0/4", "5/4", "1", "1/0", "a/b", "-1/3", ""] {
-        assert!(bad.parse::<Shard>().is_err(), "{bad}");
-    }
-    assert_eq!("2/4".parse(), Ok(Shard { part: 2, of: NonZeroU64::new(4).unwrap() }));
 }

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use im_verify::{Campaign, Claim, Machines, Outcome, Row, Shard, case_file, claims};
+use im_model::Shard;
+use im_verify::{Campaign, Claim, Machines, Outcome, Row, case_file, claims};
 
 fn tried(claim: &Claim, cases: u64) -> Row {
     let campaign =

@@ -3,15 +3,12 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use im_diagnose::case::Case;
-use im_diagnose::consistency;
-use im_diagnose::intake::{Finding, FindingKind};
 use im_diagnose::report::{Comparison, Meta, compare_html, compare_terminal};
-use im_diagnose::sources::{followed, meaningful};
 use im_model::{MotorFile, write_atomically};
 use serde_json::json;
 
-use super::inputs::{quality, recordings_or_drafts};
+use super::diagnose::PROGRAM;
+use super::inputs::recordings_or_drafts;
 use crate::failure::Failure;
 use crate::output::Outputs;
 use crate::spinner::spinning;
@@ -61,21 +58,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let motor = MotorFile::read(&args.motor)?;
     let (data, guessed) = recordings_or_drafts(&args.data, args.mapping.as_deref(), &motor, args.out.as_deref())?;
-    let mut noticed = im_diagnose::intake::findings(data.iter());
-    // What else is wrong is what a comparison shows; by a wrong clock nothing can be simulated.
-    let clock: Vec<_> = noticed.iter().filter(|f| f.kind == FindingKind::TimeUnit).cloned().collect();
-    meaningful(&clock, args.anyway)?;
     let label = args.motor.display().to_string();
-    for taken in &data {
-        followed(&motor, &label, taken)?;
-    }
-    let case = Case::from_intake(motor.clone(), data, None);
-    if !noticed.iter().any(Finding::stops) {
-        noticed.extend(spinning("comparing the recordings", || consistency::check(&case)));
-    }
-    let comparison = spinning("looking where the model fails", || Comparison::new(motor, case.train));
-    let program = concat!("im ", env!("CARGO_PKG_VERSION")).into();
-    let meta = Meta { program, quality: quality(&noticed), ..Meta::default() };
+    let (comparison, noticed) =
+        spinning("looking where the model fails", || Comparison::of_intake(&motor, &label, data, args.anyway))?;
+    let meta = Meta { program: PROGRAM.into(), quality: Some(noticed), ..Meta::default() };
     let mut written = None;
     if let Some(dir) = &args.out {
         let path = dir.join("compare.html");
@@ -89,7 +75,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         let mut report = comparison.to_json();
         report["guessed"] = json!(guessed);
-        report["data_quality"] = json!(noticed);
+        report["data_quality"] = json!(meta.quality);
         writeln!(out, "{report}")?;
         return Ok(());
     }

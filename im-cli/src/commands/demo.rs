@@ -8,9 +8,11 @@ use std::time::Instant;
 
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::diagnose;
+use im_diagnose::report::{FILES, Meta, Story};
 use im_diagnose::search::Options;
 use im_model::{MotorFile, Recording, write_atomically};
 
+use super::diagnose::{PROGRAM, finish};
 use super::inputs::refused;
 use crate::failure::Failure;
 use crate::output::Outputs;
@@ -42,7 +44,7 @@ const SAVED: [(&str, &str); 4] =
 pub fn run(args: &Args) -> Result<(), Failure> {
     let begun = Instant::now();
     let mut outputs = Outputs::default();
-    outputs.folder(&args.out, &super::diagnose::FILES)?;
+    outputs.folder(&args.out, &FILES)?;
     args.save_data.as_deref().map_or(Ok(()), |dir| outputs.folder(dir, &SAVED.map(|(name, _)| name)))?;
     let read = |text: &str, name: &str| Recording::from_csv(text.as_bytes(), name);
     let motor = MotorFile::parse(MOTOR, "motor.toml")?;
@@ -61,7 +63,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let case = Case::new(motor, &train, Some(&holdout));
     let found = spinning("fitting and scoring", || diagnose(case, Options::default()))
         .map_err(|e| refused(std::path::Path::new("embedded motor.toml"), &e))?;
-    super::diagnose::finish(&found, &super::diagnose::meta(&found), &[], Some(&args.out), None, args.json)?;
+    let meta = Meta { quality: None, ..Meta::of(PROGRAM, &found, Vec::new()) };
+    finish(&Story::new(&found, &meta), Some(&args.out), args.json)?;
     if args.json {
         return Ok(());
     }

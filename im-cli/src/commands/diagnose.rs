@@ -4,16 +4,18 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use im_diagnose::diagnosis::{Diagnosis, diagnose};
-use im_diagnose::intake::Finding;
-use im_diagnose::report::{self, Meta, NextTest, Story};
-use im_diagnose::search::{Learning, Options};
-use im_diagnose::sources::by_fit;
+use im_diagnose::report::{self, FILES, Meta, Story};
+use im_diagnose::search::{Learning, Options, Significance};
 
-use super::inputs::{Data, quality, refused, write_quality};
+use super::inputs::{Data, refused};
 use crate::failure::Failure;
 use crate::interrupt::together;
+use crate::output::Outputs;
 use crate::spinner::spinning;
 use crate::terminal::{STORY_WIDTH, stdout};
+
+/// The program in reports.
+pub const PROGRAM: &str = concat!("im ", env!("CARGO_PKG_VERSION"));
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -25,16 +27,23 @@ Writes out/report.html (open it in a browser), out/motor.refined.toml (every com
 --motor), out/diagnosis.json, and out/data_quality.json: what was noticed about the recordings.")]
 pub struct Args {
     #[command(flatten)]
+    asked: Asked,
+    /// Learn as a curve what the library leaves unexplained
+    #[arg(long)]
+    learn: bool,
+}
+
+/// What is asked for with and without learning.
+#[derive(clap::Args)]
+pub struct Asked {
+    #[command(flatten)]
     data: Data,
     /// Folder for report.html, motor.refined.toml and diagnosis.json
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Chance of a false alarm over the whole library
-    #[arg(long, default_value_t = 0.01, value_name = "P")]
-    significance: f64,
-    /// Learn as a curve what the library leaves unexplained
-    #[arg(long)]
-    learn: bool,
+    #[arg(long, default_value_t, value_name = "P")]
+    significance: Significance,
     /// Write measured, modelled and residual of every sample into this file: .csv, or .parquet
     #[arg(long, value_name = "FILE")]
     signals: Option<PathBuf>,
@@ -43,72 +52,55 @@ pub struct Args {
     json: bool,
 }
 
-/// What is written.
-pub const FILES: [&str; 4] = ["report.html", "motor.refined.toml", "diagnosis.json", "data_quality.json"];
+impl Asked {
+    /// Where files may be written.
+    pub fn outputs(&self) -> Result<Outputs, Failure> {
+        let mut outputs = self.data.outputs();
+        self.out.as_ref().map_or(Ok(()), |dir| outputs.folder(dir, &FILES))?;
+        self.signals.as_ref().map_or(Ok(()), |file| outputs.file(file))?;
+        Ok(outputs)
+    }
+
+    /// Reads, decides, and gives the answer with what is to be said beside it.
+    pub fn answer(&self, learning: Learning) -> Result<(Diagnosis, Meta), Failure> {
+        let (case, noticed, options) = self.data.case()?;
+        let options = Options { significance: self.significance, learning, ..options };
+        let what = if learning == Learning::Always { "fitting, scoring and learning" } else { "fitting and scoring" };
+        let found = spinning(what, || diagnose(case, options)).map_err(|e| refused(&self.data.motor, &e))?;
+        let meta = Meta::of(PROGRAM, &found, noticed);
+        Ok((found, meta))
+    }
+
+    /// Writes the files and prints the story.
+    pub fn finish(&self, found: &Diagnosis, meta: &Meta) -> Result<(), Failure> {
+        let story = Story::new(found, meta);
+        if let Some(file) = &self.signals {
+            story.signals().write(file)?;
+        }
+        finish(&story, self.out.as_deref(), self.json)
+    }
+}
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if !(args.significance > 0.0 && args.significance < 0.5) {
-        return Err(Failure::Input(format!("--significance {} must lie between 0 and 0.5", args.significance)));
-    }
-    let mut outputs = args.data.outputs();
-    if let Some(dir) = &args.out {
-        outputs.folder(dir, &FILES)?;
-    }
-    if let Some(file) = &args.signals {
-        outputs.file(file)?;
-    }
-    let (case, mut noticed, options) = args.data.case()?;
-    let learning = if args.learn { Learning::Unexplained } else { Learning::Never };
-    let options = Options { significance: args.significance, learning, ..options };
-    let found = spinning("fitting and scoring", || diagnose(case, options)).map_err(|e| refused(&args.data.motor, &e))?;
-    let meta = noticed_by(&found, &mut noticed);
-    finish(&found, &meta, &noticed, args.out.as_deref(), args.signals.as_deref(), args.json)
+    args.asked.outputs()?;
+    let (found, meta) = args.asked.answer(if args.learn { Learning::Unexplained } else { Learning::Never })?;
+    args.asked.finish(&found, &meta)
 }
 
-/// Drops from what was noticed at intake what the answer refutes, and adds what it shows: what the report says of how it came about.
-pub fn noticed_by(found: &Diagnosis, noticed: &mut Vec<Finding>) -> Meta {
-    noticed.retain(|f| !found.refutes(f));
-    noticed.extend(by_fit(noticed, &found.case.motor, &found.refined.machine));
-    Meta { quality: quality(noticed), ..meta(found) }
-}
-
-/// Writes the files and prints the story.
-pub fn finish(
-    found: &Diagnosis,
-    meta: &Meta,
-    noticed: &[Finding],
-    out: Option<&Path>,
-    signals: Option<&Path>,
-    json: bool,
-) -> Result<(), Failure> {
-    let story = Story::new(found, meta);
-    if let Some(file) = signals {
-        story.signals().write(file)?;
-    }
-    let write = |dir| {
-        together(|| {
-            write_quality(dir, noticed)?;
-            Ok::<_, Failure>(report::write(dir, &story)?)
-        })
-    };
-    let written = out.map(write).transpose()?;
+/// Writes the files of a report and prints the story.
+pub fn finish(story: &Story, out: Option<&Path>, json: bool) -> Result<(), Failure> {
+    let written = out.map(|dir| together(|| report::write(dir, story))).transpose()?;
     let mut stdout = stdout();
     if json {
-        writeln!(stdout, "{}", found.to_json())?;
+        writeln!(stdout, "{}", story.to_json())?;
         return Ok(());
     }
-    write!(stdout, "{}", report::terminal(&story, STORY_WIDTH))?;
+    write!(stdout, "{}", report::terminal(story, STORY_WIDTH))?;
     if let Some(files) = written {
         writeln!(stdout, "\n{}", files.report.display())?;
         writeln!(stdout, "{}", files.motor.display())?;
         writeln!(stdout, "{}", files.diagnosis.display())?;
     }
     Ok(())
-}
-
-/// What the report says of how it came about: the program, and the test that would settle what is open.
-pub fn meta(found: &Diagnosis) -> Meta {
-    let program = concat!("im ", env!("CARGO_PKG_VERSION")).to_string();
-    Meta { program, next_test: NextTest::after(found), ..Meta::default() }
 }

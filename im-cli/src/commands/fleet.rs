@@ -4,12 +4,14 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
+use im_diagnose::search::Significance;
 use im_fleet::job::jobs;
 use im_fleet::row::{Row, Status};
 use im_fleet::settings::Settings;
 use im_fleet::summary::Summary;
-use im_fleet::work::{Done, Shard, run as work};
+use im_fleet::work::{Done, run as work};
 use im_fleet::write_all;
+use im_model::Shard;
 use serde_json::json;
 
 use crate::failure::Failure;
@@ -44,8 +46,8 @@ pub struct Args {
     #[arg(long)]
     all: bool,
     /// Chance of a false alarm over the whole library, of a diagnosis
-    #[arg(long, default_value_t = Settings::default().significance, value_name = "P")]
-    significance: f64,
+    #[arg(long, default_value_t, value_name = "P")]
+    significance: Significance,
     /// Go on where what was noticed about the data makes the answer meaningless
     #[arg(long)]
     anyway: bool,
@@ -59,9 +61,6 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if !(args.significance > 0.0 && args.significance < 0.5) {
-        return Err(Failure::Input(format!("--significance {} must lie between 0 and 0.5", args.significance)));
-    }
     let jobs = jobs(&args.fleet)?;
     Outputs::default().folder(&args.out, &im_fleet::FILES)?;
     let settings = Settings { significance: args.significance, all: args.all, anyway: args.anyway, reports: !args.no_reports };

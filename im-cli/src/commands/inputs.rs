@@ -205,17 +205,6 @@ fn write_draft(path: &Path, draft: &Draft, folder: Option<&Path>) -> Result<Path
     Ok(here)
 }
 
-/// What was noticed, for the report: one sentence each.
-pub fn quality(findings: &[Finding]) -> Option<Vec<String>> {
-    Some(findings.iter().map(Finding::line).collect())
-}
-
-/// Writes what was noticed into `dir/data_quality.json`, for programs.
-pub fn write_quality(dir: &Path, findings: &[Finding]) -> Result<(), Failure> {
-    let text = format!("{:#}\n", serde_json::json!({"schema": 1, "data_quality": findings}));
-    im_model::write_atomically(&dir.join("data_quality.json"), |w| w.write_all(text.as_bytes())).map_err(Failure::File)
-}
-
 /// A fit that could not be made, for people.
 pub fn refused(motor: &Path, e: &FitError) -> Failure {
     Refused::fit(&motor.display().to_string(), e).into()

@@ -1,15 +1,15 @@
 //! `im learn`: the loop with curves that nobody wrote among the candidates.
 
+use std::io::Write as _;
 use std::path::PathBuf;
 
-use im_diagnose::diagnosis::{Diagnosis, diagnose};
-use im_diagnose::learn::own_effect;
-use im_diagnose::search::{Learning, Options};
+use im_diagnose::learn::own_source;
+use im_diagnose::search::Learning;
+use im_diagnose::sources::Refused;
+use im_model::write_atomically;
 
-use super::diagnose::{FILES, finish, noticed_by};
-use super::inputs::{Data, refused};
+use super::diagnose::Asked;
 use crate::failure::Failure;
-use crate::spinner::spinning;
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -22,56 +22,24 @@ stands in out/motor.refined.toml, which every command takes as --motor, and in t
 the formulas that it looks like. An effect of the library that explains as much wins.")]
 pub struct Args {
     #[command(flatten)]
-    data: Data,
-    /// Folder for report.html, motor.refined.toml and diagnosis.json
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Chance of a false alarm over the whole library
-    #[arg(long, default_value_t = 0.01, value_name = "P")]
-    significance: f64,
+    asked: Asked,
     /// Only where the library leaves something unexplained
     #[arg(long)]
     unexplained: bool,
     /// Write the learned curve's nearest formula as an effect of one's own into this file
     #[arg(long, value_name = "FILE")]
     rust: Option<PathBuf>,
-    /// Print diagnosis.json instead of the story
-    #[arg(long)]
-    json: bool,
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if !(args.significance > 0.0 && args.significance < 0.5) {
-        return Err(Failure::Input(format!("--significance {} must lie between 0 and 0.5", args.significance)));
-    }
-    let mut outputs = args.data.outputs();
-    if let Some(dir) = &args.out {
-        outputs.folder(dir, &FILES)?;
-    }
-    if let Some(file) = &args.rust {
-        outputs.file(file)?;
-    }
-    let (case, mut noticed, options) = args.data.case()?;
-    let learning = if args.unexplained { Learning::Unexplained } else { Learning::Always };
-    let options = Options { significance: args.significance, learning, ..options };
-    let found =
-        spinning("fitting, scoring and learning", || diagnose(case, options)).map_err(|e| refused(&args.data.motor, &e))?;
-    let meta = noticed_by(&found, &mut noticed);
-    let source = args.rust.as_ref().map(|file| Ok::<_, Failure>((file, source(&found)?))).transpose();
-    finish(&found, &meta, &noticed, args.out.as_deref(), None, args.json)?;
+    let mut outputs = args.asked.outputs()?;
+    args.rust.as_ref().map_or(Ok(()), |file| outputs.file(file))?;
+    let (found, meta) = args.asked.answer(if args.unexplained { Learning::Unexplained } else { Learning::Always })?;
+    let source = args.rust.as_ref().map(|file| Ok::<_, Refused>((file, own_source(&found)?))).transpose();
+    args.asked.finish(&found, &meta)?;
     if let Some((file, source)) = source? {
-        std::fs::write(file, source)?;
+        write_atomically(file, |w| w.write_all(source.as_bytes()))?;
     }
     Ok(())
-}
-
-/// The first learned curve as an effect of one's own.
-fn source(found: &Diagnosis) -> Result<String, Failure> {
-    let Some(curve) = found.learned.first() else {
-        return Err(Failure::Input("--rust: no curve was learned, the library explains what there is to explain".into()));
-    };
-    let name = curve.effect.name().replacen("learned", "own", 1);
-    own_effect(curve, &name)
-        .ok_or_else(|| Failure::Input(format!("--rust: {} has no formula that can be written", curve.effect.card().title)))
 }

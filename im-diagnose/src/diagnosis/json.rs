@@ -10,10 +10,9 @@ use crate::residuals::Errors;
 use crate::steady_curve;
 
 impl Diagnosis {
-    /// `diagnosis.json`, in the shape that others read.
+    /// The answer for programs: what [`Story::to_json`](crate::report::Story::to_json) adds to is `diagnosis.json`.
     pub fn to_json(&self) -> Value {
         let finite = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
-        let errors = |e: &Errors| json!({"chi2_per_sample": finite(e.chi2_per_sample), "rms_in_sigma": finite(e.rms_in_sigma()), "rmse": e.rmse, "fit_percent": e.fit_percent});
         let names = |v: &[EffectId]| v.iter().map(|e| e.name()).collect::<Vec<_>>();
         let alternatives: BTreeMap<&str, Vec<&str>> =
             self.effects.iter().zip(&self.alternatives).map(|(e, a)| (e.name(), names(a))).collect();
@@ -32,13 +31,15 @@ impl Diagnosis {
                 "keep": finite(c.explained_share),
                 "explained_share": finite(c.explained_share),
                 "detectable_size": finite(c.detectable_size),
+                "usual_size": finite(c.usual_size),
                 "unit": c.unit,
+                "excited": c.excited,
                 "conclusion": c.conclusion,
             })).collect::<Vec<_>>(),
             "steps": self.steps.iter().map(|s| json!({
                 "effects": names(&s.effects),
-                "train": errors(&s.train),
-                "holdout": s.holdout.as_ref().map(errors),
+                "train": s.train.to_json(),
+                "holdout": s.holdout.as_ref().map(Errors::to_json),
             })).collect::<Vec<_>>(),
             "parameters": self.parameters.iter().map(|p| (p.quantity.key(), json!({
                 "before": finite(p.before), "after": finite(p.after), "std": p.std.map(finite), "unit": p.quantity.unit(),

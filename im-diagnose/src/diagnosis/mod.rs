@@ -15,7 +15,7 @@ use crate::case::Case;
 use crate::learn::{Curve, continued};
 use crate::loads::Loads;
 use crate::residual_tests::{Dependence, dependences};
-use crate::search::{Course, Learning, Options, Refinement};
+use crate::search::{Course, Learning, Model, Options, Refinement};
 use crate::uncertainty::{Estimates, MachineQuantity, ratio_held};
 pub use ranking::Candidate;
 use ranking::ranking;
@@ -82,9 +82,14 @@ impl Diagnosis {
 
 /// Runs the whole loop on a case and decides.
 pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
-    let (significance, learning) = (options.significance, options.learning);
-    let before = case.motor.clone();
-    let (mut loop_, base) = Refinement::new(case, options)?;
+    let (loop_, base) = Refinement::new(case, options)?;
+    diagnose_from(loop_, base)
+}
+
+/// The same from a base model that is fitted already.
+pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, FitError> {
+    let Options { significance, learning, .. } = *loop_.options();
+    let before = loop_.case().motor.clone();
     let course = loop_.run(base)?;
     let course = match learning {
         Learning::Always => continued(&mut loop_, course)?,
@@ -104,7 +109,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
         (steps_as_found, judged_as_found)
     };
     let remainder = remainder(&course, &left);
-    let ranking = ranking(&loop_, &course, significance, remainder.as_ref());
+    let ranking = ranking(&loop_, &course, significance.get(), remainder.as_ref());
     let verdict = verdict(&course, &ranking, &left, floor);
     let last_step = &steps[steps.len() - 1];
     let loads = loads_of(last_step, loop_.case());

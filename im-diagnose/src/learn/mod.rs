@@ -13,7 +13,7 @@ pub use places::places;
 
 pub use curve::Curve;
 pub use forms::Formula;
-pub use rust::own_effect;
+pub use rust::{own_effect, own_source};
 
 use im_identify::offline::FitError;
 

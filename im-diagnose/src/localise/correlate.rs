@@ -1,11 +1,12 @@
 //! Errors in step with other signals, and with themselves a little later.
 
 use im_model::Complex;
+use serde::Serialize;
 
 use super::{Quantity, Row, Signals, join, say};
 
 /// How long an error lasts: its autocorrelation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Memory {
     /// Which error.
     pub quantity: Quantity,
@@ -18,7 +19,7 @@ pub struct Memory {
 }
 
 /// Correlation coefficients of errors with signals.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Correlations {
     /// Signals, with unit.
     pub signals: Vec<&'static str>,

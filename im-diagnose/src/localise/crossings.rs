@@ -2,10 +2,12 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use serde::Serialize;
+
 use super::{Signals, say};
 
 /// The error of a phase current against the angle of that current: folded so that every crossing looks like a rising one.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Crossings {
     /// Angle from the zero crossing, degrees; mean error there (turned to a rising crossing), A; root mean square error, A.
     pub bins: Vec<[f64; 3]>,

@@ -3,6 +3,9 @@
 
 use std::fmt::Write as _;
 
+use serde::Serialize;
+use serde_json::{Value, json};
+
 mod correlate;
 mod crossings;
 mod plane;
@@ -21,7 +24,8 @@ pub use spectrum::{Line, Spectrum};
 pub use time::{TimeTrace, Window};
 
 /// Which error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// The stator current: root mean square of one axis.
     Current,
@@ -67,7 +71,7 @@ impl Quantity {
 }
 
 /// Where a model fails.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Localisation {
     /// Root mean square over time, run by run.
     pub time: Vec<TimeTrace>,
@@ -111,6 +115,14 @@ pub fn localise(s: &Signals) -> Localisation {
 }
 
 impl Localisation {
+    /// For programs: where the model of this name fails, every curve with its units in the names of [`Localisation`].
+    pub fn to_json(&self, model: &str) -> Value {
+        let mut all = json!(self);
+        all["model"] = json!(model);
+        all["findings"] = json!(self.findings());
+        all
+    }
+
     /// The sentences that say something: those about errors above the noise, most telling first.
     pub fn findings(&self) -> Vec<String> {
         // What makes up the larger part of the squared error speaks first.

@@ -1,9 +1,11 @@
 //! Errors over the speed–torque plane.
 
+use serde::Serialize;
+
 use super::{Quantity, Signals, say};
 
 /// Root mean square error over speed and torque.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Plane {
     /// Which error.
     pub quantity: Quantity,

@@ -1,9 +1,12 @@
 //! Errors over one quantity: flux, current, speed, slip.
 
+use serde::Serialize;
+
 use super::{Quantity, Row, Signals, join, say};
 
 /// Over what.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum ProfileOver {
     /// Magnitude of the magnetizing flux linkage, Vs.
     Flux,
@@ -58,7 +61,7 @@ impl ProfileOver {
 }
 
 /// Rows that share a value.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Bin {
     /// Mean value.
     pub at: f64,
@@ -69,7 +72,7 @@ pub struct Bin {
 }
 
 /// An error over one quantity.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Profile {
     /// Which error.
     pub quantity: Quantity,

@@ -4,12 +4,13 @@ use std::f64::consts::TAU;
 
 use im_model::Complex;
 use realfft::RealFftPlanner;
+use serde::Serialize;
 
 use super::correlate::direction;
 use super::{Quantity, Run, Signals, join, say};
 
 /// A line with a name.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Line {
     /// What it would be.
     pub name: String,
@@ -23,7 +24,7 @@ pub struct Line {
 
 /// Amplitudes of an error over frequency. The current error is seen from the rotating flux, so that the supply itself stands at zero,
 /// a sensor offset at once, an unbalance at twice and dead time at six times the supply frequency.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spectrum {
     /// Which error.
     pub quantity: Quantity,

@@ -1,9 +1,11 @@
 //! Errors over time.
 
+use serde::Serialize;
+
 use super::{Quantity, Run, Signals};
 
 /// Root mean square error over time, one run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TimeTrace {
     /// Which error.
     pub quantity: Quantity,
@@ -16,7 +18,7 @@ pub struct TimeTrace {
 }
 
 /// A stretch of a run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Window {
     /// Number of the run.
     pub run: usize,

@@ -14,11 +14,15 @@ use super::story::{Shown, View};
 use super::terminal::{Text, loads as loads_text, place as place_text};
 use super::words::in_sigma;
 use super::{DataFile, Meta};
+use crate::case::Case;
+use crate::consistency;
 use crate::format::{number, sentence};
+use crate::intake::{Finding, FindingKind, Intake, findings};
 use crate::loads::Loads;
 use crate::localise::{Signals, localise};
 use crate::residuals::nudged;
 use crate::residuals::{Errors, errors};
+use crate::sources::{Refused, followed, meaningful};
 use crate::steady_curve;
 
 /// A model beside recordings: what it predicts, how far off it is, and where.
@@ -69,6 +73,23 @@ impl Comparison {
         }
     }
 
+    /// A motor beside recordings as they were taken in, with what was noticed about them.
+    ///
+    /// # Errors
+    /// By a clock that is no motor's nothing can be simulated, unless it is wanted `anyway`; or the motor needs too many steps for a sample.
+    pub fn of_intake(motor: &MotorFile, label: &str, taken: Vec<Intake>, anyway: bool) -> Result<(Self, Vec<Finding>), Refused> {
+        let mut noticed = findings(taken.iter());
+        // What else is wrong is what a comparison shows.
+        let clock: Vec<Finding> = noticed.iter().filter(|f| f.kind == FindingKind::TimeUnit).cloned().collect();
+        meaningful(&clock, anyway)?;
+        taken.iter().try_for_each(|t| followed(motor, label, t))?;
+        let case = Case::from_intake(motor.clone(), taken, None);
+        if !noticed.iter().any(Finding::stops) {
+            noticed.extend(consistency::check(&case));
+        }
+        Ok((Self::new(motor.clone(), case.train), noticed))
+    }
+
     /// What stands out, one sentence each, strongest first.
     pub fn findings(&self) -> Vec<String> {
         self.shown[0].place.findings().iter().map(|f| sentence(f)).collect()
@@ -88,22 +109,17 @@ impl Comparison {
         self.loads.to_json()
     }
 
-    /// For programs: the errors of each recording and over all, what stands out, the loads, and the static torque-speed curve of the model.
+    /// For programs: the errors of each recording and over all, what stands out and where, the loads, and the static torque-speed curve.
     pub fn to_json(&self) -> serde_json::Value {
-        let errors = |x: &Errors| {
-            json!({
-                "chi2_per_sample": x.chi2_per_sample, "rms_in_sigma": x.rms_in_sigma(), "rmse": x.rmse, "fit_percent": x.fit_percent,
-            })
-        };
         let each = self.experiments.iter().zip(&self.errors).map(|(e, x)| {
-            let mut one = errors(x);
+            let mut one = x.to_json();
             one["recording"] = json!(e.name);
             one["noise"] = e.channels.iter().map(|c| (c.name.clone(), json!(c.sigma))).collect::<serde_json::Map<_, _>>().into();
             one
         });
         json!({
-            "schema": 1, "findings": self.findings(), "loads": self.loads(), "errors": each.collect::<Vec<_>>(), "total": errors(&self.total),
-            "torque_speed": steady_curve::to_json(&[("model", &self.motor)]),
+            "schema": 1, "findings": self.findings(), "loads": self.loads(), "errors": each.collect::<Vec<_>>(), "total": self.total.to_json(),
+            "torque_speed": steady_curve::to_json(&[("model", &self.motor)]), "localisation": self.localisation().to_json("model"),
         })
     }
 
@@ -199,7 +215,7 @@ pub fn compare_terminal(c: &Comparison, meta: &Meta, width: usize) -> String {
     place_text(&mut out, &c.shown);
     loads_text(&mut out, &c.loads, &c.motor);
     for q in meta.quality.iter().flatten() {
-        out.paragraph("  ! ", q);
+        out.paragraph("  ! ", &q.line());
     }
     out.finish()
 }

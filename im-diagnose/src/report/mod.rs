@@ -1,10 +1,11 @@
 //! The report: seeing where a model fails and watching the error fall.
 //!
-//! [`html`] makes one self-contained page, [`terminal`] the same story in short for a terminal, [`write()`] the three files of a
+//! [`html`] makes one self-contained page, [`terminal`] the same story in short for a terminal, [`write()`] the files of a
 //! diagnosis. [`Comparison`] is the report of a model against recordings without a diagnosis; [`side_by_side`] compares diagnoses.
 
 mod compare;
 mod curves;
+mod json;
 mod load_words;
 mod overlay;
 mod page;
@@ -19,8 +20,12 @@ mod words;
 mod write;
 
 use im_identify::offline::Experiment;
+use serde::Serialize;
 
+use crate::diagnosis::Diagnosis;
+use crate::intake::Finding;
 use crate::next_test::ProfileTrace;
+use crate::sources::by_fit;
 
 pub use crate::format::{number, quantity};
 pub use compare::{Comparison, compare_html, compare_terminal};
@@ -28,7 +33,7 @@ pub use side_by_side::{SideBySide, side_by_side, side_by_side_terminal};
 pub use signals::SignalTable;
 pub use story::Story;
 pub use terminal::terminal;
-pub use write::{Written, write};
+pub use write::{FILES, Written, write};
 
 /// What a report says besides the result: where it comes from, and what others found.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -45,14 +50,24 @@ pub struct Meta {
     pub made: Option<String>,
     /// The recordings as files; made from the data when empty.
     pub files: Vec<DataFile>,
-    /// What was noticed about the data, one sentence each; `None` when nobody looked.
-    pub quality: Option<Vec<String>>,
+    /// What was noticed about the data; `None` when nobody looked.
+    pub quality: Option<Vec<Finding>>,
     /// The next test.
     pub next_test: Option<NextTest>,
 }
 
+impl Meta {
+    /// Beside a diagnosis by `program`: what was noticed about its recordings, without what the answer refutes and with what its fit shows, and the
+    /// test that would settle what is open.
+    pub fn of(program: &str, found: &Diagnosis, mut noticed: Vec<Finding>) -> Self {
+        noticed.retain(|f| !found.refutes(f));
+        noticed.extend(by_fit(&noticed, &found.case.motor, &found.refined.machine));
+        Self { program: program.into(), quality: Some(noticed), next_test: NextTest::after(found), ..Self::default() }
+    }
+}
+
 /// A recording, so that it can be recognized.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DataFile {
     /// Name.
     pub name: String,
@@ -65,7 +80,7 @@ pub struct DataFile {
 }
 
 /// The test to make next.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct NextTest {
     /// What to do, in a sentence or two.
     pub text: String,

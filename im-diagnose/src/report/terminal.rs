@@ -53,7 +53,7 @@ pub fn terminal(s: &Story, width: usize) -> String {
     if let Some(q) = s.meta.quality.as_ref().filter(|q| !q.is_empty()) {
         out.heading("Data");
         for t in q {
-            out.paragraph("  ", t);
+            out.paragraph("  ", &t.line());
         }
     }
     if let Some(t) = &s.meta.next_test {

@@ -8,6 +8,7 @@ mod lines;
 mod posterior;
 pub mod score;
 mod sets;
+mod significance;
 
 use im_identify::offline::{
     Experiment, Fit, FitError, FitOptions, Free, angle_on, base_parameters_in, effect_parameters_in, fit_from, knowing,
@@ -23,12 +24,13 @@ use score::{Score, ScoreContext, Seed, strengths};
 
 pub use course::{Course, Refusal, Round, Stage, Trial};
 pub use posterior::{Posterior, Weighed};
+pub use significance::Significance;
 
 /// What the loop may do.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Family-wise error rate of the score tests.
-    pub significance: f64,
+    pub significance: Significance,
     /// How many leading candidates are refitted per round.
     pub leading: usize,
     /// Most effects added.
@@ -53,7 +55,8 @@ pub enum Learning {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { significance: 0.01, leading: 5, most_effects: 6, candidates: Vec::new(), learning: Learning::Never }
+        let (significance, learning) = (Significance::default(), Learning::Never);
+        Self { significance, leading: 5, most_effects: 6, candidates: Vec::new(), learning }
     }
 }
 
@@ -166,6 +169,11 @@ impl Refinement {
     /// The case, with the noise as estimated.
     pub fn case(&self) -> &Case {
         &self.case
+    }
+
+    /// What the loop may do.
+    pub fn options(&self) -> &Options {
+        &self.options
     }
 
     /// The training recordings with the speed nudged towards the measured one.
@@ -286,7 +294,7 @@ impl Refinement {
 
     /// Chance of a false alarm per candidate.
     fn level(&self) -> f64 {
-        self.options.significance / self.candidates.len().max(1) as f64
+        self.options.significance.get() / self.candidates.len().max(1) as f64
     }
 
     /// Holm: effects whose null hypothesis falls, with `scores` sorted best first.
@@ -295,7 +303,7 @@ impl Refinement {
         scores
             .iter()
             .enumerate()
-            .take_while(|(k, s)| s.log_p > -(self.options.significance / (m - k) as f64).log10())
+            .take_while(|(k, s)| s.log_p > -(self.options.significance.get() / (m - k) as f64).log10())
             .map(|(_, s)| s.effect)
             .collect()
     }

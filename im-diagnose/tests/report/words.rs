@@ -1,19 +1,21 @@
 use im_diagnose::diagnosis::{Diagnosis, Verdict};
+use im_diagnose::intake::{Finding, FindingKind, Severity};
 use im_diagnose::next_test::ProfileTrace;
 use im_diagnose::report::{
-    Comparison, Meta, NextTest, SideBySide, Story, compare_html, compare_terminal, html, side_by_side, side_by_side_terminal,
-    terminal, write,
+    Comparison, FILES, Meta, NextTest, SideBySide, Story, compare_html, compare_terminal, html, side_by_side,
+    side_by_side_terminal, terminal, write,
 };
 use im_model::EffectId;
 
 use crate::cases;
 
 pub fn meta() -> Meta {
+    let clips = Finding::new(FindingKind::ClippedSensor, Severity::Note, "current sensor clips at ±20 A in 12 rows", "");
     Meta {
         program: "im 0.1.0".into(),
         command: Some("im diagnose --motor motor.toml --train first.csv".into()),
         seed: Some(7),
-        quality: Some(vec!["first.csv: current sensor clips at ±20 A in 12 rows".into()]),
+        quality: Some(vec![Finding { recording: "first.csv".into(), ..clips }]),
         next_test: Some(NextTest {
             text: "Step the flux from half to full at no load.".into(),
             settles: vec!["main-flux saturation against iron loss".into()],
@@ -203,8 +205,42 @@ fn diagnoses_stand_side_by_side() {
     assert!(side_by_side(&bare).contains("bare") && !side_by_side_terminal(&bare, 80).is_empty());
 }
 
+/// Every number of the page stands in a file: in `diagnosis.json`, as pairs for whoever wants to draw them anew.
 #[test]
-fn three_files_are_written_or_an_error_names_the_one() {
+fn what_the_page_shows_is_in_the_answer() {
+    let d = cases::missing();
+    let said = meta();
+    let a = Story::new(&d, &said).to_json();
+    let count =
+        |path: &str| a.pointer(path).map_or(0, |v| v.as_array().map_or_else(|| v.as_object().map_or(0, |o| o.len()), Vec::len));
+    for (k, model) in ["base model", "refined model"].iter().enumerate() {
+        assert_eq!(a["localisation"][k]["model"], *model);
+        for part in ["time", "planes", "profiles", "spectra", "memory", "correlations/coefficients"] {
+            assert!(count(&format!("/localisation/{k}/{part}")) > 0, "{model}: {part}");
+        }
+        assert!(count(&format!("/localisation/{k}/profiles/0/bins")) > 4);
+    }
+    for curve in ["before", "after"] {
+        assert!(count(&format!("/torque_speed/curves/{curve}")) > 40, "{curve}");
+    }
+    let (of, effects) = (count("/covariance/of"), count("/look_alikes/effects"));
+    assert!(of > 5 && of == count("/covariance/matrix") && of == count("/covariance/matrix/0"));
+    assert!(effects > 1 && effects == count("/look_alikes/cosines"));
+    assert!(count("/curves/main_flux_saturation/points") > 40 && count("/curves/main_flux_saturation/band") > 40);
+    let files = d.case.train.iter().chain(&d.case.holdout).count();
+    assert_eq!((count("/next_test/profile/0/points"), count("/run/files")), (4, files));
+    assert_eq!(count("/rounds"), d.course.stages.len());
+    assert!(count("/rounds/0") > 0 && a["rounds"][0][0]["train_chi2_per_sample"].as_f64() > Some(0.0));
+    assert_eq!(a["data_quality"][0]["kind"], "clipped_sensor");
+    let of = |key: &str| a["parameters"]["stator_resistance_ohm"][key].as_f64();
+    assert!(["before", "base_model", "after", "std"].iter().all(|key| of(key) > Some(0.0)), "{}", a["parameters"]);
+    let given = a["given"]["train"]["rms_in_sigma"].as_f64();
+    assert!(given > a["steps"][0]["train"]["rms_in_sigma"].as_f64(), "{}", a["given"]);
+    assert!(a["summary"]["cause"].as_str().is_some_and(|s| s.contains("missing")), "{}", a["summary"]);
+}
+
+#[test]
+fn the_files_are_written_or_an_error_names_the_one() {
     let d = cases::missing();
     let dir = std::env::temp_dir().join(format!("im-diagnose-report-{}", std::process::id()));
     let w = write(dir.join("out"), &Story::new(&d, &meta())).unwrap();
@@ -213,7 +249,7 @@ fn three_files_are_written_or_an_error_names_the_one() {
     let motor = im_model::MotorFile::read(&w.motor).unwrap();
     assert!(motor.machine.effects().is_on(im_model::EffectId::MainFluxSaturation));
     assert!(std::fs::read_to_string(&w.report).unwrap().ends_with("</html>\n"));
-    assert_eq!(std::fs::read_dir(dir.join("out")).unwrap().count(), 3);
+    assert_eq!(std::fs::read_dir(dir.join("out")).unwrap().count(), FILES.len());
     std::fs::write(dir.join("file"), "").unwrap();
     let e = write(dir.join("file"), &Story::new(&d, &meta())).unwrap_err().to_string();
     assert!(e.contains("motor.refined.toml"), "{e}");

@@ -8,10 +8,8 @@ mod trials;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use im_model::{MotorFile, write_atomically};
-use im_verify::{
-    Block, Campaign, Claim, Journal, Machines, Outcome, Paper, Row, Shard, Subject, case_file, claims, page, shrunk,
-};
+use im_model::{MotorFile, Shard, write_atomically};
+use im_verify::{Block, Campaign, Claim, Journal, Machines, Outcome, Paper, Row, Subject, case_file, claims, page, shrunk};
 
 use serde::de::DeserializeOwned;
 
@@ -63,7 +61,7 @@ pub struct Args {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Do part k of N only
-    #[arg(long, value_name = "k/N", default_value = "1/1")]
+    #[arg(long, value_name = "k/N", default_value_t = Shard::WHOLE)]
     shard: Shard,
     /// Folder for results.jsonl, trials.jsonl and the failing cases
     #[arg(long, value_name = "DIR")]

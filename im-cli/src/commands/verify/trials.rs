@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use im_model::Shard;
 use im_trials::campaign::{Finished, GROUPS, Planned, plan, run_all};
 use im_trials::hidden::CatalogueMachine;
-use im_verify::Shard;
 
 use super::kept;
 use crate::failure::Failure;

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use super::super::page::{Row, Section, drawn, figure, list, numbers, table, text, words};
 use super::super::{DataFile, Meta};
+use crate::intake::Finding;
 use im_chart::{Axis, Chart};
 
 /// What was noticed about the data.
@@ -12,7 +13,7 @@ pub(crate) fn quality(m: &Meta) -> Option<Section> {
     let body = html! {
         @if found.is_empty() {
             p { "Nothing was found wrong with the recordings: no clipping, no gaps, no dead or swapped channel." }
-        } @else { (list(found)) }
+        } @else { (list(&found.iter().map(Finding::line).collect::<Vec<_>>())) }
     };
     Some(Section { id: "quality", short: "data quality", title: "Data quality", body })
 }
