@@ -17,9 +17,9 @@ use crate::mtpa::{Mtpa, MtpaGains, MtpaLaw};
 use crate::status::Reports;
 use crate::{BeginsAt, Drive, DriveLimits, FlyingStart, Sensorless};
 
-/// A controller that says how it is doing.
-pub trait Supervised: Controller<f64> + Reports {}
-impl<C: Controller<f64> + Reports> Supervised for C {}
+/// A controller that says how it is doing, and may be sent to another thread.
+pub trait Supervised: Controller<f64> + Reports + Send {}
+impl<C: Controller<f64> + Reports + Send> Supervised for C {}
 
 /// The names, and what each controller follows.
 pub const NAMES: [(&str, &str); 5] = [
@@ -102,14 +102,14 @@ impl Setting {
     /// Behind a flying start.
     fn caught<C>(&self, controller: C) -> Result<Box<dyn Supervised>, NamedError>
     where
-        C: Controller<f64> + BeginsAt<f64> + Reports + Clone + 'static,
+        C: Controller<f64> + BeginsAt<f64> + Reports + Clone + Send + 'static,
     {
         self.drive(FlyingStart::try_new(controller, &self.machine, self.sample_time_s)?)
     }
 
     fn drive<C>(&self, controller: C) -> Result<Box<dyn Supervised>, NamedError>
     where
-        C: Controller<f64> + Reports + Clone + 'static,
+        C: Controller<f64> + Reports + Clone + Send + 'static,
     {
         let Some((name, machine)) = self.observer else { return self.looked_after(controller) };
         let basis = Basis::try_new(&machine, &self.rating, self.sample_time_s)?.with_saturation(&machine);
@@ -120,7 +120,7 @@ impl Setting {
 
     fn looked_after<C>(&self, controller: C) -> Result<Box<dyn Supervised>, NamedError>
     where
-        C: Controller<f64> + Reports + Clone + 'static,
+        C: Controller<f64> + Reports + Clone + Send + 'static,
     {
         let speed = self.rating.synchronous_speed_rad_s(self.machine.pole_pairs);
         let limits = DriveLimits::generous(&self.machine, speed, self.rating.rotor_flux_vs);
@@ -142,7 +142,7 @@ struct WithSpeedOf<'a, C> {
     made: Option<Result<Box<dyn Supervised>, NamedError>>,
 }
 
-impl<C: Controller<f64> + Reports + Clone + 'static> Visit<f64> for WithSpeedOf<'_, C> {
+impl<C: Controller<f64> + Reports + Clone + Send + 'static> Visit<f64> for WithSpeedOf<'_, C> {
     fn visit<O: Named<f64> + 'static>(&mut self) {
         if O::NAME != self.name {
             return;

@@ -53,8 +53,8 @@ impl Gains for StartingGains {
     }
 }
 
-/// An observer with what the registry needs of it beside its step.
-pub trait Named<T: Scalar>: Observer<T> + Clone {
+/// An observer with what the registry needs of it beside its step. It may be sent to another thread, as it is plain numbers.
+pub trait Named<T: Scalar>: Observer<T, State: Send> + Clone + Send {
     /// On the command line.
     const NAME: &'static str;
     /// For people.

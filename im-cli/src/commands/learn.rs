@@ -36,7 +36,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = args.asked.outputs()?;
     args.rust.as_ref().map_or(Ok(()), |file| outputs.file(file))?;
     let (found, meta) = args.asked.answer(if args.unexplained { Learning::Unexplained } else { Learning::Always })?;
-    let source = args.rust.as_ref().map(|file| Ok::<_, Refused>((file, own_source(&found)?))).transpose();
+    let source = args.rust.as_ref().map(|file| Ok::<_, Refused>((file, own_source(&found.learned)?))).transpose();
     args.asked.finish(&found, &meta)?;
     if let Some((file, source)) = source? {
         write_atomically(file, |w| w.write_all(source.as_bytes()))?;

@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 use im_model::effects::{Acts, COEFFICIENTS, Over};
 
 use super::Curve;
-use crate::diagnosis::Diagnosis;
 use crate::sources::Refused;
 
 /// Names of the numbers in a formula.
@@ -89,13 +88,13 @@ fn type_name(name: &str) -> String {
     name.split('_').map(|w| w[..1].to_uppercase() + &w[1..]).collect()
 }
 
-/// The source of the first learned curve of a diagnosis as an effect of one's own.
+/// The source of the first curve that was learned as an effect of one's own.
 ///
 /// # Errors
 /// No curve was learned, or it has no formula that can be written.
-pub fn own_source(found: &Diagnosis) -> Result<String, Refused> {
-    let curve = found.learned.first();
-    let curve = curve.ok_or_else(|| Refused::Input("no curve was learned: there is no effect to write as Rust".into()))?;
+pub fn own_source(learned: &[Curve]) -> Result<String, Refused> {
+    let curve =
+        learned.first().ok_or_else(|| Refused::Input("no curve was learned: there is no effect to write as Rust".into()))?;
     let name = curve.effect.name().replacen("learned", "own", 1);
     let none = || Refused::Input(format!("{} has no formula that can be written as Rust", curve.effect.card().title));
     own_effect(curve, &name).ok_or_else(none)
