@@ -5,7 +5,7 @@ use std::path::Path;
 
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::diagnose;
-use im_diagnose::report::{Meta, Story, terminal, write};
+use im_diagnose::report::{Files, Meta, Story, terminal};
 use im_diagnose::search::Options;
 use im_model::{MotorFile, Recording};
 
@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let story = Story::new(&d, &meta);
         print!("{}", terminal(&story, 100));
         let name = dir.file_name().unwrap_or(dir.as_os_str());
-        let written = write(Path::new(&out).join(name), &story)?;
+        let written = Files::of(&story).write(Path::new(&out).join(name))?;
         println!("\n{}: {} kB", written.report.display(), std::fs::metadata(&written.report)?.len() / 1000);
     }
     Ok(())

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use im_diagnose::diagnosis::Diagnosis;
 use im_diagnose::intake::Finding;
-use im_diagnose::report::{self, Meta, Story};
+use im_diagnose::report::{Files, Meta, Story};
 use im_diagnose::search::Options;
 use im_diagnose::sources::{Refused, Source, Sources};
 use im_identify::offline::stop::Stopped;
@@ -125,7 +125,7 @@ fn reported(row: &Row, found: &Diagnosis, noticed: Vec<Finding>, out: &Path) -> 
     let folder = format!("reports/{}", row.key);
     let title = if row.date.is_empty() { row.unit.clone() } else { format!("{}, {}", row.unit, row.date) };
     let meta = Meta { title, ..Meta::of(concat!("im fleet ", env!("CARGO_PKG_VERSION")), found, noticed) };
-    report::write(out.join(&folder), &Story::new(found, &meta))?;
+    Files::of(&Story::new(found, &meta)).write(out.join(&folder))?;
     Ok(folder + "/report.html")
 }
 

@@ -1,14 +1,12 @@
 //! Where a model and recordings disagree.
 
-use im_diagnose::case::Case;
-use im_diagnose::consistency;
-use im_diagnose::intake::{Finding, FindingKind};
 use im_diagnose::report::{self, Meta, compare_html, compare_terminal};
-use im_diagnose::sources::{Refused, followed, meaningful};
+use im_diagnose::sources::Refused;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 use serde_json::json;
 
+use crate::diagnose::PROGRAM;
 use crate::errors::refused;
 use crate::motor::Motor;
 use crate::recording::{Recording, sources};
@@ -20,7 +18,6 @@ use crate::work::work;
 pub struct Comparison {
     inner: report::Comparison,
     meta: Meta,
-    noticed: Vec<Finding>,
 }
 
 #[pyfunction]
@@ -31,28 +28,18 @@ pub fn compare(py: Python<'_>, motor: &Motor, data: Vec<Recording>, anyway: bool
         for source in &data {
             taken.extend(source.long_enough(source.read(&file).map_err(|e| Refused::Input(e.to_string()))?)?);
         }
-        let mut noticed = im_diagnose::intake::findings(taken.iter());
-        // What else is wrong is what a comparison shows; by a wrong clock nothing can be simulated.
-        let clock: Vec<_> = noticed.iter().filter(|f| f.kind == FindingKind::TimeUnit).cloned().collect();
-        meaningful(&clock, anyway)?;
-        taken.iter().try_for_each(|t| followed(&file, &motor.label, t))?;
-        let case = Case::from_intake(file.clone(), taken, None);
-        if !noticed.iter().any(Finding::stops) {
-            noticed.extend(consistency::check(&case));
-        }
-        Ok::<_, Refused>((report::Comparison::new(file.clone(), case.train), noticed))
+        report::Comparison::of_intake(&file, &motor.label, taken, anyway)
     })?;
     let (inner, noticed) = made.map_err(refused)?;
-    let quality = noticed.iter().map(Finding::line).collect();
-    let meta = Meta { program: crate::diagnose::program(), quality: Some(quality), ..Meta::default() };
-    Ok(Comparison { inner, meta, noticed })
+    let meta = Meta { program: PROGRAM.into(), quality: Some(noticed), ..Meta::default() };
+    Ok(Comparison { inner, meta })
 }
 
 #[pymethods]
 impl Comparison {
     fn json(&self) -> String {
         let mut report = self.inner.to_json();
-        report["data_quality"] = json!(self.noticed);
+        report["data_quality"] = json!(self.meta.quality);
         report.to_string()
     }
 

@@ -1,5 +1,7 @@
 //! Controllers that step over whole arrays.
 
+use std::sync::{Mutex, PoisonError};
+
 use im_control::MachineData;
 use im_control::named::{Setting, Supervised, named};
 use im_design::mtpa::laws;
@@ -15,9 +17,10 @@ use crate::motor::Motor;
 const OVERLOAD: f64 = 1.5;
 
 /// A controller with its state, behind the limits of a drive.
-#[pyclass(unsendable, module = "imkit._native")]
+#[pyclass(frozen, module = "imkit._native")]
 pub struct Controller {
-    inner: Box<dyn Supervised>,
+    /// Threads of Python that share it wait for each other.
+    inner: Mutex<Box<dyn Supervised>>,
     sample_time_s: f64,
 }
 
@@ -54,13 +57,13 @@ impl Controller {
             mtpa: if name == "mtpa" { Some(law()?) } else { None },
             observer: observer.transpose()?,
         };
-        Ok(Self { inner: named(name, &setting).map_err(refused)?, sample_time_s })
+        Ok(Self { inner: Mutex::new(named(name, &setting).map_err(refused)?), sample_time_s })
     }
 
     /// Row k: what is measured at the beginning of a sample, the voltage over the sample before, and what is asked for.
     #[allow(clippy::too_many_arguments)] // What a controller sees.
     fn run<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         i_s: Vectors<'_>,
         omega_m: Numbers<'_>,
@@ -81,14 +84,17 @@ impl Controller {
             ("rotor_flux_ref_vs", flux.len()),
             ("torque_ref_nm", torque.len()),
         ])?;
-        let mut step = |k: usize| {
-            let measured =
-                Measured { i_s: i[k], omega_m: w[k], u_s: u[k], dc_voltage_v: dc[k], sample_time_s: self.sample_time_s };
+        let step = |controller: &mut dyn Supervised, k: usize| {
+            let sample_time_s = self.sample_time_s;
+            let measured = Measured { i_s: i[k], omega_m: w[k], u_s: u[k], dc_voltage_v: dc[k], sample_time_s };
             let asked = Reference { omega_m: speed[k], rotor_flux_vs: flux[k], torque_nm: torque[k] };
-            let command = self.inner.step(&measured, &asked);
-            (command, self.inner.status().to_string())
+            let command = controller.step(&measured, &asked);
+            (command, controller.status().to_string())
         };
-        let rows: Vec<(Command<f64>, String)> = (0..n).map(&mut step).collect();
+        let rows: Vec<(Command<f64>, String)> = py.detach(|| {
+            let mut controller = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+            (0..n).map(|k| step(controller.as_mut(), k)).collect()
+        });
         let nan = num_complex::Complex::new(f64::NAN, f64::NAN);
         let out = PyDict::new(py);
         out.set_item("u_s_V", each(py, &rows, |(c, _)| if let Command::Voltage(u) = c { *u } else { nan }))?;

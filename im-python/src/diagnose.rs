@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use im_diagnose::diagnosis::{self, diagnose as run};
-use im_diagnose::intake::Finding;
-use im_diagnose::report::{self, Meta, NextTest, SignalTable, Story};
-use im_diagnose::search::Options;
-use im_diagnose::sources::{Refused, Sources, by_fit};
+use im_diagnose::learn::own_source;
+use im_diagnose::report::{Files, Meta, SignalTable, Story, terminal};
+use im_diagnose::search::{Learning, Options, Significance};
+use im_diagnose::sources::{Refused, Sources};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
@@ -16,20 +16,16 @@ use crate::recording::{Recording, sources};
 use crate::signals::columns;
 use crate::work::work;
 
+/// What reports say that they were made by.
+pub const PROGRAM: &str = concat!("imkit ", env!("CARGO_PKG_VERSION"));
+
 /// The answer, with everything that led to it.
 #[pyclass(frozen, module = "imkit._native")]
 pub struct Diagnosis {
     inner: diagnosis::Diagnosis,
-    meta: Meta,
-    noticed: Vec<Finding>,
+    files: Files,
     signals: SignalTable,
     text: String,
-    html: String,
-}
-
-/// What reports say that they were made by.
-pub fn program() -> String {
-    concat!("imkit ", env!("CARGO_PKG_VERSION")).to_owned()
 }
 
 /// What is asked for, as the library takes it.
@@ -51,6 +47,7 @@ pub fn asked(
     }
 }
 
+/// `learning`: "never", "unexplained" or "always".
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // The options of the program.
 pub fn diagnose(
@@ -62,38 +59,37 @@ pub fn diagnose(
     fix: Vec<String>,
     anyway: bool,
     significance: f64,
+    learning: &str,
     threads: usize,
 ) -> PyResult<Diagnosis> {
-    if !(significance > 0.0 && significance < 0.5) {
-        return Err(refused(format!("significance {significance} must lie between 0 and 0.5")));
-    }
+    let significance = Significance::try_from(significance).map_err(refused)?;
+    let (learning, what) = match learning {
+        "always" => (Learning::Always, "fitting, scoring and learning"),
+        "unexplained" => (Learning::Unexplained, "fitting and scoring"),
+        _ => (Learning::Never, "fitting and scoring"),
+    };
     let asked = asked(motor, train, holdout, tables, fix, anyway);
-    let made = work(py, "fitting and scoring", threads, || {
-        let (case, mut noticed) = asked.case()?;
-        let options = Options { significance, ..asked.options() };
+    let made = work(py, what, threads, || {
+        let (case, noticed) = asked.case()?;
+        let options = Options { significance, learning, ..asked.options() };
         let inner = run(case, options).map_err(|e| Refused::fit(&asked.label, &e))?;
-        noticed.retain(|f| !inner.refutes(f));
-        noticed.extend(by_fit(&noticed, &inner.case.motor, &inner.refined.machine));
-        let quality = Some(noticed.iter().map(Finding::line).collect());
-        let meta = Meta { program: program(), next_test: NextTest::after(&inner), quality, ..Meta::default() };
+        let meta = Meta::of(PROGRAM, &inner, noticed);
         let story = Story::new(&inner, &meta);
-        let (signals, text, html) = (story.signals(), report::terminal(&story, 100), report::html(&story));
-        Ok::<_, Refused>(Diagnosis { inner, meta, noticed, signals, text, html })
+        let (files, signals, text) = (Files::of(&story), story.signals(), terminal(&story, 100));
+        Ok::<_, Refused>(Diagnosis { inner, files, signals, text })
     })?;
     made.map_err(refused)
 }
 
 #[pymethods]
 impl Diagnosis {
-    fn json(&self) -> String {
-        let mut answer = self.inner.to_json();
-        answer["data_quality"] = serde_json::json!(self.noticed);
-        answer.to_string()
+    fn json(&self) -> &str {
+        &self.files.diagnosis
     }
 
     #[getter]
     fn html(&self) -> &str {
-        &self.html
+        &self.files.report
     }
 
     #[getter]
@@ -115,8 +111,13 @@ impl Diagnosis {
         Motor::new(self.inner.case.motor.clone())
     }
 
+    /// The first learned curve as an effect of one's own, in Rust.
+    fn rust(&self) -> PyResult<String> {
+        own_source(&self.inner.learned).map_err(refused)
+    }
+
     /// The files that the program writes into a folder.
-    fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-        work(py, "writing", 0, || report::write(&folder, &Story::new(&self.inner, &self.meta)))?.map(|_| ()).map_err(refused)
+    fn write(&self, folder: PathBuf) -> PyResult<()> {
+        self.files.write(folder).map(|_| ()).map_err(refused)
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use im_diagnose::search::Significance;
 use im_fleet::job::{self, Job};
 use im_fleet::row::Row;
 use im_fleet::settings::Settings;
@@ -23,7 +24,7 @@ pub fn fleet_jobs(
     settings: (f64, bool, bool, bool),
     shard: &str,
 ) -> PyResult<Vec<(String, String, bool)>> {
-    let settings = made(settings);
+    let settings = made(settings)?;
     let shard: Shard = shard.parse().map_err(|e| refused(format!("shard {e}")))?;
     let jobs = working(py, "reading the fleet", 0, || {
         let jobs = job::jobs(&fleet)?;
@@ -47,7 +48,7 @@ pub fn fleet_row(
     threads: usize,
 ) -> PyResult<String> {
     let job: Job = serde_json::from_str(job).map_err(refused)?;
-    let settings = made(settings);
+    let settings = made(settings)?;
     let row = working(py, &format!("judging {}", job.label()), threads, || work::one(&job, key, &out, &settings))?;
     Ok(json!(row).to_string())
 }
@@ -82,6 +83,6 @@ pub fn fleet_write(py: Python<'_>, out: PathBuf, title: &str, rows: Vec<String>)
 }
 
 /// Significance, all, anyway, reports.
-fn made((significance, all, anyway, reports): (f64, bool, bool, bool)) -> Settings {
-    Settings { significance, all, anyway, reports }
+fn made((significance, all, anyway, reports): (f64, bool, bool, bool)) -> PyResult<Settings> {
+    Ok(Settings { significance: Significance::try_from(significance).map_err(refused)?, all, anyway, reports })
 }

@@ -1,5 +1,7 @@
 //! Observers that step over whole arrays.
 
+use std::sync::{Mutex, PoisonError};
+
 use im_model::{Machine, Rating};
 use im_observers::{Basis, Estimate, Gains, Input, Named, ObserverError, Visit, each};
 use pyo3::prelude::*;
@@ -11,9 +13,10 @@ use crate::errors::refused;
 use crate::motor::Motor;
 
 /// An observer with its state: steps of the next array go on where the last one ended.
-#[pyclass(unsendable, module = "imkit._native")]
+#[pyclass(frozen, module = "imkit._native")]
 pub struct Observer {
-    steps: Box<dyn Steps>,
+    /// Threads of Python that share it wait for each other.
+    steps: Mutex<Box<dyn Steps + Send>>,
     needs_speed: bool,
 }
 
@@ -125,7 +128,7 @@ impl Visit<f64> for Search<'_> {
         }
         let made = self.table::<O>().and_then(|gains| O::made(self.basis, self.machine, self.rating, &gains));
         self.made = Some(made.map(|observer| Observer {
-            steps: Box::new(Held { observer, state: O::State::default() }),
+            steps: Mutex::new(Box::new(Held { observer, state: O::State::default() })),
             needs_speed: O::NEEDS_SPEED,
         }));
     }
@@ -154,13 +157,13 @@ impl Observer {
         self.needs_speed
     }
 
-    fn reset(&mut self) {
-        self.steps.reset();
+    fn reset(&self) {
+        self.steps.lock().unwrap_or_else(PoisonError::into_inner).reset();
     }
 
     /// Row k: the mean voltage over the sample that ends there, the current then, and the measured speed where there is one.
     fn run<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         u_s: Vectors<'_>,
         i_s: Vectors<'_>,
@@ -175,7 +178,10 @@ impl Observer {
             return Err(refused("this observer needs a measured speed; choose another observer"));
         }
         let input = |k: usize| Input { omega_m: w.as_ref().map(|w| w[k]), ..Input::new(u[k], i[k]) };
-        let rows: Vec<Estimate<f64>> = (0..n).map(|k| self.steps.step(&input(k))).collect();
+        let rows: Vec<Estimate<f64>> = py.detach(|| {
+            let mut steps = self.steps.lock().unwrap_or_else(PoisonError::into_inner);
+            (0..n).map(|k| steps.step(&input(k))).collect()
+        });
         let out = PyDict::new(py);
         out.set_item("omega_m_rad_s", column(py, &rows, |e| e.omega_m))?;
         out.set_item("psi_r_Vs", column(py, &rows, |e| e.rotor_flux_vs))?;

@@ -29,13 +29,72 @@ def test_the_loop_finds_what_was_left_out(bare, motor, recording, unseen, tmp_pa
     assert np.allclose(signals["i_alpha_A_measured"] - signals["i_alpha_A_modelled"], signals["i_alpha_A_residual"])
     found.write(tmp_path)
     written = json.loads((tmp_path / "diagnosis.json").read_text())
-    assert written["effects"] == ["iron_loss"]
+    assert written == found.to_dict() and written["effects"] == ["iron_loss"]
+    assert sorted(os.listdir(tmp_path)) == ["data_quality.json", "diagnosis.json", "motor.refined.toml", "report.html"]
     assert (tmp_path / "report.html").read_text().startswith("<!DOCTYPE html>")
     assert imkit.Motor.read(tmp_path / "motor.refined.toml").effects["iron_loss"] == pytest.approx(found.refined.effects["iron_loss"])
     assert "<iframe" in found._repr_html_() and "iron loss" in str(found).lower()
 
     checked = imkit.validate(bare, found.refined, unseen).errors().set_index("error")
     assert checked.loc["unaided", "after"] < 0.5 * checked.loc["unaided", "before"]
+
+
+def test_an_answer_is_tables_and_pictures(bare, recording):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    found = imkit.diagnose(bare, recording)
+    curves = found.torque_speed().groupby("motor")["torque_Nm"].max()
+    assert set(curves.index) == {"before", "after"} and (curves > 20).all()
+    fails = found.localisation()
+    assert {"base model", "refined model"} == set(fails["model"]) and {"flux", "speed", "slip"} <= set(fails["over"])
+    rms = fails[fails["error"] == "current"].groupby("model")["rms"].mean()
+    assert rms["refined model"] < rms["base model"]
+    for what in ("signals", "residuals", "candidates", "parameters", "torque_speed"):
+        found.plot(what)
+    with pytest.raises(imkit.InputError, match="parrot"):
+        found.plot("parrot")
+    with pytest.raises(imkit.InputError, match="no curve was learned"):
+        found.rust()
+    with pytest.raises(imkit.InputError, match="0.7.*between 0 and 0.5"):
+        imkit.diagnose(bare, recording, significance=0.7)
+
+
+def test_an_effect_that_nobody_wrote_is_learned(bare, tmp_path):
+    """A brake whose torque has a peak over speed, as no effect of the library has it: learned as a curve, with its band and formula."""
+    recording, true = _braked(bare)
+    found = imkit.learn(bare, recording, holdout=_braked(bare, seed=9)[0])
+    assert [e for e in found.effects if e.startswith("learned_")], found.effects
+    curve = found.learned()
+    assert set(curve["adds"]) and len(curve) > 40
+    inside = curve[(curve["x"].abs() > 15) & (curve["x"].abs() < 110)]
+    off = np.abs(np.abs(inside["value"]) - true(inside["x"].abs()))
+    assert np.max(off) < 0.15 * np.max(true(inside["x"].abs())), curve
+    assert len(found.formulas()) > 0 and "impl" in found.rust()
+    found.plot("learned")
+    again = imkit.Motor.parse(found.refined.to_toml())
+    assert set(again.effects) == set(found.refined.effects)
+
+
+def _braked(bare, seed=2):
+    """The brake stands in the recording's load, of which the motor is told nothing but the rest."""
+    from conftest import SCENARIO
+
+    def true(speed):
+        return 3.0 * 2 * (speed / 40) / (1 + (speed / 40) ** 2)
+
+    # A load over time that is the brake at the speed of the run, by a fixed point of two simulations.
+    recording = imkit.simulate(bare, SCENARIO, seed=seed)[0]
+    for _ in range(4):
+        c = recording.columns
+        every = slice(None, None, 20)
+        plain = np.interp(c["t_s"], [0, 0.8, 0.8001, 1.6, 1.6001], [0, 0, 15, 15, 3])
+        table = [[float(t), float(x)] for t, x in zip(c["t_s"][every], (plain + true(c["omega_m_rad_s"]))[every])]
+        text = SCENARIO.replace("torque_nm = [[0, 0], [0.8, 0], [0.8, 15], [1.6, 15], [1.6, 3]]", f"torque_nm = {table}")
+        recording = imkit.simulate(bare, text, seed=seed)[0]
+    c = dict(recording.columns)
+    c["tau_load_Nm"] = c["tau_load_Nm"] - true(c["omega_m_rad_s"])
+    return imkit.Recording.from_frame(c), true
 
 
 def _true(motor, name):

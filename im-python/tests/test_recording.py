@@ -95,3 +95,65 @@ def test_mat_files_hold_structs_and_odd_names(tmp_path):
     assert sorted(columns) == ["data.ia", "data.ib", "t"] and np.array_equal(columns["data.ib"], 2 * t)
     imkit.mat.write(tmp_path / "out.mat", {"a.b": t, "words": np.array(["x"] * 5)})
     assert list(imkit.mat.columns_of(tmp_path / "out.mat")) == ["a_b"]
+
+
+def test_a_mat_file_of_version_7_3_is_read(motor, recording, tmp_path):
+    """As MATLAB writes it: HDF5 behind its header, a column as a row, a complex number of two fields, words and cells beside."""
+    import h5py
+
+    c = recording.columns
+    with h5py.File(tmp_path / "bench.mat", "w", userblock_size=512) as file:
+        bench = file.create_group("bench")
+        bench.attrs["MATLAB_class"] = np.bytes_("struct")
+        for name, values in c.items():
+            bench.create_dataset(name, data=values.reshape(1, -1))
+        i = np.zeros((1, len(c["t_s"])), dtype=[("real", "f8"), ("imag", "f8")])
+        i["real"], i["imag"] = recording.i_s.real, recording.i_s.imag
+        file.create_dataset("i", data=i)
+        note = file.create_dataset("note", data=np.zeros((1, 99_999), dtype=np.uint16))
+        note.attrs["MATLAB_class"] = np.bytes_("char")
+        file.create_group("#refs#").create_dataset("a", data=np.zeros((1, 99_999)))
+    with open(tmp_path / "bench.mat", "r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512))
+    columns = imkit.mat.columns_of(tmp_path / "bench.mat")
+    assert sorted(columns) == sorted([f"bench.{name}" for name in c] + ["i.im", "i.re"])
+    assert np.array_equal(columns["i.im"], recording.i_s.imag)
+    mapping = {
+        "time": {"column": "bench.t_s", "unit": "s"},
+        "voltage": {"alpha": "bench.u_alpha_V", "beta": "bench.u_beta_V"},
+        "current": {"alpha": "i.re", "beta": "i.im"},
+        "speed": {"column": "bench.omega_m_rad_s", "unit": "rad/s"},
+        "load": {"column": "bench.tau_load_Nm"},
+    }
+    mapped = imkit.Recording.from_frame(columns, mapping)
+    assert imkit.compare(motor, mapped).rms_in_sigma == pytest.approx(imkit.compare(motor, recording).rms_in_sigma, rel=1e-12)
+
+
+def test_what_is_no_mat_file_is_said(tmp_path):
+    (tmp_path / "no.mat").write_text("parrot " * 40)
+    with pytest.raises(imkit.InputError, match="no.mat"):
+        imkit.Recording.from_file(tmp_path / "no.mat")
+    with pytest.raises(FileNotFoundError, match="none.mat"):
+        imkit.Recording.from_file(tmp_path / "none.mat")
+
+
+class Stream:
+    """A table that nobody knows, but for its Arrow stream."""
+
+    def __init__(self, table):
+        self._table = table
+
+    def __arrow_c_stream__(self, requested_schema=None):
+        return self._table.__arrow_c_stream__(requested_schema)
+
+
+def test_what_is_missing_is_not_a_number_and_words_are_left_out(recording):
+    from imkit._frames import columns_of
+
+    whole = pandas.DataFrame({"n": pandas.array([1, None, 3], dtype="Int64"), "x": [1.5, None, 2.5], "who": ["a", "b", "c"]})
+    for frame in [whole, polars.DataFrame({"n": [1, None, 3], "x": [1.5, None, 2.5], "who": ["a", "b", "c"]})]:
+        columns = columns_of(frame)
+        assert list(columns) == ["n", "x"]
+        assert np.array_equal(columns["n"], [1, np.nan, 3], equal_nan=True)
+    canonical = columns_of(Stream(pyarrow.table(recording.columns)))
+    assert np.array_equal(canonical["i_alpha_A"], recording.columns["i_alpha_A"])

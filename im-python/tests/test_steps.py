@@ -1,3 +1,6 @@
+import threading
+import time
+
 import numpy as np
 import pytest
 
@@ -30,6 +33,24 @@ def test_designed_gains_go_into_an_observer(motor, recording):
     assert seen["valid"].mean() > 0.5
     with pytest.raises(imkit.InputError, match="refused"):
         imkit.check(certificate.text.replace("digest = \"", "digest = \"0", 1))
+
+
+@pytest.mark.parametrize("kind", ["observer", "controller"])
+def test_other_threads_run_while_arrays_are_stepped_over(motor, kind):
+    n = 1_000_000
+    i, w = np.ones(n) * (2 + 1j), np.full(n, 100.0)
+    if kind == "observer":
+        steps = imkit.Observer("kubota", motor, 1e-4)
+        work = threading.Thread(target=steps.step, args=(i, i))
+    else:
+        steps = imkit.Controller("kenne", motor, 1e-4)
+        work = threading.Thread(target=steps.step, args=(i, w, i))
+    ticks = 0
+    work.start()
+    while work.is_alive():
+        time.sleep(0.001)
+        ticks += 1
+    assert ticks > 10
 
 
 DRIVE = """

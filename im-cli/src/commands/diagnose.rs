@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use im_diagnose::diagnosis::{Diagnosis, diagnose};
-use im_diagnose::report::{self, FILES, Meta, Story};
+use im_diagnose::report::{FILES, Files, Meta, Story, terminal};
 use im_diagnose::search::{Learning, Options, Significance};
 
 use super::inputs::{Data, refused};
@@ -90,13 +90,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Writes the files of a report and prints the story.
 pub fn finish(story: &Story, out: Option<&Path>, json: bool) -> Result<(), Failure> {
-    let written = out.map(|dir| together(|| report::write(dir, story))).transpose()?;
+    let written = out.map(|dir| together(|| Files::of(story).write(dir))).transpose()?;
     let mut stdout = stdout();
     if json {
         writeln!(stdout, "{}", story.to_json())?;
         return Ok(());
     }
-    write!(stdout, "{}", report::terminal(story, STORY_WIDTH))?;
+    write!(stdout, "{}", terminal(story, STORY_WIDTH))?;
     if let Some(files) = written {
         writeln!(stdout, "\n{}", files.report.display())?;
         writeln!(stdout, "{}", files.motor.display())?;

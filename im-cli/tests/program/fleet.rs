@@ -46,7 +46,7 @@ fn a_bad_file_is_a_row_and_shards_make_the_same_table() {
 
     for shard in ["3/2", "half"] {
         let wrong = im(&["fleet", &plant, "--out", &f.path("x"), "--shard", shard]);
-        assert!(wrong.status.code() == Some(2) && text(&wrong.stderr).contains("K from 1 to N"), "{wrong:?}");
+        assert!(wrong.status.code() == Some(2) && text(&wrong.stderr).contains("k from 1 to N"), "{wrong:?}");
     }
     assert!(refused(&["fleet", &f.path("whole"), "--out", &f.path("x")]).contains("no motors with recordings"));
 }

@@ -1,6 +1,6 @@
 //! The report: seeing where a model fails and watching the error fall.
 //!
-//! [`html`] makes one self-contained page, [`terminal`] the same story in short for a terminal, [`write()`] the files of a
+//! [`html`] makes one self-contained page, [`terminal`] the same story in short for a terminal, [`Files`] the files of a
 //! diagnosis. [`Comparison`] is the report of a model against recordings without a diagnosis; [`side_by_side`] compares diagnoses.
 
 mod compare;
@@ -33,7 +33,7 @@ pub use side_by_side::{SideBySide, side_by_side, side_by_side_terminal};
 pub use signals::SignalTable;
 pub use story::Story;
 pub use terminal::terminal;
-pub use write::{FILES, Written, write};
+pub use write::{FILES, Files, Written};
 
 /// What a report says besides the result: where it comes from, and what others found.
 #[derive(Clone, Debug, Default, PartialEq)]

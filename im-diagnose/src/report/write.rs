@@ -4,10 +4,26 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use im_model::{FileError, write_atomically};
+use im_model::{FileError, MotorFile, write_atomically};
 use serde_json::json;
 
 use super::{Story, html};
+
+/// What [`Files::write`] writes.
+pub const FILES: [&str; 4] = ["report.html", "motor.refined.toml", "diagnosis.json", "data_quality.json"];
+
+/// The files of a diagnosis, made before any of them is written.
+#[derive(Clone, Debug)]
+pub struct Files {
+    /// The page.
+    pub report: String,
+    /// The answer for programs.
+    pub diagnosis: String,
+    /// What was noticed about the recordings, for programs.
+    pub data_quality: String,
+    /// The motor with the effects added and everything refitted.
+    pub motor: MotorFile,
+}
 
 /// Where the files went.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,24 +36,29 @@ pub struct Written {
     pub motor: PathBuf,
 }
 
-/// What [`write()`] writes.
-pub const FILES: [&str; 4] = ["report.html", "motor.refined.toml", "diagnosis.json", "data_quality.json"];
+impl Files {
+    /// Of a story.
+    pub fn of(story: &Story) -> Self {
+        Self {
+            report: html(story),
+            diagnosis: format!("{:#}\n", story.to_json()),
+            data_quality: format!("{:#}\n", json!({"schema": 1, "data_quality": story.meta.quality})),
+            motor: story.d.refined.clone(),
+        }
+    }
 
-/// Writes [`FILES`] into a directory, which is made where it is missing. Each file is
-/// written whole or not at all.
-pub fn write(dir: impl AsRef<Path>, story: &Story) -> Result<Written, FileError> {
-    let dir = dir.as_ref();
-    // Everything is made before anything is written.
-    let page = html(story);
-    let answer = format!("{:#}\n", story.to_json());
-    let quality = format!("{:#}\n", json!({"schema": 1, "data_quality": story.meta.quality}));
-    let made =
-        Written { report: dir.join("report.html"), diagnosis: dir.join("diagnosis.json"), motor: dir.join("motor.refined.toml") };
-    // A directory that cannot be made shows when the first file is written, with its name.
-    let _ = fs::create_dir_all(dir);
-    story.d.refined.write(&made.motor)?;
-    write_atomically(&made.diagnosis, |out| out.write_all(answer.as_bytes()))?;
-    write_atomically(&dir.join("data_quality.json"), |out| out.write_all(quality.as_bytes()))?;
-    write_atomically(&made.report, |out| out.write_all(page.as_bytes()))?;
-    Ok(made)
+    /// Writes [`FILES`] into a directory, which is made where it is missing. Each file is written whole or not at all.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write(&self, dir: impl AsRef<Path>) -> Result<Written, FileError> {
+        let [report, motor, diagnosis, data_quality] = FILES.map(|name| dir.as_ref().join(name));
+        // A directory that cannot be made shows when the first file is written, with its name.
+        let _ = fs::create_dir_all(dir);
+        self.motor.write(&motor)?;
+        for (path, text) in [(&diagnosis, &self.diagnosis), (&data_quality, &self.data_quality), (&report, &self.report)] {
+            write_atomically(path, |out| out.write_all(text.as_bytes()))?;
+        }
+        Ok(Written { report, diagnosis, motor })
+    }
 }

@@ -2,8 +2,8 @@ use im_diagnose::diagnosis::{Diagnosis, Verdict};
 use im_diagnose::intake::{Finding, FindingKind, Severity};
 use im_diagnose::next_test::ProfileTrace;
 use im_diagnose::report::{
-    Comparison, FILES, Meta, NextTest, SideBySide, Story, compare_html, compare_terminal, html, side_by_side,
-    side_by_side_terminal, terminal, write,
+    Comparison, FILES, Files, Meta, NextTest, SideBySide, Story, compare_html, compare_terminal, html, side_by_side,
+    side_by_side_terminal, terminal,
 };
 use im_model::EffectId;
 
@@ -243,7 +243,7 @@ fn what_the_page_shows_is_in_the_answer() {
 fn the_files_are_written_or_an_error_names_the_one() {
     let d = cases::missing();
     let dir = std::env::temp_dir().join(format!("im-diagnose-report-{}", std::process::id()));
-    let w = write(dir.join("out"), &Story::new(&d, &meta())).unwrap();
+    let w = Files::of(&Story::new(&d, &meta())).write(dir.join("out")).unwrap();
     let answer: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&w.diagnosis).unwrap()).unwrap();
     assert_eq!(answer["verdict"], "missing_effects");
     let motor = im_model::MotorFile::read(&w.motor).unwrap();
@@ -251,7 +251,7 @@ fn the_files_are_written_or_an_error_names_the_one() {
     assert!(std::fs::read_to_string(&w.report).unwrap().ends_with("</html>\n"));
     assert_eq!(std::fs::read_dir(dir.join("out")).unwrap().count(), FILES.len());
     std::fs::write(dir.join("file"), "").unwrap();
-    let e = write(dir.join("file"), &Story::new(&d, &meta())).unwrap_err().to_string();
+    let e = Files::of(&Story::new(&d, &meta())).write(dir.join("file")).unwrap_err().to_string();
     assert!(e.contains("motor.refined.toml"), "{e}");
     std::fs::remove_dir_all(&dir).unwrap();
 }

@@ -47,6 +47,7 @@ __all__ = [
     "example_region",
     "fit",
     "fleet",
+    "learn",
     "mat",
     "next_test",
     "simulate",
@@ -96,17 +97,39 @@ def diagnose(
     fix: Iterable[str] = (),
     anyway: bool = False,
     significance: float = 0.01,
+    learn: bool = False,
     threads: int = 0,
 ) -> Diagnosis:
     """Fits the motor, finds the physical effect that it lacks, adds it, and checks it on the held-out recording.
 
     ``fix`` names parameters that are held (``"inertia_kg_m2"``, ``"iron_loss.conductance_s"``); ``anyway`` goes on where what was
-    noticed about the data makes the answer meaningless; ``significance`` is the chance of a false alarm over the whole library.
+    noticed about the data makes the answer meaningless; ``significance`` is the chance of a false alarm over the whole library;
+    ``learn`` learns as a curve what the library leaves unexplained.
     """
-    native = _native.diagnose(
-        motor._native, _recordings(train), _one(holdout), _tables(tables), list(fix), anyway, significance, threads
-    )
-    return Diagnosis(native)
+    learning = "unexplained" if learn else "never"
+    return _diagnosed(motor, train, holdout, tables, fix, anyway, significance, learning, threads)
+
+
+def learn(
+    motor: Motor,
+    train: Any = (),
+    *,
+    holdout: Any = None,
+    tables: Any = (),
+    fix: Iterable[str] = (),
+    anyway: bool = False,
+    significance: float = 0.01,
+    unexplained: bool = False,
+    threads: int = 0,
+) -> Diagnosis:
+    """:func:`diagnose` with curves that nobody wrote among the candidates: a torque over speed, a resistance over time.
+
+    An effect of the library that explains as much wins. :meth:`Diagnosis.learned` gives the curves with their bands,
+    :meth:`Diagnosis.formulas` what they look like, :meth:`Diagnosis.rust` the nearest formula as an effect of one's own. ``unexplained``
+    learns only where the library leaves something unexplained; the rest is as in :func:`diagnose`.
+    """
+    learning = "unexplained" if unexplained else "always"
+    return _diagnosed(motor, train, holdout, tables, fix, anyway, significance, learning, threads)
 
 
 def validate(before: Motor, after: Motor, data: Any, *, anyway: bool = False) -> Validation:
@@ -159,6 +182,23 @@ def effects() -> Any:
     rows = _native.effects()
     keys = ["effect", "title", "what", "shows", "test", "parameters"]
     return _frames.frame({key: [row[key] for row in rows] for key in keys}, index="effect")
+
+
+def _diagnosed(
+    motor: Motor,
+    train: Any,
+    holdout: Any,
+    tables: Any,
+    fix: Iterable[str],
+    anyway: bool,
+    significance: float,
+    learning: str,
+    threads: int,
+) -> Diagnosis:
+    native = _native.diagnose(
+        motor._native, _recordings(train), _one(holdout), _tables(tables), list(fix), anyway, significance, learning, threads
+    )
+    return Diagnosis(native)
 
 
 def _recording(data: Any) -> _native.Recording:

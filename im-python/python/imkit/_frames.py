@@ -9,14 +9,19 @@ import numpy as np
 
 
 def columns_of(frame: Any) -> dict[str, np.ndarray]:
-    """The numeric columns of a data frame (pandas, Polars, Arrow), a structured array or a mapping of arrays.
+    """The numeric columns of a data frame (pandas, Polars, Arrow, anything that gives an Arrow stream), a structured array or a mapping of
+    arrays.
 
-    Other columns are left out. Missing values are NaN, time stamps seconds since 1970.
+    Columns of words are left out. Missing values are NaN, time stamps seconds since 1970.
     """
+    if not isinstance(frame, Mapping) and not hasattr(frame, "columns") and hasattr(frame, "__arrow_c_stream__"):
+        import pyarrow
+
+        frame = pyarrow.table(frame)
     out = {}
     for name in _names(frame):
         column = frame[name] if not hasattr(frame, "column") else frame.column(name)
-        values = np.asarray(column)
+        values = _values(column)
         if np.issubdtype(values.dtype, np.datetime64):
             values = values.astype("datetime64[ns]").astype(np.int64) * 1e-9
         elif np.issubdtype(values.dtype, np.complexfloating):
@@ -27,6 +32,17 @@ def columns_of(frame: Any) -> dict[str, np.ndarray]:
         except (TypeError, ValueError):
             continue
     return out
+
+
+def _values(column: Any) -> np.ndarray:
+    """A column as an array; where it can be empty it is NaN there."""
+    values = np.asarray(column)
+    if values.dtype == object and hasattr(column, "to_numpy"):
+        try:
+            return column.to_numpy(dtype=np.float64, na_value=np.nan)
+        except (TypeError, ValueError):
+            pass
+    return values
 
 
 def _names(frame: Any) -> list[str]:

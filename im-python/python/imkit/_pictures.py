@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 
-def axes(ax: Any, rows: int = 1) -> Any:
+def axes(ax: Any, rows: int = 1, share: bool = True) -> Any:
     """The axes given, or new ones."""
     if ax is not None:
         return ax
@@ -15,7 +15,7 @@ def axes(ax: Any, rows: int = 1) -> Any:
         from matplotlib import pyplot
     except ImportError as e:
         raise ImportError("plot() needs Matplotlib: pip install 'imkit[plot]'") from e
-    return pyplot.subplots(rows, 1, sharex=True, squeeze=False, figsize=(8, 2.2 * rows + 1))[1][:, 0]
+    return pyplot.subplots(rows, 1, sharex=share, squeeze=False, figsize=(8, 2.2 * rows + 1))[1][:, 0]
 
 
 def curves(ax: Any, named: list[tuple[str, Any]], x: str, y: str) -> Any:
@@ -29,16 +29,19 @@ def curves(ax: Any, named: list[tuple[str, Any]], x: str, y: str) -> Any:
     return ax
 
 
-def signals(parts: list[dict[str, Any]], recording: int | str, ax: Any) -> Any:
-    """Measured and modelled over time, one panel for each signal."""
+def signals(parts: list[dict[str, Any]], recording: int | str, ax: Any, residuals: bool = False) -> Any:
+    """Measured and modelled over time, or what is left between them, one panel for each signal."""
     names = [part["recording"] for part in parts]
     part = parts[names.index(recording) if isinstance(recording, str) else recording]
     channels = [name.removesuffix("_measured") for name in part if name.endswith("_measured")]
     channels = [name for name in channels if np.isfinite(part[f"{name}_modelled"]).any()]
     panels = np.atleast_1d(axes(ax, len(channels)))
     for panel, name in zip(panels, channels):
-        panel.plot(part["t_s"], part[f"{name}_measured"], color="0.6", label="measured")
-        panel.plot(part["t_s"], part[f"{name}_modelled"], linewidth=1, label="modelled")
+        if residuals:
+            panel.plot(part["t_s"], part[f"{name}_residual"], linewidth=0.6, label="measured − modelled")
+        else:
+            panel.plot(part["t_s"], part[f"{name}_measured"], color="0.6", label="measured")
+            panel.plot(part["t_s"], part[f"{name}_modelled"], linewidth=1, label="modelled")
         panel.set_ylabel(name)
     panels[0].legend(loc="upper right")
     panels[0].set_title(part["recording"])
@@ -58,3 +61,30 @@ def scores(ranking: list[dict[str, Any]], ax: Any) -> Any:
     ax.set_xlabel("score")
     ax.legend()
     return ax
+
+
+def parameters(values: dict[str, dict[str, Any]], ax: Any) -> Any:
+    """What the recordings determine, after over before, with 95 % intervals."""
+    ax = axes(ax)[0] if ax is None else ax
+    shown = {name: v for name, v in values.items() if v["std"] is not None and v["before"]}
+    names = list(shown)[::-1]
+    ratio = [shown[name]["after"] / shown[name]["before"] for name in names]
+    half = [1.96 * shown[name]["std"] / abs(shown[name]["before"]) for name in names]
+    ax.errorbar(ratio, np.arange(len(names)), xerr=half, fmt="o", capsize=3)
+    ax.axvline(1, color="0.6", linewidth=1)
+    ax.set_yticks(np.arange(len(names)), names)
+    ax.set_xlabel("after / before, 95 % interval")
+    return ax
+
+
+def learned(curves: list[dict[str, Any]], ax: Any) -> Any:
+    """Learned curves with their 95 % bands, one panel for each."""
+    panels = np.atleast_1d(axes(ax, max(len(curves), 1), share=False))
+    for panel, curve in zip(panels, curves):
+        x, y, half = np.array(curve["curve"]).T
+        panel.fill_between(x, y - half, y + half, alpha=0.3, label="95 % band")
+        panel.plot(x, y)
+        panel.set_xlabel(curve["over"])
+        panel.set_ylabel(curve["adds"])
+        panel.legend()
+    return panels

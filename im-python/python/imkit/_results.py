@@ -27,7 +27,7 @@ class _Result:
     @property
     def data_quality(self) -> Any:
         """What was noticed about the recordings, one row each."""
-        return _frames.frame(_columns(self._answer["data_quality"], ["kind", "severity", "recording", "channel", "sentence", "advice"]))
+        return _frames.frame(_columns(self._answer["data_quality"] or [], ["kind", "severity", "recording", "channel", "sentence", "advice"]))
 
 
 class Comparison(_Result):
@@ -63,6 +63,10 @@ class Comparison(_Result):
     def residuals(self) -> Any:
         """The residuals alone."""
         return _residuals(self._native.signals())
+
+    def localisation(self) -> Any:
+        """Where the model fails, over one quantity: root mean square error beside the noise of the sensor."""
+        return _localisation([self._answer["localisation"]])
 
     def plot(self, recording: int | str = 0, ax: Any = None) -> Any:
         """Measured and modelled signals of one recording over time."""
@@ -162,6 +166,36 @@ class Diagnosis(_Result):
         ]
         return _frames.frame(_columns(rows, ["effects", "train_rms_in_sigma", "holdout_rms_in_sigma"]))
 
+    def learned(self) -> Any:
+        """The curves that were learned, a row for each point: value and half of the 95 % band over the variable."""
+        keys = ["effect", "over", "adds", "x", "value", "half_band_95"]
+        rows = [
+            dict(zip(keys, (c["effect"], c["over"], c["adds"], *point))) for c in self._answer["learned"] for point in c["curve"]
+        ]
+        return _frames.frame(_columns(rows, keys))
+
+    def formulas(self) -> Any:
+        """What each learned curve looks like, best first: by how much of it a formula is off, and what it costs."""
+        rows = [{"effect": c["effect"], **formula} for c in self._answer["learned"] for formula in c["formulas"]]
+        return _frames.frame(_columns(rows, ["effect", "name", "formula", "off", "cost"]))
+
+    def rust(self) -> str:
+        """The first learned curve's nearest formula as an effect of one's own: the source of a Rust file."""
+        return self._native.rust()
+
+    def torque_speed(self) -> Any:
+        """The static torque-speed curve at the rated supply, of the motor as given and as refined."""
+        rows = [
+            {"motor": name, "omega_m_rad_s": w, "torque_Nm": torque}
+            for name, curve in self._answer["torque_speed"]["curves"].items()
+            for w, torque in curve
+        ]
+        return _frames.frame(_columns(rows, ["motor", "omega_m_rad_s", "torque_Nm"]))
+
+    def localisation(self) -> Any:
+        """Where the base and the refined model fail, over one quantity: root mean square error beside the noise of the sensor."""
+        return _localisation(self._answer["localisation"])
+
     def signals(self) -> Any:
         """Measured, modelled and residual of every sample, as ``im diagnose --signals`` writes them."""
         return _frames.stacked(self._native.signals())
@@ -171,7 +205,8 @@ class Diagnosis(_Result):
         return _residuals(self._native.signals())
 
     def plot(self, what: str = "signals", recording: int | str = 0, ax: Any = None) -> Any:
-        """``"signals"``: measured and modelled; ``"candidates"``: scores; ``"torque_speed"``: the curve before and after."""
+        """``"signals"``: measured and modelled; ``"residuals"``; ``"candidates"``: scores; ``"parameters"``: before and after with 95 %
+        intervals; ``"torque_speed"``: the curve before and after; ``"learned"``: curves with their bands."""
         if what == "signals":
             return _pictures.signals(self._native.signals(), recording, ax)
         if what == "candidates":
@@ -179,7 +214,15 @@ class Diagnosis(_Result):
         if what == "torque_speed":
             both = [("before", self.given.torque_speed()), ("after", self.refined.torque_speed())]
             return _pictures.curves(ax, both, "omega_m_rad_s", "torque_Nm")
-        raise _native.InputError(f"there is no picture of {what!r}: signals, candidates or torque_speed")
+        if what == "residuals":
+            return _pictures.signals(self._native.signals(), recording, ax, residuals=True)
+        if what == "parameters":
+            return _pictures.parameters(self._answer["parameters"], ax)
+        if what == "learned":
+            return _pictures.learned(self._answer["learned"], ax)
+        raise _native.InputError(
+            f"there is no picture of {what!r}: signals, residuals, candidates, parameters, torque_speed or learned"
+        )
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Writes the page ``report.html`` under a name of one's own."""
@@ -255,6 +298,16 @@ def _columns(rows: list[dict[str, Any]], keys: list[str]) -> dict[str, list[Any]
 def _parameters(parameters: dict[str, dict[str, Any]]) -> Any:
     rows = [{"parameter": name, **values} for name, values in parameters.items()]
     return _frames.frame(_columns(rows, ["parameter", "before", "after", "std", "unit"]), index="parameter")
+
+
+def _localisation(models: list[dict[str, Any]]) -> Any:
+    rows = [
+        {"model": m["model"], "error": p["quantity"], "over": p["over"], **point, "noise": p["noise"]}
+        for m in models
+        for p in m["profiles"]
+        for point in p["bins"]
+    ]
+    return _frames.frame(_columns(rows, ["model", "error", "over", "at", "rms", "count", "noise"]))
 
 
 def _covariance(covariance: dict[str, Any]) -> Any:

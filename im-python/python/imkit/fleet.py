@@ -11,15 +11,17 @@ was begun: what is done is not done again.
 
 from __future__ import annotations
 
+import csv
 import json
 import multiprocessing
 import os
 from collections import deque
 from collections.abc import Iterator
 from multiprocessing.connection import Connection, wait
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol, cast
 
 from . import _native
+from ._progress import Life
 
 __all__ = ["FleetTable", "run"]
 
@@ -46,7 +48,7 @@ class FleetTable:
         self.summary: dict[str, Any] = json.loads(summary)
 
     def verdicts(self) -> Any:
-        """``verdicts.csv`` as a DataFrame; without pandas the rows."""
+        """``verdicts.csv`` as a DataFrame; without pandas its columns as text."""
         return self._frame("verdicts.csv")
 
     def parameters(self) -> Any:
@@ -54,11 +56,14 @@ class FleetTable:
         return self._frame("parameters.csv")
 
     def _frame(self, name: str) -> Any:
+        path = os.path.join(self.folder, name)
         try:
             import pandas
         except ImportError:
-            return self._rows
-        table = pandas.read_csv(os.path.join(self.folder, name), dtype={column: str for column in _WORDS})
+            with open(path, newline="", encoding="utf-8") as file:
+                rows = list(csv.DictReader(file))
+            return {column: [row[column] for row in rows] for column in (rows[0] if rows else [])}
+        table = pandas.read_csv(path, dtype={column: str for column in _WORDS})
         words = [column for column in _WORDS if column in table]
         table[words] = table[words].fillna("")
         return table
@@ -110,7 +115,7 @@ def run(
     if engine not in ("processes", "ray"):
         raise _native.InputError(f"there is no engine {engine!r}: processes or ray")
     if engine == "processes" and workers == 1:
-        made = ((job, _row(job)) for job in mine)
+        made: Iterator[tuple[_Job, str]] = ((job, _row(job)) for job in mine)
     else:
         made = _judged(_RayActors(memory_bytes) if engine == "ray" else _Processes(), mine, workers, retries)
     for job, row in made:
@@ -135,6 +140,7 @@ def _judged(crew: _Crew, jobs: list[_Job], workers: int, retries: int) -> Iterat
     queue = deque((job, 0) for job in jobs)
     idle = [crew.hire() for _ in range(min(workers, len(jobs)))]
     busy: dict[Any, tuple[_Job, int]] = {}
+    life, over = Life("judging"), 0
     try:
         while queue or busy:
             while queue and idle:
@@ -147,8 +153,11 @@ def _judged(crew: _Crew, jobs: list[_Job], workers: int, retries: int) -> Iterat
             if row is None and tried <= retries:
                 queue.append((job, tried))
             else:
+                over += 1
+                life.show(f"judging, {over} of {len(jobs)} done")
                 yield job, row or _lost(job, tried)
     finally:
+        life.end()
         for worker in [*idle, *busy]:
             crew.dismiss(worker)
 
@@ -187,7 +196,7 @@ class _Processes:
             pass  # It is dead, which the next look at it shows.
 
     def next_done(self, busy: list[Connection]) -> tuple[Connection, str | None]:
-        worker = wait(busy)[0]
+        worker = cast(Connection, wait(busy)[0])
         try:
             row = worker.recv()
         except (EOFError, OSError):
@@ -207,6 +216,7 @@ class _Processes:
 
 def _serve(jobs: Connection) -> None:
     """What a process does until nobody asks any more."""
+    Life.silent = True
     while True:
         try:
             job = jobs.recv()

@@ -1,4 +1,4 @@
-"""MAT files in and out, by SciPy (``pip install 'imkit[mat]'``)."""
+"""MAT files in and out, by SciPy, those of version 7.3 by h5py (``pip install 'imkit[mat]'``)."""
 
 from __future__ import annotations
 
@@ -9,16 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from . import _frames
+from . import _frames, _native
 
 
 def columns_of(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
-    """The columns of a MAT file up to version 7: its vectors by name, and the fields of its structs (``data.ia``); those as long as the
-    longest."""
+    """The columns of a MAT file: its vectors by name, and the fields of its structs (``data.ia``); those as long as the longest."""
+    path = os.fspath(path)
+    read = _read_hdf5 if _is_hdf5(path) else _read
     found: dict[str, np.ndarray] = {}
-    _collect("", _io().loadmat(os.fspath(path), squeeze_me=True, struct_as_record=True), found)
+    for name, values in read(path):
+        if np.iscomplexobj(values):
+            found[f"{name}.re"], found[f"{name}.im"] = _frames.numbers(values.real), _frames.numbers(values.imag)
+        else:
+            found[name] = _frames.numbers(values)
     if not found:
-        raise ValueError(f"{os.fspath(path)}: holds no vectors of numbers")
+        raise _native.InputError(f"{path}: holds no vectors of numbers")
     rows = max(len(x) for x in found.values())
     return {name: x for name, x in found.items() if len(x) == rows}
 
@@ -33,10 +38,28 @@ def write(path: str | os.PathLike[str], columns: Any) -> None:
     if isinstance(columns, Recording):
         columns = columns.columns or {}
     data = {re.sub(r"\W", "_", name): values.reshape(-1, 1) for name, values in _frames.columns_of(columns).items()}
-    _io().savemat(os.fspath(path), data, oned_as="column")
+    _scipy().savemat(os.fspath(path), data, oned_as="column")
 
 
-def _collect(prefix: str, value: Any, found: dict[str, np.ndarray]) -> None:
+def _vector(values: np.ndarray) -> bool:
+    return values.ndim == 1 and np.issubdtype(values.dtype, np.number) and len(values) > 1
+
+
+def _read(path: str) -> list[tuple[str, np.ndarray]]:
+    """Vectors of a file up to version 7."""
+    scipy = _scipy()
+    try:
+        content = scipy.loadmat(path, squeeze_me=True, struct_as_record=True)
+    except OSError:
+        raise
+    except Exception as e:  # SciPy says in many ways that it cannot read a file.
+        raise _native.InputError(f"{path}: no MAT file that can be read: {e}") from e
+    found: list[tuple[str, np.ndarray]] = []
+    _collect("", content, found)
+    return found
+
+
+def _collect(prefix: str, value: Any, found: list[tuple[str, np.ndarray]]) -> None:
     if isinstance(value, Mapping):
         for name, inner in value.items():
             if not name.startswith("__"):
@@ -45,14 +68,40 @@ def _collect(prefix: str, value: Any, found: dict[str, np.ndarray]) -> None:
         for name in value.dtype.names:
             inner = value[name]
             _collect(f"{prefix}.{name}", inner.item() if inner.dtype == object and inner.ndim == 0 else inner, found)
-    elif isinstance(value, np.ndarray) and value.ndim == 1 and np.issubdtype(value.dtype, np.number) and len(value) > 1:
-        if np.iscomplexobj(value):
-            found[f"{prefix}.re"], found[f"{prefix}.im"] = _frames.numbers(value.real), _frames.numbers(value.imag)
-        else:
-            found[prefix] = _frames.numbers(value)
+    elif isinstance(value, np.ndarray) and _vector(value):
+        found.append((prefix, value))
 
 
-def _io() -> Any:
+def _is_hdf5(path: str) -> bool:
+    """Version 7.3: HDF5 behind a header of 512 bytes."""
+    with open(path, "rb") as file:
+        head = file.read(520)
+    return b"\x89HDF\r\n\x1a\n" in (head[:8], head[512:520])
+
+
+def _read_hdf5(path: str) -> list[tuple[str, np.ndarray]]:
+    """Vectors of a file of version 7.3: a struct is a group, a complex number two fields, a column a row."""
+    try:
+        import h5py
+    except ImportError as e:
+        raise ImportError(f"{path}: MAT version 7.3, which needs h5py: pip install 'imkit[mat]', or save(..., '-v7') in MATLAB") from e
+    found: list[tuple[str, np.ndarray]] = []
+
+    def take(name: str, item: Any) -> None:
+        if not isinstance(item, h5py.Dataset) or name.startswith("#") or item.attrs.get("MATLAB_class") in (b"char", b"cell"):
+            return
+        values = np.squeeze(item[()])
+        if values.dtype.names == ("real", "imag"):
+            values = values["real"] + 1j * values["imag"]
+        if _vector(values):
+            found.append((name.replace("/", "."), values))
+
+    with h5py.File(path, "r") as file:
+        file.visititems(take)
+    return found
+
+
+def _scipy() -> Any:
     try:
         import scipy.io
     except ImportError as e:
