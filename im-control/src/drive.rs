@@ -13,6 +13,7 @@ use im_model::space_vector::norm2;
 use im_model::{Bound, Complex, ModelError, Scalar};
 
 use crate::error::ControlError;
+use crate::flying_start::{BeginsAt, Caught};
 use crate::guard::{self, is_sample_time};
 use crate::machine_data::MachineData;
 use crate::modulation::DeadTimeCompensation;
@@ -161,6 +162,17 @@ impl<T: Scalar, C: Clone> Drive<T, C> {
         &self.controller
     }
 
+    /// The controller begins anew, and with it the slew of the references.
+    pub(crate) fn restart(&mut self) {
+        self.controller = self.first.clone();
+        self.state.started = false;
+    }
+
+    /// What the last command holds for the dead time, V.
+    pub(crate) fn compensation(&self) -> Complex<T> {
+        self.state.compensation
+    }
+
     /// The controller, to be told something (a rotor resistance, a load torque).
     pub fn controller_mut(&mut self) -> &mut C {
         &mut self.controller
@@ -275,6 +287,12 @@ impl<T: Scalar, C: Controller<T> + Reports + Clone> Controller<T> for Drive<T, C
         };
         self.state.status = status.and(self.controller.status());
         self.state.command
+    }
+}
+
+impl<T: Scalar, C: BeginsAt<T>> BeginsAt<T> for Drive<T, C> {
+    fn begin_at(&mut self, caught: &Caught<T>) {
+        self.controller.begin_at(caught);
     }
 }
 

@@ -92,69 +92,100 @@ pub fn named(name: &str, setting: &Setting) -> Result<Box<dyn Supervised>, Named
         "mtpa" => {
             let law = setting.mtpa.ok_or(NamedError::NoLaw)?;
             let mtpa = Mtpa::try_new(&machine, &law, &MtpaGains::typical(&machine))?;
-            setting.drive(FlyingStart::try_new(mtpa, &machine, sample_time_s)?.tracking_currents())
+            setting.tracked(mtpa)
         }
         other => Err(NamedError::Unknown(other.to_owned())),
     }
 }
 
 impl Setting {
-    /// Behind a flying start.
+    /// A controller of voltages, with the speed of the sensor or of the observer.
     fn caught<C>(&self, controller: C) -> Result<Box<dyn Supervised>, NamedError>
     where
         C: Controller<f64> + BeginsAt<f64> + Reports + Clone + Send + 'static,
     {
-        self.drive(FlyingStart::try_new(controller, &self.machine, self.sample_time_s)?)
+        match self.observer {
+            None => self.looked_after(FlyingStart::try_new(controller, &self.machine, self.sample_time_s)?),
+            Some(observer) => self.sensorless(controller, observer, false),
+        }
     }
 
-    fn drive<C>(&self, controller: C) -> Result<Box<dyn Supervised>, NamedError>
+    /// A controller of currents.
+    fn tracked<C>(&self, controller: C) -> Result<Box<dyn Supervised>, NamedError>
     where
-        C: Controller<f64> + Reports + Clone + Send + 'static,
+        C: Controller<f64> + BeginsAt<f64> + Reports + Clone + Send + 'static,
     {
-        let Some((name, machine)) = self.observer else { return self.looked_after(controller) };
-        let basis = Basis::try_new(&machine, &self.rating, self.sample_time_s)?.with_saturation(&machine);
-        let mut search = WithSpeedOf { name, controller: Some(controller), setting: self, basis, machine, made: None };
-        each(&mut search);
-        search.made.unwrap_or_else(|| Err(NamedError::UnknownObserver(name.to_owned())))
+        match self.observer {
+            None => {
+                let start = FlyingStart::try_new(controller, &self.machine, self.sample_time_s)?;
+                self.looked_after(start.tracking_currents())
+            }
+            Some(observer) => self.sensorless(controller, observer, true),
+        }
+    }
+
+    fn limits(&self) -> DriveLimits<f64> {
+        let speed = self.rating.synchronous_speed_rad_s(self.machine.pole_pairs);
+        DriveLimits::generous(&self.machine, speed, self.rating.rotor_flux_vs)
     }
 
     fn looked_after<C>(&self, controller: C) -> Result<Box<dyn Supervised>, NamedError>
     where
         C: Controller<f64> + Reports + Clone + Send + 'static,
     {
-        let speed = self.rating.synchronous_speed_rad_s(self.machine.pole_pairs);
-        let limits = DriveLimits::generous(&self.machine, speed, self.rating.rotor_flux_vs);
-        let mut drive = Drive::try_new(controller, &limits)?;
+        let mut drive = Drive::try_new(controller, &self.limits())?;
         if let Some(dead_time) = &self.dead_time {
             drive = drive.compensating(dead_time)?;
         }
         Ok(Box::new(drive))
     }
+
+    fn sensorless<C>(
+        &self,
+        controller: C,
+        (name, machine): (&'static str, Machine<f64>),
+        currents: bool,
+    ) -> Result<Box<dyn Supervised>, NamedError>
+    where
+        C: Controller<f64> + BeginsAt<f64> + Reports + Clone + Send + 'static,
+    {
+        let basis = Basis::try_new(&machine, &self.rating, self.sample_time_s)?.with_saturation(&machine);
+        let mut search = WithSpeedOf { name, controller: Some(controller), setting: self, basis, machine, currents, made: None };
+        each(&mut search);
+        search.made.unwrap_or_else(|| Err(NamedError::UnknownObserver(name.to_owned())))
+    }
 }
 
-/// Puts the observer of a name before a controller.
+/// A controller with the speed of the observer of a name.
 struct WithSpeedOf<'a, C> {
     name: &'static str,
     controller: Option<C>,
     setting: &'a Setting,
     basis: Basis<f64>,
     machine: Machine<f64>,
+    currents: bool,
     made: Option<Result<Box<dyn Supervised>, NamedError>>,
 }
 
-impl<C: Controller<f64> + Reports + Clone + Send + 'static> Visit<f64> for WithSpeedOf<'_, C> {
+impl<C: Controller<f64> + BeginsAt<f64> + Reports + Clone + Send + 'static> WithSpeedOf<'_, C> {
+    fn make<O: Named<f64> + 'static>(&self, controller: C) -> Result<Box<dyn Supervised>, NamedError> {
+        let s = self.setting;
+        let observer = O::made(self.basis, &self.machine, &s.rating, &StartingGains)?;
+        let mut drive = Sensorless::try_new(controller, observer, &s.machine, &s.limits(), s.sample_time_s)?;
+        if let Some(dead_time) = &s.dead_time {
+            drive = drive.compensating(dead_time)?;
+        }
+        Ok(Box::new(if self.currents { drive.tracking_currents() } else { drive }))
+    }
+}
+
+impl<C: Controller<f64> + BeginsAt<f64> + Reports + Clone + Send + 'static> Visit<f64> for WithSpeedOf<'_, C> {
     fn visit<O: Named<f64> + 'static>(&mut self) {
         if O::NAME != self.name {
             return;
         }
         let Some(controller) = self.controller.take() else { return };
-        self.made = Some(if O::NEEDS_SPEED {
-            Err(NamedError::NeedsSpeed(O::NAME))
-        } else {
-            O::made(self.basis, &self.machine, &self.setting.rating, &StartingGains)
-                .map_err(NamedError::from)
-                .and_then(|observer| self.setting.looked_after(Sensorless::new(controller, observer)))
-        });
+        self.made = Some(if O::NEEDS_SPEED { Err(NamedError::NeedsSpeed(O::NAME)) } else { self.make::<O>(controller) });
     }
 }
 

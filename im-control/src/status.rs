@@ -36,7 +36,10 @@ impl DriveStatus {
     /// A flying start: the current is held at zero until the flux that the machine carries is found.
     pub const CATCHING: Self = Self(1 << 12);
 
-    const NAMES: [&'static str; 13] = [
+    /// The stator frequency is so low that no observer sees the speed from it: a sensorless drive passes here, and does not stay.
+    pub const SPEED_UNSEEN: Self = Self(1 << 13);
+
+    const NAMES: [&'static str; 14] = [
         "current_lost",
         "speed_lost",
         "dc_voltage_lost",
@@ -50,6 +53,7 @@ impl DriveStatus {
         "overcurrent",
         "field_weakening",
         "catching",
+        "speed_unseen",
     ];
 
     /// Whether every condition of `other` holds.

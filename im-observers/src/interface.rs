@@ -141,6 +141,12 @@ pub trait Observer<T: Scalar> {
     /// A state that starts from an estimate: rotor flux linkage (Vs), stator current (A), mechanical speed (rad/s).
     fn state_at(&self, rotor_flux_vs: Complex<T>, i_s: Complex<T>, omega_m: T) -> Self::State;
 
+    /// As [`state_at`](Self::state_at), and what was learnt before of the machine's parameters stays.
+    fn state_after(&self, before: &Self::State, rotor_flux_vs: Complex<T>, i_s: Complex<T>, omega_m: T) -> Self::State {
+        let _ = before;
+        self.state_at(rotor_flux_vs, i_s, omega_m)
+    }
+
     /// Takes one sample in.
     fn step(&self, state: &mut Self::State, input: &Input<T>) -> Estimate<T>;
 }
@@ -150,6 +156,10 @@ impl<T: Scalar, O: Observer<T>> Observer<T> for &O {
 
     fn state_at(&self, rotor_flux_vs: Complex<T>, i_s: Complex<T>, omega_m: T) -> Self::State {
         (**self).state_at(rotor_flux_vs, i_s, omega_m)
+    }
+
+    fn state_after(&self, before: &Self::State, rotor_flux_vs: Complex<T>, i_s: Complex<T>, omega_m: T) -> Self::State {
+        (**self).state_after(before, rotor_flux_vs, i_s, omega_m)
     }
 
     fn step(&self, state: &mut Self::State, input: &Input<T>) -> Estimate<T> {

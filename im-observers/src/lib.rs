@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Machine, Rating ─► Basis ─┐
-//!                           ├─► Kubota, Derdiyok, Utkin, Thau, CurrentModel ─► step(&self, &mut State, &Input) -> Estimate
+//!                           ├─► FullOrder, Kubota, Derdiyok, Utkin, Thau, CurrentModel ─► step(&self, &mut State, &Input) -> Estimate
 //! gains (im-design) ────────┘
 //! ```
 //!
@@ -14,6 +14,7 @@
 //! | Observer | Estimates | Converges | Step limit |
 //! | --- | --- | --- | --- |
 //! | [`CurrentModel`] | flux, from a measured speed | always, at η | none |
+//! | [`FullOrder`] | flux, speed, R_s | every speed and load, but at ω_s = 0, for every gain | hω_n² < λ + η |
 //! | [`Kubota`] | flux, speed | every load with [`KubotaGains::stabilized`], but at ω_e = 0 | hK_P(n_pβλ)² < 2 |
 //! | [`Derdiyok`] | flux, speed, 1/T_r | current: ν₀ large enough; flux: with the anchor | none (implicit) |
 //! | [`Utkin`] | flux, speed | not proven; mapped in `docs/observers.md` | none (implicit) |
@@ -31,6 +32,7 @@ mod basis;
 mod current_model;
 mod derdiyok;
 mod error;
+mod full_order;
 mod interface;
 mod kubota;
 mod named;
@@ -44,6 +46,7 @@ pub use basis::{Basis, Discretization, Limits};
 pub use current_model::{CurrentModel, CurrentModelState};
 pub use derdiyok::{Derdiyok, DerdiyokGains, DerdiyokState};
 pub use error::ObserverError;
+pub use full_order::{FullOrder, FullOrderGains, FullOrderState};
 pub use interface::{Estimate, Input, Observer, ObserverStatus};
 pub use kubota::{Kubota, KubotaGains, KubotaState};
 pub use named::{Gains, Named, StartingGains};

@@ -4,7 +4,7 @@
 use im_model::Scalar;
 
 use crate::named::Named;
-use crate::{CurrentModel, Derdiyok, Kubota, Thau, Utkin};
+use crate::{CurrentModel, Derdiyok, FullOrder, Kubota, Thau, Utkin};
 
 /// What is done with an observer, whichever it is.
 pub trait Visit<T: Scalar> {
@@ -26,6 +26,7 @@ macro_rules! registry {
 
 registry! {
     CurrentModel,
+    FullOrder,
     Kubota,
     Derdiyok,
     Utkin,

@@ -151,7 +151,8 @@ fn sensorless() -> Option<bool> {
     let mtpa = Mtpa::try_new(&known, &law, &MtpaGains::typical(&known)).ok()?;
     let basis = Basis::<f32>::try_new(&machine, &m.rating, 1e-4).ok()?;
     let thau = Thau::try_new(basis, ThauGains::published(), LoadTorqueModel::EqualToTorque).ok()?;
-    let mut drive = Sensorless::new(FlyingStart::try_new(mtpa, &known, 1e-4).ok()?.tracking_currents(), thau);
+    let limits = DriveLimits::generous(&known, 157.0, 0.9);
+    let mut drive = Sensorless::try_new(mtpa, thau, &known, &limits, 1e-4).ok()?.tracking_currents();
     let reference = Reference { omega_m: 0.0, rotor_flux_vs: 0.0, torque_nm: 5.0 };
     let mut i_s = Complex::new(0.0, 0.0);
     for _ in 0..1000 {

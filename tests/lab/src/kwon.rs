@@ -3,7 +3,7 @@
 //! Quantities are the delta windings': Table IV with the 35.9 A and 2.73 rad/s of the laws for 150 Nm gives those 150 Nm, at 1.71 Wb, which
 //! is the flux of a winding at 460 V, 60 Hz. The dc link of 650 V then stands for √3·650 V of an equivalent star.
 
-use im_control::{FlyingStart, MachineData, Mtpa, MtpaGains, MtpaLaw, Sensorless};
+use im_control::{DriveLimits, MachineData, Mtpa, MtpaGains, MtpaLaw, Sensorless};
 use im_design::mtpa::Aqdm;
 use im_design::mtpa::laws::{CurrentLaw, SlipLaw, fit_log};
 use im_model::machines::{KWON_TABLE_IV, KWON_TABLE_V};
@@ -100,7 +100,6 @@ pub fn sensorless(load: LoadTorqueModel, duration_s: f64) -> Result<Followed, Bo
     let law = MtpaLaw::series(fit.torque_n_m, &fit.current, &fit.slip)?;
     let known = MachineData::of(&machine, 120.0);
     let mtpa = Mtpa::try_new(&known, &law, &MtpaGains::typical(&known))?;
-    let drive = FlyingStart::try_new(mtpa, &known, H)?.tracking_currents();
     let observer = Thau::try_new(Basis::try_new(&machine, &rating, H)?, ThauGains::published(), load)?;
     let references = References { speed_rad_s: 0.0.into(), rotor_flux_vs: 0.0.into(), torque_nm: TORQUE_NM.into() };
     let scenario = Scenario {
@@ -110,7 +109,8 @@ pub fn sensorless(load: LoadTorqueModel, duration_s: f64) -> Result<Followed, Bo
         load: Load { torque_nm: 0.0.into(), quadratic_nm_s2: TORQUE_NM / (900.0 * RPM).powi(2) },
         ..Scenario::direct_on_line(1.0, 60.0, duration_s)
     };
-    let mut sensorless = Sensorless::new(drive, observer);
+    let limits = DriveLimits::generous(&known, rating.synchronous_speed_rad_s(machine.pole_pairs()), rating.rotor_flux_vs);
+    let mut sensorless = Sensorless::try_new(mtpa, observer, &known, &limits, H)?.tracking_currents();
     let truth = Truth::from_run(Simulation::new(&machine, &scenario).controlled_by(&mut sensorless).with_internals().run()?);
     // The same samples through the same observer say the same again.
     let estimates = truth.observe(&observer);

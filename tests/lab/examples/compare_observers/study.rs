@@ -21,6 +21,7 @@ pub fn machines() -> [NamedMachine; 4] {
 #[derive(Clone, Copy, PartialEq)]
 pub enum Kind {
     CurrentModel,
+    FullOrder,
     KubotaPublished,
     Kubota,
     DerdiyokPublished,
@@ -31,8 +32,9 @@ pub enum Kind {
 }
 
 impl Kind {
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::CurrentModel,
+        Self::FullOrder,
         Self::KubotaPublished,
         Self::Kubota,
         Self::DerdiyokPublished,
@@ -45,6 +47,7 @@ impl Kind {
     pub fn name(self) -> &'static str {
         match self {
             Self::CurrentModel => "current model (with speed sensor)",
+            Self::FullOrder => "full-order",
             Self::KubotaPublished => "Kubota, L = 0",
             Self::Kubota => "Kubota, stabilized",
             Self::DerdiyokPublished => "Derdiyok, as published",
@@ -124,6 +127,10 @@ impl Maker {
         let name = kind.name();
         match kind {
             Kind::CurrentModel => Running::from_rest(name, CurrentModel::new(basis)),
+            Kind::FullOrder => {
+                let gains = FullOrderGains::for_machine(&believed, rating);
+                Running::from_rest(name, FullOrder::try_new(basis, gains).expect("fits"))
+            }
             Kind::KubotaPublished => {
                 let gains = KubotaGains::without_feedback(proportional, integral);
                 Running::from_rest(name, Kubota::try_new(basis, gains).expect("fits"))

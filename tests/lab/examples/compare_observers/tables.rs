@@ -114,8 +114,8 @@ pub fn pictures() -> Vec<(&'static str, String)> {
         .expect("ordered");
     let load = Profile::points([[1.0, 0.0], [1.0, 10.0], [2.3, 10.0], [2.3, 0.0]]).expect("ordered");
     let truth = Truth::of(&maker.machine(), &scenario(&m, hz, load, 4.0));
-    let shown = [Kind::Kubota, Kind::Derdiyok, Kind::Utkin, Kind::ThauPublished];
-    let names = ["Kubota, stabilized", "Derdiyok, anchored", "Utkin", "Thau, L = 0"];
+    let shown = [Kind::FullOrder, Kind::Kubota, Kind::Derdiyok, Kind::Utkin, Kind::ThauPublished];
+    let names = ["full-order", "Kubota, stabilized", "Derdiyok, anchored", "Utkin", "Thau, L = 0"];
     let rows = || (0..truth.len()).step_by(100);
     let line = |name: &str, points: Vec<_>| Series::line(name, points);
     let mut speeds = vec![line("true", rows().map(|k| (truth.time_s(k), truth.omega[k])).collect())];

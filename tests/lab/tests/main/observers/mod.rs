@@ -5,6 +5,7 @@ mod corrections;
 mod faults;
 mod options;
 mod starting;
+mod stator_resistance;
 mod symmetry;
 
 /// docs/observers.md names every observer that is registered.

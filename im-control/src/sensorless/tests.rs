@@ -1,0 +1,162 @@
+use super::*;
+use crate::{FieldOriented, FieldOrientedGains};
+use im_model::space_vector::unit;
+use im_model::{Bench, Effects, Machine, PlantInput, Rating, State as MachineState, machines};
+use im_observers::{Basis, FullOrder, FullOrderGains};
+
+const H: f64 = 1e-4;
+const DC_V: f64 = 560.0;
+
+/// A sensorless drive on its machine.
+struct Rig {
+    drive: Sensorless<f64, FieldOriented<f64>, FullOrder<f64>>,
+    bench: Bench<f64>,
+    u_s: Complex<f64>,
+    rating: Rating,
+    largest_a: f64,
+    current_max_a: f64,
+}
+
+impl Rig {
+    /// The drive knows the machine with its R_s `stator` times what it is, and nothing of its effects but the delay.
+    fn new(effects: impl FnOnce(&mut Effects<f64>), stator: f64, start: MachineState<f64>) -> Self {
+        let m = machines::MOTULATOR_2_2_KW;
+        let mut known = m.parameters();
+        let mut e = Effects::scaled(&m.rating, &known, m.pole_pairs);
+        effects(&mut e);
+        let machine = Machine::try_new(m.parameters(), m.pole_pairs, e).unwrap();
+        known.stator_resistance_ohm *= stator;
+        let known = Machine::base(known, m.pole_pairs).unwrap();
+        let current_max_a = 1.8 * m.rating.current_peak_a(&m.parameters(), m.pole_pairs);
+        let data = MachineData::of(&known, current_max_a).delayed(e.voltage_delay.delay_s);
+        let flux = m.rating.rotor_flux_vs;
+        let controller = FieldOriented::try_new(&data, &FieldOrientedGains::typical(&data, flux, H)).unwrap();
+        let basis = Basis::try_new(&known, &m.rating, H).unwrap();
+        let observer = FullOrder::try_new(basis, FullOrderGains::for_machine(&known, &m.rating)).unwrap();
+        let limits = DriveLimits::generous(&data, m.rating.synchronous_speed_rad_s(m.pole_pairs), flux);
+        let drive = Sensorless::try_new(controller, observer, &data, &limits, H).unwrap();
+        let bench = Bench::new(&machine, start, H);
+        Self { drive, bench, u_s: Complex::new(0.0, 0.0), rating: m.rating, largest_a: 0.0, current_max_a }
+    }
+
+    /// So many samples at a speed reference and a load; `spoil` changes what is measured. The speed sensor shows nothing.
+    fn run(&mut self, samples: usize, omega: impl Fn(usize) -> f64, load_nm: f64, spoil: impl Fn(usize, &mut Measured<f64>)) {
+        for k in 0..samples {
+            let i_s = self.bench.output().i_s;
+            self.largest_a = self.largest_a.max(i_s.norm());
+            let mut m = Measured { i_s, omega_m: f64::NAN, u_s: self.u_s, dc_voltage_v: DC_V, sample_time_s: H };
+            spoil(k, &mut m);
+            let reference = Reference { omega_m: omega(k), rotor_flux_vs: self.rating.rotor_flux_vs, torque_nm: 0.0 };
+            let Command::Voltage(u) = self.drive.step(&m, &reference) else { panic!() };
+            assert!(u.re.is_finite() && u.im.is_finite() && u.norm() <= 2.0 / 3.0 * DC_V + 1e-6, "{k}: {u}");
+            self.bench.advance(&PlantInput::new(u, load_nm));
+            self.u_s = u;
+        }
+    }
+
+    fn speed(&self) -> f64 {
+        self.bench.state().omega_m
+    }
+
+    fn nothing(_: usize, _: &mut Measured<f64>) {}
+}
+
+fn none(_: &mut Effects<f64>) {}
+
+#[test]
+fn it_starts_carries_its_load_and_reverses() {
+    let mut r = Rig::new(none, 1.0, MachineState::default());
+    r.run(15_000, |_| 120.0, 0.0, Rig::nothing);
+    assert!((r.speed() - 120.0).abs() < 0.5, "{} {}", r.speed(), r.drive.status());
+    r.run(10_000, |_| 120.0, r.rating.torque_nm, Rig::nothing);
+    assert!((r.speed() - 120.0).abs() < 1.0 && r.drive.status() == DriveStatus::OK, "{} {}", r.speed(), r.drive.status());
+    r.run(20_000, |_| -120.0, 0.0, Rig::nothing);
+    assert!((r.speed() + 120.0).abs() < 0.5, "{}", r.speed());
+    assert!(r.largest_a < 1.2 * r.current_max_a, "{}", r.largest_a);
+}
+
+/// Left alone it turns, without flux or with some of it, forward or backward: it is caught at its speed and brought to the one asked for.
+#[test]
+fn it_starts_on_a_turning_shaft_with_and_without_flux() {
+    let c = machines::MOTULATOR_2_2_KW.parameters().windings();
+    for delay_s in [0.0, H] {
+        for speed in [150.0, 60.0, 20.0, 5.0, -40.0, -150.0] {
+            for flux in [0.0, 0.4, 0.9] {
+                let psi = unit(2.1) * flux;
+                let psi_s = psi * (c.mutual_inductance_h / c.rotor_inductance_h);
+                let start = MachineState { psi_r: psi, psi_s, ..MachineState::turning(speed) };
+                let mut r = Rig::new(|e| e.voltage_delay.delay_s = delay_s, 1.0, start);
+                r.run(20_000, |_| 100.0, 0.0, Rig::nothing);
+                assert!((r.speed() - 100.0).abs() < 1.0, "{speed} {flux} {delay_s}: {} {}", r.speed(), r.drive.status());
+                assert!(r.largest_a < 1.6 * r.current_max_a, "{speed} {flux}: {} A", r.largest_a);
+            }
+        }
+    }
+}
+
+/// Rated torque at a stator frequency of 1 Hz, motoring; then slowly through zero, braking, and on; R_s 20 % wrong either way.
+#[test]
+fn rated_torque_at_1_hz_and_a_slow_reversal_with_a_wrong_stator_resistance() {
+    for stator in [1.0 / 1.2, 1.0, 1.1] {
+        let mut r = Rig::new(none, stator, MachineState::default());
+        let load = 0.95 * r.rating.torque_nm;
+        r.run(10_000, |_| 10.0, 0.0, Rig::nothing);
+        r.run(60_000, |_| 10.0, load, Rig::nothing);
+        let learnt = stator * r.drive.observer_state().stator_resistance_ratio();
+        assert!((learnt - 1.0).abs() < 0.03, "{stator}: {learnt}");
+        // One hertz of the stator: the rotor turns backward under the load by the rest of the slip.
+        let slip = im_slip(&r) * 0.95;
+        let at_1_hz = (std::f64::consts::TAU - slip) / 2.0;
+        r.run(20_000, |_| at_1_hz, load, Rig::nothing);
+        assert!((r.speed() - at_1_hz).abs() < 1.0, "{stator}: {} {at_1_hz}", r.speed());
+        // Through zero stator frequency in 2 s under rated torque, on to braking at −2 Hz of the stator.
+        let braking = (-2.0 * std::f64::consts::TAU - slip) / 2.0;
+        r.run(20_000, |k| at_1_hz + (braking - at_1_hz) * k as f64 / 20_000.0, load, Rig::nothing);
+        r.run(10_000, |_| braking, load, Rig::nothing);
+        assert!((r.speed() - braking).abs() < 1.0, "{stator}: {} {braking} {}", r.speed(), r.drive.status());
+    }
+}
+
+/// Rated slip, electrical rad/s.
+fn im_slip(r: &Rig) -> f64 {
+    let p = machines::MOTULATOR_2_2_KW.parameters();
+    r.rating.torque_nm * p.rotor_resistance_ohm / (3.0 * r.rating.rotor_flux_vs * r.rating.rotor_flux_vs)
+}
+
+/// The voltage of a sample acts a sample later, and the observer knows: without that the field would be taken for ωT ahead.
+#[test]
+fn a_voltage_that_is_a_sample_late_does_not_show_in_flux_and_speed() {
+    for delay_s in [0.0, 0.5 * H, H, 1.5 * H] {
+        let mut r = Rig::new(|e| e.voltage_delay.delay_s = delay_s, 1.0, MachineState::default());
+        r.run(20_000, |_| 140.0, 8.0, Rig::nothing);
+        let (e, x) = (r.drive.estimate().unwrap(), r.bench.state());
+        assert!((e.omega_m - x.omega_m).abs() < 0.3, "{delay_s}: {} {}", e.omega_m, x.omega_m);
+    }
+}
+
+/// A NaN for a sample is bridged; fifty milliseconds of them block the drive, and it comes back by itself.
+#[test]
+fn lost_samples_are_bridged_and_a_longer_loss_is_come_back_from() {
+    let nan = Complex::new(f64::NAN, f64::NAN);
+    for lost in [1, 5, 500] {
+        let mut r = Rig::new(none, 1.0, MachineState::default());
+        r.run(12_000, |_| 100.0, 3.0, Rig::nothing);
+        r.run(
+            20_000,
+            |_| 100.0,
+            3.0,
+            |k, m| {
+                if k < lost {
+                    m.i_s = nan;
+                }
+            },
+        );
+        assert!(
+            (r.speed() - 100.0).abs() < 0.5 && r.drive.status() == DriveStatus::OK,
+            "{lost}: {} {}",
+            r.speed(),
+            r.drive.status()
+        );
+        assert!(r.largest_a < 1.6 * r.current_max_a, "{lost}: {}", r.largest_a);
+    }
+}
