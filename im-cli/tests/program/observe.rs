@@ -7,7 +7,7 @@ use crate::common::{Folder, demo, done, im, json, refused, text};
 #[test]
 fn every_observer_follows_the_recording_and_writes_what_it_saw() {
     let rows = fs::read_to_string(demo("train1.csv")).unwrap().lines().filter(|l| !l.starts_with('#')).count();
-    for observer in ["kubota", "derdiyok", "utkin", "thau", "current-model"] {
+    for observer in ["full-order", "kubota", "derdiyok", "utkin", "thau", "current-model"] {
         let dir = Folder::new(observer);
         let summary = summary(observer, &demo("train1.csv"), &["--out", &dir.path("")]);
         assert!(summary["valid_share"].as_f64().unwrap() > 0.2, "{observer}: {summary}");
