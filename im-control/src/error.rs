@@ -1,6 +1,7 @@
 //! Why a controller cannot be made.
 
 use im_model::ModelError;
+use im_observers::ObserverError;
 use thiserror::Error;
 
 /// A number that a controller is made from is out of bounds.
@@ -9,6 +10,9 @@ pub enum ControlError {
     /// A quantity of the machine or of a gain set is out of bounds.
     #[error(transparent)]
     Quantity(#[from] ModelError),
+    /// The observer of the drive cannot be made.
+    #[error(transparent)]
+    Observer(#[from] ObserverError),
     /// A loop is too fast for its sampling.
     #[error("{quantity} = {value} is too fast for a sample of {sample_time_s} s behind a delay of {delay_s} s: at most {limit}")]
     TooFast {

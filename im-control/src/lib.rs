@@ -61,3 +61,8 @@ pub use status::{DriveStatus, Reports};
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;
+
+/// So is the drive of docs/firmware.md.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/firmware.md")]
+pub struct Firmware;

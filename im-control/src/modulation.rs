@@ -23,9 +23,11 @@ pub enum ZeroSequence {
     High,
 }
 
-/// Duty cycles, each from 0 to 1, and whether the voltage was beyond reach and has been shortened.
+/// Duty cycles, each from 0 to 1, the voltage that they make, and whether the one asked for was beyond reach and has been shortened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Duty<T> {
+    /// The mean voltage that the bridge makes, V: what the next sample is told ([`Measured::u_s`](im_model::simulation::Measured)). Zero without a link.
+    pub u_s: Complex<T>,
     /// Share of the period on the positive rail, for a, b, c.
     pub duty: [T; 3],
     /// The voltage was shortened to what can be made.
@@ -51,7 +53,9 @@ fn usable<T: Scalar>(u: Complex<T>, dc_voltage_v: T) -> Option<Complex<T>> {
 /// not between 1 mV and 1 MV, all are ½ (`limited`): never does a timer get a NaN.
 pub fn duty_cycles<T: Scalar>(u: Complex<T>, dc_voltage_v: T, zero_sequence: ZeroSequence) -> Duty<T> {
     let half = T::from_f64(0.5);
-    let Some(u) = usable(u, dc_voltage_v) else { return Duty { duty: [half; 3], limited: true } };
+    let Some(u) = usable(u, dc_voltage_v) else {
+        return Duty { u_s: Complex::new(T::zero(), T::zero()), duty: [half; 3], limited: true };
+    };
     let phases = to_phases(u);
     let (most, least) = extremes(phases);
     let reach = match zero_sequence {
@@ -71,7 +75,7 @@ pub fn duty_cycles<T: Scalar>(u: Complex<T>, dc_voltage_v: T, zero_sequence: Zer
     };
     // Rounding must not leave the range.
     let duty = [a, b, c].map(|x| ((x + u_0) / dc_voltage_v + half).max(T::zero()).min(T::one()));
-    Duty { duty, limited }
+    Duty { u_s: u * shorter, duty, limited }
 }
 
 fn extremes<T: Scalar>([a, b, c]: [T; 3]) -> (T, T) {
@@ -214,7 +218,7 @@ mod tests {
             let u = unit(angle) * size * 600.0;
             for z in [ZeroSequence::None, ZeroSequence::Centred, ZeroSequence::Low, ZeroSequence::High] {
                 let d = duty_cycles(u, 600.0, z);
-                prop_assert!(!d.limited && (mean(d.duty, 600.0) - u).norm() < 1e-9, "{z:?} {d:?}");
+                prop_assert!(!d.limited && (mean(d.duty, 600.0) - u).norm() < 1e-9 && d.u_s == u, "{z:?} {d:?}");
             }
             prop_assert!(duty_cycles(u, 600.0, ZeroSequence::Low).duty.into_iter().any(|d| d == 0.0 || d.abs() < 1e-12));
         }
@@ -225,7 +229,7 @@ mod tests {
             for z in [ZeroSequence::None, ZeroSequence::Centred, ZeroSequence::Low, ZeroSequence::High] {
                 let d = duty_cycles(u, 600.0, z);
                 let made = mean(d.duty, 600.0);
-                prop_assert!(d.limited && (made / made.norm() - u / u.norm()).norm() < 1e-9, "{z:?}");
+                prop_assert!(d.limited && (made / made.norm() - u / u.norm()).norm() < 1e-9 && (made - d.u_s).norm() < 1e-9, "{z:?}");
                 prop_assert!(made.norm() >= 299.999 && d.duty.into_iter().all(|d| (0.0..=1.0).contains(&d)));
             }
         }

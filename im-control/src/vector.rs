@@ -2,6 +2,8 @@
 
 use im_model::{Complex, Scalar, space_vector};
 
+pub(crate) use space_vector::norm;
+
 /// x within [low, high].
 #[inline]
 pub(crate) fn clamp<T: Scalar>(x: T, low: T, high: T) -> T {
@@ -25,12 +27,6 @@ pub(crate) fn rotation<T: Scalar>(x: T) -> Complex<T> {
 pub(crate) fn shortened<T: Scalar>(z: Complex<T>, length: T) -> Complex<T> {
     let n2 = space_vector::norm2(z);
     if n2 > length * length { z * (length / n2.sqrt()) } else { z }
-}
-
-/// |z|.
-#[inline]
-pub(crate) fn norm<T: Scalar>(z: Complex<T>) -> T {
-    space_vector::norm2(z).sqrt()
 }
 
 /// Both parts are finite.

@@ -19,7 +19,7 @@ use crate::state::State;
 /// What drives the machine during a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlantInput<T> {
-    /// Commanded stator voltage, V.
+    /// Commanded stator voltage over the step that begins, V.
     pub u_s: Complex<T>,
     /// Load torque, Nm, positive against positive rotation.
     pub tau_load: T,

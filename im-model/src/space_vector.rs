@@ -69,6 +69,12 @@ pub fn norm2<T: Scalar>(x: Complex<T>) -> T {
     dot(x, x)
 }
 
+/// |x|.
+#[inline]
+pub fn norm<T: Scalar>(x: Complex<T>) -> T {
+    norm2(x).sqrt()
+}
+
 /// Voltage space vector from the line-to-line voltages u_ab and u_bc.
 #[inline]
 pub fn from_line_to_line<T: Scalar>(u_ab: T, u_bc: T) -> Complex<T> {

@@ -6,7 +6,8 @@ use im_model::{Complex, Scalar};
 /// One sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Input<T> {
-    /// Mean stator voltage over the sample that ends now, V. Of a command, its average after the inverter's limit.
+    /// Mean stator voltage at the machine over the sample that ends now, V: of the command that acted over it, after the inverter's limit. With a voltage
+    /// delay of a sample that is the command of the call before the last (docs/firmware.md).
     pub u_s: Complex<T>,
     /// Stator current now, A. NaN stands for a sample that was lost: the observer then predicts, and says so.
     pub i_s: Complex<T>,
@@ -34,6 +35,7 @@ impl<T: Scalar> Input<T> {
     }
 }
 
+/// Where the voltage acts without delay; behind one it takes `im_control::Sensorless`.
 impl<T: Scalar> From<&Measured<T>> for Input<T> {
     fn from(m: &Measured<T>) -> Self {
         Self { u_s: m.u_s, i_s: m.i_s, omega_m: Some(m.omega_m) }

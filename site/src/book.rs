@@ -35,7 +35,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
             "docs/matlab.md",
         ],
     ),
-    ("Drives", &["docs/observers.md", "docs/controllers.md", "docs/identifiers.md", "docs/design.md"]),
+    ("Drives", &["docs/observers.md", "docs/controllers.md", "docs/firmware.md", "docs/identifiers.md", "docs/design.md"]),
     (
         "Proof and practice",
         &[

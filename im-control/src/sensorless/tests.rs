@@ -160,3 +160,64 @@ fn lost_samples_are_bridged_and_a_longer_loss_is_come_back_from() {
         assert!(r.largest_a < 1.6 * r.current_max_a, "{lost}: {}", r.largest_a);
     }
 }
+
+/// The voltage of the wrong sample, as a row of a recording misread by one, shows where it should: in the residual.
+#[test]
+fn the_voltage_of_the_wrong_sample_shows_in_the_residual() {
+    let m = machines::MOTULATOR_2_2_KW;
+    let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+    let observer = FullOrder::try_new(
+        Basis::<f64>::try_new(&machine, &m.rating, H).unwrap(),
+        FullOrderGains::for_machine(&machine, &m.rating),
+    )
+    .unwrap();
+    let residual = |off: usize| {
+        let mut bench = Bench::new(&machine, MachineState::default(), H);
+        let (mut state, mut past, mut sum) = (Default::default(), [Complex::new(0.0, 0.0); 3], 0.0);
+        for k in 0..10_000 {
+            // past[0] is the voltage that begins now, past[1] the one of the sample that ended.
+            past = [unit(0.0314 * f64::from(k)) * 320.0, past[0], past[1]];
+            let e = observer.step(&mut state, &Input::new(past[off], bench.output().i_s));
+            sum += if k >= 8000 { e.residual_a.norm() / 2000.0 } else { 0.0 };
+            bench.advance(&PlantInput::new(past[0], 5.0));
+        }
+        sum
+    };
+    let [next, ended, before] = [0, 1, 2].map(residual);
+    // The flux turns along with most of it; of what is left the right sample has less than a tenth.
+    assert!(10.0 * ended < next && 10.0 * ended < before, "{next} {ended} {before}");
+}
+
+mod anything {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn odd() -> impl Strategy<Value = f64> {
+        prop_oneof![
+            3 => -20.0..20.0f64,
+            1 => prop::num::f64::ANY,
+            1 => prop::sample::select(vec![f64::NAN, f64::INFINITY, -1e30, 1e9, 0.0]),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+        /// Whatever comes in, in any order, the voltage is finite and within the link; after 2 s of good samples the drive is at its speed again.
+        #[test]
+        fn whatever_comes_in_the_drive_stays_finite_and_comes_back(
+            bad in prop::collection::vec((odd(), odd(), odd(), odd(), odd()), 1..60), at in 0usize..3000,
+        ) {
+            let mut r = Rig::new(none, 1.0, MachineState::default());
+            r.run(8_000, |_| 80.0, 2.0, |k, m| {
+                if let Some(&(a, b, c, d, e)) = k.checked_sub(4000 + at).and_then(|k| bad.get(k)) {
+                    m.i_s = Complex::new(a, b);
+                    m.u_s = Complex::new(c, d);
+                    (m.dc_voltage_v, m.sample_time_s) = if e > 0.0 { (e, H) } else { (DC_V, e) };
+                }
+            });
+            r.run(20_000, |_| 80.0, 2.0, Rig::nothing);
+            prop_assert!((r.speed() - 80.0).abs() < 1.0, "{} {}", r.speed(), r.drive.status());
+        }
+    }
+}

@@ -45,7 +45,7 @@ pub use sensitivity::SensitivityMap;
 pub struct Sample<T> {
     /// Stator current now, A.
     pub i_s: Complex<T>,
-    /// Mean stator voltage over the sample that ends now, V.
+    /// Mean stator voltage at the machine over the sample that ends now, V; behind a voltage delay not the last command, but what acted of those before.
     pub u_s: Complex<T>,
     /// Mechanical speed now, rad/s.
     pub omega_m: T,

@@ -11,7 +11,7 @@ pub struct Measured<T> {
     pub i_s: Complex<T>,
     /// Mechanical speed as the sensor shows it, rad/s.
     pub omega_m: T,
-    /// Average voltage commanded over the sample that ends here, after the limit of the inverter, V.
+    /// Average voltage commanded over the sample that ends here, after the limit of the inverter, V. Behind a voltage delay the machine had an earlier one.
     pub u_s: Complex<T>,
     /// Voltage of the dc link, V; zero if the inverter has no limit.
     pub dc_voltage_v: T,

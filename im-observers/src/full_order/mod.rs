@@ -61,7 +61,7 @@ pub struct FullOrderGains {
 }
 
 impl FullOrderGains {
-    /// What to start from for a machine: λ = 400 1/s, ω_n = λ/2, b = α/2 + 0.4|ω_s|; R̂_s at 1 1/s, up to the frequency at which R_s takes half of the emf,
+    /// What to start from for a machine: λ = 400 1/s, ω_n = λ/2, b = α/2 + 0.4|ω_s|; R̂_s at 2 1/s, up to the frequency at which R_s takes half of the emf,
     /// from a fifth of the rated torque on.
     pub fn for_machine(machine: &Machine<f64>, rating: &Rating) -> Self {
         let p = machine.parameters();
@@ -75,7 +75,7 @@ impl FullOrderGains {
             speed_bandwidth_rad_s: 200.0,
             flux_damping_per_s: 0.5 * c.eta,
             flux_damping_per_frequency: 0.4,
-            stator_resistance_per_s: 1.0,
+            stator_resistance_per_s: 2.0,
             stator_resistance_frequency_rad_s: 2.0 * p.stator_resistance_ohm * current / flux,
             stator_resistance_current_a: 0.2 * torque_current,
         }
@@ -192,8 +192,8 @@ impl<T: Scalar> FullOrder<T> {
                 law.rate * omega2 / ((omega2 + b * law.rate * T::from_f64(8.0)) * (T::one() + high * high) + T::from_f64(1e-6));
             let seen = along * torque / (torque * torque + law.current2 * flux2);
             let lacking = -omega_s * (self.bandwidth + c.eta) * seen / (c.eta * c.stator_rate) * T::from_f64(0.5);
-            // A step of a hundredth at most: far from the machine the steady state says nothing.
-            let change = (basis.sample_time_s * rate * lacking).min(T::from_f64(0.01)).max(T::from_f64(-0.01));
+            // More than a quarter is not believed at once: in a transient the steady state says little.
+            let change = basis.sample_time_s * rate * within(lacking, [-0.25, 0.25]);
             s.stator = within(s.stator + change, STATOR_RANGE);
         }
     }
