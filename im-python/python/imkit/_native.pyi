@@ -1,9 +1,10 @@
 """The compiled part: what `src/*.rs` defines. People use the names of `imkit`."""
 
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
+__all__: list[str]
 __version__: str
 OBSERVERS: list[str]
 CONTROLLERS: list[str]
@@ -11,6 +12,7 @@ DESIGNS: list[str]
 
 class InputError(ValueError): ...
 
+@final
 class Motor:
     @staticmethod
     def read(path: str) -> Motor: ...
@@ -53,6 +55,7 @@ class Motor:
         self, phase_voltage_peak_v: float | None, frequency_hz: float | None, points: int
     ) -> tuple[np.ndarray, np.ndarray]: ...
 
+@final
 class Recording:
     @staticmethod
     def file(path: str, mapping: str | None) -> Recording: ...
@@ -63,12 +66,14 @@ class Recording:
     def arrays(self) -> dict[str, np.ndarray] | None: ...
     def check(self, motor: Motor) -> tuple[list[str], str | None]: ...
 
+@final
 class Comparison:
     def json(self) -> str: ...
     def html(self) -> str: ...
     def text(self, width: int) -> str: ...
     def signals(self) -> list[dict[str, Any]]: ...
 
+@final
 class Diagnosis:
     def json(self) -> str: ...
     @property
@@ -83,11 +88,13 @@ class Diagnosis:
     def rust(self) -> str: ...
     def write(self, folder: str) -> None: ...
 
+@final
 class Fit:
     def json(self) -> str: ...
     @property
     def motor(self) -> Motor: ...
 
+@final
 class Certificate:
     @property
     def kind(self) -> str: ...
@@ -101,23 +108,25 @@ class Certificate:
     def margins(self) -> list[tuple[str, float]]: ...
     def differences(self, motor: Motor) -> list[tuple[str, str, str]]: ...
 
+@final
 class Observer:
-    def __init__(self, name: str, motor: Motor, sample_time_s: float, gains: str, plain: bool) -> None: ...
+    def __new__(cls, name: str, motor: Motor, sample_time_s: float, gains: str, plain: bool) -> Observer: ...
     @property
     def needs_speed(self) -> bool: ...
     def reset(self) -> None: ...
     def run(self, u_s: np.ndarray, i_s: np.ndarray, omega_m: np.ndarray | None) -> dict[str, np.ndarray]: ...
 
+@final
 class Controller:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         name: str,
         motor: Motor,
         sample_time_s: float,
         dc_voltage_v: float | None,
         current_limit_a: float | None,
         observer: str | None,
-    ) -> None: ...
+    ) -> Controller: ...
     def run(
         self,
         i_s: np.ndarray,
