@@ -27,11 +27,9 @@ impl<T: Scalar> Delayed<T> {
     pub fn step(&mut self, u: Complex<T>) -> Complex<T> {
         self.past.copy_within(0..KEPT - 1, 1);
         self.past[0] = u;
-        if self.part > T::zero() {
-            self.past[self.whole] * (T::one() - self.part) + self.past[self.whole + 1] * self.part
-        } else {
-            self.past[self.whole]
-        }
+        // No index is out of bounds, and the compiler sees it.
+        let n = self.whole.min(KEPT - 2);
+        if self.part > T::zero() { self.past[n] * (T::one() - self.part) + self.past[n + 1] * self.part } else { self.past[n] }
     }
 }
 
