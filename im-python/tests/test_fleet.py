@@ -98,8 +98,10 @@ def test_a_job_that_kills_every_worker_is_a_row(plant, tmp_path, monkeypatch):
     assert len(table) == 7 and all("died 3 times" in row["error"] for row in table._rows)
 
 
-def test_on_ray(plant, alone, tmp_path):
+def test_on_ray(plant, alone, tmp_path, monkeypatch):
     ray = pytest.importorskip("ray")
+    # By default its workers give way to everything else on the machine.
+    monkeypatch.setenv("RAY_worker_niceness", "0")
     ray.init(num_cpus=2, log_to_driver=False, include_dashboard=False)
     try:
         fleet.run(plant, tmp_path / "ray", engine="ray", workers=2)
