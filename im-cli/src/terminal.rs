@@ -56,8 +56,11 @@ impl<W: Write> Write for Printable<W> {
     }
 }
 
-/// A number to three digits: 0.00125, 12.3, 1.2e-5.
+/// A number to three digits: 0.00125, 12.3, 1.2e-5; a dash for what is none.
 pub fn rounded(x: f64) -> String {
+    if !x.is_finite() {
+        return "–".to_owned();
+    }
     let x: f64 = format!("{x:.2e}").parse().unwrap_or(x);
     if x != 0.0 && !(1e-4..1e6).contains(&x.abs()) { format!("{x:e}") } else { format!("{x}") }
 }

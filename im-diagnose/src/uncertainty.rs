@@ -286,3 +286,21 @@ fn gram(columns: &[&[f64]]) -> DMatrix<f64> {
     m.fill_upper_triangle_with_lower_triangle();
     m
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a quantity whose variance is zero, or none at all, no correlation is given.
+    #[test]
+    fn what_has_no_variance_is_correlated_with_nothing() {
+        use MachineQuantity as Q;
+        let of = |quantity, std| Estimate { quantity, before: 1.0, after: 1.0, std };
+        let list = vec![of(Q::RotorResistance, 0.1), of(Q::LeakageInductance, 0.2), of(Q::MagnetizingInductance, 0.0)];
+        let covariance =
+            DMatrix::from_row_slice(3, 3, &[0.01, 0.0199, 1e-9, 0.0199, 0.04, f64::INFINITY, 1e-9, f64::INFINITY, 0.0]);
+        let pairs = Estimates { list, covariance }.correlated(0.98);
+        assert_eq!(pairs.len(), 1, "{pairs:?}");
+        assert!((pairs[0].2 - 0.995).abs() < 1e-12 && (pairs[0].0, pairs[0].1) == (Q::LeakageInductance, Q::RotorResistance));
+    }
+}

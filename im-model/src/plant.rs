@@ -345,7 +345,17 @@ impl<T: Scalar> Plant<T> {
         let added = self.effects.added_resistance(self.on, p.rotor_resistance_ohm);
         let resistance = p.stator_resistance_ohm + p.rotor_resistance_ohm + added;
         let own = self.effects.fastest_rate(self.on, 1.0 / self.inv_inertia.value());
-        own.max(resistance * self.map.steepest_leakage() / leakage)
+        let [friction, swing] = self.mechanical_rates();
+        own.max(resistance * self.map.steepest_leakage() / leakage).max(friction).max(swing)
+    }
+
+    /// D/J, and how fast the rotor swings on the torque of a held flux, n_p ψ √((3/2)/(L_σ J)); 1/s.
+    fn mechanical_rates(&self) -> [f64; 2] {
+        // In Wb: machines from a hundred volts to some kilovolts have from half of it to ten times.
+        const FLUX_VS: f64 = 1.0;
+        let p = self.parameters.cast::<f64>();
+        let (leakage, inverse) = (p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h, self.inv_inertia.value());
+        [p.viscous_friction_nm_s_per_rad * inverse, self.n_p * FLUX_VS * Scalar::sqrt(1.5 * inverse / leakage)]
     }
 
     /// How many steps a sample of length `sample_time_s` needs: each at most 0.8/[`fastest_rate`](Self::fastest_rate), and no more than
@@ -375,14 +385,19 @@ impl<T: Scalar> Plant<T> {
     fn stiffest(&self) -> (&'static str, &'static str, f64) {
         let p = self.parameters.cast::<f64>();
         let leakage = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
-        let mut found = if leakage < 1e-5 {
+        let (fastest, [friction, swing]) = (self.fastest_rate(), self.mechanical_rates());
+        let mut found = if friction >= fastest {
+            ("machine", "viscous_friction_nm_s_per_rad", p.viscous_friction_nm_s_per_rad)
+        } else if swing >= fastest {
+            ("machine", "inertia_kg_m2", p.inertia_kg_m2)
+        } else if leakage < 1e-5 {
             ("machine", "stator_leakage_inductance_h + rotor_leakage_inductance_h", leakage)
         } else if p.stator_resistance_ohm > p.rotor_resistance_ohm {
             ("machine", "stator_resistance_ohm", p.stator_resistance_ohm)
         } else {
             ("machine", "rotor_resistance_ohm", p.rotor_resistance_ohm)
         };
-        let mut least = 0.5 * self.fastest_rate();
+        let mut least = 0.5 * fastest;
         for id in self.effects.active() {
             let mut effects = self.effects;
             for (k, _) in id.parameters().iter().enumerate().filter(|(_, info)| info.role == Role::Strength) {

@@ -60,10 +60,19 @@ impl<'a> TomlText<'a> {
 
     /// An error about `key` of the table that spans `table`, at the line of the key where it is there.
     pub fn about(&self, table: Range<usize>, key: &str, problem: Problem) -> FileError {
-        let root = DeTable::parse(self.text).ok();
-        let within = root.as_ref().and_then(|r| table_at(r.get_ref(), &table));
-        let at = within.and_then(|t| t.iter().find(|(k, _)| k.get_ref() == key)).map(|(k, _)| k.span());
-        self.error(at.or(Some(table)).filter(|at| !at.is_empty()), Some(key), problem)
+        let at = self.key_in(&table, key).unwrap_or(table);
+        self.error(Some(at).filter(|at| !at.is_empty()), Some(key), problem)
+    }
+
+    /// The line, from 1, of `key` in the table that spans `table`; of the table where it has no such key.
+    pub fn line_of(&self, table: Range<usize>, key: &str) -> usize {
+        self.line(self.key_in(&table, key).unwrap_or(table).start)
+    }
+
+    fn key_in(&self, table: &Range<usize>, key: &str) -> Option<Range<usize>> {
+        let root = DeTable::parse(self.text).ok()?;
+        let keys = table_at(root.get_ref(), table)?;
+        keys.iter().find(|(k, _)| k.get_ref() == key).map(|(k, _)| k.span())
     }
 
     /// An error that something else was expected at `key` of the table that spans `table`.

@@ -79,8 +79,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         writeln!(out, "{} and {} are hardly distinguished by these recordings (correlation {c:.3})", a.key(), b.key())?;
     }
     writeln!(out, "\nerror: {} σ rms (1 is the noise of the sensors)", rounded(train.chi2_per_sample.sqrt()))?;
+    if !train.chi2_per_sample.is_finite() {
+        writeln!(out, "  The simulation of the fitted motor diverges: check units, pole pairs and the sampling time.")?;
+    }
     for (name, rms) in &train.rmse {
-        writeln!(out, "  {name:<16} {:>9} rms, fit {:.2} %", rounded(*rms), train.fit_percent[name])?;
+        let fit = train.fit_percent[name];
+        let fit = if fit.is_finite() { format!("{fit:.2}") } else { rounded(fit) };
+        writeln!(out, "  {name:<16} {:>9} rms, fit {fit} %", rounded(*rms))?;
     }
     if let Some(h) = fitted.holdout {
         writeln!(out, "held-out recording: {} σ rms", rounded(h.sqrt()))?;

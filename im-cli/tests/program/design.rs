@@ -17,7 +17,17 @@ fn every_kind_is_made_from_its_example_and_an_altered_file_is_refused() {
         let text = done(&[&base[..], &["--rust", &rust, "--scalar", "f64", "--plot", &svg]].concat());
         assert!(text.contains("decided in exact arithmetic") && text.contains("iron_loss"), "{text}");
         assert!(dir.read("g.rs").contains("pub const") && dir.read("p.svg").ends_with("</svg>\n"));
-        assert!(done(&["design", "check", &gains]).contains("true and unaltered"));
+        let checked = done(&["design", "check", &gains, "--motor", &example("motor.toml")]);
+        // Which machine, by its parameters and their digest, and what is claimed where.
+        for said in [
+            "true and unaltered",
+            "Machine (SHA-256 ",
+            "stator_resistance_ohm = 1.5",
+            "the motor that was asked about",
+            "claimed, and where",
+        ] {
+            assert!(checked.contains(said), "{kind}: {said}: {checked}");
+        }
         assert_eq!(json(&["design", "check", &gains, "--json"])["valid"], true);
         assert!(!json(&[&base[..], &["--json"]].concat())["gains"].as_object().unwrap().is_empty());
         let altered = dir.read("gains.toml").replacen("stator_resistance_ohm = 1.5", "stator_resistance_ohm = 1.6", 1);

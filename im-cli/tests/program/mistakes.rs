@@ -22,11 +22,13 @@ fn spoilt(change: impl Fn(usize, &mut [f64])) -> String {
 fn reading_mistakes_end_the_run_with_what_is_wrong() {
     let dir = Folder::new("mistakes");
     type Change = fn(usize, &mut [f64]);
-    let mistakes: [(&str, Change, &[&str]); 11] = [
+    let mistakes: [(&str, Change, &[&str]); 13] = [
         ("time in us", |_, x| x[0] *= 1e6, &["unit = \"us\""]),
         ("time in ms", |_, x| x[0] *= 1e3, &["unit = \"ms\""]),
         ("time of no clock", |_, x| x[0] *= 1e30, &["Give the time in seconds"]),
         ("time in thousands of s", |_, x| x[0] *= 1e-6, &["Give the time in seconds"]),
+        ("time in ks", |_, x| x[0] *= 1e-3, &["The voltage turns at", "where the motor is rated for 50 Hz"]),
+        ("a dead speed sensor", |_, x| x[5] = 0.0, &["The speed stays at 0 rad/s", "sensor is dead"]),
         ("an axis of the voltage reversed", |_, x| x[2] = -x[2], &["turn against the voltages"]),
         ("the voltage reversed", |_, x| (x[1], x[2]) = (-x[1], -x[2]), &["against the voltages: turned back they would fit"]),
         ("current in mA", |_, x| (x[3], x[4]) = (1e3 * x[3], 1e3 * x[4]), &["unit = \"mA\""]),
@@ -48,6 +50,104 @@ fn reading_mistakes_end_the_run_with_what_is_wrong() {
             assert!(message.contains("--anyway") && message.contains("serious"), "{name}: {message}");
         }
         assert!(!dir.has("m.toml") && !dir.has("out/report.html"), "{name}");
+    }
+}
+
+/// Who asks for it gets the fit all the same, after what is wrong.
+#[test]
+fn anyway_goes_on() {
+    let dir = Folder::new("anyway");
+    let (data, to) = (dir.file("run.csv", &spoilt(|_, x| x[2] = -x[2])), dir.path("m.toml"));
+    let o = im(&["fit", "--motor", &demo("motor.toml"), "--train", &data, "-o", &to, "--anyway"]);
+    let said = text(&o.stderr);
+    assert_eq!(o.status.code(), Some(0), "{said}");
+    assert!(said.contains("turn against the voltages") && dir.has("m.toml"), "{said}");
+}
+
+/// Absurd times, voltages, sampling times and inductances: refused, or answered in numbers; nothing that is none is printed or written.
+#[test]
+fn what_is_no_number_is_neither_printed_nor_written() {
+    let dir = Folder::new("no-number");
+    let (motor, mended) = (demo("motor.toml"), demo("motor.toml"));
+    let is_number = |text: &str| {
+        let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+        words.filter(|word| matches!(*word, "NaN" | "nan" | "inf" | "Infinity")).count() == 0
+    };
+    type Change = fn(usize, &mut [f64]);
+    let absurd: [(&str, Change); 6] = [
+        ("times", |_, x| x[0] *= 1e30),
+        ("times", |_, x| x[0] *= 1e-12),
+        ("voltages", |_, x| (x[1], x[2]) = (1e300 * x[1], 1e300 * x[2])),
+        ("voltages", |_, x| (x[1], x[2]) = (1e-300 * x[1], 1e-300 * x[2])),
+        ("currents", |_, x| (x[3], x[4]) = (1e200 * x[3], 1e200 * x[4])),
+        ("torques", |_, x| x[6] = 1e300),
+    ];
+    for (what, change) in absurd {
+        let data = dir.file("run.csv", &spoilt(change));
+        for command in [
+            &["validate", "--before", &motor, "--after", &mended, "--data", &data, "--json"][..],
+            &["validate", "--before", &motor, "--after", &mended, "--data", &data, "--anyway"],
+            &["compare", "--motor", &motor, "--data", &data, "--json"],
+            &["observe", "--motor", &motor, "--data", &data, "--observer", "kubota", "--json"],
+            &["identify", "--motor", &motor, "--online", "--data", &data, "--json"],
+        ] {
+            let o = im(command);
+            let (printed, said) = (text(&o.stdout), text(&o.stderr));
+            assert!(matches!(o.status.code(), Some(0 | 1)), "{what} {command:?}: {said}");
+            assert!(is_number(&printed) && is_number(&said), "{what} {command:?}: {printed}{said}");
+            // One line says which input it is.
+            assert!(o.status.success() || said.contains("run"), "{what} {command:?}: {said}");
+        }
+    }
+    let subnormal = fs::read_to_string(example("motor.toml")).unwrap();
+    let subnormal = dir.file("subnormal.toml", &subnormal.replace("inductance_h = 0.156", "inductance_h = 1e-310"));
+    #[cfg(feature = "verify")]
+    {
+        let message = refused(&["verify", "--claim", "1", "--cases", "5", "--motor", &subnormal]);
+        assert!(message.contains("subnormal.toml:11: magnetizing_inductance_h = 1e-310 must be"), "{message}");
+    }
+    let _ = subnormal;
+    // Steps of the clock that no drive has, by the recording's own times.
+    let message = |change: Change| {
+        let data = dir.file("odd.csv", &spoilt(change));
+        refused(&["identify", "--motor", &motor, "--online", "--data", &data])
+    };
+    let slow = message(|_, x| x[0] *= 5e3);
+    assert!(slow.contains("odd.csv") && slow.contains("sample_time_s = 1 must be"), "{slow}");
+    let fast = message(|_, x| x[0] *= 1e-9);
+    assert!(fast.contains("odd.csv") && fast.contains("sample_time_s = 2e-13 must be"), "{fast}");
+}
+
+/// Every number of every region file made huge, tiny or no number: the design is refused, or what is written is of numbers.
+#[cfg(feature = "design")]
+#[test]
+fn gains_are_numbers_whatever_the_region() {
+    let dir = Folder::new("regions");
+    let (region, gains, rust) = (dir.path("region.toml"), dir.path("gains.toml"), dir.path("gains.rs"));
+    for kind in ["kubota", "thau", "derdiyok", "utkin", "kenne", "jadot", "sampled"] {
+        let sample = done(&["design", "example-region", kind]);
+        let keys = sample.lines().filter(|l| !l.starts_with('#') && l.contains(" = "));
+        for (key, line) in keys.filter_map(|line| Some((line.split(" = ").next()?, line))) {
+            for odd in ["1e290", "-1e300", "1e-300", "inf", "nan"] {
+                let value = if line.contains('[') { format!("{key} = [{odd}, {odd}]") } else { format!("{key} = {odd}") };
+                fs::write(&region, sample.replace(line, &value)).unwrap();
+                let _ = (fs::remove_file(&gains), fs::remove_file(&rust));
+                let o =
+                    im(&["design", kind, "--motor", &example("motor.toml"), "--region", &region, "-o", &gains, "--rust", &rust]);
+                let said = text(&o.stderr);
+                if o.status.code() == Some(1) {
+                    assert!(said.contains("region.toml") || said.contains("infeasible"), "{kind} {value}: {said}");
+                    assert!(!dir.has("gains.toml") && !dir.has("gains.rs"), "{kind} {value}");
+                    continue;
+                }
+                assert_eq!(o.status.code(), Some(0), "{kind} {value}: {said}");
+                for written in ["gains.toml", "gains.rs"] {
+                    let text = dir.read(written).to_lowercase();
+                    let none = |word: &str| matches!(word, "inf" | "nan" | "infinity");
+                    assert!(!text.split(|c: char| !c.is_alphanumeric()).any(none), "{kind} {value}: {text}");
+                }
+            }
+        }
     }
 }
 
@@ -106,6 +206,8 @@ fn absurd_machines_are_refused_before_they_are_simulated() {
     );
     let message = with("electrical_frequency_hz = 50.0", "electrical_frequency_hz = 1e20");
     assert!(message.contains("electrical_frequency_hz = 1e20 must be"), "{message}");
+    let message = with("viscous_friction_nm_s_per_rad = 0.002", "viscous_friction_nm_s_per_rad = 1e6");
+    assert!(message.contains("machine.viscous_friction_nm_s_per_rad = 1000000 makes the machine change within"), "{message}");
     let stiff = dir.file("stiff.toml", &(motor.clone() + "\n[effects.inverter_nonlinearity]\nvoltage_v = 1e19\n"));
     let message = refused(&["simulate", "--motor", &stiff, "--scenario", &scenario, "-o", &dir.path("run.csv")]);
     assert!(message.contains("stiff.toml:27: voltage_v = 1e19 must be from 1e-12 to 1e12"), "{message}");

@@ -167,12 +167,12 @@ fn bad_gains_are_refused_with_one_message() {
     let other = format!("[kubota_loop]\ngain = {matrix}\ngain_per_speed = {matrix}\nproportional = \"much\"\nintegral = 1.0\n");
     let skewed = fast.replace("gain = [[0.0, 0.0]", "gain = [[5.0, 0.0]").replace("1e6", "0.01");
     for (observer, content, told) in [
-        ("kubota", fast.as_str(), "may be at most"),
+        ("kubota", fast.as_str(), "gains.toml:1: the proportional path of the speed law"),
         ("kubota", other.as_str(), "proportional is \"much\", expected a finite number"),
-        ("kubota", skewed.as_str(), "form [x, -y; y, x]"),
+        ("kubota", skewed.as_str(), "gains.toml:2: gain: rows"),
         ("kubota", "[utkin]\nomega0_rad_s = 300.0\n", "is missing; the file has utkin"),
         ("utkin", "[utkin]\n", "gains.toml:1: omega0_rad_s is missing in [utkin]"),
-        ("utkin", "[utkin]\nomega0_rad_s = -3.0\n", "omega0_rad_s = -3 must be "),
+        ("utkin", "[utkin]\n\nomega0_rad_s = -3.0\n", "gains.toml:3: omega0_rad_s = -3 must be "),
         ("utkin", "omega0", ""),
         ("current-model", "[utkin]\n", "has no gains"),
     ] {

@@ -7,6 +7,8 @@ use crate::thau_box::BoxRegion;
 use im_model::toml_text::TomlText;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use std::collections::BTreeMap;
+use toml::Spanned;
 
 /// Reads a region file's text.
 ///
@@ -15,7 +17,29 @@ use serde::de::DeserializeOwned;
 pub(super) fn read<T: DeserializeOwned>(region: &str) -> Result<T, DesignError> {
     let toml = TomlText::new(region, "region file", &[]);
     pairs(region, &toml)?;
+    sizes(&toml)?;
     toml.read().map_err(DesignError::Region)
+}
+
+/// The largest number that a region of operation has in SI units.
+const LARGEST: f64 = 1e12;
+
+/// Every number is one, also of a key that this design does not need.
+fn sizes(toml: &TomlText<'_>) -> Result<(), DesignError> {
+    fn is_one(value: &toml::Value) -> bool {
+        match value {
+            toml::Value::Float(x) => x.abs() <= LARGEST,
+            toml::Value::Array(items) => items.iter().all(is_one),
+            toml::Value::Table(table) => table.values().all(is_one),
+            _ => true,
+        }
+    }
+    // What does not read is refused with its place by the reader of the design.
+    let values = toml.read::<BTreeMap<String, Spanned<toml::Value>>>().unwrap_or_default();
+    values.values().find(|value| !is_one(value.get_ref())).map_or(Ok(()), |value| {
+        let expected = format!("numbers of a size up to {LARGEST:e}");
+        Err(DesignError::Region(toml.unexpected(value.span(), None, expected)))
+    })
 }
 
 /// Every list at the top of a region file is a range, of which the reader would take the first two numbers without a word.

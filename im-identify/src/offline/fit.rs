@@ -119,10 +119,10 @@ impl Fit {
         Ok(self)
     }
 
-    /// Correlation of two free parameters.
-    pub fn correlation(&self, a: usize, b: usize) -> f64 {
+    /// Correlation of two free parameters; `None` where one has no variance.
+    pub fn correlation(&self, a: usize, b: usize) -> Option<f64> {
         let c = &self.covariance;
-        c[(a, b)] / (c[(a, a)] * c[(b, b)]).sqrt()
+        Some(c[(a, b)] / (c[(a, a)] * c[(b, b)]).sqrt()).filter(|c| c.is_finite())
     }
 
     /// Free parameters that the data do not determine: standard deviation beyond `limit` of the value (log) or of the scale.

@@ -14,6 +14,9 @@ use crate::plant::Powers;
 use crate::scalar::Scalar;
 use crate::space_vector::norm2;
 
+/// The longest diffusion time that a lamination has.
+const SLOWEST_S: f64 = 1e-2;
+
 effect! {
     /// Eddy-current and hysteresis loss of the stator iron.
     IronLoss, "iron_loss",
@@ -35,7 +38,7 @@ effect! {
         /// Conductance across the magnetizing branch.
         conductance_s: Strength, default 0.0, "S", Conductance, typical 0.005 to 0.12, Bound::NotNegative;
         /// Diffusion time of the laminations.
-        diffusion_time_s: Fixed, default 5e-5, "s", One, typical 2e-5 to 2e-4, Bound::Within(1e-5, 1e-2);
+        diffusion_time_s: Fixed, default 5e-5, "s", One, typical 2e-5 to 2e-4, Bound::Within(1e-5, SLOWEST_S);
     },
     states: ["psi_fe_Vs": Vector],
     hooks: {
@@ -75,9 +78,9 @@ effect! {
         }
     },
     own: {
-        /// Iron diffuses no faster than the sampling can follow.
+        /// Iron diffuses no faster than the sampling can follow, and no slower than iron does.
         fn suit_sampling(&mut self, sample_time_s: T) {
-            self.diffusion_time_s = self.diffusion_time_s.max(sample_time_s.scale(0.5));
+            self.diffusion_time_s = self.diffusion_time_s.max(sample_time_s.scale(0.5)).min(T::from_f64(SLOWEST_S));
         }
     }
 }

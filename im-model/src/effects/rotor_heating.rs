@@ -26,7 +26,7 @@ effect! {
     },
     parameters: {
         /// Inverse heat capacity: temperature rise per joule of loss.
-        inverse_heat_capacity_k_per_j: Strength, default 0.0, "K/J", RotorHeating, typical 0.05 to 20.0, Bound::NotNegative;
+        inverse_heat_capacity_k_per_j: Strength, default 0.0, "K/J", RotorHeating, typical 0.05 to 20.0, Bound::Within(0.0, 1e3);
         /// Cooling time constant.
         time_constant_s: Shape, default 20.0, "s", One, typical 3.0 to 3000.0, Bound::Within(0.1, 1e5);
         /// Temperature coefficient of the resistance.

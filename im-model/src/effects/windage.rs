@@ -21,7 +21,7 @@ effect! {
     },
     parameters: {
         /// Torque over squared speed.
-        coefficient_nm_s2: Strength, default 0.0, "Nm s²/rad²", TorquePerSpeedSquared, typical 0.005 to 0.3, Bound::NotNegative;
+        coefficient_nm_s2: Strength, default 0.0, "Nm s²/rad²", TorquePerSpeedSquared, typical 0.005 to 0.3, Bound::Within(0.0, 1e3);
     },
     hooks: {
         #[inline(always)]

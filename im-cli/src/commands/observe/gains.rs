@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use im_model::toml_text::TomlText;
-use im_model::{MotorFile, read_text};
+use im_model::{ModelError, MotorFile, read_text};
 use im_observers::{Gains, Named, ObserverError};
 use toml::Spanned;
 
@@ -49,6 +49,8 @@ struct Tables {
     path: PathBuf,
     text: String,
     tables: BTreeMap<String, Spanned<toml::Value>>,
+    /// Whether the text is that of the file, and not of gains taken out of a certificate: its lines are those of the file.
+    as_written: bool,
 }
 
 impl GainsFile {
@@ -59,13 +61,14 @@ impl GainsFile {
         let mut text = read_text(path)?;
         let mut tables = read(&text)?;
         let mut other_machine = None;
-        if tables.contains_key("design") {
+        let as_written = !tables.contains_key("design");
+        if !as_written {
             let refused = |what| Failure::Input(format!("{label}: {what}"));
             (text, other_machine) = proven(&text, motor).map_err(refused)?;
             tables = read(&text)?;
         }
         let other_machine = other_machine.map(|what| format!("{label}: gains {what}"));
-        Ok(Self { file: Some(Tables { path: path.to_owned(), text, tables }), other_machine })
+        Ok(Self { file: Some(Tables { path: path.to_owned(), text, tables, as_written }), other_machine })
     }
 
     /// What the file has for an observer that samples at this time, s.
@@ -97,6 +100,25 @@ pub struct Found<'a> {
 }
 
 impl Found<'_> {
+    /// What the observer says of a gain, with the line where the gain stands; of what stands nowhere, as the observer says it.
+    pub fn refused(&self, e: ObserverError) -> Refused {
+        let key = match e {
+            ObserverError::Value(ModelError::OutOfBounds { quantity, .. }) => Some(quantity),
+            ObserverError::NotRotationInvariant { name, .. } => Some(name),
+            // The gains together: at their table.
+            ObserverError::StepTooLong { .. } => None,
+            ObserverError::Value(_) => return e.into(),
+        };
+        match &self.table {
+            Some(t) if t.file.as_written && key.is_none_or(|key| t.values.contains_key(key)) => {
+                let line = key
+                    .map_or_else(|| t.toml(|toml| toml.line(t.at.start)), |key| t.toml(|toml| toml.line_of(t.at.clone(), key)));
+                Failure::Input(format!("{}:{line}: {e}", t.file.path.display())).into()
+            }
+            _ => e.into(),
+        }
+    }
+
     /// What `read` makes of a key's value, if it is there.
     fn get<T>(&self, key: &str, expected: &str, read: impl Fn(&toml::Value) -> Option<T>) -> Result<Option<T>, Refused> {
         let Some((table, value)) = self.table.as_ref().and_then(|t| Some((t, t.values.get(key)?))) else { return Ok(None) };
@@ -168,9 +190,13 @@ struct Table<'a> {
 }
 
 impl Table<'_> {
-    fn fail(&self, error: impl Fn(TomlText<'_>) -> im_model::FileError) -> Refused {
+    fn toml<R>(&self, of: impl Fn(TomlText<'_>) -> R) -> R {
         let label = self.file.path.display().to_string();
-        Refused::File(Failure::File(error(TomlText::new(&self.file.text, &label, &[]))))
+        of(TomlText::new(&self.file.text, &label, &[]))
+    }
+
+    fn fail(&self, error: impl Fn(TomlText<'_>) -> im_model::FileError) -> Refused {
+        Refused::File(Failure::File(self.toml(error)))
     }
 
     /// Gains proven for forward Euler are proven for one period.

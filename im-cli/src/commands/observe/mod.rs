@@ -128,7 +128,11 @@ impl Replay<'_> {
             );
         }
         let gains = self.gains.of_observer::<O>(self.basis.sample_time_s(), self.args.load_coefficient)?;
-        Ok(over(&self.data.recording, &O::made(self.basis, &self.motor.machine, &self.motor.rating, &gains)?))
+        let made = O::made(self.basis, &self.motor.machine, &self.motor.rating, &gains).map_err(|e| match e {
+            Refused::Observer(e) => gains.refused(e),
+            file => file,
+        });
+        Ok(over(&self.data.recording, &made?))
     }
 }
 

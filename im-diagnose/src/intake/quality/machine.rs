@@ -13,6 +13,9 @@ const MISFIT: f64 = 0.5;
 /// A turn of the current explains a misfit when it leaves no more of it than this share.
 const EXPLAINED: f64 = 0.4;
 
+/// A speed below this share of the supply's is that of a machine that stands.
+const STANDS: f64 = 1e-3;
+
 /// What steady operation says against the motor file.
 pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding> {
     let mut out = Vec::new();
@@ -117,6 +120,11 @@ fn speed(loud: &[&Steady], motor: &MotorFile, fit: &dyn Fn(&Steady) -> Impedance
     let rows = vec![at.rows.clone()];
     let shows = number(at.omega_m.unwrap_or(0.0), 3);
     let should = number(expected * at.omega / n_p, 3);
+    if seen.iter().all(|(shown, ..)| shown.abs() < STANDS) {
+        let text = format!("The speed stays at {shows} rad/s where supply frequency and current ask for {should} rad/s");
+        let advice = "Its sensor is dead or the wrong column is named: leave [speed] out, or name another.";
+        return Some(Finding::new(FindingKind::DeadChannel, Severity::Serious, text, advice).at(rows));
+    }
     if seen.iter().all(|(f, ..)| *f < 0.0) && (factor.abs() - 1.0).abs() < 0.08 {
         let text = format!(
             "The speed is {shows} rad/s while the phases turn the other way: two phases are exchanged, or the speed's sign"

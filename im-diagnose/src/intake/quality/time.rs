@@ -24,8 +24,10 @@ pub fn clock(s: &Signals, u: &[Complex<f64>], motor: &MotorFile) -> Option<Findi
         let named = [(1e3, "ms"), (1e6, "us"), (1e9, "ns"), (60.0, "min")];
         let close = |x: f64| (times_too_long / x).ln().abs() < 1.2;
         match named.into_iter().find(|(x, _)| close(*x)) {
-            Some((_, unit)) => format!("Is the time in {unit}? Say unit = \"{unit}\" in [time], or divide it in the file."),
-            None => "Give the time in seconds, or its unit in [time].".to_owned(),
+            Some((_, unit)) => {
+                format!("Is the time in {unit}? Say unit = \"{unit}\" in [time] of a recording.toml, or divide it in the file.")
+            }
+            None => "Give the time in seconds, or its unit in [time] of a recording.toml.".to_owned(),
         }
     };
     if let Some(turn) = turn_per_row(u) {
@@ -55,7 +57,7 @@ pub fn clock(s: &Signals, u: &[Complex<f64>], motor: &MotorFile) -> Option<Findi
             number(duration, 2),
             number(1e3 * leakage_s, 2)
         );
-        return serious(text, "Give the time in seconds, or its unit in [time].".into());
+        return serious(text, "Give the time in seconds, or its unit in [time] of a recording.toml.".into());
     }
     None
 }
@@ -65,21 +67,26 @@ fn leakage_s(p: &TParameters<f64>) -> f64 {
     (p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h) / (p.stator_resistance_ohm + p.rotor_resistance_ohm)
 }
 
-/// The median turn of the voltage from row to row, rad, where it turns one way for two turns and more.
+/// The turn of the voltage from row to row where it is large, rad, where it turns by two turns and more.
+///
+/// Of each hundredth of the rows that of Σ u(k) u*(k−1), in which noise cancels, so that a drive's voltage may turn either way.
 fn turn_per_row(u: &[Complex<f64>]) -> Option<f64> {
-    let largest = u.iter().map(|u| u.norm()).fold(0.0, f64::max);
-    let mut turns: Vec<f64> = u
-        .windows(2)
-        .filter(|w| w[0].norm().min(w[1].norm()) > 0.1 * largest)
-        .map(|w| (w[1] * w[0].conj()).arg())
-        .filter(|turn| turn.is_finite())
-        .collect();
-    let (sum, way) = turns.iter().fold((0.0, 0.0), |(s, w): (f64, f64), t| (s + t, w + t.abs()));
-    if turns.is_empty() || way < 4.0 * PI || sum.abs() < 0.8 * way {
-        return None;
+    let length = (u.len() / 100).max(8);
+    let blocks = u.chunks(length).map(|block| {
+        let products = || block.windows(2).map(|w| w[1] * w[0].conj()).filter(|p| p.is_finite());
+        (products().sum::<Complex<f64>>(), products().map(|p| p.norm()).sum::<f64>())
+    });
+    let (mut turned, mut weighted, mut whole, mut size) = (0.0, 0.0, 0.0, 0.0);
+    for (sum, sizes) in blocks {
+        let turn = sum.arg().abs();
+        turned += turn * length as f64;
+        weighted += turn * sum.norm();
+        whole += sum.norm();
+        size += sizes;
     }
-    turns.sort_by(f64::total_cmp);
-    Some(turns[turns.len() / 2].abs()).filter(|turn| *turn > 0.0)
+    // Noise alone turns by anything from row to row, and its products cancel.
+    let turns = turned > 4.0 * PI && whole > 0.8 * size && whole.is_finite();
+    turns.then_some(weighted / whole)
 }
 
 /// Looks at the sampling.

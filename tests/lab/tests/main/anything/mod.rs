@@ -1,6 +1,6 @@
-//! Steps of machines, observers and controllers, and constructors of observers, with numbers as faults and slips of the pen leave them: NaN,
-//! infinities, zeros, subnormals, sizes that nobody has. A constructor refuses them with a typed error, or what it makes works in finite
-//! numbers, in `f64` and in `f32`; a step never panics, and after one bad sample a state comes back.
+//! Every public constructor and step of the crates for firmware, with numbers as faults and slips of the pen leave them: NaN, infinities,
+//! zeros, subnormals, sizes that nobody has. A constructor refuses them with a typed error, or what it makes works in finite numbers, in
+//! `f64` and in `f32`; a step never panics, and after one bad sample a state comes back.
 
 use im_model::machines::{JADOT_TABLE_I, NamedMachine};
 use im_model::{Complex, Scalar};
@@ -8,6 +8,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 mod controllers;
+mod identifiers;
 mod machines;
 mod observers;
 mod parts;
