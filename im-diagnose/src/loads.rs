@@ -21,6 +21,12 @@ impl Loads {
         Self { found: found(machine, experiments, starts), cannot_be_told: cannot_be_told(experiments, machine.effects().ids()) }
     }
 
+    /// The same with the loads of the held-out recording, which settles no effect.
+    pub fn with_holdout(mut self, machine: &Machine<f64>, holdout: &[Experiment], start: &[State<f64>]) -> Self {
+        self.found.extend(found(machine, holdout, start));
+        self
+    }
+
     /// Whether every load is known.
     pub fn is_empty(&self) -> bool {
         self.found.is_empty() && self.cannot_be_told.is_empty()

@@ -8,8 +8,8 @@ mod verdict;
 
 use std::collections::BTreeMap;
 
-use im_identify::offline::{Experiment, FitError, Free, Target};
-use im_model::{EffectId, MotorFile, State};
+use im_identify::offline::{FitError, Free, Target};
+use im_model::{EffectId, MotorFile};
 
 use crate::case::Case;
 use crate::learn::{Curve, continued};
@@ -90,14 +90,18 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
 pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, FitError> {
     let Options { significance, learning, .. } = *loop_.options();
     let before = loop_.case().motor.clone();
-    let course = loop_.run(base)?;
-    let course = match learning {
-        Learning::Always => continued(&mut loop_, course)?,
-        Learning::Unexplained if leaves_unexplained(&loop_, &course) => continued(&mut loop_, course)?,
-        _ => course,
+    let mut course = loop_.run(base)?;
+    let mut leftover = leftover_of(&loop_, &course);
+    let learns = match learning {
+        Learning::Always => true,
+        Learning::Unexplained => unexplained(&course, &Left::new(&course.last().model, loop_.nudged(), &leftover)),
+        Learning::Never => false,
     };
+    if learns {
+        course = continued(&mut loop_, course)?;
+        leftover = leftover_of(&loop_, &course);
+    }
     let (steps_as_found, judged_as_found) = steps(&loop_, &course);
-    let leftover = leftover_of(&loop_, &course);
     let last = &course.last().model;
     let left = Left::new(last, loop_.nudged(), &leftover);
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
@@ -112,8 +116,9 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     let ranking = ranking(&loop_, &course, significance.get(), remainder.as_ref());
     let verdict = verdict(&course, &ranking, &left, floor);
     let last_step = &steps[steps.len() - 1];
-    let loads = loads_of(last_step, loop_.case());
-    let Step { machine, starts, effects, .. } = last_step;
+    let Step { machine, starts, holdout_start, effects, .. } = last_step;
+    let case = loop_.case();
+    let loads = Loads::of(machine, &case.train, starts).with_holdout(machine, case.holdout.as_slice(), holdout_start.as_slice());
     let refined = MotorFile { machine: *machine, ..before.clone() };
     let free = loop_.free(machine, effects, &judged);
     let estimates = Estimates::new(&before, machine, starts, &judged, &free);
@@ -142,25 +147,13 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     })
 }
 
-/// Loads that no column holds, as the last model finds them, the held-out recording's too.
-fn loads_of(last: &Step, case: &Case) -> Loads {
-    let experiments: Vec<Experiment> = case.train.iter().chain(&case.holdout).cloned().collect();
-    let starts: Vec<State<f64>> = last.starts.iter().chain(&last.holdout_start).copied().collect();
-    Loads::of(&last.machine, &experiments, &starts)
-}
-
 /// λ ln(N/λ): by how much D must fall for one number more.
 fn price_of_a_number(course: &Course) -> f64 {
     let lambda = course.posterior.dispersion;
     lambda * (course.first().model.fit.count as f64 / lambda).ln().max(0.0)
 }
 
-/// Whether the candidates leave what has a cause that they do not hold.
-fn leaves_unexplained(loop_: &Refinement, course: &Course) -> bool {
-    let leftover = leftover_of(loop_, course);
-    unexplained(course, &Left::new(&course.last().model, loop_.nudged(), &leftover))
-}
-
+/// What the residual of the last model depends on.
 fn leftover_of(loop_: &Refinement, course: &Course) -> Vec<Dependence> {
     let last = &course.last().model;
     dependences(&last.fit.machine, &last.fit.starts, loop_.nudged())

@@ -122,7 +122,10 @@ impl Projection {
     fn solved(&self, columns: &[&Vec<f64>], known: Option<&DMatrix<f64>>) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
         let n = columns.len();
         let gram = DMatrix::from_fn(n, n, |a, b| dot(columns[a], columns[b]));
-        let gram = known.map_or(gram.clone(), |k| gram + k);
+        let gram = match known {
+            Some(known) => gram + known,
+            None => gram,
+        };
         let b = DVector::from_fn(n, |a, _| dot(columns[a], &self.residual));
         let x = gram.clone().cholesky()?.solve(&b);
         let taken = b.dot(&x);

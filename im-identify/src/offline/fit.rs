@@ -295,7 +295,7 @@ pub fn fit_from(
         residuals: here.residuals,
         count: experiments.iter().map(Experiment::count).sum(),
         iterations: end.accepted,
-        work: MOST_SLOPES * (free.len() + 1) as f64 - room.left,
+        work: room.spent,
         converged: end.converged,
     })
 }
@@ -321,8 +321,9 @@ pub(super) struct Point {
 pub(super) struct Room {
     sample_time_s: f64,
     rate_per_s: f64,
-    /// Simulations of the start that are left.
-    left: f64,
+    /// Simulations of the start, taken and at most.
+    spent: f64,
+    most: f64,
 }
 
 /// Times the steps of the start, and steps that cost nothing to speak of.
@@ -335,7 +336,7 @@ const MOST_SLOPES: f64 = 20.0;
 impl Room {
     /// No bound.
     pub(super) fn any() -> Self {
-        Self { sample_time_s: 0.0, rate_per_s: f64::INFINITY, left: f64::INFINITY }
+        Self { sample_time_s: 0.0, rate_per_s: f64::INFINITY, spent: 0.0, most: f64::INFINITY }
     }
 
     /// Around a start, which must be one that can be followed.
@@ -344,18 +345,18 @@ impl Room {
         let sample_time_s = runs.map(|e| e.sample_time_s).fold(0.0, f64::max);
         let plant = Plant::new(machine);
         plant.followed(sample_time_s)?;
-        let left = MOST_SLOPES * (free.len() + 1) as f64;
-        Ok(Self { sample_time_s, rate_per_s: plant.fastest_rate(), left })
+        let most = MOST_SLOPES * (free.len() + 1) as f64;
+        Ok(Self { sample_time_s, rate_per_s: plant.fastest_rate(), spent: 0.0, most })
     }
 
-    /// Takes so many simulations of a machine out of what is left.
+    /// Counts so many simulations of a machine.
     fn spend(&mut self, machine: &Machine<f64>, simulations: f64) {
         let steps = |rate: f64| (self.sample_time_s * rate).max(1.0);
-        self.left -= simulations * steps(Plant::new(machine).fastest_rate()) / steps(self.rate_per_s);
+        self.spent += simulations * steps(Plant::new(machine).fastest_rate()) / steps(self.rate_per_s);
     }
 
     fn is_spent(&self) -> bool {
-        self.left <= 0.0
+        self.spent >= self.most
     }
 
     fn holds(&self, machine: &Machine<f64>) -> bool {
