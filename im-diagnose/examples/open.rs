@@ -22,9 +22,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             println!("  {:?}: train {:.4}, held out {:.4}", model.effects, model.train(), model.holdout.unwrap_or(f64::NAN));
             for s in round.scores.iter().take(5) {
                 println!(
-                    "    {:<26} score {:>9.1} explained share {:.3} size {:.4?}",
+                    "    {:<26} score {:>9.1} gain {:>9.1} explained share {:.3} size {:.4?}",
                     s.effect.name(),
                     s.score,
+                    s.gain,
                     s.explained_share,
                     s.predicted
                 );

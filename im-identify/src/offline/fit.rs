@@ -10,6 +10,7 @@ use super::free::{Free, Target, change_component, component};
 use super::knowledge::{prior_cost, prior_terms};
 use super::simulate::{linearize_to, residuals_to};
 use super::smoothness::{effective_parameters, likely_spreads, smoothness};
+use super::thinned::Thinned;
 
 /// Why a fit could not be made.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -194,9 +195,9 @@ fn sum_of_squares(residuals: &Residuals) -> f64 {
     residuals.iter().flatten().flatten().map(|r| r * r).sum()
 }
 
-/// JᵀJ of the slopes, per experiment kept for later products with new residuals.
+/// JᵀJ of the slopes; those of each run, in the steps of [`Thinned`], kept for later products with new residuals.
 struct Slopes {
-    per_experiment: Vec<Vec<Vec<Vec<f64>>>>,
+    per_run: Vec<Vec<Vec<Vec<f64>>>>,
     normal: DMatrix<f64>,
     /// The way gone since they were taken: the largest change of a search variable, summed over the steps.
     way: f64,
@@ -207,39 +208,31 @@ fn dot(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 }
 
 impl Slopes {
-    fn gradient(&self, residuals: &Residuals) -> DVector<f64> {
-        let p = self.normal.nrows();
-        DVector::from_fn(p, |k, _| self.per_experiment.iter().zip(residuals).map(|(s, r)| dot(&s[k], r)).sum())
-    }
-}
-
-fn slopes(
-    machine: &Machine<f64>,
-    experiments: &[Experiment],
-    starts: &[State<f64>],
-    free: &[Free],
-    fraction: f64,
-) -> (Slopes, Residuals) {
-    let parts: Vec<_> = experiments
-        .par_iter()
-        .enumerate()
-        .map(|(k, e)| linearize_to(machine, e, &starts[k], k, free, rows(e, fraction)))
-        .collect();
-    let (residuals, per_experiment): (Vec<_>, Vec<_>) = parts.into_iter().map(|l| (l.residuals, l.slopes)).unzip();
-    let p = free.len();
-    let mut normal = DMatrix::zeros(p, p);
-    for s in &per_experiment {
-        for a in 0..p {
-            for b in 0..=a {
-                let x = dot(&s[a], &s[b]);
-                normal[(a, b)] += x;
-                if a != b {
-                    normal[(b, a)] += x;
+    fn at(here: &Point, runs: &[Thinned], free: &[Free], fraction: f64) -> Self {
+        let of = |(k, run): (usize, &Thinned)| {
+            linearize_to(&here.machine, run.run(), &here.starts[k], k, free, rows(run.run(), fraction)).slopes
+        };
+        let per_run: Vec<Vec<Vec<Vec<f64>>>> = runs.par_iter().enumerate().map(of).collect();
+        let p = free.len();
+        let mut normal = DMatrix::zeros(p, p);
+        for s in &per_run {
+            for a in 0..p {
+                for b in 0..=a {
+                    let x = dot(&s[a], &s[b]);
+                    normal[(a, b)] += x;
+                    if a != b {
+                        normal[(b, a)] += x;
+                    }
                 }
             }
         }
+        Self { per_run, normal, way: 0.0 }
     }
-    (Slopes { per_experiment, normal, way: 0.0 }, residuals)
+
+    fn gradient(&self, runs: &[Thinned], residuals: &Residuals) -> DVector<f64> {
+        let sums: Vec<_> = runs.iter().zip(residuals).map(|(run, r)| run.sums(r)).collect();
+        DVector::from_fn(self.normal.nrows(), |k, _| self.per_run.iter().zip(&sums).map(|(s, r)| dot(&s[k], r)).sum())
+    }
 }
 
 /// Fits the free parameters to all experiments, starting from `machine` and the experiments' own starts.
@@ -276,7 +269,7 @@ pub fn fit_from(
         here = given;
     }
     // Slopes from a short step before the minimum are those of the minimum, for the covariance.
-    let mut normal = end.normal.unwrap_or_else(|| slopes(&here.machine, experiments, &here.starts, free, 1.0).0.normal);
+    let mut normal = end.normal.unwrap_or_else(|| Slopes::at(&here, &Thinned::all(experiments), free, 1.0).normal);
     for (k, [_, _, information]) in prior_terms(&here.machine, free).into_iter().enumerate() {
         normal[(k, k)] += information;
     }
@@ -412,6 +405,10 @@ pub(super) fn descend(
         *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction);
         return here.check(experiments).map(|()| End { accepted: 0, converged: free.is_empty(), normal: None });
     }
+    // Fewer rows lead near the minimum, all of them into it: where parameters are nearly alike, their small differences decide.
+    let mut runs = Thinned::all(experiments);
+    *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction);
+    here.check(experiments)?;
     let mut damping = 1e-3;
     let mut kept: Option<Slopes> = None;
     let mut accepted = 0;
@@ -423,14 +420,10 @@ pub(super) fn descend(
             Some(s) => s,
             None => {
                 room.spend(&here.machine, fraction * (free.len() + 1) as f64);
-                let (s, residuals) = slopes(&here.machine, experiments, &here.starts, free, fraction);
-                here.cost = sum_of_squares(&residuals) + known_cost(&here.machine, free);
-                here.residuals = residuals;
-                here.check(experiments)?;
-                s
+                Slopes::at(here, &runs, free, fraction)
             }
         };
-        let mut gradient = s.gradient(&here.residuals);
+        let mut gradient = s.gradient(&runs, &here.residuals);
         // The priors are known exactly at every step; only the slopes of the residuals are kept.
         let mut normal = s.normal.clone();
         for (k, [_, downhill, information]) in prior_terms(&here.machine, free).into_iter().enumerate() {
@@ -470,18 +463,26 @@ pub(super) fn descend(
             }
             damping *= 10.0;
         }
-        match gained {
+        let arrived = match gained {
             Some((gain, size)) => {
                 accepted += 1;
                 s.way += size;
-                if gain < tolerance {
-                    return Ok(End { accepted, converged: true, normal: (s.way < SHORT).then_some(s.normal) });
-                }
-                kept = (s.way < NEAR).then_some(s);
+                gain < tolerance
             }
-            None if fresh => return Ok(End { accepted, converged: true, normal: Some(s.normal) }),
+            None => fresh,
+        };
+        match (arrived, gained.is_some()) {
+            (true, _) if runs.iter().any(|run| run.rows() > 1) => {
+                runs = experiments.iter().map(Thinned::whole).collect();
+                damping = 1e-3;
+            }
+            (true, moved) => {
+                let near = !moved || s.way < SHORT;
+                return Ok(End { accepted, converged: true, normal: near.then_some(s.normal) });
+            }
+            (false, true) => kept = (s.way < NEAR).then_some(s),
             // Old slopes no longer lead down: new ones.
-            None => damping = 1e-3,
+            (false, false) => damping = 1e-3,
         }
     }
     Ok(End { accepted, converged: false, normal: None })

@@ -83,6 +83,16 @@ impl ShownSpeed {
         Self { channel, smooth, cost: s.cost }
     }
 
+    /// On every so many rows.
+    pub(super) fn every(&self, stride: usize) -> Self {
+        let channel = Channel {
+            values: self.channel.values.iter().step_by(stride).copied().collect(),
+            valid: self.channel.valid.as_ref().map(|v| v.iter().step_by(stride).copied().collect()),
+            ..self.channel.clone()
+        };
+        Self { channel, smooth: self.smooth.iter().step_by(stride).copied().collect(), cost: self.cost }
+    }
+
     /// The rotor's own speed at row `k`, when its sensor shows this.
     #[inline(always)]
     pub(super) fn behind<T: Scalar>(&self, plant: &Plant<T>, k: usize) -> T {

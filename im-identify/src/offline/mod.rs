@@ -16,6 +16,7 @@ mod smoothness;
 mod start;
 mod steady;
 pub mod stop;
+mod thinned;
 mod trend;
 
 pub use aqdm::{AqdmFit, SteadyPoint, fit_aqdm, predicted as aqdm_at};
@@ -31,3 +32,4 @@ pub use load_torque::{LoadEstimate, load_torque};
 pub use simulate::{Linearized, linearize, predict, residuals};
 pub use smoothness::{Smoothness, smoothness};
 pub use start::{angle_on, guess_start, start_on, start_parameters};
+pub use thinned::Thinned;

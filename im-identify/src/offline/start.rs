@@ -9,6 +9,7 @@ use super::experiment::{Experiment, Start};
 use super::fit::{Point, Room, cost, descend};
 use super::free::{ANGLE, Free, LOAD_CONSTANT, LOAD_FAN, SPEED, Target, Transform};
 use super::load::{Load, Size};
+use super::thinned::Thinned;
 
 /// The initial states that are to be found with everything else: ψ_s, ψ_r and, where the speed is not imposed, ω_m of every experiment
 /// whose start is [`Start::Estimated`]; the sizes of its load that are to be fitted; and, with effects `fixed_to_shaft`, the shaft's angle at the start of every experiment after the
@@ -85,7 +86,8 @@ const ANGLES: usize = 32;
 /// best of all.
 pub fn angle_on(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> f64 {
     let angle = |k: usize| std::f64::consts::TAU * k as f64 / ANGLES as f64;
-    let missed = |k: usize| cost(machine, std::slice::from_ref(e), &[State { theta_m: angle(k), ..*start }]);
+    let runs = Thinned::all(std::slice::from_ref(e));
+    let missed = |k: usize| cost(machine, std::slice::from_ref(runs[0].run()), &[State { theta_m: angle(k), ..*start }]);
     let tried: Vec<f64> = (0..ANGLES).into_par_iter().map(missed).collect();
     let best = (0..ANGLES).filter(|&k| tried[k].is_finite()).min_by(|&a, &b| tried[a].total_cmp(&tried[b]));
     best.map_or(start.theta_m, angle)
