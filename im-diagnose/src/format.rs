@@ -10,14 +10,9 @@ pub fn number(x: f64, digits: usize) -> String {
     }
     let exponent = x.abs().log10().floor() as i32;
     if !(-4..6).contains(&exponent) {
-        let mut e = exponent;
-        let mut m = format!("{:.*}", digits.saturating_sub(1), x / 10f64.powi(e));
-        // 9.996 rounds to 10.0.
-        if m.trim_start_matches('-').starts_with("10") {
-            e += 1;
-            m = format!("{:.*}", digits.saturating_sub(1), x / 10f64.powi(e));
-        }
-        return format!("{}·10{}", trimmed(m), superscript(e)).replace('-', "−");
+        let text = format!("{x:.*e}", digits.saturating_sub(1));
+        let (mantissa, e) = text.split_once('e').unwrap_or((&text, "0"));
+        return format!("{}·10{}", trimmed(mantissa.into()), superscript(e)).replace('-', "−");
     }
     let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
     let text = format!("{x:.decimals$}");
@@ -31,11 +26,11 @@ fn trimmed(s: String) -> String {
 
 /// A power of ten as probabilities are written: 10⁻²⁶.
 pub fn power_of_ten(e: f64) -> String {
-    format!("10{}", superscript(e.round() as i32))
+    format!("10{}", superscript(&format!("{}", e.round() as i32)))
 }
 
-fn superscript(e: i32) -> String {
-    e.to_string()
+fn superscript(digits: &str) -> String {
+    digits
         .chars()
         .map(|c| match c {
             '-' => '⁻',
@@ -119,6 +114,8 @@ mod tests {
         assert_eq!(number(-445.51, 3), "−446");
         assert_eq!(number(1200.0, 3), "1200");
         assert_eq!(number(1.41e-5, 3), "1.41·10⁻⁵");
+        assert_eq!(number(9.996e-6, 3), "1·10⁻⁵");
+        assert_eq!(number(5e-324, 3), "4.94·10⁻³²⁴");
         assert_eq!(number(f64::NAN, 3), "–");
         assert_eq!(quantity(0.00347, "H", 3), "3.47\u{a0}mH");
         assert_eq!(interval(0.00347, 5e-5, "H"), "3.470 ± 0.050\u{a0}mH");
