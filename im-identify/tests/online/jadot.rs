@@ -109,8 +109,10 @@ proptest! {
         let scheme = TimeScale::try_new(&settings(&p, off), 0.5).unwrap();
         let end = follow(p, scheme, true, &points(&p, slips), 4.0, 60);
         prop_assume!(end.excitation.smallest > 1e-3);
-        // The stiff direction, L_f, is a hundred times slower than the others; 0.5 % is what 200 µs leave.
-        prop_assert!(size(&end.errors) < 0.15 * size(&off) + 0.005, "{off:?} {:?} {:?}", end.errors, end.excitation);
+        // The stiff direction, L_f, is a hundred times slower than the others, and decays at a rate in proportion to its excitation; 0.5 % is what
+        // 200 µs leave.
+        let left = (-1500.0 * end.excitation.smallest).exp().max(0.15);
+        prop_assert!(size(&end.errors) < left * size(&off) + 0.005, "{off:?} {:?} {:?}", end.errors, end.excitation);
     }
 
     /// Theorem 2 with the integral action of (25) forgetting: all four converge.

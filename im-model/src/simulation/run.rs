@@ -50,7 +50,8 @@ pub enum SimulationError {
     NoController(String),
     /// The numbers left the finite range.
     #[error(
-        "the simulation left the finite range at t = {time_s:.6} s: an unstable controller, or a sampling time too long for the machine"
+        "the simulation left the finite range at t = {} s: an unstable controller, or a sampling time too long for the machine",
+        (time_s * 1e6).round() / 1e6
     )]
     Diverged {
         /// When, s.
