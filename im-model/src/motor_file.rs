@@ -490,7 +490,10 @@ mod tests {
                     e.set(id, k, x);
                 }
             }
-            let machine = Machine::try_new(p, pole_pairs, e).unwrap();
+            // Nor may the default of an effect that is off.
+            let machine = Machine::try_new(p, pole_pairs, e);
+            prop_assume!(!matches!(machine, Err(ModelError::OutOfBounds { .. })));
+            let machine = machine.unwrap();
             let mut known = BTreeMap::new();
             for (k, p) in BaseParameter::ALL.into_iter().enumerate().filter(|(k, _)| tolerances >> k & 1 == 1) {
                 let value = if k % 2 == 0 { values[k] } else { 1.1 * values[k] };

@@ -4,7 +4,37 @@ from typing import Any, final
 
 import numpy as np
 
-__all__: list[str]
+__all__ = [
+    "CONTROLLERS",
+    "Certificate",
+    "Comparison",
+    "Controller",
+    "DESIGNS",
+    "Diagnosis",
+    "Fit",
+    "InputError",
+    "Motor",
+    "OBSERVERS",
+    "Observer",
+    "Recording",
+    "__version__",
+    "check",
+    "compare",
+    "design",
+    "diagnose",
+    "effects",
+    "example_region",
+    "fit",
+    "fleet_failed_row",
+    "fleet_jobs",
+    "fleet_keep",
+    "fleet_kept",
+    "fleet_row",
+    "fleet_write",
+    "next_test",
+    "simulate",
+    "validate",
+]
 __version__: str
 OBSERVERS: list[str]
 CONTROLLERS: list[str]
