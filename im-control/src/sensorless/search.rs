@@ -106,13 +106,14 @@ impl<T: Scalar> Search<T> {
     /// a and c = aψ_0 (per sample), from the normal equations ΣΨI* = aΣ|I|² + cΣtI*, ΣΨt = aΣtI + cΣt².
     fn solve(&self) -> Option<[Complex<T>; 2]> {
         let determinant = self.area2 * self.time2 - norm2(self.area_time);
-        if !(determinant > self.area2 * self.time2 * T::from_f64(1e-4)) {
-            return None;
-        }
-        let inverse = T::one() / determinant;
-        let a = (self.change_area * self.time2 - self.change_time * self.area_time.conj()) * inverse;
-        let c = (self.change_time * self.area2 - self.change_area * self.area_time) * inverse;
-        Some([a, c])
+        // Not so where it is no number.
+        let is_regular = determinant > self.area2 * self.time2 * T::from_f64(1e-4);
+        is_regular.then(|| {
+            let inverse = T::one() / determinant;
+            let a = (self.change_area * self.time2 - self.change_time * self.area_time.conj()) * inverse;
+            let c = (self.change_time * self.area2 - self.change_area * self.area_time) * inverse;
+            [a, c]
+        })
     }
 }
 
