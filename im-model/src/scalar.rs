@@ -63,7 +63,7 @@ pub trait Scalar: NumAssign + Neg<Output = Self> + PartialOrd + Copy + Debug + S
 /// √x, without a division or a call for what machines have.
 ///
 /// The `vsqrt` of 32-bit ARM is out of reach without std on stable Rust (`core::f32::math` is unstable) and libm 0.2.16 computes it bit by bit on integers. Two Newton steps for
-/// 1/√x from the bits of x, then Heron's step for √x: within one unit in the last place.
+/// 1/√x from the bits of x, then Heron's step for √x: within 1.2e-7 of its size.
 #[cfg(any(test, all(target_arch = "arm", not(feature = "std"))))]
 fn sqrt_by_newton(x: f32) -> f32 {
     // Zero, what is nearly zero or beyond all sizes, what is negative and what is no number.

@@ -1,7 +1,7 @@
 //! A run in fewer, longer steps, for slopes.
 //!
-//! A recording has many more rows than its signals need. Residuals are taken at every row; their slopes J and the signatures of effects are as
-//! smooth as the signals, and found on every K-th row, in steps with the mean voltage. With r̄_j = Σ r/√K over the K rows around row jK,
+//! A recording has many more rows than its signals need. Residuals are taken at every row; their slopes J are as smooth as the signals, and found
+//! on every K-th row, in steps with the mean voltage. With r̄_j = Σ r/√K over the K rows around row jK,
 //!
 //!   Jᵀr ≈ Σ_j (√K J_j) r̄_j,   JᵀJ ≈ Σ_j (√K J_j)ᵀ(√K J_j)
 //!
@@ -37,7 +37,7 @@ const CHANGE: f64 = 0.105;
 const RIPPLE: f64 = 0.1;
 
 impl<'a> Thinned<'a> {
-    /// In the longest steps that the voltage of all allows, alike for all, as their noise is; tables as they are.
+    /// In the longest steps that the currents and voltages of all allow, alike for all; tables as they are.
     pub fn all(runs: &'a [Experiment]) -> Vec<Self> {
         let strides = runs.par_iter().filter(|e| !e.is_table()).map(stride_of);
         let common = strides.min().unwrap_or(1);
