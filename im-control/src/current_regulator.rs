@@ -8,6 +8,7 @@
 
 use im_model::{Complex, Scalar};
 
+use crate::machine_data::MachineData;
 use crate::vector::{clamp, rotation, within_hexagon};
 use im_model::space_vector::j;
 
@@ -78,6 +79,18 @@ impl<T: Scalar> Turning<T> {
 }
 
 impl<T: Scalar> CurrentRegulator<T> {
+    /// For a machine sampled every `sample_time_s`: as fast as the delay of sample and voltage allows, at most 2000 1/s.
+    pub fn of(machine: &MachineData<T>, sample_time_s: T) -> Self {
+        let (c, w) = (T::from_f64, &machine.windings);
+        let k_r = w.mutual_inductance_h / w.rotor_inductance_h;
+        Self {
+            bandwidth_rad_s: (c(0.15) / (sample_time_s + machine.voltage_delay_s)).min(c(2000.0)),
+            leakage_inductance_h: w.stator_inductance_h - k_r * w.mutual_inductance_h,
+            resistance_ohm: w.stator_resistance_ohm + k_r * k_r * w.rotor_resistance_ohm,
+            voltage_delay_s: machine.voltage_delay_s,
+        }
+    }
+
     /// One sample. `i` and `wanted` in the turning frame, A; `emf` is e, V; `integral` is x, V.
     #[inline]
     pub fn step(

@@ -21,7 +21,7 @@
 
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::space_vector::{j, norm2};
-use im_model::{Bound, Complex, Scalar};
+use im_model::{Complex, Scalar};
 
 use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::error::ControlError;
@@ -91,19 +91,12 @@ impl<T: Scalar, C> FlyingStart<T, C> {
     /// Machine data or sampling time out of bounds.
     pub fn try_new(controller: C, machine: &MachineData<T>, sample_time_s: T) -> Result<Self, ControlError> {
         machine.validate()?;
-        let [shortest, longest] = guard::SAMPLE_TIMES_S;
-        Bound::OfMachines(shortest, longest).check("sample_time_s", sample_time_s.value())?;
-        let (c, w) = (T::from_f64, &machine.windings);
-        let k_r = w.mutual_inductance_h / w.rotor_inductance_h;
+        guard::check_sample_time("sample_time_s", sample_time_s)?;
+        let w = &machine.windings;
         Ok(Self {
-            regulator: CurrentRegulator {
-                bandwidth_rad_s: (c(0.15) / (sample_time_s + machine.voltage_delay_s)).min(c(2000.0)),
-                leakage_inductance_h: w.stator_inductance_h - k_r * w.mutual_inductance_h,
-                resistance_ohm: w.stator_resistance_ohm + k_r * k_r * w.rotor_resistance_ohm,
-                voltage_delay_s: machine.voltage_delay_s,
-            },
+            regulator: CurrentRegulator::of(machine, sample_time_s),
             pole_pairs: machine.n_p(),
-            k_r,
+            k_r: w.mutual_inductance_h / w.rotor_inductance_h,
             inverse_rotor_time_constant: w.rotor_resistance_ohm / w.rotor_inductance_h,
             currents: false,
             controller,

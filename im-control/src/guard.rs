@@ -3,7 +3,7 @@
 //! The bounds keep arithmetic in `f32` within its range. What is plausible for one drive is for [`Drive`](crate::Drive) to know.
 
 use im_model::simulation::{Measured, Reference};
-use im_model::{Bound, Complex, Scalar};
+use im_model::{Bound, Complex, ModelError, Scalar};
 
 use crate::vector::is_finite;
 
@@ -12,12 +12,21 @@ pub(crate) const SIZE: Bound = Bound::OfMachines(Bound::SMALLEST, Bound::LARGEST
 /// Those that may be none.
 pub(crate) const SIZE_OR_ZERO: Bound = Bound::Within(0.0, 1e12);
 /// Sampling times of drives, s.
-pub(crate) const SAMPLE_TIMES_S: [f64; 2] = [1e-7, 0.1];
+const SAMPLE_TIMES_S: [f64; 2] = [1e-7, 0.1];
 /// Mechanical speeds beyond any machine's, rad/s, and voltages, V.
 const SPEED_RAD_S: f64 = 1e5;
 const VOLTAGE_V: f64 = 1e6;
 /// Times the largest current of the machine.
 const CURRENT: f64 = 100.0;
+
+/// Checks a sampling time, or another period of a drive, by its name.
+///
+/// # Errors
+/// It is outside the bounds.
+pub(crate) fn check_sample_time<T: Scalar>(quantity: &'static str, t: T) -> Result<(), ModelError> {
+    let [shortest, longest] = SAMPLE_TIMES_S;
+    Bound::OfMachines(shortest, longest).check(quantity, t.value())
+}
 
 /// Whether a sampling time is one.
 pub(crate) fn is_sample_time<T: Scalar>(t: T) -> bool {

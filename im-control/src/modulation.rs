@@ -8,7 +8,7 @@ use im_model::simulation::Bridge;
 use im_model::space_vector::{from_phases, to_phases};
 use im_model::{Bound, Complex, ModelError, Scalar};
 
-use crate::guard::{SAMPLE_TIMES_S, SIZE_OR_ZERO};
+use crate::guard::{SIZE_OR_ZERO, check_sample_time};
 
 /// How the zero sequence is chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -154,8 +154,7 @@ impl<T: Scalar> DeadTimeCompensation<T> {
     /// # Errors
     /// Names the quantity out of bounds.
     pub fn validate(&self) -> Result<(), ModelError> {
-        let [shortest, longest] = SAMPLE_TIMES_S;
-        Bound::OfMachines(shortest, longest).check("switching_period_s", self.switching_period_s.value())?;
+        check_sample_time("switching_period_s", self.switching_period_s)?;
         Bound::Within(0.0, 0.5 * self.switching_period_s.value()).check("dead_time_s", self.dead_time_s.value())?;
         SIZE_OR_ZERO.check("drop_v", self.drop_v.value())?;
         SIZE_OR_ZERO.check("on_resistance_ohm", self.on_resistance_ohm.value())?;

@@ -6,9 +6,10 @@
 
 use im_model::simulation::{Command, Measured};
 use im_model::space_vector::norm2;
-use im_model::{Bound, Complex, Scalar};
+use im_model::{Complex, Scalar};
 
 use crate::DriveLimits;
+use crate::current_regulator::CurrentRegulator;
 use crate::error::ControlError;
 use crate::guard;
 use crate::machine_data::MachineData;
@@ -34,16 +35,14 @@ pub(super) struct Found<T> {
 /// Holds the current at zero and watches.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EmfSearch<T> {
-    /// aL_σ, R_σ, L_σ.
-    proportional_ohm: T,
-    resistance_ohm: T,
-    leakage_h: T,
+    regulator: CurrentRegulator<T>,
     k_r: T,
     inverse_rotor_time_constant: T,
     pole_pairs: T,
     sample_time_s: T,
     flux_min_vs: T,
     speed_max_rad_s: T,
+    voltage_max_v: T,
     current_max_a: T,
     samples: u32,
     currents: bool,
@@ -121,21 +120,18 @@ impl<T: Scalar> EmfSearch<T> {
     pub fn try_new(machine: &MachineData<T>, limits: &DriveLimits<T>, sample_time_s: T) -> Result<Self, ControlError> {
         machine.validate()?;
         limits.validate()?;
-        let [shortest, longest] = guard::SAMPLE_TIMES_S;
-        Bound::OfMachines(shortest, longest).check("sample_time_s", sample_time_s.value())?;
-        let (c, w) = (T::from_f64, &machine.windings);
+        guard::check_sample_time("sample_time_s", sample_time_s)?;
+        let w = &machine.windings;
         let k_r = w.mutual_inductance_h / w.rotor_inductance_h;
-        let leakage_h = w.stator_inductance_h - k_r * w.mutual_inductance_h;
         Ok(Self {
-            proportional_ohm: (c(0.15) / (sample_time_s + machine.voltage_delay_s)).min(c(2000.0)) * leakage_h,
-            resistance_ohm: w.stator_resistance_ohm + k_r * k_r * w.rotor_resistance_ohm,
-            leakage_h,
+            regulator: CurrentRegulator::of(machine, sample_time_s),
             k_r,
             inverse_rotor_time_constant: w.rotor_resistance_ohm / w.rotor_inductance_h,
             pole_pairs: machine.n_p(),
             sample_time_s,
-            flux_min_vs: limits.rotor_flux_max_vs * k_r * c(FLUX_SHARE),
+            flux_min_vs: limits.rotor_flux_max_vs * k_r * T::from_f64(FLUX_SHARE),
             speed_max_rad_s: limits.speed_max_rad_s,
+            voltage_max_v: limits.voltage_max_v,
             current_max_a: machine.current_max_a,
             samples: ((SEARCH_S / sample_time_s.value()) as u32).max(SAMPLES_MIN),
             currents: false,
@@ -168,16 +164,16 @@ impl<T: Scalar> EmfSearch<T> {
             (self.state.begun, self.state.i_before) = (true, m.i_s);
             return (self.command(z), None);
         }
-        let (t, s) = (m.sample_time_s, &mut self.state);
+        let (t, g, s) = (m.sample_time_s, &self.regulator, &mut self.state);
         let mean = (s.i_before + m.i_s) * T::from_f64(0.5);
-        let step = (u_s - mean * self.resistance_ohm) * t - (m.i_s - s.i_before) * self.leakage_h;
+        let step = (u_s - mean * g.resistance_ohm) * t - (m.i_s - s.i_before) * g.leakage_inductance_h;
         s.i_before = m.i_s;
         s.take(step);
         // The first sample tells it whole: what is not countered by then drives the current up.
         let taken = if s.seen == 1 { T::one() } else { T::from_f64(TAKEN) };
         s.emf += (step * (T::one() / t) - s.emf) * taken;
-        let wanted = s.emf - m.i_s * self.proportional_ohm;
-        let made = shortened(within_hexagon(wanted, m.dc_voltage_v), T::from_f64(1e6));
+        let wanted = s.emf - m.i_s * (g.bandwidth_rad_s * g.leakage_inductance_h);
+        let made = within_hexagon(shortened(wanted, self.voltage_max_v), m.dc_voltage_v);
         if !is_finite(made) {
             self.restart();
             return (self.command(z), None);
