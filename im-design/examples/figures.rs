@@ -1,4 +1,4 @@
-//! The figures of `docs/design.md`: `cargo run --release -p im-design --example figures`.
+//! The figures of `docs/background/design.md`: `cargo run --release -p im-design --example figures`.
 
 use im_design::certificate::Design;
 use im_design::kubota::{KubotaRequest, best_rate, closed_form, least_norm};

@@ -3,7 +3,7 @@
 //! (a + ε a')(b + ε b') = ab + ε (a b' + a' b),  ε² = 0.
 //!
 //! Exact forward sensitivities of a simulation come from running it once in `Dual<N>`. Plain arrays on purpose: the compiler
-//! turns the loops over N into vector instructions, and a step costs a few times that of `f64` (see `docs/performance.md`);
+//! turns the loops over N into vector instructions, and a step costs a few times that of `f64` (see `docs/background/performance.md`);
 //! a general dual-number library measured about ten times slower here.
 
 #![allow(clippy::needless_range_loop, reason = "three arrays at one index read best so, and compile best so")]

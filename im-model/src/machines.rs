@@ -59,7 +59,7 @@ pub const KWON_TABLE_V: Aqdm = Aqdm {
 /// The set that the printed A, B₁, B₂ of Kwon et al. follow from: a tenth of Table IV's L_m with the same leakage.
 pub const KWON_PRINTED_MATRICES: NamedMachine = NamedMachine {
     name: "kwon_printed_matrices",
-    source: "fitted to the printed A, B1, B2 of Kwon, Sudhoff, Żak, Hui, Sec. VII (docs/errata.md)",
+    source: "fitted to the printed A, B1, B2 of Kwon, Sudhoff, Żak, Hui, Sec. VII (docs/background/errata.md)",
     windings: WindingParameters {
         stator_resistance_ohm: 0.22,
         rotor_resistance_ohm: 0.159,

@@ -179,7 +179,7 @@ mod tests {
     }
 
     /// The machines of Kwon et al. are left out: with the printed inductances they cannot carry rated torque at rated voltage
-    /// (docs/errata.md).
+    /// (docs/background/errata.md).
     #[test]
     fn named_machines_are_guessed_within_a_factor_of_two() {
         for m in [machines::KENNE_APPENDIX_II, machines::JADOT_TABLE_I, machines::MOTULATOR_2_2_KW, machines::MODELICA_IMC_DOL] {

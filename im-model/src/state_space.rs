@@ -80,7 +80,7 @@ mod tests {
     use num_complex::Complex;
     use proptest::prelude::*;
 
-    /// The entries printed in Sec. VII, to the digits printed; the paper's slips in B₂ corrected (docs/errata.md).
+    /// The entries printed in Sec. VII, to the digits printed; the paper's slips in B₂ corrected (docs/background/errata.md).
     #[test]
     fn printed_matrices_follow_from_their_set_and_not_from_table_iv() {
         let printed_a = [-0.238, -11.946, 0.109, 1169.869, -42.044];

@@ -17,10 +17,10 @@
 //! | [`FullOrder`] | flux, speed, R_s | every speed and load, but at ω_s = 0, for every gain | hω_n² < λ + η |
 //! | [`Kubota`] | flux, speed | every load with [`KubotaGains::stabilized`], but at ω_e = 0 | hK_P(n_pβλ)² < 2 |
 //! | [`Derdiyok`] | flux, speed, 1/T_r | current: ν₀ large enough; flux: with the anchor | none (implicit) |
-//! | [`Utkin`] | flux, speed | not proven; mapped in `docs/observers.md` | none (implicit) |
+//! | [`Utkin`] | flux, speed | not proven; mapped in `docs/background/observers.md` | none (implicit) |
 //! | [`Thau`] | flux, speed | in a certified box with a designed gain; L = 0 with friction | h²μn_pβλ² < 1 |
 //!
-//! Equations and sources stand at the head of each file; figures in `docs/observers.md`.
+//! Equations and sources stand at the head of each file; figures in `docs/background/observers.md`.
 //!
 //! # Features
 //!

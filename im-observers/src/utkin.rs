@@ -5,7 +5,7 @@
 //! ```
 //!
 //! The speed shown is ω̂ filtered: the equivalent control. Nobody has proven that the flux converges; Utkin et al. say so. Where it does
-//! is mapped in `docs/observers.md`: as in Kubota's observer without feedback, not when regenerating at low frequency.
+//! is mapped in `docs/background/observers.md`: as in Kubota's observer without feedback, not when regenerating at low frequency.
 //!
 //! What practice adds: a **boundary layer** of width φ for the sign (forward Euler then needs hn_pβ|λ|²ω₀/φ < 2, checked), and
 //! **implicit sliding**: ω̂ such that s_n = 0 at the *end* of the sample, within ±ω₀. Per sample a speed changed by δ moves s_n by

@@ -64,7 +64,7 @@ impl Origin {
     }
 }
 
-/// What was found, as `docs/claims.md` states it.
+/// What was found, as `docs/background/claims.md` states it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Found {
     /// No case violates it.
@@ -153,7 +153,7 @@ impl Cost {
 /// A claim with its property.
 #[derive(Clone, Copy, Debug)]
 pub struct Claim {
-    /// Number in `docs/claims.md`; cases depend on it.
+    /// Number in `docs/background/claims.md`; cases depend on it.
     pub number: u32,
     /// Name, as tests have it.
     pub name: &'static str,

@@ -1,4 +1,4 @@
-//! The generated parts of `docs/claims.md`: the table of results and the two lists, in Markdown.
+//! The generated parts of `docs/background/claims.md`: the table of results and the two lists, in Markdown.
 
 use std::fmt::Write as _;
 

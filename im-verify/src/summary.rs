@@ -1,4 +1,4 @@
-//! Blocks of results put together: one row per claim, and whether it came out as `docs/claims.md` states it.
+//! Blocks of results put together: one row per claim, and whether it came out as `docs/background/claims.md` states it.
 
 use crate::campaign::{Block, Campaign};
 use crate::claim::{Claim, Found};
@@ -8,7 +8,7 @@ use crate::subject::Machines;
 /// Confidence of the intervals.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// How a campaign compares with what `docs/claims.md` states.
+/// How a campaign compares with what `docs/background/claims.md` states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// None violated where it holds, a counterexample found where it fails.

@@ -1,4 +1,4 @@
-//! Every claim, briefly: it comes out as `docs/claims.md` states it. The long campaign is `im verify`.
+//! Every claim, briefly: it comes out as `docs/background/claims.md` states it. The long campaign is `im verify`.
 
 use std::path::{Path, PathBuf};
 
@@ -72,13 +72,13 @@ fn numbers_and_names_are_each_claims_own() {
         assert!(pair[0].number < pair[1].number, "{} {}", pair[0].name, pair[1].name);
         assert!(pair[0].name != pair[1].name);
     }
-    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/claims.md")).unwrap();
+    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/background/claims.md")).unwrap();
     let list = im_verify::page::list(&all);
-    assert!(page.contains(list.trim()), "docs/claims.md has other lists: scripts/claims-page list");
+    assert!(page.contains(list.trim()), "docs/background/claims.md has other lists: scripts/claims-page list");
     for claim in &all {
         assert!(
             page.contains(&format!("| {} | `{}` |", claim.number, claim.name)),
-            "docs/claims.md lacks a result of {}",
+            "docs/background/claims.md lacks a result of {}",
             claim.name
         );
     }

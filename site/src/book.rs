@@ -7,47 +7,45 @@ use std::path::Path;
 use crate::layout::{self, Entry};
 use crate::markdown::{self, Heading, Parsed};
 use crate::source::{self, Shown};
-use crate::{Problem, commands, links};
+use crate::{Problem, commands, guide, links};
 
 /// The order of the pages beside each one; those that are not named here come last.
-const GROUPS: [(&str, &[&str]); 6] = [
-    (
-        "Begin",
-        &[
-            "README.md",
-            "docs/walkthrough.md",
-            "docs/gallery.md",
-            "docs/program.md",
-            "docs/python.md",
-            "docs/architecture.md",
-            "docs/glossary.md",
-        ],
-    ),
-    ("The machine", &["docs/conventions.md", "docs/model.md", "docs/effects.md"]),
+const GROUPS: [(&str, &[&str]); 8] = [
+    ("Begin", &["README.md", "docs/walkthrough.md", "docs/program.md", "docs/glossary.md"]),
+    ("The machine", &["docs/conventions.md", "docs/effects.md"]),
     ("Measurements", &["docs/recordings.md", "docs/diagnosis.md", "docs/learn.md", "docs/fleets.md"]),
+    ("Python", &["docs/python.md", "docs/matlab.md"]),
+    ("Drives", &["docs/observers.md", "docs/controllers.md", "docs/identifiers.md", "docs/design.md", "docs/firmware.md"]),
     (
-        "Python",
+        "Examples",
         &[
-            "docs/python.md",
-            "docs/notebook-first-diagnosis.md",
-            "docs/notebook-own-data.md",
-            "docs/notebook-fleet.md",
-            "docs/matlab.md",
+            "docs/background/gallery.md",
+            "docs/background/notebook-first-diagnosis.md",
+            "docs/background/notebook-own-data.md",
+            "docs/background/notebook-fleet.md",
         ],
     ),
-    ("Drives", &["docs/observers.md", "docs/controllers.md", "docs/firmware.md", "docs/identifiers.md", "docs/design.md"]),
     (
-        "Proof and practice",
+        "Proofs and figures",
         &[
-            "docs/claims.md",
-            "docs/errata.md",
-            "docs/errata-design.md",
-            "docs/figures.md",
-            "docs/performance.md",
-            "docs/extending.md",
+            "docs/background/model.md",
+            "docs/background/diagnosis.md",
+            "docs/background/observers.md",
+            "docs/background/controllers.md",
+            "docs/background/identifiers.md",
+            "docs/background/design.md",
+            "docs/background/claims.md",
+            "docs/background/errata.md",
+            "docs/background/figures.md",
+            "docs/background/performance.md",
+            "docs/background/json.md",
         ],
     ),
+    ("For contributors", &["docs/background/architecture.md", "docs/background/extending.md"]),
 ];
+
+/// Where pages stand: the guide, and what it rests on.
+const FOLDERS: [&str; 2] = ["docs", "docs/background"];
 
 /// What a file of the site holds.
 pub enum Content {
@@ -81,7 +79,7 @@ pub fn render(root: &Path) -> io::Result<(Vec<File>, Vec<Problem>)> {
         pages.iter().zip(&parsed).map(|(p, m)| (p.file.clone(), m.headings.clone())).collect();
     let mut files = vec![File { path: "style.css".into(), content: Content::Text(layout::STYLE.into()) }];
     let mut wanted = BTreeSet::new();
-    let mut problems = Vec::new();
+    let mut problems = guide::too_long(pages.iter().map(|p| (p.file.as_str(), p.text.as_str())));
     for (page, parsed) in pages.iter().zip(parsed) {
         let own = address(&page.file);
         let name = title(&page.file, parsed.title());
@@ -117,10 +115,9 @@ pub fn write(root: &Path, out: &Path, files: &[File]) -> io::Result<()> {
 
 fn pages(root: &Path) -> io::Result<Vec<Page>> {
     let mut files = vec!["README.md".to_owned()];
-    for name in source::folder(root, "docs")? {
-        if name.ends_with(".md") {
-            files.push(format!("docs/{name}"));
-        }
+    for folder in FOLDERS.into_iter().filter(|f| root.join(f).is_dir()) {
+        let names = source::folder(root, folder)?;
+        files.extend(names.iter().filter(|n| n.ends_with(".md")).map(|n| format!("{folder}/{n}")));
     }
     files.into_iter().map(|file| Ok(Page { text: std::fs::read_to_string(root.join(&file))?, file })).collect()
 }

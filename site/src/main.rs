@@ -1,11 +1,12 @@
-//! Renders `README.md` and `docs/*.md` as one static site: `cargo run -p im-site [-- OUT]`, into `target/site` unless OUT is given.
+//! Renders `README.md`, `docs/*.md` and `docs/background/*.md` as one static site: `cargo run -p im-site [-- OUT]`, into `target/site` unless OUT is given.
 //!
 //! Equations become MathML here, pictures are copied, files of the repository that a page links to become pages of plain text. Every link,
 //! anchor, picture and example named in a command is checked; what is broken is reported with file and line, nothing is written, and the
-//! status is 1.
+//! status is 1. So is a guide that is too long.
 
 mod book;
 mod commands;
+mod guide;
 mod layout;
 mod links;
 mod markdown;

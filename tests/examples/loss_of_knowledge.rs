@@ -1,6 +1,6 @@
 //! What it costs not to have measured something: trials diagnosed with everything known and without the load torque.
 //!
-//! `loss_of_knowledge [SEEDS] [EFFECT…]` prints a line per trial, and the table of docs/diagnosis.md. Hidden are single effects of medium
+//! `loss_of_knowledge [SEEDS] [EFFECT…]` prints a line per trial, and the table of docs/background/diagnosis.md. Hidden are single effects of medium
 //! strength that act on the electrical side, in a sensor or in the inverter, and nothing at all. `WHY=1` prints the course of each loop.
 
 use im_model::EffectId;

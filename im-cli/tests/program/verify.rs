@@ -18,7 +18,7 @@ fn a_claim_that_fails_comes_out_as_stated_by_its_counterexample() {
     let out = Folder::new("fails");
     let run = verify(&["--claim", "3", "--cases", "10000", "--out", &out.path("")]);
     assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));
-    assert!(text(&run.stdout).contains("1 of 1 claims came out as docs/claims.md states them"));
+    assert!(text(&run.stdout).contains("1 of 1 claims came out as docs/background/claims.md states them"));
     let cases: Vec<_> = fs::read_dir(out.path("cases")).unwrap().map(|f| f.unwrap().path().display().to_string()).collect();
     assert_eq!(cases.len(), 3);
     for case in &cases {

@@ -122,7 +122,7 @@ pub fn own_effect(curve: &Curve, name: &str) -> Option<String> {
     };
     put(&format!("//! {title}: learned from recordings, then written as its nearest formula.\n//!\n//! f(x) = {text}"));
     put(
-        "//!\n//! Written by `im learn --rust`. Rename it, say in the card what it is, and give it to the loop: docs/extending.md.\n",
+        "//!\n//! Written by `im learn --rust`. Rename it, say in the card what it is, and give it to the loop: docs/background/extending.md.\n",
     );
     put("#![allow(dead_code, unused_imports, unused_variables)]\n");
     put(

@@ -1,4 +1,4 @@
-//! Equations of the papers that the model must reproduce (docs/errata.md names those that are misprinted).
+//! Equations of the papers that the model must reproduce (docs/background/errata.md names those that are misprinted).
 
 use im_model::machines::{JADOT_TABLE_I, KENNE_APPENDIX_II};
 use im_model::space_vector::j;

@@ -1,6 +1,6 @@
 //! The two simulation studies of Kenné et al. (2005), Section IV: `cargo run --release -p im-lab --example kenne_studies [FOLDER]`.
 //!
-//! Prints the figures of docs/controllers.md; with a folder, draws the curves of the paper's Fig. 1 and Fig. 2 into it.
+//! Prints the figures of docs/background/controllers.md; with a folder, draws the curves of the paper's Fig. 1 and Fig. 2 into it.
 
 use std::error::Error;
 use std::f64::consts::PI;

@@ -2,7 +2,7 @@
 //!
 //!     cargo run --release -p im-lab --example kwon_figures [4|8|9|11] [FOLDER]
 //!
-//! Prints the tables of docs/observers.md; with a folder, draws the figures into it: Fig. 10 is the end of Fig. 9.
+//! Prints the tables of docs/background/observers.md; with a folder, draws the figures into it: Fig. 10 is the end of Fig. 9.
 
 use std::path::{Path, PathBuf};
 

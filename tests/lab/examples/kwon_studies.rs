@@ -4,7 +4,7 @@
 //! cargo run --release -p im-lab --example kwon_studies [FOLDER]
 //! ```
 //!
-//! Prints the tables of docs/controllers.md; with a folder, draws the curves into it. The speed is measured, or estimated by an observer that
+//! Prints the tables of docs/background/controllers.md; with a folder, draws the curves into it. The speed is measured, or estimated by an observer that
 //! knows a T circuit of the machine.
 
 use std::error::Error;

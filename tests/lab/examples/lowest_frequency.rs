@@ -1,4 +1,4 @@
-//! The lowest stator frequency at which each observer holds, against the error of R_s, the dead time and the load: the map of docs/observers.md.
+//! The lowest stator frequency at which each observer holds, against the error of R_s, the dead time and the load: the map of docs/background/observers.md.
 //!
 //!     cargo run --release -p im-lab --example lowest_frequency -- [--docs docs]
 //!
@@ -142,7 +142,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         (Some("--docs"), Some(docs)) => docs,
         _ => return Err("only --docs DIRECTORY is known".into()),
     };
-    let page = std::path::Path::new(&docs).join("observers.md");
+    let page = std::path::Path::new(&docs).join("background/observers.md");
     let mut text = std::fs::read_to_string(&page).map_err(|e| format!("{}: {e}", page.display()))?;
     let [(first, lines), (second, _)] = [MOTULATOR_2_2_KW, JADOT_TABLE_I].map(|m| map(&m));
     let maps = first + &second;

@@ -2,7 +2,7 @@
 //!
 //! f(x) = 0.401 exp(−x/0.0413)
 //!
-//! Written by `im learn --rust`. Rename it, say in the card what it is, and give it to the loop: docs/extending.md.
+//! Written by `im learn --rust`. Rename it, say in the card what it is, and give it to the loop: docs/background/extending.md.
 
 #![allow(dead_code, unused_imports, unused_variables)]
 

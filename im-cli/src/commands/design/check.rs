@@ -102,7 +102,7 @@ fn tell(
     writeln!(
         out,
         "Of a matrix: the smallest pivot of LDL' over its diagonal entry, of 1. Tight by construction: the design takes the smallest\n\
-         gain or the largest claim there is, up to this. docs/design.md says what a certificate does not state."
+         gain or the largest claim there is, up to this. docs/background/design.md says what a certificate does not state."
     )
 }
 

@@ -35,7 +35,7 @@ A case follows from seed, claim and index alone, so that shards are exactly the 
 of DIR/trials.jsonl: the same command run again goes on where it was, and the lines of several shards put \
 into one file are summed up by running the whole. Another version of im needs another folder.
 
-Exit status: 0 no claim came out otherwise than docs/claims.md states it and no trial was refused; too few \
+Exit status: 0 no claim came out otherwise than docs/background/claims.md states it and no trial was refused; too few \
 cases to tell, or no counterexample on a given machine, is no failure and is printed. 3 otherwise, 1 bad \
 input, 2 wrong usage.")]
 pub struct Args {
@@ -85,7 +85,7 @@ pub struct Args {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Print Markdown, as docs/claims.md has it
+    /// Print Markdown, as docs/background/claims.md has it
     #[arg(long, conflicts_with = "json")]
     markdown: bool,
 }

@@ -44,7 +44,7 @@ pub fn text(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Fo
         writeln!(out, "With --out DIR they are written to files, which im verify --replay runs again.")?;
     }
     let count = |outcome: Outcome| rows.iter().filter(|r| r.outcome == outcome).count();
-    writeln!(out, "\n{} of {} claims came out as docs/claims.md states them.", count(Outcome::AsStated), rows.len())?;
+    writeln!(out, "\n{} of {} claims came out as docs/background/claims.md states them.", count(Outcome::AsStated), rows.len())?;
     let none = count(Outcome::NotOnThisMachine);
     if none > 0 {
         writeln!(out, "{none} that fail elsewhere have no counterexample on this machine.")?;

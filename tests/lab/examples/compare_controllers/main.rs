@@ -1,6 +1,6 @@
 //! All controllers on the same drive cycle: `cargo run --release -p im-lab --example compare_controllers`.
 //!
-//! Prints the table of docs/controllers.md. The machine of Jadot et al., Table I, on a bridge with dead time, with noise; every controller
+//! Prints the table of docs/background/controllers.md. The machine of Jadot et al., Table I, on a bridge with dead time, with noise; every controller
 //! knows the base machine. Four truths: that machine; 50 % more rotor resistance; 50 % more stator resistance; saturated iron.
 
 mod cycle;

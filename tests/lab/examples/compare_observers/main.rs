@@ -1,4 +1,4 @@
-//! The observers on the same recordings: tables and plots of docs/observers.md.
+//! The observers on the same recordings: tables and plots of docs/background/observers.md.
 //!
 //!     cargo run --release -p im-lab --example compare_observers -- [--docs docs] [--measured DIRECTORY]
 //!
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some(file) => Some(measured::table(&file)?),
         None => None,
     };
-    let page = docs.join("observers.md");
+    let page = docs.join("background/observers.md");
     let mut text = std::fs::read_to_string(&page).map_err(|e| format!("{}: {e}", page.display()))?;
     // Before the long run: that both parts are there.
     for name in ["compare", "measured"] {

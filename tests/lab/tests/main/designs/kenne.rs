@@ -74,7 +74,7 @@ fn rated_torque_exceeds_the_bound_without_the_currents_derivative() {
     }
     let old = without_the_currents_derivative(&nominal, &r);
     let (new, _) = design(DesignModel::Machine(nominal), &r, 0.05).unwrap();
-    // The figures of docs/errata-design.md, to their digits.
+    // The figures of docs/background/errata.md, to their digits.
     for (is, printed) in [(old, 4.55e4), (worst, 9.86e4), (new.k_x / 1.05, 8.40e5)] {
         assert!((is / printed - 1.0).abs() < 2e-3, "{is} {printed}");
     }

@@ -239,7 +239,7 @@ mod utkin {
         e[e.len() - 2000..].iter().all(|e| (e.omega_m - speed).abs() < 0.05 * speed.abs().max(5.0))
     }
 
-    /// Points of the map in docs/observers.md: motoring everywhere, regenerating above the low frequencies only.
+    /// Points of the map in docs/background/observers.md: motoring everywhere, regenerating above the low frequencies only.
     #[test]
     fn converges_motoring_and_not_when_regenerating_at_low_frequency() {
         let m = JADOT_TABLE_I;
