@@ -27,6 +27,11 @@ use std::fmt::Write;
 use scale::bounds;
 use series::{Area, Legend};
 
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
 /// Width of every chart, pixels.
 pub const WIDTH: f64 = 640.0;
 /// Height of [`chart`], pixels.

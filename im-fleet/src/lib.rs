@@ -37,6 +37,11 @@ use im_model::{FileError, write_atomically};
 use row::Row;
 use summary::Summary;
 
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
 /// What is written beside the rows; with the feature `parquet` the first of them as `verdicts.parquet` too.
 pub const FILES: [&str; 4] = ["verdicts.csv", "parameters.csv", "fleet.json", "fleet.html"];
 

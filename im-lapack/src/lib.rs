@@ -28,3 +28,8 @@ pub mod kernels;
 #[link(name = "blas")]
 // SAFETY: declares no items; it only names the libraries to link.
 unsafe extern "C" {}
+
+/// The example of the README is a test.
+#[cfg(all(doctest, feature = "pure-rust", not(feature = "system-lapack")))]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

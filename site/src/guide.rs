@@ -35,7 +35,9 @@ pub fn too_long<'a>(pages: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Prob
         }
     }
     if words > WORDS {
-        let what = format!("the guide (README.md and docs/*.md) has {words} words, more than {WORDS}; what is long belongs in docs/background");
+        let what = format!(
+            "the guide (README.md and docs/*.md) has {words} words, more than {WORDS}; what is long belongs in docs/background"
+        );
         problems.push(Problem { file: "README.md".into(), line: 1, what });
     }
     problems

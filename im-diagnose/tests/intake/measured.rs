@@ -10,17 +10,12 @@ use crate::simulated::of;
 
 const FIXTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/recordings/direct_on_line_4kw");
 
-fn measured(name: &str) -> Option<PathBuf> {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings/measured/direct_on_line_4kw").join(name);
-    if !here.is_file() {
-        eprintln!("skipped: {name} is not at hand");
-        return None;
-    }
-    Some(here)
+fn measured(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings/measured/direct_on_line_4kw").join(name)
 }
 
-fn taken(name: &str) -> Option<Intake> {
-    let path = measured(&format!("{name}.csv"))?;
+fn taken(name: &str) -> Intake {
+    let path = measured(&format!("{name}.csv"));
     let motor = MotorFile::read(format!("{FIXTURES}/motor.toml")).unwrap();
     let mapping = format!("{FIXTURES}/{name}.recording.toml");
     let taken = read(&path, Some(Path::new(&mapping)), &motor).unwrap().remove(0);
@@ -28,13 +23,14 @@ fn taken(name: &str) -> Option<Intake> {
         println!("{:?} {}", f.kind, f.line());
         println!("   {:?}", f.rows);
     }
-    Some(taken)
+    taken
 }
 
 /// The saturated sensors are found by the sum, and the second sensor of phase 3 takes its place.
 #[test]
+#[ignore = "needs the recordings in ../shared, which cannot be copied"]
 fn the_start_is_compared_by_what_the_sensors_show_truly() {
-    let Some(t) = taken("Test_4_IM_Direct_Start") else { return };
+    let t = taken("Test_4_IM_Direct_Start");
     let e = &t.experiment;
     assert_eq!(t.begin, Begin::AtRest);
     let names: Vec<&str> = e.channels.iter().map(|c| c.name.as_str()).collect();
@@ -63,11 +59,12 @@ fn the_start_is_compared_by_what_the_sensors_show_truly() {
 }
 
 #[test]
+#[ignore = "needs the recordings in ../shared, which cannot be copied"]
 fn locked_rotor_and_no_load_need_no_mercy() {
-    let Some(locked) = taken("Test_2_IM_Locked_Rotor") else { return };
+    let locked = taken("Test_2_IM_Locked_Rotor");
     assert!(locked.experiment.imposed_speed.as_ref().is_some_and(|w| w.iter().all(|x| *x == 0.0)));
     assert!(locked.experiment.channels.iter().all(|c| matches!(c.kind, ChannelKind::Current { .. }) && c.valid.is_none()));
-    let Some(free) = taken("Test_3_IM_No_Load") else { return };
+    let free = taken("Test_3_IM_No_Load");
     assert_eq!(free.begin, Begin::InMotion);
     assert!(free.experiment.channels.iter().all(|c| c.valid.is_none()));
     for f in locked.findings.iter().chain(&free.findings) {
