@@ -1,29 +1,71 @@
-//! The static torque-speed curve of a machine: its steady states on a sinusoidal supply.
+//! The steady states of a machine on a sinusoidal supply: its static torque-speed and current-speed curves, and what it does at its rated torque.
 
-use im_model::{Held, Machine, MotorFile, Plant, steady_state};
+use im_model::{Complex, Held, Machine, MotorFile, Plant, PlantInput, Powers, steady_state};
 use serde_json::{Map, Value, json};
 
 /// Points of a curve in a file.
 const POINTS: usize = 56;
 
-/// Speed, rad/s, and electromagnetic torque, Nm, from standstill to a tenth above synchronous speed; speeds without a steady state are left
-/// out. Effects that ripple (asymmetries, dead time, sensors) are left out of each state, as in [`steady_state`].
-pub fn torque_speed(machine: &Machine<f64>, phase_voltage_peak_v: f64, frequency_hz: f64, points: usize) -> Vec<[f64; 2]> {
+/// Speed, rad/s, electromagnetic torque, Nm, and peak stator current, A, from standstill to a tenth above synchronous speed; speeds without a
+/// steady state are left out. Effects that ripple (asymmetries, dead time, sensors) are left out of each state, as in [`steady_state`].
+pub fn torque_speed(machine: &Machine<f64>, phase_voltage_peak_v: f64, frequency_hz: f64, points: usize) -> Vec<[f64; 3]> {
     let synchronous = std::f64::consts::TAU * frequency_hz / f64::from(machine.pole_pairs());
     let plant = Plant::new(machine);
     let at = |k: usize| {
         let omega_m = 1.1 * synchronous * k as f64 / (points.max(2) - 1) as f64;
         let state = steady_state(machine, phase_voltage_peak_v, frequency_hz, Held::Speed(omega_m)).ok()?;
-        Some([omega_m, plant.torque(&state)])
+        Some([omega_m, plant.torque(&state), plant.currents(&state).i_s.norm()])
     };
     (0..points.max(2)).filter_map(at).collect()
 }
 
-/// The curves of motors at their rated supply, each under a name, as pairs of speed and torque.
+/// The curve of a motor at its rated supply.
+pub fn rated_curve(motor: &MotorFile) -> Vec<[f64; 3]> {
+    torque_speed(&motor.machine, motor.rating.phase_voltage_peak_v, motor.rating.electrical_frequency_hz, POINTS)
+}
+
+/// A motor on its rated supply, loaded with its rated torque.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RatedLoad {
+    /// Speed, rad/s.
+    pub omega_m: f64,
+    /// Stator current, peak, A.
+    pub current_a: f64,
+    /// Powers, W.
+    pub powers: Powers<f64>,
+}
+
+impl RatedLoad {
+    /// `None` where the motor cannot carry its rated torque.
+    pub fn of(motor: &MotorFile) -> Option<Self> {
+        let (r, plant) = (&motor.rating, Plant::new(&motor.machine));
+        let u = r.phase_voltage_peak_v;
+        let state = steady_state(&motor.machine, u, r.electrical_frequency_hz, Held::Load(r.torque_nm)).ok()?;
+        let e = plant.evaluate(&state, &PlantInput::new(Complex::new(u, 0.0), r.torque_nm));
+        Some(Self { omega_m: state.omega_m, current_a: e.currents.i_s.norm(), powers: e.powers })
+    }
+
+    /// Given to the load over taken in.
+    pub fn efficiency(&self) -> f64 {
+        self.powers.load / self.powers.electrical_input
+    }
+
+    fn to_json(self) -> Value {
+        let p = &self.powers;
+        json!({
+            "omega_m_rad_s": self.omega_m, "i_s_A": self.current_a, "efficiency": self.efficiency(), "input_W": p.electrical_input,
+            "stator_copper_W": p.stator_copper, "rotor_copper_W": p.rotor_copper, "iron_W": p.iron, "friction_W": p.friction,
+            "load_W": p.load,
+        })
+    }
+}
+
+/// The curves of motors at their rated supply and what they do at their rated torque, each under a name.
 pub fn to_json(motors: &[(&str, &MotorFile)]) -> Value {
-    let curve = |m: &MotorFile| torque_speed(&m.machine, m.rating.phase_voltage_peak_v, m.rating.electrical_frequency_hz, POINTS);
-    let curves: Map<_, _> = motors.iter().map(|(name, m)| ((*name).to_owned(), json!(curve(m)))).collect();
-    json!({"columns": ["omega_m_rad_s", "torque_Nm"], "curves": curves})
+    let curves: Map<_, _> = motors.iter().map(|(name, m)| ((*name).to_owned(), json!(rated_curve(m)))).collect();
+    let loaded = |m: &MotorFile| RatedLoad::of(m).map(RatedLoad::to_json);
+    let loaded: Map<_, _> = motors.iter().map(|(name, m)| ((*name).to_owned(), json!(loaded(m)))).collect();
+    json!({"columns": ["omega_m_rad_s", "torque_Nm", "i_s_A"], "curves": curves, "at_rated_torque": loaded})
 }
 
 #[cfg(test)]
@@ -42,12 +84,34 @@ mod tests {
         let gamma = p.gamma();
         let breakdown = gamma.rotor_resistance_ohm / (omega * gamma.leakage_inductance_h);
         let most = 1.5 * f64::from(named.pole_pairs) * u * u / (2.0 * omega * omega * gamma.leakage_inductance_h);
-        for [w, torque] in torque_speed(&machine, u, f, 40) {
+        for [w, torque, current] in torque_speed(&machine, u, f, 40) {
             let slip = 1.0 - w * f64::from(named.pole_pairs) / omega;
             if slip.abs() > 1e-9 {
                 let kloss = 2.0 * most / (slip / breakdown + breakdown / slip);
                 assert!((torque - kloss).abs() < 1e-4 * most, "{w}: {torque} instead of {kloss}");
             }
+            let rotor = slip / Complex::new(gamma.rotor_resistance_ohm, omega * slip * gamma.leakage_inductance_h);
+            let admittance = rotor + 1.0 / Complex::new(0.0, omega * gamma.stator_inductance_h);
+            assert!((current - u * admittance.norm()).abs() < 1e-4 * current, "{w}: {current} A");
         }
+    }
+
+    /// What goes in comes out or is lost, and is the product of torque and speed where it comes out.
+    #[test]
+    fn powers_at_rated_torque_balance() {
+        let named = im_model::machines::MOTULATOR_2_2_KW;
+        let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
+        let rating = im_model::Rating::guess(&named.parameters(), named.pole_pairs);
+        let mut motor = MotorFile { name: "m".into(), machine, rating, known: Default::default() };
+        let breakdown = rated_curve(&motor).iter().map(|p| p[1]).fold(0.0, f64::max);
+        motor.rating.torque_nm = 1.1 * breakdown;
+        assert_eq!(RatedLoad::of(&motor), None);
+        motor.rating.torque_nm = 0.3 * breakdown;
+        let rating = motor.rating;
+        let loaded = RatedLoad::of(&motor).unwrap();
+        let p = loaded.powers;
+        assert!((p.load - rating.torque_nm * loaded.omega_m).abs() < 1e-9 * p.load, "{p:?}");
+        assert!(p.net().abs() < 1e-6 * p.electrical_input, "{p:?}");
+        assert!((0.5..1.0).contains(&loaded.efficiency()), "{}", loaded.efficiency());
     }
 }

@@ -124,7 +124,8 @@ fn judged(job: &Job, blank: Row, out: &Path, settings: &Settings) -> Result<Row,
 fn reported(row: &Row, found: &Diagnosis, noticed: Vec<Finding>, out: &Path) -> Result<String, FileError> {
     let folder = format!("reports/{}", row.key);
     let title = if row.date.is_empty() { row.unit.clone() } else { format!("{}, {}", row.unit, row.date) };
-    let meta = Meta { title, ..Meta::of(concat!("im fleet ", env!("CARGO_PKG_VERSION")), found, noticed) };
+    let program = concat!("im fleet ", env!("CARGO_PKG_VERSION")).to_owned();
+    let meta = Meta { title, program, ..Meta::of(found, noticed) };
     Files::of(&Story::new(found, &meta)).write(out.join(&folder))?;
     Ok(folder + "/report.html")
 }

@@ -73,7 +73,7 @@ pub fn diagnose(
         let (case, noticed) = asked.case()?;
         let options = Options { significance, learning, ..asked.options() };
         let inner = run(case, options).map_err(|e| Refused::fit(&asked.label, &e))?;
-        let meta = Meta::of(PROGRAM, &inner, noticed);
+        let meta = Meta { program: PROGRAM.into(), ..Meta::of(&inner, noticed) };
         let story = Story::new(&inner, &meta);
         let (files, signals, text) = (Files::of(&story), story.signals(), terminal(&story, 100));
         Ok::<_, Refused>(Diagnosis { inner, files, signals, text })

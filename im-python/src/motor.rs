@@ -186,19 +186,19 @@ impl Motor {
         Ok(out)
     }
 
-    /// Speed (rad/s) and torque (Nm) in steady states on a sinusoidal supply.
+    /// Speed (rad/s), torque (Nm) and peak current (A) in steady states on a sinusoidal supply.
     fn torque_speed<'py>(
         &self,
         py: Python<'py>,
         phase_voltage_peak_v: Option<f64>,
         frequency_hz: Option<f64>,
         points: usize,
-    ) -> (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>) {
+    ) -> [Bound<'py, PyArray1<f64>>; 3] {
         let r = &self.file.rating;
         let (u, f) = (phase_voltage_peak_v.unwrap_or(r.phase_voltage_peak_v), frequency_hz.unwrap_or(r.electrical_frequency_hz));
         let curve = torque_speed(&self.file.machine, u, f, points);
         let column = |k: usize| PyArray1::from_vec(py, curve.iter().map(|point| point[k]).collect());
-        (column(0), column(1))
+        [0, 1, 2].map(column)
     }
 
     fn __eq__(&self, other: &Self) -> bool {

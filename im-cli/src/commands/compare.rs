@@ -7,10 +7,10 @@ use im_diagnose::report::{Comparison, Meta, compare_html, compare_terminal};
 use im_model::{MotorFile, write_atomically};
 use serde_json::json;
 
-use super::diagnose::PROGRAM;
 use super::inputs::recordings_or_drafts;
 use crate::failure::Failure;
 use crate::output::Outputs;
+use crate::provenance::of_this_run;
 use crate::spinner::spinning;
 use crate::terminal::{STORY_WIDTH, stdout, wrapped};
 
@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let label = args.motor.display().to_string();
     let (comparison, noticed) =
         spinning("looking where the model fails", || Comparison::of_intake(&motor, &label, data, args.anyway))?;
-    let meta = Meta { program: PROGRAM.into(), quality: Some(noticed), ..Meta::default() };
+    let meta = of_this_run(Meta { quality: Some(noticed), ..Meta::default() });
     let mut written = None;
     if let Some(dir) = &args.out {
         let path = dir.join("compare.html");

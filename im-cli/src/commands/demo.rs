@@ -12,10 +12,11 @@ use im_diagnose::report::{FILES, Meta, Story};
 use im_diagnose::search::Options;
 use im_model::{MotorFile, Recording, write_atomically};
 
-use super::diagnose::{PROGRAM, finish};
+use super::diagnose::finish;
 use super::inputs::refused;
 use crate::failure::Failure;
 use crate::output::Outputs;
+use crate::provenance::of_this_run;
 use crate::spinner::spinning;
 use crate::terminal::{stdout, wrapped};
 
@@ -63,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let case = Case::new(motor, &train, Some(&holdout));
     let found = spinning("fitting and scoring", || diagnose(case, Options::default()))
         .map_err(|e| refused(std::path::Path::new("embedded motor.toml"), &e))?;
-    let meta = Meta { quality: None, ..Meta::of(PROGRAM, &found, Vec::new()) };
+    let meta = of_this_run(Meta { quality: None, ..Meta::of(&found, Vec::new()) });
     finish(&Story::new(&found, &meta), Some(&args.out), args.json)?;
     if args.json {
         return Ok(());

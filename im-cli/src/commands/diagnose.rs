@@ -11,11 +11,9 @@ use super::inputs::{Data, refused};
 use crate::failure::Failure;
 use crate::interrupt::together;
 use crate::output::Outputs;
+use crate::provenance::of_this_run;
 use crate::spinner::spinning;
 use crate::terminal::{STORY_WIDTH, stdout};
-
-/// The program in reports.
-pub const PROGRAM: &str = concat!("im ", env!("CARGO_PKG_VERSION"));
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -67,7 +65,7 @@ impl Asked {
         let options = Options { significance: self.significance, learning, ..options };
         let what = if learning == Learning::Always { "fitting, scoring and learning" } else { "fitting and scoring" };
         let found = spinning(what, || diagnose(case, options)).map_err(|e| refused(&self.data.motor, &e))?;
-        let meta = Meta::of(PROGRAM, &found, noticed);
+        let meta = of_this_run(Meta::of(&found, noticed));
         Ok((found, meta))
     }
 

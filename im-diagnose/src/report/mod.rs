@@ -57,12 +57,12 @@ pub struct Meta {
 }
 
 impl Meta {
-    /// Beside a diagnosis by `program`: what was noticed about its recordings, without what the answer refutes and with what its fit shows, and the
+    /// Beside a diagnosis: what was noticed about its recordings, without what the answer refutes and with what its fit shows, and the
     /// test that would settle what is open.
-    pub fn of(program: &str, found: &Diagnosis, mut noticed: Vec<Finding>) -> Self {
+    pub fn of(found: &Diagnosis, mut noticed: Vec<Finding>) -> Self {
         noticed.retain(|f| !found.refutes(f));
         noticed.extend(by_fit(&noticed, &found.case.motor, &found.refined.machine));
-        Self { program: program.into(), quality: Some(noticed), next_test: NextTest::after(found), ..Self::default() }
+        Self { quality: Some(noticed), next_test: NextTest::after(found), ..Self::default() }
     }
 }
 

@@ -170,9 +170,10 @@ class Motor:
     def torque_speed(
         self, *, phase_voltage_peak_v: float | None = None, frequency_hz: float | None = None, points: int = 200
     ) -> Any:
-        """The static torque-speed curve on a sinusoidal supply, rated where nothing is said: ``omega_m_rad_s``, ``torque_Nm``."""
-        speed, torque = self._native.torque_speed(phase_voltage_peak_v, frequency_hz, points)
-        return _frames.frame({"omega_m_rad_s": speed, "torque_Nm": torque})
+        """The static torque-speed curve on a sinusoidal supply, rated where nothing is said: ``omega_m_rad_s``, ``torque_Nm`` and the
+        peak current ``i_s_A``."""
+        speed, torque, current = self._native.torque_speed(phase_voltage_peak_v, frequency_hz, points)
+        return _frames.frame({"omega_m_rad_s": speed, "torque_Nm": torque, "i_s_A": current})
 
     def plot(self, ax: Any = None) -> Any:
         """The static torque-speed curve."""

@@ -184,13 +184,13 @@ class Diagnosis(_Result):
         return self._native.rust()
 
     def torque_speed(self) -> Any:
-        """The static torque-speed curve at the rated supply, of the motor as given and as refined."""
+        """The static torque-speed curve at the rated supply, of the motor as given and as refined, with the peak current."""
         rows = [
-            {"motor": name, "omega_m_rad_s": w, "torque_Nm": torque}
+            {"motor": name, "omega_m_rad_s": w, "torque_Nm": torque, "i_s_A": current}
             for name, curve in self._answer["torque_speed"]["curves"].items()
-            for w, torque in curve
+            for w, torque, current in curve
         ]
-        return _frames.frame(_columns(rows, ["motor", "omega_m_rad_s", "torque_Nm"]))
+        return _frames.frame(_columns(rows, ["motor", "omega_m_rad_s", "torque_Nm", "i_s_A"]))
 
     def localisation(self) -> Any:
         """Where the base and the refined model fail, over one quantity: root mean square error beside the noise of the sensor."""

@@ -3,7 +3,9 @@
 mod candidates;
 mod cards;
 mod errors;
+mod intervals;
 mod load;
+mod meaning;
 mod parameters;
 pub(super) mod place;
 pub(super) mod provenance;
@@ -36,6 +38,7 @@ pub(super) fn whole(s: &Story) -> String {
     sections.extend(residual_tests::section(s, unexplained));
     sections.push(candidates::section(s));
     sections.push(parameters::section(s));
+    sections.extend(meaning::section(s));
     sections.extend(load::section(&s.d.loads, &s.d.case.motor));
     sections.extend(cards::section(s));
     sections.extend(cards::unexcited(s));

@@ -7,6 +7,7 @@ use maud::html;
 use super::super::page::{Row, Section, numbers, table, term, text, words};
 use super::super::story::Story;
 use super::super::words::quantity_name;
+use super::intervals;
 use crate::diagnosis::{Diagnosis, ParameterChange};
 use crate::format::{interval, percent_change, quantity};
 use crate::uncertainty::{HALF_95, MachineQuantity};
@@ -96,6 +97,7 @@ pub(crate) fn section(s: &Story) -> Section {
         @for w in d.parameters.iter().filter_map(|p| warning(p, d)) { p.warn { "⚠ " (crate::format::sentence(&w)) } }
         @if let Some(absorbed) = absorbed(s) { p { (absorbed) } }
         p { (note(d)) }
+        (intervals::picture(d))
         (table(&head, &rows))
     };
     Section { id: "parameters", short: "parameters", title: "Parameters, before and after", body }

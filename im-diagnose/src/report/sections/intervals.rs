@@ -1,0 +1,57 @@
+//! A picture of the parameters with their intervals: each over its refined value, so that all share an axis.
+
+use im_chart::short;
+use maud::{Markup, html};
+
+use super::super::page::{figure, legend, text};
+use super::super::words::quantity_name;
+use crate::diagnosis::{Diagnosis, ParameterChange};
+use crate::uncertainty::HALF_95;
+
+/// An interval wider than this part of the value says little: the parameter counts as not determined.
+const WIDE: f64 = 0.6;
+/// Where the axis ends: from nothing to twice the value.
+const ENDS: [f64; 2] = [0.0, 2.0];
+/// Pixels: names, picture, a line.
+const NAMES: f64 = 210.0;
+const RIGHT: f64 = 550.0;
+const LINE: f64 = 20.0;
+
+fn across(ratio: f64) -> f64 {
+    NAMES + 8.0 + (ratio.clamp(ENDS[0], ENDS[1]) - ENDS[0]) / (ENDS[1] - ENDS[0]) * (RIGHT - NAMES - 16.0)
+}
+
+/// Nothing where no parameter has an interval.
+pub(crate) fn picture(d: &Diagnosis) -> Markup {
+    let shown: Vec<(&ParameterChange, f64)> =
+        d.parameters.iter().filter(|p| p.after != 0.0).filter_map(|p| Some((p, HALF_95 * p.std? / p.after.abs()))).collect();
+    if shown.is_empty() {
+        return html! {};
+    }
+    let entries = [("refined", text("refined, ± 95 %")), ("third", text("hardly determined")), ("base", text("as given"))];
+    let caption = "Every parameter over its refined value. Where the value as given lies beyond the axis it stands at its end.";
+    html! { (legend(&entries)) (figure(lines(&shown), caption)) }
+}
+
+fn lines(shown: &[(&ParameterChange, f64)]) -> Markup {
+    let height = shown.len() as f64 * LINE + 24.0;
+    html! {
+        svg.chart viewBox={ "0 0 " (short(RIGHT)) " " (short(height)) } role="img" aria-label="parameters with their intervals" {
+            @for tick in [0.0, 0.5, 1.0, 1.5, 2.0] {
+                path.line.zero d={ "M" (short(across(tick))) " 4L" (short(across(tick))) " " (short(height - 20.0)) } {}
+                text.tick x=(short(across(tick))) y=(short(height - 6.0)) text-anchor="middle" { (short(tick)) }
+            }
+            @for (k, (p, half)) in shown.iter().enumerate() {
+                @let y = (k as f64 + 0.5) * LINE + 4.0;
+                @let class = if *half > WIDE || !half.is_finite() { "third" } else { "refined" };
+                @let half = if half.is_finite() { *half } else { f64::INFINITY };
+                text.small x=(short(NAMES)) y=(short(y + 4.0)) text-anchor="end" { (quantity_name(p.quantity).0) }
+                path class={ "line solid " (class) } d={ "M" (short(across(1.0 - half))) " " (short(y)) "L" (short(across(1.0 + half))) " " (short(y)) } {}
+                circle class=(class) cx=(short(across(1.0))) cy=(short(y)) r="3.2" {}
+                @if p.before != 0.0 {
+                    path.line.solid.base d={ "M" (short(across(p.before / p.after))) " " (short(y - 6.0)) "v12" } {}
+                }
+            }
+        }
+    }
+}

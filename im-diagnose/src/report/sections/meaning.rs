@@ -1,0 +1,82 @@
+//! What the change of the model means for the motor on its rated supply: its static curves, and what it does at its rated torque.
+
+use im_chart::{Axis, Chart};
+use maud::{Markup, html};
+
+use super::super::page::{Row, Section, drawn, figure, legend, numbers, table, text, words};
+use super::super::story::Story;
+use crate::format::{number, percent_change, quantity};
+use crate::steady_curve::{RatedLoad, rated_curve};
+
+/// Speed, torque, current.
+type Curve = [Vec<[f64; 3]>; 2];
+
+/// Nothing where a motor has no steady states.
+pub(crate) fn section(s: &Story) -> Option<Section> {
+    let motors = [&s.d.case.motor, &s.d.refined];
+    let curves: Curve = motors.map(rated_curve);
+    if curves.iter().any(|c| c.len() < 2) {
+        return None;
+    }
+    let supply = format!(
+        "{} phase voltage, peak ({} line to line, rms), at {} Hz",
+        quantity(s.d.refined.rating.phase_voltage_peak_v, "V", 3),
+        quantity(s.d.refined.rating.phase_voltage_peak_v * 1.5f64.sqrt(), "V", 3),
+        number(s.d.refined.rating.electrical_frequency_hz, 3)
+    );
+    let body = html! {
+        p { "The motor as given and as refined in steady states on its rated supply, " (supply) "; what ripples (asymmetries, dead time, sensors) is left out." }
+        (legend(&[("base", text("as given")), ("refined", text("refined"))]))
+        div.grid2 {
+            (picture(&curves, 1, "torque", "Nm"))
+            (picture(&curves, 2, "stator current, peak", "A"))
+        }
+        (numbers_of(s, &curves))
+    };
+    Some(Section { id: "meaning", short: "what it means", title: "What it means for the motor", body })
+}
+
+fn picture(curves: &Curve, part: usize, name: &str, unit: &str) -> Markup {
+    let points = |c: &[[f64; 3]]| c.iter().map(|p| [p[0], p[part]]).collect::<Vec<[f64; 2]>>();
+    let all = || curves.iter().flatten();
+    let x = Axis::around(all().map(|p| p[0]), "speed, rad/s");
+    let y = Axis::around(all().map(|p| p[part]).chain([0.0]), format!("{name}, {unit}"));
+    let mut chart = Chart::new(format!("{name} over speed"), x, y);
+    chart.level(0.0, "zero");
+    for (curve, class) in curves.iter().zip(["base", "refined"]) {
+        chart.line(&points(curve), class);
+    }
+    figure(drawn(chart), "")
+}
+
+fn numbers_of(s: &Story, curves: &Curve) -> Markup {
+    let loaded = [&s.d.case.motor, &s.d.refined].map(RatedLoad::of);
+    let most = |part: usize| curves.each_ref().map(|c| c.iter().map(|p| p[part]).reduce(f64::max));
+    let first = |part: usize| curves.each_ref().map(|c| c.first().filter(|p| p[0] == 0.0).map(|p| p[part]));
+    let at_load = |of: &dyn Fn(&RatedLoad) -> f64| loaded.each_ref().map(|l| l.as_ref().map(of));
+    let torque = quantity(s.d.refined.rating.torque_nm, "Nm", 3);
+    let lines = [
+        ("largest torque".to_owned(), "Nm", most(1)),
+        ("torque at standstill".to_owned(), "Nm", first(1)),
+        ("current at standstill, peak".to_owned(), "A", first(2)),
+        (format!("at the rated torque, {torque}: speed"), "rad/s", at_load(&|l| l.omega_m)),
+        ("current, peak".to_owned(), "A", at_load(&|l| l.current_a)),
+        ("loss in the stator winding".to_owned(), "W", at_load(&|l| l.powers.stator_copper)),
+        ("loss in the rotor winding".to_owned(), "W", at_load(&|l| l.powers.rotor_copper)),
+        ("loss in the iron".to_owned(), "W", at_load(&|l| l.powers.iron)),
+        ("friction and windage".to_owned(), "W", at_load(&|l| l.powers.friction)),
+        ("efficiency".to_owned(), "%", at_load(&|l| 100.0 * l.efficiency())),
+    ];
+    let shown = |x: Option<f64>, unit: &str| match x {
+        Some(x) if unit == "%" => format!("{}\u{a0}%", number(x, 3)),
+        Some(x) => quantity(x, unit, 4),
+        None => "none".into(),
+    };
+    let row = |(name, unit, [before, after]): &(String, &str, [Option<f64>; 2])| {
+        let change =
+            before.zip(*after).filter(|(b, a)| *b != *a && *b != 0.0).map_or("–".into(), |(b, a)| percent_change(b, a));
+        Row::of([name.clone(), shown(*before, unit), shown(*after, unit), change])
+    };
+    let head = [words(""), numbers("as given"), numbers("refined"), numbers("change")];
+    table(&head, &lines.iter().map(row).collect::<Vec<_>>())
+}
