@@ -115,6 +115,10 @@ pub struct Estimates {
     pub list: Vec<Estimate>,
     /// Their covariance, in the order of the list and in their units.
     pub covariance: DMatrix<f64>,
+    /// What was free in the fit, initial states included.
+    pub free: Vec<Free>,
+    /// The covariance of its search variables, by the noise alone: an error of form moves parameters, and the signals hardly.
+    pub search: DMatrix<f64>,
 }
 
 impl Estimates {
@@ -127,19 +131,42 @@ impl Estimates {
         free: &[Free],
     ) -> Self {
         let quantities = quantities(free);
-        let covariance = Spread::new(machine, starts, experiments, free).covariance(&slopes_of(&quantities, machine, free));
+        let spread = Spread::new(machine, starts, experiments, free);
+        let covariance = spread.covariance(&slopes_of(&quantities, machine, free));
+        let search = spread.by_noise(&DMatrix::identity(free.len(), free.len()));
         let estimate = |(k, &quantity): (usize, &MachineQuantity)| Estimate {
             quantity,
             before: quantity.of(&before.machine),
             after: quantity.of(machine),
             std: covariance[(k, k)].max(0.0).sqrt(),
         };
-        Self { list: quantities.iter().enumerate().map(estimate).collect(), covariance }
+        Self { list: quantities.iter().enumerate().map(estimate).collect(), covariance, free: free.to_vec(), search }
     }
 
     /// Of a fit to `experiments`.
     pub fn of_fit(before: &MotorFile, fit: &Fit, experiments: &[Experiment]) -> Self {
         Self::new(before, &fit.machine, &fit.starts, experiments, &fit.free)
+    }
+
+    /// Half the width of the 95 % band in which readings are expected, sample by sample and channel by channel in their units: the noise of
+    /// the sensor, and what the uncertainty of the parameters makes of it. `number` is that of the experiment in the fit; of one that no
+    /// fit has seen, the initial state counts as exact.
+    pub fn prediction_band(
+        &self,
+        machine: &Machine<f64>,
+        e: &Experiment,
+        start: &State<f64>,
+        number: Option<usize>,
+    ) -> Vec<Vec<f64>> {
+        let slopes = linearize(machine, e, start, number.unwrap_or(usize::MAX), &self.free).slopes;
+        let moved: Vec<usize> = (0..slopes.len()).filter(|&k| slopes[k].iter().flatten().any(|s| *s != 0.0)).collect();
+        let half = |c: usize, row: usize| {
+            let at = |k: usize| slopes[k][c][row];
+            let variance: f64 =
+                moved.iter().map(|&a| at(a) * moved.iter().map(|&b| self.search[(a, b)] * at(b)).sum::<f64>()).sum();
+            HALF_95 * e.channels[c].sigma * (1.0 + variance.max(0.0)).sqrt()
+        };
+        (0..e.channels.len()).map(|c| (0..e.len()).into_par_iter().map(|row| half(c, row)).collect()).collect()
     }
 
     /// The covariance with the names of its rows.
@@ -252,13 +279,19 @@ impl Spread {
 
     /// Covariance of quantities with the slopes `t`: of both views of the noise, each quantity has the wider one.
     fn covariance(&self, t: &DMatrix<f64>) -> DMatrix<f64> {
-        let from = |spread: &DMatrix<f64>| {
-            let half = t * &self.inverse;
-            &half * spread * half.transpose()
-        };
-        let [modelled, shown] = self.noise.each_ref().map(from);
+        self.by_noise(t) + self.from(t, &self.hidden)
+    }
+
+    /// The same without what the residual does not show.
+    fn by_noise(&self, t: &DMatrix<f64>) -> DMatrix<f64> {
+        let [modelled, shown] = self.noise.each_ref().map(|n| self.from(t, n));
         let wider = |k: usize| (shown[(k, k)] / modelled[(k, k)].max(1e-300)).max(1.0).sqrt();
-        DMatrix::from_fn(t.nrows(), t.nrows(), |a, b| modelled[(a, b)] * wider(a) * wider(b)) + from(&self.hidden)
+        DMatrix::from_fn(t.nrows(), t.nrows(), |a, b| modelled[(a, b)] * wider(a) * wider(b))
+    }
+
+    fn from(&self, t: &DMatrix<f64>, spread: &DMatrix<f64>) -> DMatrix<f64> {
+        let half = t * &self.inverse;
+        &half * spread * half.transpose()
     }
 }
 
@@ -299,7 +332,8 @@ mod tests {
         let list = vec![of(Q::RotorResistance, 0.1), of(Q::LeakageInductance, 0.2), of(Q::MagnetizingInductance, 0.0)];
         let covariance =
             DMatrix::from_row_slice(3, 3, &[0.01, 0.0199, 1e-9, 0.0199, 0.04, f64::INFINITY, 1e-9, f64::INFINITY, 0.0]);
-        let pairs = Estimates { list, covariance }.correlated(0.98);
+        let none = Estimates { list, covariance, free: Vec::new(), search: DMatrix::zeros(0, 0) };
+        let pairs = none.correlated(0.98);
         assert_eq!(pairs.len(), 1, "{pairs:?}");
         assert!((pairs[0].2 - 0.995).abs() < 1e-12 && (pairs[0].0, pairs[0].1) == (Q::LeakageInductance, Q::RotorResistance));
     }

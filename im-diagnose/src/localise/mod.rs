@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 mod correlate;
 mod crossings;
+mod inputs;
 mod plane;
 mod profile;
 mod signals;
@@ -16,6 +17,7 @@ mod time;
 
 pub use correlate::{Correlations, Memory};
 pub use crossings::Crossings;
+pub use inputs::InputCorrelation;
 pub use plane::Plane;
 pub use profile::{Bin, Profile, ProfileOver};
 pub(crate) use signals::slip_hz;
@@ -87,6 +89,8 @@ pub struct Localisation {
     pub spectra: Vec<Spectrum>,
     /// How long errors last.
     pub memory: Vec<Memory>,
+    /// What of the inputs they still hold.
+    pub inputs: Vec<InputCorrelation>,
     /// In step with what.
     pub correlations: Correlations,
     /// Root mean square error in noise levels, current then speed.
@@ -109,6 +113,7 @@ pub fn localise(s: &Signals) -> Localisation {
         crossings: crossings::crossings(s),
         spectra: spectrum::spectra(s),
         memory: correlate::memory(s),
+        inputs: inputs::inputs(s),
         correlations: correlate::correlations(s),
         level: [level(Quantity::Current), level(Quantity::Speed)],
     }

@@ -115,3 +115,24 @@ fn short_and_empty_runs_are_no_trouble() {
     s.runs.clear();
     assert!(localise(&s).worst.is_none());
 }
+
+/// What is left of an input shows at its lag, what is not does not leave the band more often than chance.
+#[test]
+fn an_error_that_follows_an_input_leaves_the_band_of_chance_and_noise_does_not() {
+    let clean = localise(&signals(|_, _| Complex::new(0.0, 0.0)));
+    for x in &clean.inputs {
+        let outside = x.points.iter().filter(|p| p[1].abs() > x.chance).count() as f64 / x.points.len() as f64;
+        assert!(outside < 0.1 && x.conclusion.contains("holds nothing"), "{} with {}: {outside}", x.error, x.input);
+    }
+    let mut s = signals(|_, _| Complex::new(0.0, 0.0));
+    let late = 40;
+    let rows = s.runs[0].rows.clone();
+    for (k, r) in s.runs[0].rows.iter_mut().enumerate().skip(late) {
+        r.speed_error = r.speed_error.map(|e| e + 0.02 * (rows[k - late].load - 2.5));
+    }
+    let found = localise(&s);
+    let x = found.inputs.iter().find(|x| x.error.starts_with("speed") && x.input.starts_with("load")).unwrap();
+    let most = x.points.iter().max_by(|a, b| a[1].total_cmp(&b[1])).unwrap();
+    assert!((most[0] - late as f64 * 2.5e-4).abs() < 1e-9 && most[1] > x.chance, "{most:?}, {}", x.chance);
+    assert!(x.conclusion.contains("still follows the load torque"), "{}", x.conclusion);
+}

@@ -52,9 +52,11 @@ impl Comparison {
             .map(|(e, x)| View {
                 experiment: e.clone(),
                 held_out: false,
+                number: None,
                 nudged: false,
                 predictions: vec![predict(m, e, x)],
                 start: *x,
+                band: Vec::new(),
             })
             .collect();
         let each =

@@ -4,6 +4,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use im_chart::{Axis, Chart};
 use im_identify::offline::ChannelKind;
+use im_model::Complex;
 use maud::{Markup, html};
 use serde_json::{Value, json};
 
@@ -50,16 +51,44 @@ fn channel(view: &View, c: usize, from: usize, to: usize) -> (Vec<f64>, Vec<Vec<
     (measured, view.predictions.iter().map(|p| p[c][from..to].to_vec()).collect())
 }
 
+/// What drives the machine, under the signals: a picture with its unit, and its lines with their classes.
+struct Drive {
+    label: &'static str,
+    unit: &'static str,
+    lines: Vec<(&'static str, &'static str, Vec<f64>)>,
+}
+
+fn drives(view: &View) -> Vec<Drive> {
+    let e = &view.experiment;
+    let part = |of: fn(&Complex<f64>) -> f64| e.u_s.iter().map(of).collect::<Vec<f64>>();
+    let voltage = vec![("α", "measured thin", part(|u| u.re)), ("β", "third thin", part(|u| u.im))];
+    let mut out = vec![Drive { label: "applied voltage", unit: "V", lines: voltage }];
+    if e.tau_load.iter().any(|t| *t != 0.0) {
+        let load = vec![("load", "measured thin", e.tau_load.clone())];
+        out.push(Drive { label: "load torque", unit: "Nm", lines: load });
+    }
+    out
+}
+
 /// Every sample of a stretch.
 fn full(view: &View, from: usize, to: usize) -> Value {
     let channels: Vec<Value> = (0..view.experiment.channels.len())
         .map(|c| {
             let (m, p) = channel(view, c, from, to);
-            json!({"m": packed(&m), "p": p.iter().map(|p| packed(p)).collect::<Vec<_>>()})
+            let mut one = json!({"m": packed(&m), "p": p.iter().map(|p| packed(p)).collect::<Vec<_>>()});
+            if let Some(half) = view.band.get(c) {
+                one["h"] = packed(&half[from..to]);
+            }
+            one
         })
         .collect();
     let step = view.experiment.sample_time_s;
-    json!({"from": from as f64 * step, "step": step, "n": to - from, "channels": channels})
+    let drives = drives_as(view, |x| packed(&x[from..to]));
+    json!({"from": from as f64 * step, "step": step, "n": to - from, "channels": channels, "drives": drives})
+}
+
+fn drives_as(view: &View, pack: impl Fn(&[f64]) -> Value) -> Value {
+    drives(view).iter().map(|d| d.lines.iter().map(|l| pack(&l.2)).collect::<Value>()).collect()
 }
 
 /// Smallest and largest of every `stride` samples, in their order.
@@ -93,10 +122,16 @@ fn decimated(view: &View, stride: usize) -> Value {
             let p: Vec<Value> = p.iter().map(|p| packed(&extremes(p, stride))).collect();
             let m = extremes(&m, stride);
             rows = m.len();
-            json!({"m": packed(&m), "p": p, "e": e})
+            let mut one = json!({"m": packed(&m), "p": p, "e": e});
+            if let Some(half) = view.band.get(c) {
+                one["h"] = packed(&extremes(half, stride));
+            }
+            one
         })
         .collect();
-    json!({"from": 0.0, "step": view.experiment.sample_time_s * stride as f64 / 2.0, "n": rows, "decimated": true, "channels": channels})
+    let step = view.experiment.sample_time_s * stride as f64 / 2.0;
+    let drives = drives_as(view, |x| packed(&extremes(x, stride)));
+    json!({"from": 0.0, "step": step, "n": rows, "decimated": true, "channels": channels, "drives": drives})
 }
 
 /// The tenth of a second with the largest error of the first model within a window.
@@ -166,7 +201,11 @@ pub(crate) fn worst(views: &[View]) -> Option<Window> {
 /// The JSON that the page's script reads.
 pub(crate) fn data(views: &[View], models: &Models, worst: &Window) -> String {
     let names: Vec<String> = views.iter().map(label).collect();
-    let per_row = |v: &View, series: usize| v.experiment.channels.len() as f64 * series as f64 * BYTES;
+    // Beside the series of each channel: the band, and two voltages and a load.
+    let per_row = |v: &View, series: usize| {
+        let band = usize::from(!v.band.is_empty());
+        (v.experiment.channels.len() * (series + band) + 3) as f64 * BYTES
+    };
     let everything: f64 = views.iter().map(|v| v.experiment.len() as f64 * per_row(v, 1 + models.len())).sum();
     let fits = everything <= BUDGET as f64;
     // What decimated runs cost per row over the stride, after the worst stretch has had a quarter of the budget.
@@ -208,7 +247,14 @@ pub(crate) fn data(views: &[View], models: &Models, worst: &Window) -> String {
                     json!({"name": name, "unit": unit, "noise": c.sigma})
                 })
                 .collect();
-            json!({"name": names[k], "sample": t, "end": n as f64 * t, "channels": channels, "levels": levels})
+            let drives: Value = drives(v)
+                .iter()
+                .map(|d| {
+                    let lines: Value = d.lines.iter().map(|l| json!({"name": l.0, "class": l.1})).collect();
+                    json!({"name": d.label, "unit": d.unit, "lines": lines})
+                })
+                .collect();
+            json!({"name": names[k], "sample": t, "end": n as f64 * t, "channels": channels, "drives": drives, "levels": levels})
         })
         .collect();
     let [a, b] = worst_tenth(&views[worst.run], worst);
@@ -249,7 +295,11 @@ pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> Markup {
         _ => text(name),
     };
     entries.extend(models.iter().map(|m| (m.1, words(m.0))));
-    entries.push(("noise", html! { (term("noise", "noise band")) " ±2σ" }));
+    entries.push(if views.iter().any(|v| !v.band.is_empty()) {
+        ("noise", html! { "95 % " (term("band", "band of prediction")) " of the " (models[models.len() - 1].0) })
+    } else {
+        ("noise", html! { (term("noise", "noise band")) " ±2σ" })
+    });
     let zoom = [
         ("worst", "worst second"),
         ("tenth", "worst 0.1 s"),
@@ -265,7 +315,7 @@ pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> Markup {
             "The worst second is " (number(worst.from_s, 3)) " s to " (number(worst.to_s, 3)) " s of "
             (label(&views[worst.run])) ": the error there is " (number(worst.level, 3)) " times the noise, against "
             (number(worst.average, 3)) " times over all recordings. Drag across a picture to zoom, double-click to zoom out; "
-            "with the picture in focus the keys ←, →, + and − work too."
+            "with the picture in focus the keys ←, →, + and − work too. The values under the pointer stand beside it."
         }
         @if !nudged.is_empty() { p { (term("nudged_speed", "Nudged speed")) " for: " (nudged.join(", ")) "." } }
         (legend(&entries))
@@ -277,7 +327,7 @@ pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> Markup {
         div #zoom .zoom tabindex="0" aria-label="Measured and modelled signals over time" {
             (still(&views[worst.run], models, worst))
         }
-        output #read .read { "Move over a picture to read the values." }
+        output #read .read hidden {}
     }
 }
 

@@ -17,6 +17,11 @@ const GLOSSARY: &[(&str, &str, &str)] = &[
         "sensor noise (σ)",
         "Standard deviation of the random part of a sensor's reading, estimated from the recordings. The noise band in the pictures is ±2σ: 95 of 100 readings of a perfect model lie in it.",
     ),
+    (
+        "band",
+        "band of prediction",
+        "Where 95 of 100 readings lie if the model is right: the noise of the sensor, and what the uncertainty of the fitted parameters makes of the signal. Readings outside it are what the model misses.",
+    ),
     ("train", "training", "The recordings that the parameters were fitted to and the causes were sought in."),
     ("holdout", "held out", "A recording that no fit has seen. A cause that is real lowers the error there too."),
     ("rmse", "rms error", "Root mean square of measured minus modelled, in the unit of the signal."),
@@ -65,6 +70,11 @@ const GLOSSARY: &[(&str, &str, &str)] = &[
         "fluxframe",
         "seen from the flux",
         "Along the flux lies the magnetizing part of the current, across it the part that makes torque. In this view the supply frequency itself stands still: a sensor offset appears at once, an unbalance at twice and dead time at six times the supply frequency.",
+    ),
+    (
+        "chanceband",
+        "band of chance",
+        "Correlations of signals that have nothing to do with each other lie within it in 95 of 100 cases. It is wider where both last (Bartlett's formula).",
     ),
     (
         "correlation",

@@ -211,7 +211,7 @@ pub fn side_by_side(all: &[SideBySide]) -> String {
     let two = (all.len() > 1).then_some("last against first");
     let falls = html! {
         p { "Rms in units of the " (term("noise", "sensor noise σ")) ", on a logarithmic scale." }
-        (fall_key())
+        (fall_key(all.iter().flat_map(SideBySide::falls).any(|f| f.holdout.is_some())))
         div.grid2 {
             @for x in all.iter().filter(|x| !x.falls().is_empty()) {
                 (figure(waterfall(&x.falls()), html! { b { (x.label) } ": " (x.verdict()) }))

@@ -33,12 +33,16 @@ pub(crate) struct View {
     pub experiment: Experiment,
     /// Whether no fit has seen it.
     pub held_out: bool,
+    /// Which of the training recordings it is.
+    pub number: Option<usize>,
     /// Whether the simulated speed is nudged towards the measured one.
     pub nudged: bool,
     /// Per model, per channel.
     pub predictions: Vec<Vec<Vec<f64>>>,
     /// State of the last model at the first row.
     pub start: State<f64>,
+    /// Per channel: half the width of the band of prediction of the last model; empty where no fit says how sure it is.
+    pub band: Vec<Vec<f64>>,
 }
 
 /// Everything a report of a diagnosis needs: made once for page, terminal and files.
@@ -59,19 +63,20 @@ impl<'a> Story<'a> {
     pub fn new(d: &'a Diagnosis, meta: &'a Meta) -> Self {
         let (first, last) = (&d.steps[0], &d.steps[d.steps.len() - 1]);
         let models = if d.steps.len() > 1 { vec![first, last] } else { vec![last] };
-        let mut recordings: Vec<(&Experiment, bool, Vec<State<f64>>)> = Vec::new();
+        let mut recordings: Vec<(&Experiment, Option<usize>, Vec<State<f64>>)> = Vec::new();
         for (k, e) in d.case.train.iter().enumerate() {
-            recordings.push((e, false, models.iter().map(|m| m.starts[k]).collect()));
+            recordings.push((e, Some(k), models.iter().map(|m| m.starts[k]).collect()));
         }
         let held = |m: &&Step| m.holdout_start.unwrap_or_default();
-        recordings.extend(d.case.holdout.iter().map(|h| (h, true, models.iter().map(held).collect())));
+        recordings.extend(d.case.holdout.iter().map(|h| (h, None, models.iter().map(held).collect())));
         let views: Vec<View> = recordings
             .into_par_iter()
-            .map(|(e, held_out, starts)| {
+            .map(|(e, number, starts)| {
                 let experiment = judged(e, &last.machine, &starts[starts.len() - 1], UNSTABLE);
                 let nudged = experiment.speed_nudge.is_some();
                 let predictions = models.iter().zip(&starts).map(|(m, x)| predict(&m.machine, &experiment, x)).collect();
-                View { experiment, held_out, nudged, predictions, start: starts[starts.len() - 1] }
+                let start = starts[starts.len() - 1];
+                View { experiment, held_out: number.is_none(), number, nudged, predictions, start, band: Vec::new() }
             })
             .collect();
         // Where a model fails is looked for with the speed nudged, so that one error does not hide behind another.
@@ -105,6 +110,14 @@ impl<'a> Story<'a> {
         let given = as_given(&train);
         let given = given.chi2_per_sample.is_finite().then(|| (given, (!held.is_empty()).then(|| as_given(&held))));
         Self { d, meta, given, shown, views, tables }
+    }
+
+    /// The recordings over time with the band of prediction of the last model: for pages alone, as it costs what a step of a fit costs.
+    pub(crate) fn views_with_bands(&self) -> Vec<View> {
+        let machine = &self.d.steps[self.d.steps.len() - 1].machine;
+        let banded =
+            |v: &View| View { band: self.d.estimates.prediction_band(machine, &v.experiment, &v.start, v.number), ..v.clone() };
+        self.views.par_iter().map(banded).collect()
     }
 
     /// Measured, modelled by the last model, and residual, sample by sample.
@@ -165,6 +178,15 @@ impl<'a> Story<'a> {
 /// Effects that these recordings cannot show at any usual size.
 pub(crate) fn unexcited(d: &Diagnosis) -> Vec<&Candidate> {
     d.ranking.iter().filter(|c| !c.excited).collect()
+}
+
+/// The candidates in the order of a reader's interest: those added, as they were added; then by score over threshold.
+pub(crate) fn candidates(d: &Diagnosis) -> Vec<&Candidate> {
+    let mut all: Vec<&Candidate> = d.ranking.iter().collect();
+    let place = |c: &Candidate| d.effects.iter().position(|e| *e == c.effect).unwrap_or(usize::MAX);
+    let over = |c: &Candidate| c.score / c.threshold;
+    all.sort_by(|a, b| place(a).cmp(&place(b)).then(over(b).total_cmp(&over(a))));
+    all
 }
 
 /// The verdict in words, with a sign that does not need colour.

@@ -3,7 +3,7 @@
 use super::load_words::words as load_words;
 use super::overlay::channel_words;
 use super::sections::{fall_rows, parameter_warning, parameters_note};
-use super::story::{Shown, Story, summary, verdict_words};
+use super::story::{Shown, Story, candidates as by_interest, summary, verdict_words};
 use super::text_plot::{columns, log_bar, spark, wrapped};
 use super::words::{in_sigma, quantity_name, short_effect_name};
 use crate::diagnosis::{Diagnosis, Verdict};
@@ -241,7 +241,7 @@ fn leftover(out: &mut Text, d: &Diagnosis) {
 fn candidates(out: &mut Text, d: &Diagnosis) {
     out.heading("Candidates (before anything was added)");
     let mut table = vec![["effect", "score", "threshold", "size", "conclusion"].map(str::to_owned).to_vec()];
-    for c in d.ranking.iter().take(6) {
+    for c in by_interest(d).into_iter().take(6) {
         table.push(vec![
             short_effect_name(c.effect),
             number(c.score, 3),

@@ -32,7 +32,9 @@
       c.m = unpack(c.m);
       c.p = c.p.map(unpack);
       c.e = c.e ? c.e.map(unpack) : c.p.map((p) => p.map((v, i) => c.m[i] - v));
+      c.h = c.h && unpack(c.h);
     }
+    level.drives = level.drives.map((lines) => lines.map(unpack));
     level.ready = true;
     return level;
   };
@@ -98,7 +100,7 @@
   const band = (set, y, half) => {
     const good = set.filter((p) => isFinite(p[1]));
     if (!good.length) return "";
-    return "M" + good.map(([x, , b]) => `${n1(x)} ${n1(y(b + half))}`).join("L") + "L" + good.reverse().map(([x, a]) => `${n1(x)} ${n1(y(a - half))}`).join("L") + "Z";
+    return "M" + good.map(([x, , b]) => `${n1(x)} ${n1(y(b + half(x)))}`).join("L") + "L" + good.reverse().map(([x, a]) => `${n1(x)} ${n1(y(a - half(x)))}`).join("L") + "Z";
   };
   let clip = 0;
   const panel = (label, height, width, [lo, hi], body) => {
@@ -121,13 +123,24 @@
     l.channels.forEach((c, k) => {
       const info = data.runs[view.run].channels[k];
       const m = columns(l, c.m, inner), p = c.p.map((v) => columns(l, v, inner)), e = c.e.map((v) => columns(l, v, inner));
+      // Half the width of the band at a pixel.
+      const wide = new Map(c.h ? columns(l, c.h, inner).map(([x, , b]) => [x, b]) : []);
+      const half = (x) => wide.get(x) ?? 2 * info.noise;
+      const zero = p[p.length - 1].map(([x]) => [x, 0, 0]);
       html += `<h3>${info.name}</h3>`;
       html += panel(`measured and modelled, ${info.unit}`, 200, width, extent([m, ...p], Infinity, -Infinity), (y) =>
-        `<path class="fill-noise" d="${band(p[p.length - 1], y, 2 * info.noise)}"/><path class="line measured" d="${line(m, y)}"/>` +
+        `<path class="fill-noise" d="${band(p[p.length - 1], y, half)}"/><path class="line measured" d="${line(m, y)}"/>` +
         p.map((v, i) => `<path class="line ${classes[i]}" d="${line(v, y)}"/>`).join(""));
       html += panel(`error (measured − model), ${info.unit}`, 130, width, extent(e, -3 * info.noise, 3 * info.noise), (y) =>
-        `<rect class="fill-noise" x="${LEFT}" width="${inner}" y="${n1(y(2 * info.noise))}" height="${n1(y(-2 * info.noise) - y(2 * info.noise))}"/>` +
+        `<path class="fill-noise" d="${band(zero, y, half)}"/>` +
         e.map((v, i) => `<path class="line thin solid ${classes[i]}" d="${line(v, y)}"/>`).join(""));
+    });
+    data.runs[view.run].drives.forEach((drive, k) => {
+      const lines = l.drives[k].map((v) => columns(l, v, inner));
+      const key = drive.lines.length > 1 ? ` (${drive.lines.map((d) => d.name).join(", ")})` : "";
+      html += `<h3>${drive.name}</h3>`;
+      html += panel(`${drive.name}${key}, ${drive.unit}`, 130, width, extent(lines, 0, 0), (y) =>
+        lines.map((v, i) => `<path class="line ${drive.lines[i].class}" d="${line(v, y)}"/>`).join(""));
     });
     box.innerHTML = html;
     document.getElementById("span").textContent = `${data.runs[view.run].name}, ${format(view.from, 4)} s to ${format(view.to, 4)} s` +
@@ -142,14 +155,22 @@
   };
   const scale = (f) => { const c = (view.from + view.to) / 2, h = ((view.to - view.from) / 2) * f; show(c - h, c + h); };
   const pan = (f) => { const d = (view.to - view.from) * f; show(view.from + d, view.to + d); };
-  const read = (t) => {
-    const l = level(), i = Math.min(l.n - 1, Math.max(0, Math.round((t - l.from) / l.step)));
-    const parts = l.channels.map((c, k) => {
-      const info = data.runs[view.run].channels[k];
-      return `${info.name}: measured ${format(c.m[i], 4)} ${info.unit}, ` + c.p.map((p, j) => `${data.models[j].name} ${format(p[i], 4)} ${info.unit}`).join(", ");
-    });
-    document.getElementById("read").textContent = `At ${format(l.from + i * l.step, 5)} s. ${parts.join(". ")}.`;
+  // The values at a time, in a box beside the pointer: on its left where the page ends on its right.
+  const tip = document.getElementById("read");
+  const read = (t, event) => {
+    const l = level(), run = data.runs[view.run], i = Math.min(l.n - 1, Math.max(0, Math.round((t - l.from) / l.step)));
+    const row = (name, values, unit) => `<tr><th>${name}${unit && ", " + unit}</th>${values.map((v) => `<td>${v}</td>`).join("")}</tr>`;
+    const numbers = (values) => values.map((v) => format(v, 4));
+    const head = row(`At ${format(l.from + i * l.step, 5)} s`, ["measured", ...data.models.map((m) => m.name)], "");
+    const rows = l.channels.map((c, k) => row(run.channels[k].name, numbers([c.m[i], ...c.p.map((p) => p[i])]), run.channels[k].unit));
+    run.drives.forEach((drive, k) => drive.lines.forEach((d, j) => rows.push(row(drive.lines.length > 1 ? `${drive.name} ${d.name}` : drive.name, numbers([l.drives[k][j][i]]), drive.unit))));
+    tip.innerHTML = `<table>${head}${rows.join("")}</table>`;
+    tip.hidden = false;
+    const { width, height } = tip.getBoundingClientRect(), right = event.clientX + 18, below = event.clientY + 18;
+    tip.style.left = `${Math.max(4, right + width < innerWidth ? right : event.clientX - width - 18)}px`;
+    tip.style.top = `${Math.max(4, below + height < innerHeight ? below : event.clientY - height - 18)}px`;
   };
+  const unread = () => { tip.hidden = true; box.querySelectorAll(".cursor").forEach((c) => c.setAttribute("d", "")); };
   const time = (event) => {
     const r = box.getBoundingClientRect();
     return view.from + ((event.clientX - r.left - LEFT) / (box.clientWidth - LEFT - RIGHT)) * (view.to - view.from);
@@ -158,7 +179,7 @@
   box.addEventListener("pointerdown", (e) => { start = e.clientX; box.setPointerCapture(e.pointerId); });
   box.addEventListener("pointermove", (e) => {
     const r = box.getBoundingClientRect(), x = e.clientX - r.left;
-    read(time(e));
+    read(time(e), e);
     box.querySelectorAll(".cursor").forEach((c) => c.setAttribute("d", `M${n1(x)} ${TOP}V${c.ownerSVGElement.viewBox.baseVal.height - BOTTOM}`));
     if (start !== null) box.querySelectorAll(".select").forEach((s) => { s.setAttribute("x", Math.min(start, e.clientX) - r.left); s.setAttribute("width", Math.abs(e.clientX - start)); });
   });
@@ -170,6 +191,8 @@
   };
   box.addEventListener("pointerup", release);
   box.addEventListener("pointercancel", () => { start = null; draw(); });
+  box.addEventListener("pointerleave", () => { if (start === null) unread(); });
+  addEventListener("scroll", unread, { passive: true });
   box.addEventListener("dblclick", () => scale(3));
   box.addEventListener("keydown", (e) => {
     const act = { ArrowLeft: () => pan(-0.25), ArrowRight: () => pan(0.25), "+": () => scale(0.5), "-": () => scale(2), "0": () => show(0, end()) }[e.key];

@@ -5,7 +5,7 @@ use im_model::EffectId;
 use maud::{Markup, html};
 
 use super::super::page::{Row, Section, figure, numbers, scale, shade, table, term, text, words};
-use super::super::story::{Story, probability};
+use super::super::story::{Story, candidates, probability};
 use super::super::words::{in_sigma, short_effect_name};
 use crate::diagnosis::Candidate;
 use crate::format::{number, quantity};
@@ -37,7 +37,7 @@ pub(crate) fn section(s: &Story) -> Section {
         ];
         Row { hit: d.effects.contains(&c.effect), ..Row::new(cells) }
     };
-    let rows: Vec<Row> = d.ranking.iter().map(row).collect();
+    let rows: Vec<Row> = candidates(d).into_iter().map(row).collect();
     let significant = d.ranking.iter().filter(|c| c.score > c.threshold).count();
     let said = match significant {
         0 => "No effect of the library is needed: no score is above its threshold.".to_owned(),
@@ -46,7 +46,8 @@ pub(crate) fn section(s: &Story) -> Section {
             d.ranking.len()
         ),
     };
-    let body = html! { p { (said) } (table(&head, &rows)) (sets(s)) (trials(s)) (alike(s)) };
+    let order = "In the order of score over threshold; what was added stands first.";
+    let body = html! { p { (said) " " (order) } (table(&head, &rows)) (sets(s)) (trials(s)) (alike(s)) };
     Section { id: "candidates", short: "candidates", title: "Candidates", body }
 }
 

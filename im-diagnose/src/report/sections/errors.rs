@@ -58,29 +58,28 @@ pub(crate) fn section(s: &Story) -> Section {
         title: "The error, before and after",
         body: html! {
             p { (said) }
-            (key())
+            (key(rows.iter().any(|r| r.2.is_some())))
             div.split { (figure(waterfall(&falls), caption)) div { (error_table(&rows, s)) } }
         },
     }
 }
 
 /// What the bars of a waterfall mean.
-pub(crate) fn key() -> Markup {
-    legend(&[
-        ("bar-train", term("train", "training")),
-        ("bar-hold", term("holdout", "held out")),
-        ("gone", text("removed by this step")),
-    ])
+pub(crate) fn key(held_out: bool) -> Markup {
+    let mut entries = vec![("bar-train", term("train", "training"))];
+    entries.extend(held_out.then(|| ("bar-hold", term("holdout", "held out"))));
+    entries.push(("gone", text("removed by this step")));
+    legend(&entries)
 }
 
 /// Errors in units, per channel.
 fn error_table(rows: &[(String, Errors, Option<Errors>)], s: &Story) -> Markup {
-    let head = [
-        words("step"),
-        numbers(html! { (term("rmse", "rms error")) ", training" }),
-        numbers("held out"),
-        numbers(html! { (term("fit", "fit")) ", held out" }),
-    ];
+    let held_out = rows.iter().any(|r| r.2.is_some());
+    let mut head = vec![words("step"), numbers(html! { (term("rmse", "rms error")) ", training" })];
+    if held_out {
+        head.push(numbers("held out"));
+    }
+    head.push(numbers(html! { (term("fit", "fit")) @if held_out { ", held out" } @else { ", training" } }));
     let mut body = Vec::new();
     for c in s.channels() {
         let (name, unit) = channel_words(&c.name, c.kind);
@@ -91,11 +90,15 @@ fn error_table(rows: &[(String, Errors, Option<Errors>)], s: &Story) -> Markup {
             };
             let percent = hold.as_ref().unwrap_or(train).fit_percent.get(&c.name);
             let fit = percent.map_or("–".into(), |x| format!("{}\u{a0}%", number(*x, 4)));
-            let row = Row::of([step.clone(), value(Some(train)), value(hold.as_ref()), fit]);
+            let mut cells = vec![step.clone(), value(Some(train))];
+            cells.extend(held_out.then(|| value(hold.as_ref())));
+            cells.push(fit);
+            let row = Row::of(cells);
             body.push(Row { hit: k + 1 == rows.len() && rows.len() > 1, ..row });
         }
         let noise = text(format!("{}\u{a0}{unit}", number(c.sigma, 3)));
-        body.push(Row::new([term("noise", "sensor noise (σ)"), noise, text(""), text("")]));
+        let rest = (2..head.len()).map(|_| text(""));
+        body.push(Row::new([term("noise", "sensor noise (σ)"), noise].into_iter().chain(rest)));
     }
     table(&head, &body)
 }

@@ -1,12 +1,13 @@
 //! A picture of the parameters with their intervals: each over its refined value, so that all share an axis.
 
 use im_chart::short;
+use im_model::ParameterId;
 use maud::{Markup, html};
 
 use super::super::page::{figure, legend, text};
 use super::super::words::quantity_name;
 use crate::diagnosis::{Diagnosis, ParameterChange};
-use crate::uncertainty::HALF_95;
+use crate::uncertainty::{HALF_95, MachineQuantity};
 
 /// An interval wider than this part of the value says little: the parameter counts as not determined.
 const WIDE: f64 = 0.6;
@@ -30,10 +31,18 @@ pub(crate) fn picture(d: &Diagnosis) -> Markup {
     }
     let entries = [("refined", text("refined, ± 95 %")), ("third", text("hardly determined")), ("base", text("as given"))];
     let caption = "Every parameter over its refined value. Where the value as given lies beyond the axis it stands at its end.";
-    html! { (legend(&entries)) (figure(lines(&shown), caption)) }
+    html! { (legend(&entries)) (figure(lines(d, &shown), caption)) }
 }
 
-fn lines(shown: &[(&ParameterChange, f64)]) -> Markup {
+/// Whether the motor as given has it: not a parameter of an effect that was added.
+fn given(d: &Diagnosis, p: &ParameterChange) -> bool {
+    match p.quantity {
+        MachineQuantity::Parameter(ParameterId::Effect(e, _)) => d.case.motor.machine.effects().is_on(e),
+        _ => p.before != 0.0,
+    }
+}
+
+fn lines(d: &Diagnosis, shown: &[(&ParameterChange, f64)]) -> Markup {
     let height = shown.len() as f64 * LINE + 24.0;
     html! {
         svg.chart viewBox={ "0 0 " (short(RIGHT)) " " (short(height)) } role="img" aria-label="parameters with their intervals" {
@@ -48,7 +57,7 @@ fn lines(shown: &[(&ParameterChange, f64)]) -> Markup {
                 text.small x=(short(NAMES)) y=(short(y + 4.0)) text-anchor="end" { (quantity_name(p.quantity).0) }
                 path class={ "line solid " (class) } d={ "M" (short(across(1.0 - half))) " " (short(y)) "L" (short(across(1.0 + half))) " " (short(y)) } {}
                 circle class=(class) cx=(short(across(1.0))) cy=(short(y)) r="3.2" {}
-                @if p.before != 0.0 {
+                @if given(d, p) {
                     path.line.solid.base d={ "M" (short(across(p.before / p.after))) " " (short(y - 6.0)) "v12" } {}
                 }
             }

@@ -56,7 +56,7 @@ fn numbers_of(s: &Story, curves: &Curve) -> Markup {
     let at_load = |of: &dyn Fn(&RatedLoad) -> f64| loaded.each_ref().map(|l| l.as_ref().map(of));
     let torque = quantity(s.d.refined.rating.torque_nm, "Nm", 3);
     let lines = [
-        ("largest torque".to_owned(), "Nm", most(1)),
+        ("breakdown torque".to_owned(), "Nm", most(1)),
         ("torque at standstill".to_owned(), "Nm", first(1)),
         ("current at standstill, peak".to_owned(), "A", first(2)),
         (format!("at the rated torque, {torque}: speed"), "rad/s", at_load(&|l| l.omega_m)),
@@ -73,8 +73,11 @@ fn numbers_of(s: &Story, curves: &Curve) -> Markup {
         None => "none".into(),
     };
     let row = |(name, unit, [before, after]): &(String, &str, [Option<f64>; 2])| {
-        let change =
-            before.zip(*after).filter(|(b, a)| *b != *a && *b != 0.0).map_or("–".into(), |(b, a)| percent_change(b, a));
+        let change = match before.zip(*after).filter(|(b, a)| *b != *a && *b != 0.0) {
+            Some((b, a)) if *unit == "%" => format!("{:+.2} points", a - b).replace('-', "−"),
+            Some((b, a)) => percent_change(b, a),
+            None => "–".into(),
+        };
         Row::of([name.clone(), shown(*before, unit), shown(*after, unit), change])
     };
     let head = [words(""), numbers("as given"), numbers("refined"), numbers("change")];

@@ -22,14 +22,15 @@ pub(super) fn whole(s: &Story) -> String {
     let mut sections = vec![errors::section(s)];
     let models = overlay::models(&s.shown);
     let mut data = None;
-    if let Some(w) = &overlay::worst(&s.views) {
+    let views = s.views_with_bands();
+    if let Some(w) = &overlay::worst(&views) {
         sections.push(Section {
             id: "overlay",
             short: "signals",
             title: "Measured and modelled, over time",
-            body: overlay::body(&s.views, &models, w),
+            body: overlay::body(&views, &models, w),
         });
-        data = Some(overlay::data(&s.views, &models, w));
+        data = Some(overlay::data(&views, &models, w));
     }
     if !s.views.is_empty() {
         sections.push(place::section(&s.shown));

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use super::super::page::{Row, Section, drawn, figure, legend, numbers, scale, shade, table, term, text, words};
 use super::super::story::Shown;
 use crate::format::{number, sentence};
-use crate::localise::{Crossings, Memory, Plane, Profile, ProfileOver, Quantity, Spectrum};
+use crate::localise::{Crossings, InputCorrelation, Memory, Plane, Profile, ProfileOver, Quantity, Spectrum};
 
 /// The section; the first model is the one that fails.
 pub(crate) fn section(shown: &[Shown]) -> Section {
@@ -47,6 +47,15 @@ pub(crate) fn section(shown: &[Shown]) -> Section {
         }
         h3 { "In step with what (" (term("correlation", "correlations")) ")" }
         (correlations(shown))
+        h3 { "Do the errors last, and do they follow the inputs?" }
+        p {
+            "Of a model that is right the errors forget themselves at once and hold nothing of the inputs: the curves stay within the "
+            (term("chanceband", "band of chance")) "."
+        }
+        div.grid2 {
+            @for first in &base.place.memory { (memory(first, shown)) }
+            @for first in &base.place.inputs { (input(first, shown)) }
+        }
     };
     Section { id: "where", short: "where it fails", title: "Where it fails", body }
 }
@@ -183,7 +192,6 @@ fn correlations(shown: &[Shown]) -> Markup {
     html! {
         p { (sentence(&c.conclusion)) }
         (table(&head, &rows))
-        div.grid2 { @for first in &shown[0].place.memory { (memory(first, shown)) } }
     }
 }
 
@@ -192,7 +200,7 @@ fn memory(first: &Memory, shown: &[Shown]) -> Markup {
     let mut chart = Chart::new(
         format!("autocorrelation of the {} error", first.quantity.name()),
         Axis::new(0.0, end, "later by, ms"),
-        Axis::new(-0.5, 1.0, "correlation with itself"),
+        Axis::new(-1.0, 1.0, "correlation with itself"),
     )
     .sized(360.0, 190.0);
     chart.band(&[[0.0, -first.chance, first.chance], [end, -first.chance, first.chance]], "fill-noise");
@@ -202,5 +210,39 @@ fn memory(first: &Memory, shown: &[Shown]) -> Markup {
             chart.line(&m.points.iter().map(|p| [p[0] * 1e3, p[1]]).collect::<Vec<_>>(), s.class);
         }
     }
-    figure(drawn(chart), sentence(&first.conclusion))
+    let said = shown.iter().filter_map(|s| {
+        let own = s.place.memory.iter().find(|m| m.quantity == first.quantity)?;
+        Some((s.name, own.conclusion.as_str()))
+    });
+    figure(drawn(chart), within(said, first.chance))
+}
+
+/// What is said of each model, and what chance makes.
+fn within<'a>(said: impl Iterator<Item = (&'a str, &'a str)>, chance: f64) -> String {
+    let said: Vec<(&str, &str)> = said.collect();
+    let of = |(name, conclusion): &(&str, &str)| match said.len() {
+        1 => sentence(conclusion),
+        _ => format!("{}: {conclusion}.", sentence(name).trim_end_matches('.')),
+    };
+    let all: Vec<String> = said.iter().map(of).collect();
+    format!("{} By chance: within ±{} in 95 of 100.", all.join(" "), number(chance, 2))
+}
+
+fn input<'a>(first: &InputCorrelation, shown: &'a [Shown]) -> Markup {
+    let of = |s: &'a Shown| s.place.inputs.iter().find(|x| (x.error, x.input) == (first.error, first.input));
+    let all: Vec<(&InputCorrelation, &Shown)> = shown.iter().filter_map(|s| Some((of(s)?, s))).collect();
+    let bare = |s: &str| s.split(',').next().unwrap_or(s).to_owned();
+    let title = format!("error in {} with {}", bare(first.error), bare(first.input));
+    let end = first.points.last().map_or(1.0, |p| p[0] * 1e3);
+    let most = all.iter().flat_map(|(x, _)| &x.points).map(|p| p[1].abs()).fold(0.2, f64::max).min(1.0);
+    let x = Axis::new(-end, end, "error later than the input by, ms");
+    let mut chart = Chart::new(&title, x, Axis::new(-1.05 * most, 1.05 * most, &title)).sized(360.0, 190.0);
+    // That of the last model: the error that is left has to lie within it.
+    let chance = all.last().map_or(first.chance, |(x, _)| x.chance);
+    chart.band(&[[-end, -chance, chance], [end, -chance, chance]], "fill-noise");
+    chart.level(0.0, "zero");
+    for (x, s) in &all {
+        chart.line(&x.points.iter().map(|p| [p[0] * 1e3, p[1]]).collect::<Vec<_>>(), s.class);
+    }
+    figure(drawn(chart), within(all.iter().map(|(x, s)| (s.name, x.conclusion.as_str())), chance))
 }
