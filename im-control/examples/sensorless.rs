@@ -1,39 +1,42 @@
-//! A drive without a speed sensor: start, rated load, reversal. Everything follows from the machine, its rating and the sampling time.
+//! A drive without a speed sensor finds its machine, then starts, carries the rated load and reverses. Everything follows from the nameplate and the commissioning.
 //!
 //!     cargo run --release -p im-control --example sensorless -- sensorless.svg
 
-use im_chart::{Panel, Series, panels};
-use im_control::{DriveLimits, FieldOriented, FieldOrientedGains, MachineData, Reports, Sensorless};
-use im_model::Machine;
-use im_model::machines::MOTULATOR_2_2_KW as M;
-use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Simulation, Source};
-use im_observers::{Basis, FullOrder, FullOrderGains};
+use std::collections::BTreeMap;
 
-const H: f64 = 1e-4;
+use im_chart::{Panel, Series, panels};
+use im_control::Reports;
+use im_control::commissioning::{bench, commission};
+use im_model::machines::MOTULATOR_2_2_KW as M;
+use im_model::simulation::{Load, Profile, References, Scenario, Simulation, Source};
+use im_model::{Machine, MotorFile};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let machine = Machine::base(M.parameters(), M.pole_pairs)?;
-    let (rating, flux) = (M.rating, M.rating.rotor_flux_vs);
-    let speed = rating.synchronous_speed_rad_s(M.pole_pairs);
-    let data = MachineData::of(&machine, 1.5 * rating.current_peak_a(machine.parameters(), M.pole_pairs));
-    let controller = FieldOriented::try_new(&data, &FieldOrientedGains::typical(&data, flux, H))?;
-    let observer = FullOrder::try_new(Basis::try_new(&machine, &rating, H)?, FullOrderGains::for_machine(&machine, &rating))?;
-    let limits = DriveLimits::generous(&data, speed, flux);
-    let mut drive = Sensorless::try_new(controller, observer, &data, &limits, H)?;
+    let (torque, speed) = (M.rating.torque_nm, M.rating.synchronous_speed_rad_s(M.pole_pairs));
+    // Inverter with dead time, sensors with noise.
+    let motor = MotorFile { name: M.name.into(), machine, rating: M.rating, known: BTreeMap::default() };
+    let rig = bench(&motor);
+    let commissioned = commission(&motor, &rig, &mut |_, _| ())?;
+    let found = commissioned.outcome?;
+    for c in commissioned.comparisons(&found, &machine, &rig.inverter) {
+        println!("{:8} {:.4} ± {:.4} {}, true {:.4}", c.symbol, c.found.value, c.found.half_width, c.unit, c.truth);
+    }
+    let mut drive = found.drive(&commissioned.plan)?;
 
     let references = References {
         speed_rad_s: Profile::points([[0.0, 0.0], [0.3, 0.0], [0.8, 0.8 * speed], [2.0, 0.8 * speed], [3.0, -0.8 * speed]])?,
-        rotor_flux_vs: flux.into(),
+        rotor_flux_vs: M.rating.rotor_flux_vs.into(),
         torque_nm: 0.0.into(),
     };
     let scenario = Scenario {
         source: Source::Controller { name: "sensorless".into(), observer: None, references: references.clone() },
-        inverter: Inverter::Averaged { dc_voltage_v: Some(3f64.sqrt() * rating.phase_voltage_peak_v) },
         load: Load {
-            torque_nm: Profile::points([[1.2, 0.0], [1.2, rating.torque_nm], [1.8, rating.torque_nm], [1.8, 0.0]])?,
-            quadratic_nm_s2: 0.0,
+            torque_nm: Profile::points([[1.2, 0.0], [1.2, 0.8 * torque], [1.8, 0.8 * torque], [1.8, 0.0]])?,
+            ..rig.load
         },
-        ..Scenario::direct_on_line(1.0, rating.electrical_frequency_hz, 4.0)
+        duration_s: 4.0,
+        ..rig
     };
     let run = Simulation::new(&machine, &scenario).controlled_by(&mut drive).run()?.recording;
     let over_time = |f: &dyn Fn(usize) -> f64| (0..run.len()).step_by(20).map(|k| (run.time_s(k), f(k))).collect::<Vec<_>>();
@@ -46,7 +49,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{:.1} of {:.1} rad/s in the end; {}", run.omega_m[last], references.at(run.time_s(last)).omega_m, drive.status());
     if let Some(path) = std::env::args().nth(1) {
         let parts = [Panel::new("speed, rad/s", speeds), Panel::new("current, A", [current])];
-        std::fs::write(path, panels("Without a speed sensor: start, rated load, reversal", "time, s", &parts))?;
+        std::fs::write(path, panels("Without a speed sensor: start, 80 % of rated load, reversal", "time, s", &parts))?;
     }
     Ok(())
 }

@@ -17,7 +17,9 @@ pub mod kenne;
 pub mod modulation;
 pub mod mtpa;
 
+pub mod commissioning;
 mod current_regulator;
+mod delay;
 mod drive;
 mod error;
 mod field_weakening;
@@ -37,6 +39,10 @@ mod speed_regulator;
 mod status;
 mod vector;
 
+pub use commissioning::{
+    Commissioned, Commissioning, CommissioningFault, CommissioningPlan, CommissioningStage, Found, MagnetizingPoint,
+    NO_LOAD_LEVELS,
+};
 pub use current_regulator::{CurrentRegulator, Regulated, Turning};
 pub use drive::{Drive, DriveLimits};
 pub use error::ControlError;

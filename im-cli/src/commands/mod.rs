@@ -5,6 +5,7 @@ use clap::Subcommand;
 use crate::failure::Failure;
 
 mod add;
+mod commission;
 mod compare;
 mod completions;
 mod demo;
@@ -55,6 +56,8 @@ pub enum Command {
     Report(report::Args),
     /// Run a machine through a scenario and write the recording
     Simulate(simulate::Args),
+    /// Let a simulated drive find the parameters of its motor, at standstill and turning
+    Commission(commission::Args),
     /// Run a recording through a flux and speed observer
     Observe(observe::Args),
     /// Make gains of observers and controllers, each with a proof; check a proof
@@ -86,6 +89,7 @@ impl Command {
             Self::Validate(args) => validate::run(&args),
             Self::NextTest(args) => next_test::run(&args),
             Self::Simulate(args) => simulate::run(&args),
+            Self::Commission(args) => commission::run(&args),
             Self::Observe(args) => observe::run(&args),
             #[cfg(feature = "design")]
             Self::Design(args) => design::run(&args),

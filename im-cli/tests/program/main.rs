@@ -1,5 +1,6 @@
 //! The program from outside: what it prints, writes and returns.
 
+mod commission;
 mod common;
 #[cfg(feature = "design")]
 mod design;

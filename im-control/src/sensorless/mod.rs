@@ -16,7 +16,6 @@
 //! With [`Mtpa`](crate::Mtpa) and the observer of Section VI this is the drive of Kwon et al., Fig. 4, with ω̂ in the place of ω (Section X). The measured speed is
 //! never looked at.
 
-mod delay;
 mod search;
 
 use im_model::simulation::{Command, Controller, Measured, Reference};
@@ -24,6 +23,7 @@ use im_model::space_vector::{cross, norm2};
 use im_model::{Complex, Scalar};
 use im_observers::{Estimate, Input, Observer, ObserverStatus};
 
+use crate::delay::Delayed;
 use crate::error::ControlError;
 use crate::flying_start::{BeginsAt, Caught};
 use crate::guard;
@@ -31,7 +31,6 @@ use crate::machine_data::MachineData;
 use crate::modulation::DeadTimeCompensation;
 use crate::status::{DriveStatus, Reports};
 use crate::{Drive, DriveLimits};
-use delay::Delayed;
 use search::{EmfSearch, Found};
 
 /// How long an estimate may be doubtful before the machine is searched anew, s.

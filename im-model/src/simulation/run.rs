@@ -1,5 +1,7 @@
 //! The run itself.
 
+use std::cell::Cell;
+
 use num_complex::Complex;
 use num_traits::Zero;
 use thiserror::Error;
@@ -87,13 +89,14 @@ pub struct Simulation<'a> {
     scenario: &'a Scenario,
     controller: Option<&'a mut dyn Controller<f64>>,
     progress: Option<&'a mut dyn FnMut(usize, usize)>,
+    ended: Option<&'a Cell<bool>>,
     internals: bool,
 }
 
 impl<'a> Simulation<'a> {
     /// A simulation of `machine` in `scenario`.
     pub fn new(machine: &'a Machine<f64>, scenario: &'a Scenario) -> Self {
-        Self { machine, scenario, controller: None, progress: None, internals: false }
+        Self { machine, scenario, controller: None, progress: None, ended: None, internals: false }
     }
 
     /// The controller for a scenario whose source is [`Source::Controller`].
@@ -105,6 +108,12 @@ impl<'a> Simulation<'a> {
     /// Calls `tell(samples done, samples in all)` now and then, and at the end.
     pub fn with_progress(mut self, tell: &'a mut dyn FnMut(usize, usize)) -> Self {
         self.progress = Some(tell);
+        self
+    }
+
+    /// Ends before the duration of the scenario is over, once this is set: by a controller that has done its work.
+    pub fn until(mut self, ended: &'a Cell<bool>) -> Self {
+        self.ended = Some(ended);
         self
     }
 
@@ -155,6 +164,19 @@ impl<'a> Simulation<'a> {
         let mut u_sum = Complex::zero();
 
         for k in 0..n {
+            if self.ended.is_some_and(Cell::get) {
+                // A row that has begun has no voltage yet.
+                let rows = recording.u_s.len();
+                recording.i_s.truncate(rows);
+                recording.omega_m.truncate(rows);
+                recording.tau_load.iter_mut().for_each(|tau| tau.truncate(rows));
+                if let Some(i) = &mut internals {
+                    i.torque_nm.truncate(rows);
+                    i.psi_m.truncate(rows);
+                    i.states.truncate(rows);
+                }
+                break;
+            }
             let t = t_s * k as f64;
             let shown = sensors.read(bench.output());
             if !(shown.i_s.re.is_finite() && shown.i_s.im.is_finite() && shown.omega_m.is_finite()) {

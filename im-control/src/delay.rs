@@ -7,7 +7,7 @@ const KEPT: usize = 8;
 
 /// Averages of commands delayed by n + f samples: (1 − f)u_{k−n} + f u_{k−n−1}.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Delayed<T> {
+pub(crate) struct Delayed<T> {
     past: [Complex<T>; KEPT],
     whole: usize,
     part: T,

@@ -1,0 +1,66 @@
+//! The drive for what was found.
+
+use im_model::{Machine, Scalar, TParameters};
+use im_observers::{Basis, FullOrder, FullOrderGains};
+
+use super::result::{Commissioned, CommissioningPlan};
+use crate::modulation::DeadTimeCompensation;
+use crate::{ControlError, DriveLimits, FieldOriented, FieldOrientedGains, MachineData, Sensorless};
+
+/// Field orientation with the speed of the full-order observer.
+pub type CommissionedDrive<T> = Sensorless<T, FieldOriented<T>, FullOrder<T>>;
+
+/// Over the rated current.
+pub(super) const SOFTEST: f64 = 0.03;
+
+/// What distinguishes the drive of a commissioning from the one after it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Use {
+    pub follows_torque: bool,
+    pub learns_stator_resistance: bool,
+}
+
+/// Typical gains for a machine; `inverter` is what dead time and devices take, V, and the current at which 71 % of it is taken, A.
+pub(super) fn drive<T: Scalar>(
+    plan: &CommissioningPlan,
+    parameters: TParameters<f64>,
+    inverter: [f64; 2],
+    purpose: Use,
+) -> Result<CommissionedDrive<T>, ControlError> {
+    let (f, rating) = (T::from_f64, &plan.rating);
+    let machine = Machine::base(parameters, plan.pole_pairs)?;
+    let (flux, t) = (f(rating.rotor_flux_vs), f(plan.sample_time_s));
+    let data: MachineData<T> = MachineData::of(&machine, plan.current_max_a).delayed(plan.voltage_delay_s).cast();
+    let gains = FieldOrientedGains { follows_torque: purpose.follows_torque, ..FieldOrientedGains::typical(&data, flux, t) };
+    let mut observed = FullOrderGains::for_machine(&machine, rating);
+    if !purpose.learns_stator_resistance {
+        observed.stator_resistance_per_s = 0.0;
+    }
+    let observer = FullOrder::try_new(Basis::try_new(&machine, rating, plan.sample_time_s)?, observed)?;
+    let limits = DriveLimits::generous(&data, f(rating.synchronous_speed_rad_s(plan.pole_pairs)), flux);
+    let drive = Sensorless::try_new(FieldOriented::try_new(&data, &gains)?, observer, &data, &limits, t)?;
+    let [lost_v, soft_a] = inverter;
+    if lost_v <= 0.0 {
+        return Ok(drive);
+    }
+    drive.compensating(&DeadTimeCompensation {
+        dead_time_s: T::zero(),
+        switching_period_s: t,
+        drop_v: f(lost_v),
+        on_resistance_ohm: T::zero(),
+        // Narrower, noise would switch the whole amount back and forth.
+        soft_current_a: f(soft_a.max(SOFTEST * plan.rated_current_a)),
+    })
+}
+
+impl Commissioned {
+    /// The sensorless drive of this machine: typical gains, the dead-time curve compensated, R_s learnt while it runs; it follows speed. The plan's current limit and
+    /// rotor flux are the drive's.
+    ///
+    /// # Errors
+    /// A value that no drive can be made of.
+    pub fn drive<T: Scalar>(&self, plan: &CommissioningPlan) -> Result<CommissionedDrive<T>, ControlError> {
+        let inverter = [self.inverter_voltage_v.value, self.inverter_current_a.value];
+        drive(plan, self.parameters(), inverter, Use { follows_torque: false, learns_stator_resistance: true })
+    }
+}

@@ -1,0 +1,89 @@
+//! The result as a `motor.toml`.
+
+use std::collections::BTreeMap;
+
+use im_model::effects::VoltageDelay;
+use im_model::{BaseParameter, EffectId, Effects, Known, Machine, ModelError, MotorFile, ParameterId};
+
+use super::fit::{Found, fit};
+use super::result::{Commissioned, CommissioningPlan};
+
+/// A tolerance of a file: from a thousandth to ten times.
+fn tolerance(f: &Found) -> f64 {
+    f.tolerance().clamp(1e-3, 10.0)
+}
+
+impl Commissioned {
+    /// L_m without saturation, and the excess and the exponent of the law i_m = ψ/L_m (1 + k(ψ/ψ_N)^S) at the flux of the plan, where the magnetizing curve is bent.
+    pub fn saturation(&self, flux_vs: f64) -> Option<[Found; 3]> {
+        let points = &self.magnetizing;
+        let residual = |l: f64, k: f64, s: f64, row: usize| {
+            let p = points[row];
+            (p.flux_vs / l * (1.0 + k * (p.flux_vs / flux_vs).powf(s)) / p.current_a - 1.0) / 3e-3
+        };
+        let start = self.magnetizing_inductance_h.value;
+        let straight = fit([start], points.len(), |x, row| residual(x[0], 0.0, 1.0, row))?;
+        let bent = fit([start, 0.1, 6.0], points.len(), |x, row| residual(x[0], x[1], x[2], row))?;
+        let [l, k, s] = bent.parameters;
+        let seen = straight.cost > bent.cost + 12.0 * bent.chi2.max(1.0) && k.value > 0.01;
+        seen.then_some([l, Found { half_width: k.half_width, ..k }, Found { value: s.value.clamp(1.0, 20.0), ..s }])
+    }
+
+    /// A motor with these values, each with its interval as tolerance, and with the effects that were seen.
+    ///
+    /// # Errors
+    /// A value is out of the bounds of a motor file.
+    pub fn motor_file(&self, name: &str, plan: &CommissioningPlan) -> Result<MotorFile, ModelError> {
+        let mut p = self.parameters();
+        let mut known = BTreeMap::new();
+        let mut note = |id: ParameterId, f: &Found| {
+            known.insert(id, Known { value: f.value, tolerance: tolerance(f) });
+        };
+        let mut e = Effects::scaled(&plan.rating, &p, plan.pole_pairs);
+        let flux = plan.rating.rotor_flux_vs;
+        let mut l_m = self.magnetizing_inductance_h;
+        if let Some([l, k, s]) = self.saturation(flux) {
+            l_m = l;
+            let m = &mut e.main_flux_saturation;
+            (m.excess, m.exponent, m.reference_flux_vs) = (k.value, s.value, flux);
+            note(ParameterId::Effect(EffectId::MainFluxSaturation, 0), &k);
+            note(ParameterId::Effect(EffectId::MainFluxSaturation, 1), &s);
+        }
+        p.magnetizing_inductance_h = l_m.value;
+        for (parameter, f) in [
+            (BaseParameter::StatorResistance, &self.stator_resistance_ohm),
+            (BaseParameter::RotorResistance, &self.rotor_resistance_ohm),
+            (BaseParameter::StatorLeakageInductance, &self.leakage_inductance_h),
+            (BaseParameter::RotorLeakageInductance, &self.leakage_inductance_h),
+            (BaseParameter::MagnetizingInductance, &l_m),
+            (BaseParameter::Inertia, &self.inertia_kg_m2),
+        ] {
+            note(ParameterId::Base(parameter), f);
+        }
+        if self.viscous_friction_nm_s_per_rad.value > 0.0 {
+            note(ParameterId::Base(BaseParameter::ViscousFriction), &self.viscous_friction_nm_s_per_rad);
+        }
+        if self.inverter_voltage_v.is_seen() {
+            e.inverter_nonlinearity.voltage_v = self.inverter_voltage_v.value;
+            e.inverter_nonlinearity.zero_crossing_current_a = self.inverter_current_a.value;
+            note(ParameterId::Effect(EffectId::InverterNonlinearity, 0), &self.inverter_voltage_v);
+            note(ParameterId::Effect(EffectId::InverterNonlinearity, 1), &self.inverter_current_a);
+        }
+        if let Some([k, tau]) = &self.skin_effect {
+            (e.rotor_skin_effect.resistance_rise, e.rotor_skin_effect.time_constant_s) = (k.value, tau.value);
+            note(ParameterId::Effect(EffectId::RotorSkinEffect, 0), k);
+            note(ParameterId::Effect(EffectId::RotorSkinEffect, 1), tau);
+        }
+        if self.iron_conductance_s.value > 0.0 && self.iron_conductance_s.is_seen() {
+            e.iron_loss.conductance_s = self.iron_conductance_s.value;
+            note(ParameterId::Effect(EffectId::IronLoss, 0), &self.iron_conductance_s);
+        }
+        if self.coulomb_friction_nm.value > 0.0 && self.coulomb_friction_nm.is_seen() {
+            e.coulomb_friction.torque_nm = self.coulomb_friction_nm.value;
+            note(ParameterId::Effect(EffectId::CoulombFriction, 0), &self.coulomb_friction_nm);
+        }
+        e.voltage_delay = VoltageDelay { delay_s: plan.voltage_delay_s };
+        let machine = Machine::try_new(p, plan.pole_pairs, e)?;
+        Ok(MotorFile { name: name.to_owned(), machine, rating: plan.rating, known })
+    }
+}

@@ -1,0 +1,168 @@
+//! What a commissioning is made for, what it finds, and why it ends early.
+
+use im_model::{Bound, ModelError, Rating, TParameters};
+use thiserror::Error;
+
+use super::fit::Found;
+
+/// What is known before: the nameplate, and the inverter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CommissioningPlan {
+    /// Rated torque, frequency and voltage; the rotor flux is that at which the drive is to work.
+    pub rating: Rating,
+    /// Rated current, peak, A: the largest dc current and the unit of the tests.
+    pub rated_current_a: f64,
+    /// n_p.
+    pub pole_pairs: u32,
+    /// No reference is beyond this, A; a measured current a third beyond it ends the commissioning.
+    pub current_max_a: f64,
+    /// From the beginning of a sample until its command acts, s.
+    pub voltage_delay_s: f64,
+    /// Sampling time, s.
+    pub sample_time_s: f64,
+}
+
+impl CommissioningPlan {
+    /// For a rating, with a current limit of 1.2 times the rated one.
+    pub fn of(rating: Rating, rated_current_a: f64, pole_pairs: u32, sample_time_s: f64) -> Self {
+        Self { rating, rated_current_a, pole_pairs, current_max_a: 1.2 * rated_current_a, voltage_delay_s: 0.0, sample_time_s }
+    }
+
+    /// The same behind a delay of the voltage.
+    #[must_use]
+    pub fn delayed(self, voltage_delay_s: f64) -> Self {
+        Self { voltage_delay_s, ..self }
+    }
+
+    pub(super) fn validate(&self) -> Result<(), ModelError> {
+        self.rating.validate()?;
+        Bound::Within(1.0, 100.0).check("pole_pairs", f64::from(self.pole_pairs))?;
+        Bound::OfMachines(1e-6, 1e6).check("rated_current_a", self.rated_current_a)?;
+        Bound::Within(self.rated_current_a, 1e3 * self.rated_current_a)
+            .check("current_max_a (at least the rated current)", self.current_max_a)?;
+        Bound::OfMachines(1e-5, 1e-3).check("sample_time_s", self.sample_time_s)?;
+        Bound::Within(0.0, 6.0 * self.sample_time_s).check("voltage_delay_s", self.voltage_delay_s)
+    }
+
+    /// Z_N = U_N/I_N, Ω.
+    pub(super) fn impedance_ohm(&self) -> f64 {
+        self.rating.phase_voltage_peak_v / self.rated_current_a
+    }
+
+    /// ω_N, electrical, rad/s.
+    pub(super) fn omega_rad_s(&self) -> f64 {
+        core::f64::consts::TAU * self.rating.electrical_frequency_hz
+    }
+}
+
+/// Why a commissioning ended without a result. The bridge is then at zero current, or has faded out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum CommissioningFault {
+    /// There is current without voltage.
+    #[error(
+        "a current flows without voltage: the shaft turns with flux, or the offset of a current sensor is a twentieth of the rated current or more"
+    )]
+    NotAtRest,
+    /// Voltage pulses give no current.
+    #[error("voltage pulses give no current: no machine is connected, or the current is not measured")]
+    NoCurrent,
+    /// Voltage pulses along the three phases are answered differently.
+    #[error("the three phases answer voltage pulses differently: a phase is open, or a current sensor is dead")]
+    PhasesDiffer,
+    /// The current does not follow its regulator.
+    #[error("the current does not follow its regulator: a current sensor has failed, or a phase has opened")]
+    CurrentNotFollowed,
+    /// A dc current is not reached.
+    #[error("a direct current is not reached: the voltage of the link is too low, or a phase has opened")]
+    CurrentNotReached,
+    /// More than ten samples in a row were no numbers.
+    #[error("the measurement was lost for more than ten samples")]
+    MeasurementLost,
+    /// The current went beyond its limit.
+    #[error("the current went a third beyond its limit")]
+    Overcurrent,
+    /// The shaft does not accelerate.
+    #[error("the shaft does not accelerate under torque: it is locked, or braked")]
+    DoesNotTurn,
+    /// The drive lost the machine while it turned.
+    #[error("the drive lost the speed of the machine")]
+    DriveLost,
+    /// What was measured at standstill is no induction machine's impedance.
+    #[error("what was measured at standstill does not determine resistances and inductances")]
+    NoImpedance,
+    /// Inertia and friction do not follow from the speed under torque.
+    #[error("inertia and magnetizing inductance do not follow from the machine that turns: a varying load, or a locked shaft")]
+    NoMechanics,
+    /// Longer than two minutes.
+    #[error("it takes longer than two minutes")]
+    TooLong,
+}
+
+/// A point of the magnetizing curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MagnetizingPoint {
+    /// ψ_m, peak, Vs.
+    pub flux_vs: f64,
+    /// i_m, peak, A.
+    pub current_a: f64,
+}
+
+/// Flux levels of the no-load run.
+pub const NO_LOAD_LEVELS: usize = 6;
+
+/// The machine as found: a T circuit referred so that L_ls = L_lr. Nothing at the terminals tells the division of the leakage, or another turns ratio; what is seen
+/// whatever the division are the inverse-Γ values ([`inverse_gamma`](Self::inverse_gamma)).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Commissioned {
+    /// R_s, Ω, at the temperature of the test.
+    pub stator_resistance_ohm: Found,
+    /// R_r at low slip frequency, Ω.
+    pub rotor_resistance_ohm: Found,
+    /// L_ls = L_lr, H.
+    pub leakage_inductance_h: Found,
+    /// L_m = ψ_m/i_m at the flux of the plan, H.
+    pub magnetizing_inductance_h: Found,
+    /// The magnetizing curve at no load.
+    pub magnetizing: [MagnetizingPoint; NO_LOAD_LEVELS],
+    /// J, kg m².
+    pub inertia_kg_m2: Found,
+    /// Friction in proportion to speed, Nm s/rad.
+    pub viscous_friction_nm_s_per_rad: Found,
+    /// Friction whatever the speed, Nm.
+    pub coulomb_friction_nm: Found,
+    /// Voltage that dead time and devices take per phase at large current, V.
+    pub inverter_voltage_v: Found,
+    /// Phase current at which 71 % of it is taken, A.
+    pub inverter_current_a: Found,
+    /// Relative rise of R_r at high slip frequency, and the diffusion time of the bars, s; where seen.
+    pub skin_effect: Option<[Found; 2]>,
+    /// Conductance of the iron loss across the magnetizing branch, S.
+    pub iron_conductance_s: Found,
+    /// How long the drive took, s.
+    pub drive_time_s: f64,
+}
+
+impl Commissioned {
+    /// The T circuit at the flux of the plan.
+    pub fn parameters(&self) -> TParameters<f64> {
+        TParameters {
+            stator_resistance_ohm: self.stator_resistance_ohm.value,
+            rotor_resistance_ohm: self.rotor_resistance_ohm.value,
+            stator_leakage_inductance_h: self.leakage_inductance_h.value,
+            rotor_leakage_inductance_h: self.leakage_inductance_h.value,
+            magnetizing_inductance_h: self.magnetizing_inductance_h.value,
+            inertia_kg_m2: self.inertia_kg_m2.value,
+            viscous_friction_nm_s_per_rad: self.viscous_friction_nm_s_per_rad.value.max(0.0),
+        }
+    }
+
+    /// R_R, L_σ, L_M, with their intervals.
+    pub fn inverse_gamma(&self) -> [Found; 3] {
+        let g = self.parameters().inverse_gamma();
+        [
+            Found::relative(g.rotor_resistance_ohm, self.rotor_resistance_ohm.tolerance()),
+            Found::relative(g.leakage_inductance_h, self.leakage_inductance_h.tolerance()),
+            Found::relative(g.magnetizing_inductance_h, self.magnetizing_inductance_h.tolerance()),
+        ]
+    }
+}

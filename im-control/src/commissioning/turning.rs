@@ -1,0 +1,418 @@
+//! The machine turns: the sensorless drive with what standstill has shown, first following torque, then speed.
+//!
+//! **Torque up, none, torque down** gives inertia and friction from means over 20 ms, and over half a second of coasting, in which neither flux nor currents change in the frame of the flux:
+//!
+//! (3/2) n_p Re((u − u_lost − R_s i) ī)/ω_s = J Δω/Δt + D ω + τ_C + (3/2) n_p G ω_s ψ²
+//!
+//! The torque is that of the power across the air gap, less the iron loss: the observer's own follows a speed that lags behind while it changes. While the machine
+//! coasts the flux is reduced, so that friction is not taken for iron loss. G is that of the run without load.
+//!
+//! **No load** at half the rated speed, at several levels of flux, in the frame of the flux:
+//!
+//! ψ_s = (u − u_lost − R_s i)/(jω_s),   ψ_m = ψ_s − L_l i,   i_m = Re(ψ̄_m i)/|ψ_m|,   Re((u − u_lost − R_s i) ī) = G ω_s²ψ_m² + P_0
+
+use im_model::simulation::{Command, Controller, Measured, Reference};
+use im_model::space_vector::{cross, dot, from_phases, norm2, to_phases};
+use im_model::{Complex, Scalar, TParameters};
+
+use super::drive::{CommissionedDrive as Drive, SOFTEST, Use, drive};
+use super::fit::{Found, Linear, fit};
+use super::result::{CommissioningFault, CommissioningPlan, MagnetizingPoint, NO_LOAD_LEVELS};
+use super::standstill::AtStandstill;
+use crate::ControlError;
+use crate::status::{DriveStatus, Reports};
+use crate::vector::{is_finite, norm};
+
+/// Parts of the run under torque.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Part {
+    Magnetize,
+    /// With torque until this share of the synchronous speed.
+    Up(f64),
+    Down(f64),
+    Coast,
+}
+
+const PARTS: [Part; 9] = [
+    Part::Magnetize,
+    Part::Up(0.6),
+    Part::Coast,
+    Part::Magnetize,
+    Part::Down(0.3),
+    Part::Coast,
+    Part::Magnetize,
+    Part::Up(0.6),
+    Part::Down(0.4),
+];
+/// Flux while it coasts, over that of the plan.
+const COASTING_FLUX: f64 = 0.3;
+const COAST_S: f64 = 2.2;
+/// Where torque and speed hardly change, noise of the speed must not be taken for acceleration.
+const COAST_WINDOW_S: f64 = 0.5;
+/// A shaft that is not fast by then does not turn.
+const UP_S: f64 = 15.0;
+/// Mean torque and speed are taken over this.
+const WINDOW_S: f64 = 0.02;
+/// The torque of two windows in a row differs by no more than this share of what is asked for: flux and currents have settled.
+const STEADY: f64 = 0.015;
+/// A light shaft gets less torque, so that speeding up takes this long.
+const UP_AT_LEAST_S: f64 = 0.8;
+/// Below this share of the rated frequency torque is not told from the power.
+const SEEN_FROM: f64 = 0.08;
+/// No load: flux over that of the plan, and the speed over the synchronous one.
+const NO_LOAD: [f64; NO_LOAD_LEVELS] = [0.5, 0.7, 0.85, 1.0, 1.1, 1.2];
+const NO_LOAD_SPEED: f64 = 0.5;
+const NO_LOAD_S: f64 = 0.4;
+const STOP_S: f64 = 1.5;
+
+#[derive(Clone, Copy, Debug)]
+enum Stage {
+    Torque(usize),
+    NoLoad(usize),
+    Stop,
+}
+
+/// Sums over a window.
+#[derive(Clone, Copy, Debug)]
+struct Window<T> {
+    samples: u32,
+    /// Re((u − u_lost − R_s i) ī), W over 3/2.
+    power: T,
+    omega: T,
+    begin: T,
+    /// Of the flux' frame: u − u_lost, i, and the angle turned.
+    u: Complex<T>,
+    i: Complex<T>,
+    turned: T,
+}
+
+impl<T: Scalar> Window<T> {
+    fn new(begin: T) -> Self {
+        let (o, z) = (T::zero(), Complex::new(T::zero(), T::zero()));
+        Self { samples: 0, power: o, omega: o, begin, u: z, i: z, turned: o }
+    }
+}
+
+/// A level of flux at no load.
+#[derive(Clone, Copy, Debug, Default)]
+struct NoLoad {
+    u: Complex<f64>,
+    i: Complex<f64>,
+    omega_s: f64,
+}
+
+/// The machine that turns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turning<T: Scalar> {
+    plan: CommissioningPlan,
+    still: AtStandstill,
+    drive: Drive<T>,
+    torque_nm: f64,
+    torque_before_nm: f64,
+    rotor_time_constant_s: f64,
+    resistance_ohm: T,
+    lost_v: T,
+    lost_a: T,
+    stage: Stage,
+    elapsed_s: f64,
+    window: Window<T>,
+    before: Option<(Complex<T>, Complex<T>)>,
+    mechanics: Linear<4>,
+    levels: [NoLoad; NO_LOAD_LEVELS],
+    doubtful_s: f64,
+    pending: bool,
+}
+
+/// What turning has shown.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WhileTurning {
+    pub magnetizing_inductance_h: Found,
+    pub magnetizing: [MagnetizingPoint; NO_LOAD_LEVELS],
+    pub inertia_kg_m2: Found,
+    pub viscous_friction_nm_s_per_rad: Found,
+    pub coulomb_friction_nm: Found,
+    pub iron_conductance_s: Found,
+}
+
+/// The drive for what is known; with an inertia it follows speed. R_s has just been measured.
+fn drive_of<T: Scalar>(
+    plan: &CommissioningPlan,
+    still: &AtStandstill,
+    inertia_kg_m2: Option<f64>,
+) -> Result<Drive<T>, ControlError> {
+    let rating = &plan.rating;
+    let parameters = TParameters {
+        stator_resistance_ohm: still.stator_resistance_ohm.value,
+        rotor_resistance_ohm: still.rotor_resistance_ohm.value,
+        stator_leakage_inductance_h: still.leakage_inductance_h.value,
+        rotor_leakage_inductance_h: still.leakage_inductance_h.value,
+        magnetizing_inductance_h: still.magnetizing_inductance_h,
+        // Half a second to rated speed, where only torque is followed.
+        inertia_kg_m2: inertia_kg_m2.unwrap_or(0.5 * rating.torque_nm / rating.synchronous_speed_rad_s(plan.pole_pairs)),
+        viscous_friction_nm_s_per_rad: 0.0,
+    };
+    let inverter = [still.inverter_voltage_v.value, still.inverter_current_a.value];
+    drive(plan, parameters, inverter, Use { follows_torque: inertia_kg_m2.is_none(), learns_stator_resistance: false })
+}
+
+impl<T: Scalar> Turning<T> {
+    pub fn try_new(plan: &CommissioningPlan, still: &AtStandstill) -> Result<Self, ControlError> {
+        let magnetizing = plan.rating.rotor_flux_vs / still.magnetizing_inductance_h;
+        let left = (plan.current_max_a * plan.current_max_a - magnetizing * magnetizing).max(0.0);
+        let torque_current = (0.3 * plan.rated_current_a).min(0.7 * Scalar::sqrt(left));
+        let (f, l_m) = (T::from_f64, still.magnetizing_inductance_h);
+        Ok(Self {
+            plan: *plan,
+            still: *still,
+            drive: drive_of(plan, still, None)?,
+            torque_nm: 1.5 * f64::from(plan.pole_pairs) * plan.rating.rotor_flux_vs * torque_current,
+            torque_before_nm: 0.0,
+            rotor_time_constant_s: (l_m + still.leakage_inductance_h.value) / still.rotor_resistance_ohm.value,
+            resistance_ohm: f(still.stator_resistance_ohm.value),
+            lost_v: f(still.inverter_voltage_v.value),
+            lost_a: f(still.inverter_current_a.value.max(SOFTEST * plan.rated_current_a)),
+            stage: Stage::Torque(0),
+            elapsed_s: 0.0,
+            window: Window::new(T::zero()),
+            before: None,
+            mechanics: Linear::new(),
+            levels: [NoLoad::default(); NO_LOAD_LEVELS],
+            doubtful_s: 0.0,
+            pending: false,
+        })
+    }
+
+    /// Speed of the flux as the drive believes it, electrical, rad/s.
+    pub fn omega_e(&self) -> T {
+        self.drive.estimate().map_or(T::zero(), |e| e.omega_m) * T::from_f64(f64::from(self.plan.pole_pairs))
+    }
+
+    /// T_r, s.
+    pub fn rotor_time_constant_s(&self) -> f64 {
+        self.rotor_time_constant_s
+    }
+
+    /// Whether a fit is due.
+    pub fn is_pending(&self) -> bool {
+        self.pending
+    }
+
+    fn go_on(&mut self, stage: Stage) {
+        (self.stage, self.elapsed_s) = (stage, 0.0);
+    }
+
+    /// What is asked of the drive now.
+    fn reference(&self) -> Reference<T> {
+        let f = T::from_f64;
+        let (flux, speed) = (self.plan.rating.rotor_flux_vs, self.plan.rating.synchronous_speed_rad_s(self.plan.pole_pairs));
+        let (omega, share, torque) = match self.stage {
+            Stage::Torque(part) => match PARTS.get(part) {
+                Some(Part::Up(_)) => (0.0, 1.0, self.torque_nm),
+                Some(Part::Down(_)) => (0.0, 1.0, -self.torque_nm),
+                Some(Part::Coast) => (0.0, COASTING_FLUX, 0.0),
+                _ => (0.0, 1.0, 0.0),
+            },
+            Stage::NoLoad(level) => (NO_LOAD_SPEED * speed, NO_LOAD.get(level).copied().unwrap_or(1.0), 0.0),
+            Stage::Stop => (0.0, 1.0, 0.0),
+        };
+        Reference { omega_m: f(omega), rotor_flux_vs: f(share * flux), torque_nm: f(torque) }
+    }
+
+    /// A sample: the command, and whether the machine stands again. `u_s` is what was commanded over the sample that ended, as it acted.
+    pub fn step(&mut self, m: &Measured<T>, u_s: Complex<T>) -> Result<(Complex<T>, bool), CommissioningFault> {
+        let Command::Voltage(u) = self.drive.step(m, &self.reference()) else { return Err(CommissioningFault::DriveLost) };
+        if self.pending {
+            return Ok((u, false));
+        }
+        let t = m.sample_time_s.value();
+        self.elapsed_s += t;
+        let status = self.drive.status();
+        let lost = status.has(DriveStatus::SPEED_LOST) || status.has(DriveStatus::RESTARTED);
+        self.doubtful_s = if lost { self.doubtful_s + t } else { (self.doubtful_s - 0.1 * t).max(0.0) };
+        if self.doubtful_s > 1.0 {
+            return Err(CommissioningFault::DriveLost);
+        }
+        let Some(e) = self.drive.estimate().copied() else { return Ok((u, false)) };
+        if is_finite(m.i_s) {
+            self.take(u_s, m.i_s, e.rotor_flux_vs, e.omega_m);
+        } else {
+            (self.before, self.window) = (None, Window::new(e.omega_m));
+        }
+        let speed = self.plan.rating.synchronous_speed_rad_s(self.plan.pole_pairs);
+        let (omega, settling) = (e.omega_m.value() / speed, (4.0 * self.rotor_time_constant_s).clamp(0.3, 4.0));
+        match self.stage {
+            Stage::Torque(part) => {
+                let coasts = matches!(PARTS.get(part), Some(Part::Coast));
+                let whole = f64::from(self.window.samples) * t >= if coasts { COAST_WINDOW_S } else { WINDOW_S };
+                if whole {
+                    let w = self.window;
+                    let n = f64::from(w.samples);
+                    let settled = match PARTS.get(part) {
+                        Some(Part::Up(_) | Part::Down(_)) => self.elapsed_s > 2.0 * WINDOW_S,
+                        Some(Part::Coast) => self.elapsed_s > 0.5 * settling + COAST_WINDOW_S,
+                        _ => false,
+                    };
+                    let omega_s = w.turned.value() / (n * t);
+                    let torque = 1.5 * f64::from(self.plan.pole_pairs) * w.power.value() / (n * omega_s);
+                    let steady = coasts || (torque - self.torque_before_nm).abs() < STEADY * self.torque_nm;
+                    self.torque_before_nm = torque;
+                    if settled && steady && !lost && omega_s.abs() > SEEN_FROM * self.plan.omega_rad_s() {
+                        let change = (e.omega_m - w.begin).value() / (n * t);
+                        let flux = norm2(e.rotor_flux_vs).value();
+                        let iron = 1.5 * f64::from(self.plan.pole_pairs) * omega_s * flux;
+                        let weight = Scalar::sqrt(n * t / WINDOW_S);
+                        self.mechanics.add([change, w.omega.value() / n, 1.0, iron].map(|x| weight * x), weight * torque);
+                    }
+                    self.window = Window::new(e.omega_m);
+                }
+                let done = match PARTS.get(part) {
+                    Some(Part::Up(to)) => omega >= *to,
+                    Some(Part::Down(to)) => omega <= *to,
+                    Some(Part::Coast) => self.elapsed_s > 0.5 * settling + COAST_S || omega < 0.1,
+                    _ => self.elapsed_s > settling + 0.1,
+                };
+                if done && part == 1 {
+                    self.torque_nm *= (self.elapsed_s / UP_AT_LEAST_S).clamp(0.15, 1.0);
+                }
+                if done && part + 1 < PARTS.len() {
+                    self.go_on(Stage::Torque(part + 1));
+                } else if done {
+                    self.pending = true;
+                } else if self.elapsed_s > UP_S {
+                    return Err(CommissioningFault::DoesNotTurn);
+                }
+            }
+            Stage::NoLoad(level) => {
+                // The first level also waits for the speed.
+                let wait = settling + if level == 0 { 3.0 } else { 0.0 };
+                if self.elapsed_s <= wait {
+                    self.window = Window::new(e.omega_m);
+                } else if self.elapsed_s > wait + NO_LOAD_S {
+                    let (w, n) = (self.window, f64::from(self.window.samples));
+                    let mean = |z: Complex<T>| Complex::new(z.re.value() / n, z.im.value() / n);
+                    if let Some(l) = self.levels.get_mut(level) {
+                        *l = NoLoad { u: mean(w.u), i: mean(w.i), omega_s: w.turned.value() / (n * t) };
+                    }
+                    self.go_on(if level + 1 < NO_LOAD_LEVELS { Stage::NoLoad(level + 1) } else { Stage::Stop });
+                }
+            }
+            Stage::Stop => return Ok((u, self.elapsed_s > STOP_S)),
+        }
+        Ok((u, false))
+    }
+
+    /// Adds a sample to the window.
+    fn take(&mut self, u_s: Complex<T>, i_s: Complex<T>, flux: Complex<T>, omega: T) {
+        let size = norm(flux);
+        let is_flux = size > T::zero();
+        if !is_flux {
+            return;
+        }
+        let direction = flux * (T::one() / size);
+        if let Some((direction_before, i_before)) = self.before {
+            let half = T::from_f64(0.5);
+            let (middle, i) = (direction_before + direction, (i_before + i_s) * half);
+            let middle = middle * (T::one() / norm(middle).max(half));
+            let soft = self.lost_a * self.lost_a;
+            let lost = from_phases(to_phases(i).map(|x| self.lost_v * x / (x * x + soft).sqrt()));
+            let w = &mut self.window;
+            w.samples += 1;
+            w.power += dot(u_s - lost - i * self.resistance_ohm, i);
+            w.omega += omega;
+            w.u += (u_s - lost) * middle.conj();
+            w.i += i * middle.conj();
+            w.turned += cross(direction_before, direction);
+        }
+        self.before = Some((direction, i_s));
+    }
+
+    /// In the background: what the run under torque says, and the drive that follows speed.
+    pub fn evaluate(&mut self) -> Result<(), CommissioningFault> {
+        if !self.pending {
+            return Ok(());
+        }
+        let [inertia, ..] = self.mechanics.knowing_the_last(0.0).solve().ok_or(CommissioningFault::NoMechanics)?;
+        let is_inertia = inertia.value > 0.0 && inertia.tolerance() < 0.3;
+        if !is_inertia {
+            return Err(CommissioningFault::NoMechanics);
+        }
+        self.drive = drive_of(&self.plan, &self.still, Some(inertia.value)).map_err(|_| CommissioningFault::NoMechanics)?;
+        self.pending = false;
+        self.go_on(Stage::NoLoad(0));
+        Ok(())
+    }
+
+    /// In the background, at the end.
+    pub fn result(&self) -> Result<WhileTurning, CommissioningFault> {
+        let none = CommissioningFault::NoMechanics;
+        let (r_s, l_l) = (self.still.stator_resistance_ohm.value, self.still.leakage_inductance_h.value);
+        let mut magnetizing = [MagnetizingPoint::default(); NO_LOAD_LEVELS];
+        let mut losses = Linear::<2>::new();
+        for (point, l) in magnetizing.iter_mut().zip(&self.levels) {
+            let e = l.u - l.i * r_s;
+            // Division by jω.
+            let psi_m = Complex::new(e.im, -e.re) * (1.0 / l.omega_s) - l.i * l_l;
+            let flux = Scalar::sqrt(norm2(psi_m));
+            *point = MagnetizingPoint { flux_vs: flux, current_a: dot(psi_m, l.i) / flux };
+            losses.add([(l.omega_s * flux) * (l.omega_s * flux), 1.0], dot(e, l.i));
+        }
+        // The points by a smooth curve through the flux of the plan.
+        let wanted = self.plan.rating.rotor_flux_vs;
+        let curve = fit([self.still.magnetizing_inductance_h, 0.1, 6.0], NO_LOAD_LEVELS, |[l, k, s], row| {
+            magnetizing.get(row).map_or(0.0, |p| {
+                let bent = 1.0 + k * Scalar::powf(p.flux_vs / wanted, *s);
+                (p.flux_vs / l * bent / p.current_a - 1.0) / 3e-3
+            })
+        });
+        let straight = fit([self.still.magnetizing_inductance_h], NO_LOAD_LEVELS, |[l], row| {
+            magnetizing.get(row).map_or(0.0, |p| (p.flux_vs / l / p.current_a - 1.0) / 3e-3)
+        });
+        // R_s and the inverter's voltage stand in ψ_s with their share of the emf.
+        let emf = wanted * self.omega_half();
+        let share = (self.still.stator_resistance_ohm.half_width * self.plan.rated_current_a
+            + self.still.inverter_voltage_v.half_width)
+            / emf;
+        let l_m = match (curve, straight) {
+            (Some(c), Some(s)) if c.cost < s.cost => {
+                let [l, k, _] = c.parameters;
+                Found::relative(l.value / (1.0 + k.value), 3e-3 * c.chi2.max(1.0) + share)
+            }
+            (_, Some(s)) => Found::relative(s.parameters[0].value, s.parameters[0].tolerance() + 3e-3 + share),
+            _ => return Err(none),
+        };
+        let [conductance, _] = losses.solve().ok_or(none)?;
+        // An error of R_s or of the inverter's voltage is power too.
+        let at_most = magnetizing.last().map_or(0.0, |p| {
+            let power =
+                self.still.stator_resistance_ohm.half_width * p.current_a + 1.3 * self.still.inverter_voltage_v.half_width;
+            power * p.current_a / (self.omega_half() * p.flux_vs * self.omega_half() * p.flux_vs)
+        });
+        let iron = if conductance.value > 0.0 { conductance.value } else { 0.0 };
+        let [inertia, viscous, coulomb] = self.mechanics.knowing_the_last(iron).solve().ok_or(none)?;
+        let conductance = Found { half_width: conductance.half_width + at_most, ..conductance };
+        let points = magnetizing.iter().all(|p| p.flux_vs.is_finite() && p.flux_vs > 0.0 && p.current_a > 0.0);
+        // A shaft that does not turn shows another flux than the drive's own.
+        let z = self.plan.omega_rad_s() / self.plan.impedance_ohm();
+        let plausible = l_m.value * z > 0.2 && l_m.value * z < 50.0 && l_m.value > 0.4 * self.still.magnetizing_inductance_h;
+        if points && plausible {
+            // What the torque is wrong by, inertia and friction are: flux and R_r's part in it.
+            let scale = l_m.tolerance() + 0.01;
+            let wider = |f: Found| Found { half_width: f.half_width + scale * f.value.abs(), ..f };
+            Ok(WhileTurning {
+                magnetizing_inductance_h: l_m,
+                magnetizing,
+                inertia_kg_m2: wider(inertia),
+                viscous_friction_nm_s_per_rad: wider(viscous),
+                coulomb_friction_nm: wider(coulomb),
+                iron_conductance_s: conductance,
+            })
+        } else {
+            Err(none)
+        }
+    }
+
+    /// ω_s of the no-load run, rad/s.
+    fn omega_half(&self) -> f64 {
+        NO_LOAD_SPEED * self.plan.omega_rad_s()
+    }
+}
