@@ -192,7 +192,7 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
     } else {
         meta.files.clone()
     };
-    sections.push(provenance::run(meta, &files));
+    sections.push(provenance::run(meta, &c.motor, &files));
     page(c.title(meta), &top, &sections, data.as_deref())
 }
 

@@ -95,14 +95,21 @@ pub fn html(story: &Story) -> String {
     sections::whole(story)
 }
 
+const FNV_OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
+
+fn eaten(hash: u64, bytes: &[u8]) -> u64 {
+    bytes.iter().fold(hash, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3))
+}
+
+/// The same hash of a text.
+pub(crate) fn text_digest(text: &str) -> String {
+    format!("{:016x}", eaten(FNV_OFFSET, text.as_bytes()))
+}
+
 /// A hash of the numbers of a recording (FNV-1a, 64 bit): equal data, equal hash.
 pub fn digest(e: &Experiment) -> String {
-    let mut h: u64 = 0xcbf2_9ce4_8422_2325;
-    let mut eat = |x: f64| {
-        for b in x.to_bits().to_le_bytes() {
-            h = (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3);
-        }
-    };
+    let mut h = FNV_OFFSET;
+    let mut eat = |x: f64| h = eaten(h, &x.to_bits().to_le_bytes());
     eat(e.sample_time_s);
     e.u_s.iter().for_each(|u| {
         eat(u.re);

@@ -280,7 +280,8 @@ pub(crate) fn channel_words(name: &str, kind: ChannelKind) -> (String, &'static 
     }
 }
 
-fn label(v: &View) -> String {
+/// The name of a recording, and whether it is held out.
+pub(crate) fn label(v: &View) -> String {
     let name =
         std::path::Path::new(&v.experiment.name).file_name().map_or(v.experiment.name.clone(), |n| n.to_string_lossy().into());
     if v.held_out { format!("{name} (held out)") } else { name }

@@ -255,3 +255,18 @@ fn the_files_are_written_or_an_error_names_the_one() {
     assert!(e.contains("motor.refined.toml"), "{e}");
     std::fs::remove_dir_all(&dir).unwrap();
 }
+
+/// Of a recording that no fit has seen, one reading in twenty lies outside the band of prediction of the right model.
+#[test]
+fn the_band_of_prediction_holds_nineteen_readings_of_twenty() {
+    let found = cases::missing();
+    let page = html(&Story::new(&found, &Meta::default()));
+    let shares: Vec<f64> = page
+        .split(" % of the readings lie outside the band")
+        .filter_map(|before| before.rsplit([' ', '>']).next()?.parse().ok())
+        .collect();
+    assert_eq!(shares.len(), 3, "{shares:?}");
+    // 7000 readings: ± 0.3 % by chance, more for errors that last.
+    assert!(shares.iter().all(|s| (3.5..6.5).contains(s)), "{shares:?}");
+    assert!(page.contains("third.csv (held out)"));
+}

@@ -1,5 +1,6 @@
 //! The sections of the page, top to bottom.
 
+mod against;
 mod candidates;
 mod cards;
 mod errors;
@@ -11,6 +12,8 @@ pub(super) mod place;
 pub(super) mod provenance;
 mod residual_tests;
 mod top;
+
+use maud::html;
 
 use super::overlay;
 use super::page::{Section, page};
@@ -28,7 +31,7 @@ pub(super) fn whole(s: &Story) -> String {
             id: "overlay",
             short: "signals",
             title: "Measured and modelled, over time",
-            body: overlay::body(&views, &models, w),
+            body: html! { (overlay::body(&views, &models, w)) (against::section(&views)) },
         });
         data = Some(overlay::data(&views, &models, w));
     }
@@ -45,7 +48,7 @@ pub(super) fn whole(s: &Story) -> String {
     sections.extend(cards::unexcited(s));
     sections.extend(provenance::quality(s.meta));
     sections.extend(provenance::next_test(s.meta));
-    sections.push(provenance::run(s.meta, &s.files()));
+    sections.push(provenance::run(s.meta, &s.d.case.motor, &s.files()));
     page(&s.title(), &top::top(s), &sections, data.as_deref())
 }
 

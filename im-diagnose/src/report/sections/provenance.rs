@@ -3,9 +3,10 @@
 use maud::{Markup, html};
 
 use super::super::page::{Row, Section, drawn, figure, list, numbers, table, text, words};
-use super::super::{DataFile, Meta};
+use super::super::{DataFile, Meta, text_digest};
 use crate::intake::Finding;
 use im_chart::{Axis, Chart};
+use im_model::MotorFile;
 
 /// What was noticed about the data.
 pub(crate) fn quality(m: &Meta) -> Option<Section> {
@@ -41,11 +42,13 @@ pub(crate) fn next_test(m: &Meta) -> Option<Section> {
 }
 
 /// What was run, on what.
-pub(crate) fn run(m: &Meta, files: &[DataFile]) -> Section {
+pub(crate) fn run(m: &Meta, motor: &MotorFile, files: &[DataFile]) -> Section {
     let program = if m.program.is_empty() { format!("im-diagnose {}", env!("CARGO_PKG_VERSION")) } else { m.program.clone() };
     let fact = |name: &str, value: Markup| Row::new([text(name), value]);
     let mut facts = vec![fact("program", text(program))];
     facts.extend(m.command.as_ref().map(|c| fact("command", html! { code { (c) } })));
+    let digest = text_digest(&motor.to_toml());
+    facts.push(fact("motor as given", html! { (motor.name) ", hash " code { (digest) } }));
     facts.push(fact("seed", text(m.seed.map_or("none: nothing in it is random".into(), |s| s.to_string()))));
     facts.extend(m.made.as_ref().map(|made| fact("made", text(made))));
     let head = [words("recording"), words("used for"), numbers("rows"), words("hash of the data")];

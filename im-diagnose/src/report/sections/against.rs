@@ -1,0 +1,74 @@
+//! Measured against modelled, with the band of prediction: whether readings lie as far off the last model as they may.
+
+use im_chart::{Axis, Chart};
+use maud::{Markup, html};
+
+use super::super::overlay::{channel_words, label};
+use super::super::page::{drawn, figure, legend, term, text};
+use super::super::story::View;
+use crate::format::{number, sentence};
+
+/// Dots of a picture.
+const DOTS: usize = 400;
+/// Stretches of the modelled value over which the band is averaged.
+const BINS: usize = 24;
+
+/// Of the recording that no fit has seen, else of the first; nothing where no fit says how sure it is.
+pub(crate) fn section(views: &[View]) -> Markup {
+    let Some(view) = views.iter().find(|v| v.held_out).or(views.first()).filter(|v| !v.band.is_empty()) else { return html! {} };
+    let channels: Vec<Markup> = (0..view.experiment.channels.len()).filter_map(|c| picture(view, c)).collect();
+    let entries = [
+        ("measured", text("readings")),
+        ("refined", text("as modelled")),
+        ("noise", html! { "95 % " (term("band", "band of prediction")) }),
+    ];
+    html! {
+        @if !channels.is_empty() {
+            h3 { "Measured against modelled: " (label(view)) }
+            (legend(&entries))
+            div.grid2 { @for picture in &channels { (picture) } }
+        }
+    }
+}
+
+fn picture(view: &View, c: usize) -> Option<Markup> {
+    let (channel, band) = (&view.experiment.channels[c], &view.band[c]);
+    let modelled = view.predictions.last().map(|p| &p[c])?;
+    let rows: Vec<usize> = (0..modelled.len()).filter(|&k| channel.is_valid(k) && modelled[k].is_finite()).collect();
+    if rows.len() < BINS {
+        return None;
+    }
+    let outside = rows.iter().filter(|&&k| (channel.values[k] - modelled[k]).abs() > band[k]).count();
+    let points: Vec<[f64; 2]> =
+        rows.iter().step_by(rows.len().div_ceil(DOTS)).map(|&k| [modelled[k], channel.values[k]]).collect();
+    let (lo, hi) = rows.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &k| (a.min(modelled[k]), b.max(modelled[k])));
+    let mut widths = [(0.0, 0usize); BINS];
+    for &k in &rows {
+        let bin = (((modelled[k] - lo) / (hi - lo).max(1e-300)) * BINS as f64) as usize;
+        let (sum, count) = &mut widths[bin.min(BINS - 1)];
+        *sum += band[k];
+        *count += 1;
+    }
+    let middle = |bin: usize| lo + (hi - lo) * (bin as f64 + 0.5) / BINS as f64;
+    let known = widths.iter().enumerate().filter(|(_, w)| w.1 > 0);
+    let shade: Vec<[f64; 3]> = known
+        .map(|(bin, (sum, count))| {
+            let (x, half) = (middle(bin), sum / *count as f64);
+            [x, x - half, x + half]
+        })
+        .collect();
+    let (name, unit) = channel_words(&channel.name, channel.kind);
+    let around = || points.iter().flatten().copied();
+    let mut chart = Chart::new(
+        format!("{name}, measured against modelled"),
+        Axis::around(around(), format!("modelled, {unit}")),
+        Axis::around(around(), format!("measured, {unit}")),
+    );
+    chart.band(&shade, "fill-noise");
+    chart.line(&[[lo, lo], [hi, hi]], "refined solid thin");
+    chart.dots(&points, "measured");
+    let share = number(100.0 * outside as f64 / rows.len() as f64, 2);
+    let said =
+        format!("{} {share} % of the readings lie outside the band, where 5 % are expected of a right model.", sentence(&name));
+    Some(figure(drawn(chart), said))
+}
