@@ -147,10 +147,10 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     })
 }
 
-/// λ ln(N/λ): by how much D must fall for one number more.
+/// ln(N/λ): by how much the cost of a formula must fall for one number more. The search asks λ times that of D; the covariance of a curve, which the
+/// cost is measured by, has the noise as it is, colour and form error included, and λ with it.
 fn price_of_a_number(course: &Course) -> f64 {
-    let lambda = course.posterior.dispersion;
-    lambda * (course.first().model.fit.count as f64 / lambda).ln().max(0.0)
+    (course.first().model.fit.count as f64 / course.posterior.dispersion).ln().max(0.0)
 }
 
 /// What the residual of the last model depends on.

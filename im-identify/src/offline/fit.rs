@@ -10,7 +10,7 @@ use super::free::{Free, Target, change_component, component};
 use super::knowledge::{prior_cost, prior_terms};
 use super::simulate::{linearize_to, residuals_to};
 use super::smoothness::{effective_parameters, likely_spreads, smoothness};
-use super::thinned::Thinned;
+use super::thinned::{Runs, Thinned};
 
 /// Why a fit could not be made.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -255,21 +255,21 @@ pub fn fit_from(
     let mut room = Room::of(machine, experiments, free)?;
     let mut here = given.clone();
     // The rows of a table stand each on its own: no horizon is shorter.
-    let runs = experiments.iter().any(|e| !e.is_table());
-    let horizons = if runs { &options.horizons[..] } else { &[] };
+    let horizons = if experiments.iter().any(|e| !e.is_table()) { &options.horizons[..] } else { &[] };
+    let runs = Runs::of(experiments);
     for &fraction in horizons {
         // A rough answer is enough to start the next horizon from.
-        descend(&mut here, &mut room, experiments, free, fraction, options.iterations.min(12), 1e-3)?;
+        descend(&mut here, &mut room, &runs, free, fraction, options.iterations.min(12), 1e-3)?;
     }
-    let mut end = descend(&mut here, &mut room, experiments, free, 1.0, options.iterations, options.tolerance)?;
+    let mut end = descend(&mut here, &mut room, &runs, free, 1.0, options.iterations, options.tolerance)?;
     // Short horizons can lead away, where a recording begins in motion for example: never worse than from the values given.
     let as_given = || sum_of_squares(&simulated(machine, experiments, &given.starts, 1.0)) + known_cost(machine, free);
     if !horizons.is_empty() && as_given() < here.cost {
-        end = descend(&mut given, &mut room, experiments, free, 1.0, options.iterations, options.tolerance)?;
+        end = descend(&mut given, &mut room, &runs, free, 1.0, options.iterations, options.tolerance)?;
         here = given;
     }
     // Slopes from a short step before the minimum are those of the minimum, for the covariance.
-    let mut normal = end.normal.unwrap_or_else(|| Slopes::at(&here, &Thinned::all(experiments), free, 1.0).normal);
+    let mut normal = end.normal.unwrap_or_else(|| Slopes::at(&here, &runs.thinned, free, 1.0).normal);
     for (k, [_, _, information]) in prior_terms(&here.machine, free).into_iter().enumerate() {
         normal[(k, k)] += information;
     }
@@ -391,22 +391,24 @@ const NEAR: f64 = 0.1;
 /// A way over which slopes hardly change: JᵀJ stands for the covariance.
 const SHORT: f64 = 0.03;
 
-/// Levenberg-Marquardt from `here` over the first `fraction` of every recording.
+/// Levenberg-Marquardt from `here` over the first `fraction` of every recording. Fewer rows lead near the minimum, all of them into it:
+/// where parameters are nearly alike, their small differences decide.
 pub(super) fn descend(
     here: &mut Point,
     room: &mut Room,
-    experiments: &[Experiment],
+    runs: &Runs,
     free: &[Free],
     fraction: f64,
     iterations: usize,
     tolerance: f64,
 ) -> Result<End, FitError> {
+    let experiments = runs.experiments;
     if free.is_empty() || iterations == 0 {
         *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction);
         return here.check(experiments).map(|()| End { accepted: 0, converged: free.is_empty(), normal: None });
     }
-    // Fewer rows lead near the minimum, all of them into it: where parameters are nearly alike, their small differences decide.
-    let mut runs = Thinned::all(experiments);
+    let whole: Vec<Thinned> = experiments.iter().map(Thinned::whole).collect();
+    let mut taken = &runs.thinned;
     *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction);
     here.check(experiments)?;
     let mut damping = 1e-3;
@@ -420,10 +422,10 @@ pub(super) fn descend(
             Some(s) => s,
             None => {
                 room.spend(&here.machine, fraction * (free.len() + 1) as f64);
-                Slopes::at(here, &runs, free, fraction)
+                Slopes::at(here, taken, free, fraction)
             }
         };
-        let mut gradient = s.gradient(&runs, &here.residuals);
+        let mut gradient = s.gradient(taken, &here.residuals);
         // The priors are known exactly at every step; only the slopes of the residuals are kept.
         let mut normal = s.normal.clone();
         for (k, [_, downhill, information]) in prior_terms(&here.machine, free).into_iter().enumerate() {
@@ -472,8 +474,8 @@ pub(super) fn descend(
             None => fresh,
         };
         match (arrived, gained.is_some()) {
-            (true, _) if runs.iter().any(|run| run.rows() > 1) => {
-                runs = experiments.iter().map(Thinned::whole).collect();
+            (true, _) if taken.iter().any(|run| run.rows() > 1) => {
+                taken = &whole;
                 damping = 1e-3;
             }
             (true, moved) => {

@@ -32,4 +32,3 @@ pub use load_torque::{LoadEstimate, load_torque};
 pub use simulate::{Linearized, linearize, predict, residuals};
 pub use smoothness::{Smoothness, smoothness};
 pub use start::{angle_on, guess_start, start_on, start_parameters};
-pub use thinned::Thinned;

@@ -9,7 +9,7 @@ use super::experiment::{Experiment, Start};
 use super::fit::{Point, Room, cost, descend};
 use super::free::{ANGLE, Free, LOAD_CONSTANT, LOAD_FAN, SPEED, Target, Transform};
 use super::load::{Load, Size};
-use super::thinned::Thinned;
+use super::thinned::{Runs, Thinned};
 
 /// The initial states that are to be found with everything else: ψ_s, ψ_r and, where the speed is not imposed, ω_m of every experiment
 /// whose start is [`Start::Estimated`]; the sizes of its load that are to be fitted; and, with effects `fixed_to_shaft`, the shaft's angle at the start of every experiment after the
@@ -59,11 +59,12 @@ pub fn start_on(machine: &Machine<f64>, e: &Experiment, rating: &Rating) -> Stat
     let given = e.start_state();
     let fitted = |start: State<f64>, angle: bool, fraction: f64| {
         let free = start_of(0, e, rating, angle);
-        let mut here = Point::new(machine, vec![start]);
-        match descend(&mut here, &mut Room::any(), std::slice::from_ref(e), &free, fraction, 20, 1e-6) {
-            Ok(_) if !free.is_empty() => here.starts[0],
-            _ => start,
+        if free.is_empty() {
+            return start;
         }
+        let mut here = Point::new(machine, vec![start]);
+        let end = descend(&mut here, &mut Room::any(), &Runs::of(std::slice::from_ref(e)), &free, fraction, 20, 1e-6);
+        if end.is_ok() { here.starts[0] } else { start }
     };
     let moving = if matches!(e.start, Start::Estimated(_)) {
         fitted(given, false, (MEMORY_S / (e.sample_time_s * e.len() as f64)).min(1.0))

@@ -18,7 +18,7 @@ use super::load::Load;
 
 /// A run on every K-th of its rows, K odd.
 #[derive(Clone, Debug)]
-pub struct Thinned<'a> {
+pub(super) struct Thinned<'a> {
     stride: usize,
     run: Cow<'a, Experiment>,
 }
@@ -35,6 +35,18 @@ const CHANGE: f64 = 0.105;
 
 /// Within a step, ∫u dt may differ from a straight line by this part (rms) of what it changes in a step: a switched voltage is not smooth.
 const RIPPLE: f64 = 0.1;
+
+/// Recordings, as they are and in longer steps.
+pub(super) struct Runs<'a> {
+    pub experiments: &'a [Experiment],
+    pub thinned: Vec<Thinned<'a>>,
+}
+
+impl<'a> Runs<'a> {
+    pub fn of(experiments: &'a [Experiment]) -> Self {
+        Self { experiments, thinned: Thinned::all(experiments) }
+    }
+}
 
 impl<'a> Thinned<'a> {
     /// In the longest steps that the currents and voltages of all allow, alike for all; tables as they are.
@@ -165,12 +177,7 @@ mod tests {
     /// A start from rest on 50 Hz, at 10 kHz.
     fn run(rows: usize, load_nm: f64) -> (im_model::Machine<f64>, Experiment) {
         let m = machines::MOTULATOR_2_2_KW;
-        let machine = im_model::Machine::try_new(
-            m.parameters(),
-            m.pole_pairs,
-            im_model::Effects::scaled(&m.rating, &m.parameters(), m.pole_pairs),
-        )
-        .unwrap();
+        let machine = im_model::Machine::base(m.parameters(), m.pole_pairs).unwrap();
         let u_s: Vec<_> = (0..rows).map(|k| Complex::from_polar(326.6, 314.159 * 1e-4 * (k as f64 + 0.5))).collect();
         let r = Recording {
             name: "start".into(),
