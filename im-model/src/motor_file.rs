@@ -175,6 +175,9 @@ impl MotorFile {
             Some(table) => rating(&toml, table)?,
             None => Rating::guess(&p, pole_pairs),
         };
+        if head.rating.is_some() {
+            followable(&toml, &head.parameters, &p, &rating, pole_pairs)?;
+        }
         let mut effects = Effects::none();
         for &id in custom {
             effects.add_custom(id);
@@ -306,6 +309,33 @@ fn rating(toml: &TomlText<'_>, table: &Numbers) -> Result<Rating, FileError> {
     Ok(Rating { torque_nm, electrical_frequency_hz, phase_voltage_peak_v, rotor_flux_vs })
 }
 
+/// Seconds in which rated torque brings a machine alone to rated speed; machines take milliseconds to minutes.
+const RUN_UP_S: [f64; 2] = [1e-4, 1e5];
+
+/// Refuses an inertia that no machine of such a rating has.
+fn followable(
+    toml: &TomlText<'_>,
+    parameters: &Numbers,
+    p: &TParameters<f64>,
+    rating: &Rating,
+    pole_pairs: u32,
+) -> Result<(), FileError> {
+    let (key, unit) = (BaseParameter::Inertia.key(), rating.synchronous_speed_rad_s(pole_pairs) / rating.torque_nm);
+    let run_up_s = p.inertia_kg_m2 * unit;
+    let [low, high] = RUN_UP_S;
+    if (low..=high).contains(&run_up_s) {
+        return Ok(());
+    }
+    let expected = format!(
+        "an inertia that rated torque brings to rated speed in {low} s to {high} s, which is {:.1e} to {:.1e} kg m² with this rating; it takes {run_up_s:.1e} s",
+        low / unit,
+        high / unit
+    );
+    let given = parameters.get_ref().iter().find(|(k, _)| k.get_ref() == key);
+    let at = given.map_or_else(|| parameters.span(), |(_, value)| value.span());
+    Err(toml.unexpected(at, None, expected))
+}
+
 fn air_gap(toml: &TomlText<'_>, table: &Numbers) -> Result<AirGapSaturation<f64>, FileError> {
     let given = numbers(toml, table, &AirGapSaturation::<f64>::KEYS, |_, _| ())?;
     let mut values = [0.0; 9];
@@ -433,6 +463,16 @@ mod tests {
         assert_eq!(bound, "motor.toml:14: conductance_s = -0.001 must be zero or positive, and finite");
         let rating = error(&format!("{GOOD}[machine.rating]\ntorque_nm = 20\n"));
         assert!(rating.contains("electrical_frequency_hz is missing in [machine.rating]"), "{rating}");
+        let rated = |j: &str| {
+            let rating = "torque_nm = 20\nelectrical_frequency_hz = 50\nphase_voltage_peak_v = 320\nrotor_flux_vs = 0.95\n";
+            MotorFile::parse(&format!("{}[machine.rating]\n{rating}", GOOD.replace("0.045", j)), "motor.toml")
+        };
+        assert!(rated("0.045").is_ok() && rated("1e-4").is_ok());
+        let light = rated("1e-8").unwrap_err().to_string();
+        let begins =
+            "motor.toml:11: inertia_kg_m2 is 1e-8, expected an inertia that rated torque brings to rated speed in 0.0001 s";
+        assert!(light.starts_with(begins) && light.ends_with("it takes 7.9e-8 s"), "{light}");
+        assert!(rated("1e7").is_err());
         let nowhere = MotorFile::read("/no/such/motor.toml").unwrap_err();
         assert_eq!(nowhere.to_string(), "/no/such/motor.toml: cannot read it: no such file or folder");
     }
@@ -464,6 +504,7 @@ mod tests {
         #[test]
         fn write_then_read_round_trips_exactly(
             values in prop::array::uniform7(positive()),
+            run_up_s in (-3.0..3.0f64).prop_map(|e| 10f64.powf(e)),
             rating in prop::array::uniform4(positive().prop_map(|x| x.max(1e-3))),
             pole_pairs in 1u32..=100,
             name in any::<String>(),
@@ -471,9 +512,13 @@ mod tests {
             tolerances in any::<u8>(),
             sizes in prop::collection::vec(0.0..1.0f64, 100),
         ) {
-            let p = TParameters::from_values(values);
             let [torque_nm, electrical_frequency_hz, phase_voltage_peak_v, rotor_flux_vs] = rating;
             let rating = Rating { torque_nm, electrical_frequency_hz, phase_voltage_peak_v, rotor_flux_vs };
+            let p = TParameters {
+                inertia_kg_m2: run_up_s * torque_nm / rating.synchronous_speed_rad_s(pole_pairs),
+                ..TParameters::from_values(values)
+            };
+            let values = p.values();
             let mut e = Effects::scaled(&rating, &p, pole_pairs);
             let mut size = sizes.into_iter().cycle();
             for (_, &id) in EffectId::ALL.iter().enumerate().filter(|(bit, _)| on >> bit & 1 == 1) {

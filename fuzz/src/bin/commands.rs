@@ -27,7 +27,7 @@ impl Run {
     }
 }
 
-const RUNS: [Run; 26] = [
+const RUNS: [Run; 27] = [
     Run { line: "simulate --motor @motor.toml --scenario @scenario.toml -o out.csv", inputs: &["motor.toml", "scenario.toml"] },
     Run { line: "simulate --motor @motor.toml --scenario @drive.toml -o out.csv", inputs: &["motor.toml", "drive.toml"] },
     Run { line: "compare --motor @motor.toml --data @run.csv", inputs: &["motor.toml", "run.csv"] },
@@ -35,6 +35,7 @@ const RUNS: [Run; 26] = [
     Run { line: "fit --motor @motor.toml --table @table.csv -o out.toml", inputs: &["motor.toml", "table.csv"] },
     Run { line: "fit --motor @motor.toml --train @run.csv --anyway -o out.toml", inputs: &["run.csv"] },
     Run { line: "diagnose --motor @motor.toml --train @run.csv --out out", inputs: &["motor.toml", "run.csv"] },
+    Run { line: "diagnose --motor @motor.toml --train @run.csv --anyway --out out", inputs: &["run.csv"] },
     Run { line: "diagnose --motor @motor.toml --table @table.csv --json --out out", inputs: &["motor.toml", "table.csv"] },
     Run { line: "fleet @plant.csv --out out", inputs: &["plant.csv", "own.csv"] },
     Run {

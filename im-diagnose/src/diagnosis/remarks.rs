@@ -14,7 +14,14 @@ const BELOW_NOISE: f64 = 0.8;
 impl Diagnosis {
     /// What the user should check first, one sentence each.
     pub fn remarks(&self) -> Vec<String> {
-        self.delay_of_whole_samples().into_iter().chain(self.error_below_noise()).collect()
+        [self.search_cut_short(), self.delay_of_whole_samples(), self.error_below_noise()].into_iter().flatten().collect()
+    }
+
+    /// A search that had to end: nothing of the library leads on.
+    fn search_cut_short(&self) -> Option<String> {
+        self.course.cut_short.then(|| {
+            "The search ended at its bound of work, with sets of effects untried that may be likelier: effects of the library explain little here. Check the channels, their units and the motor as given first".to_owned()
+        })
     }
 
     /// A delay of half a sample or a whole one: the recording's `instant` is likelier wrong than the drive late.

@@ -45,6 +45,9 @@ const PREDICTED: f64 = 0.25;
 /// Candidates refitted at once, before it is asked which of the others may still be likelier.
 const AT_ONCE: usize = 2;
 
+/// Simulations of all recordings that the fits of a search may take; where effects of the library explain what is there, they take 50 to 1500.
+const MOST_WORK: f64 = 3000.0;
+
 /// The effects of a set, sorted.
 type Set = Vec<EffectId>;
 
@@ -69,6 +72,8 @@ struct Proposal {
 struct Search<'a> {
     loop_: &'a Refinement,
     known: BTreeMap<Set, Known>,
+    /// Simulations of all recordings that its fits have taken.
+    spent: f64,
 }
 
 fn sorted(effects: &[EffectId]) -> Set {
@@ -99,7 +104,7 @@ impl Refinement {
 
     /// The same where some sets have been fitted before; the base model is expanded in any case.
     pub fn run_knowing(&self, base: Model, fitted: Vec<Model>) -> Result<Course, FitError> {
-        let mut search = Search { loop_: self, known: BTreeMap::new() };
+        let mut search = Search { loop_: self, known: BTreeMap::new(), spent: 0.0 };
         for model in fitted.into_iter().chain([base]) {
             let deviance = self.marginal_deviance(&model);
             search.known.insert(sorted(&model.effects), Known { model, deviance, polished: true, scores: None });
@@ -109,7 +114,12 @@ impl Refinement {
         }
         let mut in_vain = 0;
         let mut best = Set::new();
+        let mut cut_short = false;
         while let Some(next) = search.next(in_vain) {
+            if search.spent > MOST_WORK {
+                cut_short = true;
+                break;
+            }
             if search.polish(&next)? {
                 continue;
             }
@@ -118,7 +128,7 @@ impl Refinement {
             in_vain = if now == best { in_vain + 1 } else { 0 };
             best = now;
         }
-        search.course()
+        Ok(Course { cut_short, ..search.course()? })
     }
 }
 
@@ -213,6 +223,7 @@ impl Search<'_> {
         }
         let m = &known.model;
         let mut model = self.loop_.model(&m.fit.machine, &m.fit.starts, &m.effects, &FitOptions::near())?;
+        self.spent += model.fit.work;
         if model.deviance > m.deviance {
             model = m.clone();
         }
@@ -256,6 +267,7 @@ impl Search<'_> {
 
     /// Keeps a fit that is the first of its set, or the best.
     fn keep(&mut self, model: Model, taken: f64) {
+        self.spent += model.fit.work;
         let set = sorted(&model.effects);
         if self.known.get(&set).is_none_or(|k| model.deviance < k.model.deviance - WINDOW) {
             self.known.insert(set, Known { deviance: model.deviance - taken, model, polished: false, scores: None });
@@ -341,11 +353,15 @@ impl Search<'_> {
             .collect()
     }
 
-    /// A quick fit of a set, the best from all its starts.
+    /// A quick fit of a set, the best from all its starts, with the work of all.
     fn fitted(&self, p: &Proposal) -> Option<Model> {
         let quick = FitOptions { iterations: 10, tolerance: 1e-3, horizons: Vec::new() };
         let fits = p.starts.iter().filter_map(|(machine, starts)| self.loop_.model(machine, starts, &p.effects, &quick).ok());
-        fits.min_by(|a, b| a.deviance.total_cmp(&b.deviance))
+        let fits: Vec<Model> = fits.collect();
+        let work = fits.iter().map(|m| m.fit.work).sum();
+        let mut best = fits.into_iter().min_by(|a, b| a.deviance.total_cmp(&b.deviance))?;
+        best.fit.work = work;
+        Some(best)
     }
 
     fn posterior(&self) -> Posterior {
@@ -390,7 +406,7 @@ impl Search<'_> {
         }
         way.reverse();
         let stages = (0..way.len()).map(|k| self.stage(&way, k)).collect();
-        Ok(Course { stages, posterior: self.posterior() })
+        Ok(Course { stages, posterior: self.posterior(), cut_short: false })
     }
 
     /// Fits closely what explains the data as well as the best.
