@@ -286,7 +286,21 @@ fn outcome(
         !name.ends_with(".html") && (name == "results.jsonl" || !true_inputs.contains_key(name.as_ref()))
     });
     let texts: Vec<String> = written.filter(|path| *path != err).filter_map(|path| fs::read_to_string(path).ok()).collect();
-    if texts.iter().any(|text| not_finite(text)) { ("not finite", used) } else { ("done", used) }
+    let names = names(which, changed);
+    let unnamed = |text: &String| names.iter().fold(text.clone(), |text, name| text.replace(name, "name"));
+    if texts.iter().any(|text| not_finite(&unnamed(text))) { ("not finite", used) } else { ("done", used) }
+}
+
+/// What an input calls things: a motor called "nan" is no number.
+fn names(which: &str, text: &str) -> Vec<String> {
+    let named = |line: &str| Some(line.strip_prefix("name = \"")?.split('"').next()?.to_owned());
+    let mut all: Vec<String> = if which == "plant.csv" {
+        text.lines().filter_map(|l| l.split(',').next()).map(str::to_owned).collect()
+    } else {
+        text.lines().filter_map(named).collect()
+    };
+    all.retain(|name| not_finite(name));
+    all
 }
 
 /// All files below a folder.
