@@ -63,12 +63,10 @@ impl<'a> Story<'a> {
     pub fn new(d: &'a Diagnosis, meta: &'a Meta) -> Self {
         let (first, last) = (&d.steps[0], &d.steps[d.steps.len() - 1]);
         let models = if d.steps.len() > 1 { vec![first, last] } else { vec![last] };
-        let mut recordings: Vec<(&Experiment, Option<usize>, Vec<State<f64>>)> = Vec::new();
-        for (k, e) in d.case.train.iter().enumerate() {
-            recordings.push((e, Some(k), models.iter().map(|m| m.starts[k]).collect()));
-        }
-        let held = |m: &&Step| m.holdout_start.unwrap_or_default();
-        recordings.extend(d.case.holdout.iter().map(|h| (h, None, models.iter().map(held).collect())));
+        let starts = |of: &dyn Fn(&Step) -> State<f64>| models.iter().map(|m| of(m)).collect::<Vec<_>>();
+        let train = d.case.train.iter().enumerate().map(|(k, e)| (e, Some(k), starts(&|m| m.starts[k])));
+        let held_out = d.case.holdout.iter().map(|h| (h, None, starts(&|m| m.holdout_start.unwrap_or_default())));
+        let recordings: Vec<_> = train.chain(held_out).collect();
         let views: Vec<View> = recordings
             .into_par_iter()
             .map(|(e, number, starts)| {
