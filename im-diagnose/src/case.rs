@@ -6,6 +6,7 @@ use im_model::{MotorFile, Recording, State};
 use rayon::prelude::*;
 
 use crate::intake::mapping::Begin;
+use crate::intake::quality::convention;
 use crate::intake::{Intake, LoadPlan};
 use crate::noise::white_sigma;
 
@@ -21,6 +22,11 @@ pub struct Case {
 }
 
 impl Case {
+    /// Size of the supply's voltage over the rated one, in the first recording that is on a steady one.
+    pub fn supply(&self) -> Option<f64> {
+        self.train.iter().find_map(|e| convention::supply(&self.motor, e))
+    }
+
     /// From canonical recordings, the load of those without a torque unknown; the noise of each sensor is estimated from all of them together.
     pub fn new(motor: MotorFile, train: &[Recording], holdout: Option<&Recording>) -> Self {
         let experiments = |r: &Recording| Experiment::from_recording(r, [1.0, 1.0], 1.0);

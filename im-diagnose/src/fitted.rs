@@ -33,6 +33,8 @@ pub struct Fitted {
     pub holdout: Option<f64>,
     /// What the recordings determine, with its covariance.
     pub estimates: Estimates,
+    /// Size of the supply's voltage over the rated one, where it is steady.
+    pub supply: Option<f64>,
 }
 
 impl Fitted {
@@ -51,7 +53,7 @@ impl Fitted {
         let after = MotorFile { machine: fit.machine, ..before.clone() };
         let train = errors(&fit.machine, refinement.nudged(), &fit.starts);
         let estimates = Estimates::of_fit(&before, fit, refinement.nudged());
-        Self { before, after, train, holdout: model.holdout, estimates }
+        Self { before, after, train, holdout: model.holdout, estimates, supply: refinement.case().supply() }
     }
 
     /// Whether the recordings leave a parameter open.

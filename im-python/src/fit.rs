@@ -36,7 +36,7 @@ pub fn fit(
     let made = work(py, "fitting", threads, || {
         let (case, mut noticed) = asked.case()?;
         let inner = Fitted::new(case, asked.options()).map_err(|e| Refused::fit(&asked.label, &e))?;
-        noticed.extend(by_fit(&noticed, &inner.before, &inner.after.machine));
+        noticed.extend(by_fit(&noticed, &inner.before, &inner.after.machine, inner.supply));
         let mut report = inner.to_json();
         report["data_quality"] = json!(noticed);
         Ok::<_, Refused>(Fit { inner, json: report.to_string() })

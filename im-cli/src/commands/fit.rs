@@ -40,8 +40,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let (case, mut noticed, options) = args.data.case()?;
     let fitted = spinning("fitting", || Fitted::new(case, options)).map_err(|e| refused(&args.data.motor, &e))?;
-    let Fitted { before, after, train, estimates, .. } = &fitted;
-    noticed.extend(by_fit(&noticed, before, &after.machine));
+    let Fitted { before, after, train, estimates, supply, .. } = &fitted;
+    noticed.extend(by_fit(&noticed, before, &after.machine, *supply));
     if let Some(path) = &args.output {
         after.write(path)?;
     }

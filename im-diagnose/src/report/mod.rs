@@ -61,7 +61,7 @@ impl Meta {
     /// test that would settle what is open.
     pub fn of(found: &Diagnosis, mut noticed: Vec<Finding>) -> Self {
         noticed.retain(|f| !found.refutes(f));
-        noticed.extend(by_fit(&noticed, &found.case.motor, &found.refined.machine));
+        noticed.extend(by_fit(&noticed, &found.case.motor, &found.refined.machine, found.case.supply()));
         Self { quality: Some(noticed), next_test: NextTest::after(found), ..Self::default() }
     }
 }

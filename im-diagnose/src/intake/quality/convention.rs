@@ -2,10 +2,12 @@
 //!
 //! A steady state on the rated supply says how large the voltage should be, and the motor file how large the current: at the slip that
 //! fits the angle best, |U/I| of the T circuit. Where the voltage is √3, √2 or √(3/2) of the rated one, or the current √2 of what it
-//! should be, that is a convention. So it is where a fit leaves the motor file by the same factor in all impedances at once.
+//! should be, that is a convention. So it is where a fit leaves the motor file by the same factor in all impedances at once, or by that of the
+//! power in the inertia alone, on a supply that is off by as much.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2};
 
+use im_identify::offline::Experiment;
 use im_model::{Complex, Machine, MotorFile};
 
 use super::steady::{Steady, fit_slip};
@@ -65,6 +67,8 @@ const NEAR: f64 = 0.05;
 const RATED: f64 = 0.08;
 /// How near the impedance must come where it alone tells, and where it must not contradict: the motor file is a first guess.
 const IMPEDANCE: [f64; 2] = [0.1, 0.25];
+/// How much the size of a supply's voltage may vary, rms, relative.
+const STEADY: f64 = 0.05;
 /// A common factor of fitted parameters: how near their mean must come, and how far apart they may lie, as logarithms.
 const COMMON: [f64; 2] = [0.15, 0.25];
 
@@ -102,8 +106,22 @@ fn finding(shown: String, cause: &Cause) -> Finding {
     Finding::new(FindingKind::Convention, Severity::Warning, shown, cause.advice)
 }
 
-/// What a fit says: all impedances of the machine are off by one factor, and the inertia by that of the power.
-pub fn of_fit(given: &MotorFile, fitted: &Machine<f64>) -> Option<Finding> {
+/// |U| of a supply over that of the rating at its frequency: where the voltage keeps its size over the second half of a recording, from half
+/// the rated frequency on. The machine need not have settled.
+pub fn supply(motor: &MotorFile, e: &Experiment) -> Option<f64> {
+    let u = &e.u_s[e.u_s.len() / 2..];
+    let n = u.len() as f64;
+    let mean = u.iter().map(|u| u.norm()).sum::<f64>() / n;
+    let spread = (u.iter().map(|u| (u.norm() - mean).powi(2)).sum::<f64>() / n).sqrt();
+    let turned = u.windows(2).map(|w| (w[1] * w[0].conj()).arg()).sum::<f64>();
+    let part = turned.abs() / ((n - 1.0) * e.sample_time_s) / (2.0 * PI * motor.rating.electrical_frequency_hz);
+    let steady = !e.is_table() && spread < STEADY * mean && (0.5..1.03).contains(&part);
+    steady.then(|| mean / (motor.rating.phase_voltage_peak_v * part.min(1.0)))
+}
+
+/// What a fit says: all impedances of the machine are off by one factor, and the inertia by that of the power. Inertia alone is too often
+/// guessed wrong: it takes a `supply` that is off as well, as a part of the rated one.
+pub fn of_fit(given: &MotorFile, fitted: &Machine<f64>, supply: Option<f64>) -> Option<Finding> {
     let (before, after) = (given.machine.parameters(), fitted.parameters());
     let (a, b) = (before.inverse_gamma(), after.inverse_gamma());
     let ratios = [
@@ -115,18 +133,19 @@ pub fn of_fit(given: &MotorFile, fitted: &Machine<f64>) -> Option<Finding> {
     let impedance = (ratios.iter().map(|r| r.ln()).sum::<f64>() / 4.0).exp();
     let inertia = after.inertia_kg_m2 / before.inertia_kg_m2;
     let fits = |c: &&Cause| {
-        // Inertia alone is too often guessed wrong.
-        c.impedance != 1.0
+        (c.impedance != 1.0 || supply.is_some_and(|u| off(u, c.voltage) < NEAR))
             && off(impedance, c.impedance) < COMMON[0]
             && off(inertia, c.power) < COMMON[1]
             && ratios.iter().all(|r| off(*r, c.impedance) < COMMON[1])
     };
     let cause = CAUSES.iter().find(fits)?;
     let [r_s, r_r, l_s, l_m] = ratios.map(|r| number(r, 3));
+    let on = supply.filter(|_| cause.impedance == 1.0).map(|u| format!(", on {} times the rated voltage", number(u, 3)));
     let text = format!(
-        "Against the motor file the fit has {r_s} times R_s, {r_r} times R_R, {l_s} times L_σ, {l_m} times L_M and {} times J: as one \
+        "Against the motor file the fit has {r_s} times R_s, {r_r} times R_R, {l_s} times L_σ, {l_m} times L_M and {} times J{}: as one \
          factor in voltage or current would make of them",
-        number(inertia, 3)
+        number(inertia, 3),
+        on.unwrap_or_default()
     );
     Some(finding(text, cause))
 }
@@ -187,7 +206,7 @@ mod tests {
     fn one_factor_in_all_that_is_fitted_is_a_convention() {
         let given = MotorFile::parse(include_str!("../../../../examples/motor.toml"), "motor.toml").unwrap();
         let p = *given.machine.parameters();
-        let scaled = |z: f64, j: f64, r_r: f64| {
+        let scaled_on = |z: f64, j: f64, r_r: f64, supply: Option<f64>| {
             let fitted = given.machine.with_parameters(im_model::TParameters {
                 stator_resistance_ohm: p.stator_resistance_ohm * z,
                 rotor_resistance_ohm: p.rotor_resistance_ohm * z * r_r,
@@ -197,8 +216,9 @@ mod tests {
                 inertia_kg_m2: p.inertia_kg_m2 * j,
                 ..p
             });
-            of_fit(&given, &fitted.unwrap()).map(|f| f.advice)
+            of_fit(&given, &fitted.unwrap(), supply).map(|f| f.advice)
         };
+        let scaled = |z, j, r_r| scaled_on(z, j, r_r, Some(1.0));
         for (z, j, said) in [
             (ROOT_3, ROOT_3, "line to line"),
             (FRAC_1_SQRT_2, FRAC_1_SQRT_2, "Is the voltage rms"),
@@ -212,5 +232,30 @@ mod tests {
         {
             assert_eq!(scaled(z, j, r_r), None, "{z} {j} {r_r}");
         }
+        // Power-invariant: nothing but the inertia is off, and the supply.
+        let root = 1.5f64.sqrt();
+        assert!(scaled_on(1.0, 1.6, 1.1, Some(root)).is_some_and(|advice| advice.contains("power-invariant")));
+        assert_eq!(scaled_on(1.0, 1.5, 1.0, None), None);
+        assert_eq!(scaled_on(1.0, 1.0, 1.0, Some(root)), None);
+    }
+
+    /// A start on the rated supply, which has not settled; and a ramp, which is no steady supply.
+    #[test]
+    fn a_supply_is_as_large_as_it_is_before_the_machine_has_settled() {
+        let motor = MotorFile::parse(include_str!("../../../../examples/motor.toml"), "motor.toml").unwrap();
+        let omega = 2.0 * PI * motor.rating.electrical_frequency_hz;
+        let run = |size: &dyn Fn(f64) -> f64| {
+            let (rows, h) = (2000, 1e-4);
+            let u_s = (0..rows).map(|k| f64::from(k) * h).map(|t| Complex::from_polar(size(t), omega * t)).collect();
+            let n = rows as usize;
+            let i_s = vec![Complex::from(0.0); n];
+            let (omega_m, tau_load) = (vec![0.0; n], None);
+            let r = im_model::Recording { name: "r".into(), start_s: 0.0, sample_time_s: h, u_s, i_s, omega_m, tau_load };
+            supply(&motor, &Experiment::from_recording(&r, [0.1; 2], 0.1))
+        };
+        let rated = motor.rating.phase_voltage_peak_v;
+        assert!(run(&|_| 1.2247 * rated).is_some_and(|u| (u - 1.2247).abs() < 1e-3));
+        assert_eq!(run(&|t| 5.0 * t * rated), None);
+        assert_eq!(run(&|_| 0.0), None);
     }
 }
