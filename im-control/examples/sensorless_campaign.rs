@@ -185,7 +185,8 @@ fn trial(seed: u64, by_commissioning: bool) -> Result<Trial, Failure> {
         let last = ((t / H) as usize).min(run.len());
         run.omega_m[last - 2000..last].iter().sum::<f64>() / 2000.0
     };
-    let peak = run.i_s.iter().map(|i| i.norm()).fold(0.0, f64::max);
+    let (at, peak) =
+        run.i_s.iter().enumerate().fold((0, 0.0), |(at, peak), (k, i)| if i.norm() > peak { (k, i.norm()) } else { (at, peak) });
     let errors = [(mean(held) - at_1_hz) / speed, (mean(end) + slow) / speed];
     let reason = if peak > 1.5 * 1.6 * rated {
         Some("current")
@@ -198,11 +199,12 @@ fn trial(seed: u64, by_commissioning: bool) -> Result<Trial, Failure> {
     };
     trial.lost = reason.map(|reason| {
         let how = format!(
-            "{:.1} kW, {pairs} pole pairs: off by {:.1} % at 1 Hz, {:.1} % at the end, {:.2} of the current limit, R_s {:.2} of the true one, {}",
+            "{:.1} kW, {pairs} pole pairs: off by {:.1} % at 1 Hz, {:.1} % at the end, {:.2} of the current limit at {:.2} s of {end:.0} s, R_s {:.2} of the true one, {}",
             1e-3 * rating.torque_nm * speed,
             100.0 * errors[0],
             100.0 * errors[1],
             peak / (1.6 * rated),
+            H * at as f64,
             drive.observer_state().stator_resistance_ratio() / 1.2,
             drive.status()
         );

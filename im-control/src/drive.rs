@@ -165,7 +165,8 @@ impl<T: Scalar, C: Clone> Drive<T, C> {
     /// The controller begins anew, and with it the slew of the references.
     pub(crate) fn restart(&mut self) {
         self.controller = self.first.clone();
-        self.state.started = false;
+        // What follows is not this drive's command.
+        (self.state.started, self.state.compensation) = (false, Complex::new(T::zero(), T::zero()));
     }
 
     /// What the last command holds for the dead time, V.

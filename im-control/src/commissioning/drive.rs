@@ -3,6 +3,7 @@
 use im_model::{Machine, Scalar, TParameters};
 use im_observers::{Basis, FullOrder, FullOrderGains};
 
+use super::fit::Found;
 use super::result::{Commissioned, CommissioningPlan};
 use crate::modulation::DeadTimeCompensation;
 use crate::{ControlError, DriveLimits, FieldOriented, FieldOrientedGains, MachineData, Sensorless};
@@ -53,6 +54,12 @@ pub(super) fn drive<T: Scalar>(
     })
 }
 
+/// What the flux follows, at low slip frequency: there the bars add kR_rτ to the rotor's leakage.
+pub(super) fn low_slip(p: TParameters<f64>, skin_effect: Option<[Found; 2]>) -> TParameters<f64> {
+    let added = skin_effect.map_or(0.0, |[k, tau]| k.value * p.rotor_resistance_ohm * tau.value);
+    TParameters { rotor_leakage_inductance_h: p.rotor_leakage_inductance_h + added, ..p }
+}
+
 impl Commissioned {
     /// The sensorless drive of this machine: typical gains, the dead-time curve compensated, R_s learnt while it runs; it follows speed. The plan's current limit and
     /// rotor flux are the drive's.
@@ -61,6 +68,11 @@ impl Commissioned {
     /// A value that no drive can be made of.
     pub fn drive<T: Scalar>(&self, plan: &CommissioningPlan) -> Result<CommissionedDrive<T>, ControlError> {
         let inverter = [self.inverter_voltage_v.value, self.inverter_current_a.value];
-        drive(plan, self.parameters(), inverter, Use { follows_torque: false, learns_stator_resistance: true })
+        drive(
+            plan,
+            low_slip(self.parameters(), self.skin_effect),
+            inverter,
+            Use { follows_torque: false, learns_stator_resistance: true },
+        )
     }
 }

@@ -8,6 +8,9 @@ use im_model::{BaseParameter, EffectId, Effects, Known, Machine, ModelError, Mot
 use super::fit::{Found, fit};
 use super::result::{Commissioned, CommissioningPlan};
 
+/// The smallest phase current of the direct ones, over the rated current.
+const SHARPEST: f64 = 0.01;
+
 /// A tolerance of a file: from a thousandth to ten times.
 fn tolerance(f: &Found) -> f64 {
     f.tolerance().clamp(1e-3, 10.0)
@@ -65,9 +68,11 @@ impl Commissioned {
         }
         if self.inverter_voltage_v.is_seen() {
             e.inverter_nonlinearity.voltage_v = self.inverter_voltage_v.value;
-            e.inverter_nonlinearity.zero_crossing_current_a = self.inverter_current_a.value;
+            // A knee below the smallest current is not seen, and too steep for a simulation.
+            let knee = self.inverter_current_a.value.max(SHARPEST * plan.rated_current_a);
+            e.inverter_nonlinearity.zero_crossing_current_a = knee;
             note(ParameterId::Effect(EffectId::InverterNonlinearity, 0), &self.inverter_voltage_v);
-            note(ParameterId::Effect(EffectId::InverterNonlinearity, 1), &self.inverter_current_a);
+            note(ParameterId::Effect(EffectId::InverterNonlinearity, 1), &Found { value: knee, ..self.inverter_current_a });
         }
         if let Some([k, tau]) = &self.skin_effect {
             (e.rotor_skin_effect.resistance_rise, e.rotor_skin_effect.time_constant_s) = (k.value, tau.value);

@@ -15,7 +15,7 @@ use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::space_vector::{cross, dot, from_phases, norm2, to_phases};
 use im_model::{Complex, Scalar, TParameters};
 
-use super::drive::{CommissionedDrive as Drive, SOFTEST, Use, drive};
+use super::drive::{CommissionedDrive as Drive, SOFTEST, Use, drive, low_slip};
 use super::fit::{Found, Linear, fit};
 use super::result::{CommissioningFault, CommissioningPlan, MagnetizingPoint, NO_LOAD_LEVELS};
 use super::standstill::AtStandstill;
@@ -152,7 +152,12 @@ fn drive_of<T: Scalar>(
         viscous_friction_nm_s_per_rad: 0.0,
     };
     let inverter = [still.inverter_voltage_v.value, still.inverter_current_a.value];
-    drive(plan, parameters, inverter, Use { follows_torque: inertia_kg_m2.is_none(), learns_stator_resistance: false })
+    drive(
+        plan,
+        low_slip(parameters, still.skin_effect),
+        inverter,
+        Use { follows_torque: inertia_kg_m2.is_none(), learns_stator_resistance: false },
+    )
 }
 
 impl<T: Scalar> Turning<T> {

@@ -187,7 +187,9 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
     fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
         let sample_time_s = if guard::is_sample_time(m.sample_time_s) { m.sample_time_s } else { self.search.sample_time_s() };
         let m = &Measured { sample_time_s, ..*m };
-        let u_s = self.state.voltage.step(m.u_s - self.drive.compensation());
+        // The search adds nothing for the dead time.
+        let added = if self.state.searching { Complex::new(T::zero(), T::zero()) } else { self.drive.compensation() };
+        let u_s = self.state.voltage.step(m.u_s - added);
         let estimate = self.observer.step(&mut self.state.observer, &Input::new(u_s, m.i_s));
         self.state.estimate = Some(estimate);
         if self.state.searching { self.searching(m, u_s) } else { self.driving(m, reference, &estimate) }
