@@ -33,10 +33,11 @@ pub struct Target {
 }
 
 /// All readers.
-pub const TARGETS: [Target; 11] = [
+pub const TARGETS: [Target; 12] = [
     Target { name: "motor", read: motor, seeds: || texts([MOTOR, include_str!("../../examples/motor_kwon.toml")]) },
     Target { name: "recording", read: recording, seeds: || texts([&rows()]) },
     Target { name: "parquet", read: parquet, seeds: || vec![parquet_rows()] },
+    Target { name: "formats", read: formats, seeds: formats_seeds },
     Target { name: "mapping", read: mapping, seeds: || texts([MAPPING]) },
     Target {
         name: "scenario",
@@ -117,6 +118,18 @@ fn parquet_rows() -> Vec<u8> {
     writer.into_inner().expect("it can be closed")
 }
 
+/// As asammdf, SciPy and npTDMS write them.
+fn formats_seeds() -> Vec<Vec<u8>> {
+    let all: [&[u8]; 5] = [
+        include_bytes!("../../im-formats/tests/data/v6.mat"),
+        include_bytes!("../../im-formats/tests/data/v7.mat"),
+        include_bytes!("../../im-formats/tests/data/plain.mf4"),
+        include_bytes!("../../im-formats/tests/data/turned.mf4"),
+        include_bytes!("../../im-formats/tests/data/two_groups.tdms"),
+    ];
+    all.map(<[u8]>::to_vec).to_vec()
+}
+
 /// Blocks of a campaign of claims.
 fn blocks() -> Vec<u8> {
     let all = im_verify::claims::all();
@@ -163,6 +176,12 @@ pub fn recording(data: &[u8]) {
 pub fn parquet(data: &[u8]) {
     let motor = MotorFile::parse(MOTOR, "motor.toml").expect("the example is one");
     in_file(data, ".parquet", |path| drop(intake::read(path, None, &motor)));
+}
+
+/// A recording in a file of another program.
+pub fn formats(data: &[u8]) {
+    let motor = MotorFile::parse(MOTOR, "motor.toml").expect("the example is one");
+    in_file(data, ".cfg", |path| drop(intake::read(path, None, &motor)));
 }
 
 /// `recording.toml`.

@@ -13,6 +13,7 @@
 //! | feature | default | gives |
 //! | --- | --- | --- |
 //! | `parquet` | no | recordings in Parquet files, with every compression that needs Rust alone |
+//! | `hdf5` | no | recordings in MAT files of version 7.3 |
 //! | `parquet-zstd` | no | also those compressed with zstd, for which a C compiler is needed |
 
 pub mod case;

@@ -21,6 +21,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use im_diagnose::intake::ENDINGS;
 use im_diagnose::sources::Refused;
 use im_model::{FileError, Problem, fields_of, read_text};
 use serde::{Deserialize, Serialize};
@@ -59,7 +60,7 @@ pub fn jobs(path: &Path) -> Result<Vec<Job>, Refused> {
     let mut jobs = if path.is_dir() { of_folder(path)? } else { of_table(path)? };
     if jobs.is_empty() {
         return Err(Refused::Input(format!(
-            "{}: no motors with recordings; each needs a folder with motor.toml and at least one .csv or .parquet file",
+            "{}: no motors with recordings; each needs a folder with motor.toml and at least one recording (.csv, .parquet, .mat, .mf4, .tdms, .cfg)",
             path.display()
         )));
     }
@@ -99,7 +100,7 @@ fn of_folder(path: &Path) -> Result<Vec<Job>, Refused> {
 
 /// A job with the recordings of a folder, if there are any.
 fn with_recordings(job: &Job, folder: &Path) -> Result<Option<Job>, FileError> {
-    let is_recording = |p: &PathBuf| p.is_file() && p.extension().is_some_and(|e| e == "csv" || e == "parquet");
+    let is_recording = |p: &PathBuf| p.is_file() && p.extension().is_some_and(|e| ENDINGS.iter().any(|end| e == *end));
     let (holdout, train): (Vec<PathBuf>, Vec<PathBuf>) =
         entries(folder)?.into_iter().filter(is_recording).partition(|p| p.file_stem().is_some_and(|s| s == "holdout"));
     Ok((!train.is_empty()).then(|| Job { train, holdout: holdout.into_iter().next(), ..job.clone() }))

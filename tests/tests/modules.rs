@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use syn::visit::{self, Visit};
 
 /// The crates, by their folders; all whose modules are looked at.
-const CRATES: [&str; 12] = [
+const CRATES: [&str; 13] = [
     "im-model",
     "im-observers",
     "im-control",
@@ -17,6 +17,7 @@ const CRATES: [&str; 12] = [
     "im-design",
     "im-diagnose",
     "im-fleet",
+    "im-formats",
     "im-verify",
     "im-trials",
     "im-cli",

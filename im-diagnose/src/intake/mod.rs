@@ -196,6 +196,9 @@ pub fn findings<'a>(all: impl Iterator<Item = &'a Intake>) -> Vec<Finding> {
     found.into_iter().flatten().collect()
 }
 
+/// How the names of recordings end; other names are read as well where a recording is asked for by its name.
+pub const ENDINGS: [&str; 6] = ["csv", "parquet", "mat", "mf4", "tdms", "cfg"];
+
 /// The recordings that a path names, each with its mapping.
 fn sources(path: &Path, mapping: Option<&Path>) -> Result<Vec<(PathBuf, Option<Mapping>)>, FileError> {
     if path.extension().is_some_and(|e| e == "toml") {
@@ -203,9 +206,8 @@ fn sources(path: &Path, mapping: Option<&Path>) -> Result<Vec<(PathBuf, Option<M
         let folder = path.parent().unwrap_or(Path::new(""));
         let files: Vec<PathBuf> = if mapping.files.is_empty() {
             let stem = path.file_name().map(|n| n.to_string_lossy().replace(".recording.toml", "").replace(".toml", ""));
-            let data = ["csv", "parquet"].map(|end| folder.join(format!("{}.{end}", stem.as_deref().unwrap_or_default())));
-            let [csv, _] = &data;
-            vec![data.iter().find(|p| p.is_file()).unwrap_or(csv).clone()]
+            let data = ENDINGS.map(|end| folder.join(format!("{}.{end}", stem.as_deref().unwrap_or_default())));
+            vec![data.iter().find(|p| p.is_file()).unwrap_or(&data[0]).clone()]
         } else {
             mapping.files.iter().map(|f| folder.join(f)).collect()
         };

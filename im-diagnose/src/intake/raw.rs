@@ -4,8 +4,10 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
+use im_formats::FormatError;
 use im_model::{FileError, Problem, Rows, TextFormat};
 
+use super::columns::Columns;
 use super::mapping::{Column, Mapping, Signal};
 
 /// Columns of numbers of one length.
@@ -76,10 +78,10 @@ impl RawTable {
     }
 }
 
-/// Opens a text, or a Parquet file as one.
+/// Opens a text, or a Parquet file or a recording of another program (`im-formats`) as one.
 ///
 /// # Errors
-/// It cannot be read, is a folder, is empty, or is no text.
+/// It cannot be read, is a folder, is empty, or is none of these.
 pub fn open<'a>(path: &Path, label: &'a str, format: TextFormat) -> Result<Rows<'a, BufReader<Box<dyn Read>>>, FileError> {
     if path.is_dir() {
         let problem = Problem::Syntax { reason: "a folder, not a recording; name the file in it".to_owned() };
@@ -87,6 +89,9 @@ pub fn open<'a>(path: &Path, label: &'a str, format: TextFormat) -> Result<Rows<
     }
     let io = |e: std::io::Error| FileError::io(label, "read", &e);
     let mut file = File::open(path).map_err(io)?;
+    if is_other_programs(&mut file, path).map_err(io)? {
+        return other_programs(path, label)?.rows(label);
+    }
     let bytes = file.metadata().map_err(io)?.len();
     let (source, bytes, format): (Box<dyn Read>, u64, TextFormat) = if begins_as_parquet(&mut file).map_err(io)? {
         let (text, format) = parquet_as_text(file, label)?;
@@ -106,6 +111,25 @@ pub fn begins_as_parquet(file: &mut File) -> std::io::Result<bool> {
     file.by_ref().take(4).read_to_end(&mut first)?;
     file.rewind()?;
     Ok(first == b"PAR1")
+}
+
+/// Whether a file is one that `im-formats` reads; it stands at its beginning afterwards.
+///
+/// # Errors
+/// It cannot be read.
+pub fn is_other_programs(file: &mut File, path: &Path) -> std::io::Result<bool> {
+    let mut first = Vec::new();
+    file.by_ref().take(im_formats::FIRST_BYTES as u64).read_to_end(&mut first)?;
+    file.rewind()?;
+    Ok(im_formats::format_of(&first, path).is_some())
+}
+
+fn other_programs(path: &Path, label: &str) -> Result<Columns, FileError> {
+    let table = im_formats::read(path).map_err(|e| match e {
+        FormatError::Io(e) => FileError::io(label, "read", &e),
+        other => FileError::new(label, None, None, Problem::Syntax { reason: other.to_string() }),
+    })?;
+    Columns::try_new(label, table.names.into_iter().zip(table.columns).collect(), None)
 }
 
 #[cfg(feature = "parquet")]

@@ -30,7 +30,7 @@ pub struct Sniffed {
 pub fn sniff(path: &Path, label: &str) -> Result<Sniffed, FileError> {
     let io = |e: std::io::Error| FileError::io(label, "read", &e);
     let mut file = File::open(path).map_err(io)?;
-    if raw::begins_as_parquet(&mut file).map_err(io)? {
+    if raw::begins_as_parquet(&mut file).map_err(io)? || raw::is_other_programs(&mut file, path).map_err(io)? {
         return Ok(Sniffed { format: TextFormat::default(), units: Vec::new() });
     }
     let source = BufReader::new(file.take(1 << 20));

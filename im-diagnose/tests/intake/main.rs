@@ -2,6 +2,7 @@
 
 mod draft;
 mod findings;
+mod formats;
 mod mapping;
 mod measured;
 #[cfg(feature = "parquet")]
