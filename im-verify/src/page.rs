@@ -83,7 +83,7 @@ pub fn list(claims: &[Claim]) -> String {
                 c.statement, c.assumptions, c.finding, c.name
             );
             if c.found.fails() {
-                let _ = writeln!(out, "![claim {0}](images/claims/{0:02}.svg)\n", c.number);
+                let _ = writeln!(out, "![claim {0}](../images/claims/{0:02}.svg)\n", c.number);
             }
         }
     }
