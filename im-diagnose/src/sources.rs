@@ -237,7 +237,7 @@ pub fn meaningful(findings: &[Finding], anyway: bool) -> Result<(), Refused> {
     Err(Refused::Input(format!("{}\nUntil that is corrected the answer means nothing; --anyway goes on", stops.join("\n"))))
 }
 
-/// What the fitted machine says of the convention of the recordings, unless that is said already; `supply` as [`Fitted`](crate::Fitted) has it.
+/// What the fitted machine says of the convention of the recordings, unless that is said already; `supply` as [`Fitted`](crate::fitted::Fitted) has it.
 pub fn by_fit(noticed: &[Finding], given: &MotorFile, fitted: &Machine<f64>, supply: Option<f64>) -> Option<Finding> {
     let found =
         convention::of_fit(given, fitted, supply).filter(|_| noticed.iter().all(|f| f.kind != FindingKind::Convention))?;
