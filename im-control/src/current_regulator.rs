@@ -79,12 +79,17 @@ impl<T: Scalar> Turning<T> {
 }
 
 impl<T: Scalar> CurrentRegulator<T> {
-    /// For a machine sampled every `sample_time_s`: as fast as the delay of sample and voltage allows, at most 2000 1/s.
+    /// As fast as a lag of sample and voltage allows, at most 2000 1/s.
+    pub fn bandwidth_for(lag_s: T) -> T {
+        (T::from_f64(0.15) / lag_s).min(T::from_f64(2000.0))
+    }
+
+    /// For a machine sampled every `sample_time_s`.
     pub fn of(machine: &MachineData<T>, sample_time_s: T) -> Self {
-        let (c, w) = (T::from_f64, &machine.windings);
+        let w = &machine.windings;
         let k_r = w.mutual_inductance_h / w.rotor_inductance_h;
         Self {
-            bandwidth_rad_s: (c(0.15) / (sample_time_s + machine.voltage_delay_s)).min(c(2000.0)),
+            bandwidth_rad_s: Self::bandwidth_for(sample_time_s + machine.voltage_delay_s),
             leakage_inductance_h: w.stator_inductance_h - k_r * w.mutual_inductance_h,
             resistance_ohm: w.stator_resistance_ohm + k_r * k_r * w.rotor_resistance_ohm,
             voltage_delay_s: machine.voltage_delay_s,

@@ -11,8 +11,8 @@ use crate::{ControlError, DriveLimits, FieldOriented, FieldOrientedGains, Machin
 /// Field orientation with the speed of the full-order observer.
 pub type CommissionedDrive<T> = Sensorless<T, FieldOriented<T>, FullOrder<T>>;
 
-/// Over the rated current.
-pub(super) const SOFTEST: f64 = 0.03;
+/// The knee of a compensation, over the rated current: narrower, noise would switch the whole amount back and forth.
+const SOFTEST: f64 = 0.03;
 
 /// What distinguishes the drive of a commissioning from the one after it.
 #[derive(Clone, Copy, Debug)]
@@ -40,18 +40,20 @@ pub(super) fn drive<T: Scalar>(
     let observer = FullOrder::try_new(Basis::try_new(&machine, rating, plan.sample_time_s)?, observed)?;
     let limits = DriveLimits::generous(&data, f(rating.synchronous_speed_rad_s(plan.pole_pairs)), flux);
     let drive = Sensorless::try_new(FieldOriented::try_new(&data, &gains)?, observer, &data, &limits, t)?;
-    let [lost_v, soft_a] = inverter;
-    if lost_v <= 0.0 {
-        return Ok(drive);
-    }
-    drive.compensating(&DeadTimeCompensation {
+    let lost = dead_time(plan, inverter);
+    if lost.drop_v > T::zero() { drive.compensating(&lost) } else { Ok(drive) }
+}
+
+/// The dead-time curve as found: volts, and the current at which 71 % of them is taken, A.
+pub(super) fn dead_time<T: Scalar>(plan: &CommissioningPlan, [lost_v, soft_a]: [f64; 2]) -> DeadTimeCompensation<T> {
+    let f = T::from_f64;
+    DeadTimeCompensation {
         dead_time_s: T::zero(),
-        switching_period_s: t,
+        switching_period_s: f(plan.sample_time_s),
         drop_v: f(lost_v),
         on_resistance_ohm: T::zero(),
-        // Narrower, noise would switch the whole amount back and forth.
         soft_current_a: f(soft_a.max(SOFTEST * plan.rated_current_a)),
-    })
+    }
 }
 
 /// What the flux follows, at low slip frequency: there the bars add kR_rτ to the rotor's leakage.

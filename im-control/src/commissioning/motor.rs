@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use im_model::effects::VoltageDelay;
 use im_model::{BaseParameter, EffectId, Effects, Known, Machine, ModelError, MotorFile, ParameterId};
 
-use super::fit::{Found, fit};
-use super::result::{Commissioned, CommissioningPlan};
+use super::fit::Found;
+use super::result::{Commissioned, CommissioningPlan, magnetizing_laws};
 
 /// The smallest phase current of the direct ones, over the rated current.
 const SHARPEST: f64 = 0.01;
@@ -19,14 +19,8 @@ fn tolerance(f: &Found) -> f64 {
 impl Commissioned {
     /// L_m without saturation, and the excess and the exponent of the law i_m = ψ/L_m (1 + k(ψ/ψ_N)^S) at the flux of the plan, where the magnetizing curve is bent.
     pub fn saturation(&self, flux_vs: f64) -> Option<[Found; 3]> {
-        let points = &self.magnetizing;
-        let residual = |l: f64, k: f64, s: f64, row: usize| {
-            let p = points[row];
-            (p.flux_vs / l * (1.0 + k * (p.flux_vs / flux_vs).powf(s)) / p.current_a - 1.0) / 3e-3
-        };
-        let start = self.magnetizing_inductance_h.value;
-        let straight = fit([start], points.len(), |x, row| residual(x[0], 0.0, 1.0, row))?;
-        let bent = fit([start, 0.1, 6.0], points.len(), |x, row| residual(x[0], x[1], x[2], row))?;
+        let (straight, bent) = magnetizing_laws(&self.magnetizing, flux_vs, self.magnetizing_inductance_h.value);
+        let (straight, bent) = straight.zip(bent)?;
         let [l, k, s] = bent.parameters;
         let seen = straight.cost > bent.cost + 12.0 * bent.chi2.max(1.0) && k.value > 0.01;
         seen.then_some([l, Found { half_width: k.half_width, ..k }, Found { value: s.value.clamp(1.0, 20.0), ..s }])

@@ -1,9 +1,9 @@
 //! What a commissioning is made for, what it finds, and why it ends early.
 
-use im_model::{Bound, ModelError, Rating, TParameters};
+use im_model::{Bound, ModelError, Rating, Scalar, TParameters};
 use thiserror::Error;
 
-use super::fit::Found;
+use super::fit::{Fitted, Found, fit};
 
 /// What is known before: the nameplate, and the inverter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,6 +109,25 @@ pub struct MagnetizingPoint {
 
 /// Flux levels of the no-load run.
 pub const NO_LOAD_LEVELS: usize = 6;
+
+/// How well points of the curve lie on a law, relative.
+pub(super) const ON_LAW: f64 = 3e-3;
+
+/// The laws i_m = ψ/L and i_m = ψ/L (1 + k(ψ/ψ_N)^S) through the points, ψ_N the flux of the plan; L is looked for from `start`, H.
+pub(super) fn magnetizing_laws(
+    points: &[MagnetizingPoint; NO_LOAD_LEVELS],
+    flux_vs: f64,
+    start: f64,
+) -> (Option<Fitted<1>>, Option<Fitted<3>>) {
+    let off = |l: f64, k: f64, s: f64, row: usize| {
+        points.get(row).map_or(0.0, |p| {
+            let bent = 1.0 + k * Scalar::powf(p.flux_vs / flux_vs, s);
+            (p.flux_vs / l * bent / p.current_a - 1.0) / ON_LAW
+        })
+    };
+    let straight = fit([start], NO_LOAD_LEVELS, |[l], row| off(*l, 0.0, 1.0, row));
+    (straight, fit([start, 0.1, 6.0], NO_LOAD_LEVELS, |[l, k, s], row| off(*l, *k, *s, row)))
+}
 
 /// The machine as found: a T circuit referred so that L_ls = L_lr. Nothing at the terminals tells the division of the leakage, or another turns ratio; what is seen
 /// whatever the division are the inverse-Γ values ([`inverse_gamma`](Self::inverse_gamma)).

@@ -71,6 +71,13 @@ pub(super) struct AtStandstill {
     pub skin_effect: Option<[Found; 2]>,
 }
 
+impl AtStandstill {
+    /// Volts that dead time and devices take, and the current at which 71 % of them is taken, A.
+    pub fn inverter(&self) -> [f64; 2] {
+        [self.inverter_voltage_v.value, self.inverter_current_a.value]
+    }
+}
+
 /// f(i) and f'(i).
 fn lost(i: f64, i_0: f64) -> [f64; 2] {
     let root = Scalar::sqrt(i * i + i_0 * i_0);

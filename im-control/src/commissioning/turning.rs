@@ -12,14 +12,15 @@
 //! ψ_s = (u − u_lost − R_s i)/(jω_s),   ψ_m = ψ_s − L_l i,   i_m = Re(ψ̄_m i)/|ψ_m|,   Re((u − u_lost − R_s i) ī) = G ω_s²ψ_m² + P_0
 
 use im_model::simulation::{Command, Controller, Measured, Reference};
-use im_model::space_vector::{cross, dot, from_phases, norm2, to_phases};
+use im_model::space_vector::{cross, dot, norm2};
 use im_model::{Complex, Scalar, TParameters};
 
-use super::drive::{CommissionedDrive as Drive, SOFTEST, Use, drive, low_slip};
-use super::fit::{Found, Linear, fit};
-use super::result::{CommissioningFault, CommissioningPlan, MagnetizingPoint, NO_LOAD_LEVELS};
+use super::drive::{CommissionedDrive as Drive, Use, dead_time, drive, low_slip};
+use super::fit::{Found, Linear};
+use super::result::{CommissioningFault, CommissioningPlan, MagnetizingPoint, NO_LOAD_LEVELS, ON_LAW, magnetizing_laws};
 use super::standstill::AtStandstill;
 use crate::ControlError;
+use crate::modulation::DeadTimeCompensation;
 use crate::status::{DriveStatus, Reports};
 use crate::vector::{is_finite, norm};
 
@@ -111,8 +112,7 @@ pub(super) struct Turning<T: Scalar> {
     torque_before_nm: f64,
     rotor_time_constant_s: f64,
     resistance_ohm: T,
-    lost_v: T,
-    lost_a: T,
+    lost: DeadTimeCompensation<T>,
     stage: Stage,
     elapsed_s: f64,
     window: Window<T>,
@@ -151,11 +151,10 @@ fn drive_of<T: Scalar>(
         inertia_kg_m2: inertia_kg_m2.unwrap_or(0.5 * rating.torque_nm / rating.synchronous_speed_rad_s(plan.pole_pairs)),
         viscous_friction_nm_s_per_rad: 0.0,
     };
-    let inverter = [still.inverter_voltage_v.value, still.inverter_current_a.value];
     drive(
         plan,
         low_slip(parameters, still.skin_effect),
-        inverter,
+        still.inverter(),
         Use { follows_torque: inertia_kg_m2.is_none(), learns_stator_resistance: false },
     )
 }
@@ -174,8 +173,7 @@ impl<T: Scalar> Turning<T> {
             torque_before_nm: 0.0,
             rotor_time_constant_s: (l_m + still.leakage_inductance_h.value) / still.rotor_resistance_ohm.value,
             resistance_ohm: f(still.stator_resistance_ohm.value),
-            lost_v: f(still.inverter_voltage_v.value),
-            lost_a: f(still.inverter_current_a.value.max(SOFTEST * plan.rated_current_a)),
+            lost: dead_time(plan, still.inverter()),
             stage: Stage::Torque(0),
             elapsed_s: 0.0,
             window: Window::new(T::zero()),
@@ -318,8 +316,7 @@ impl<T: Scalar> Turning<T> {
             let half = T::from_f64(0.5);
             let (middle, i) = (direction_before + direction, (i_before + i_s) * half);
             let middle = middle * (T::one() / norm(middle).max(half));
-            let soft = self.lost_a * self.lost_a;
-            let lost = from_phases(to_phases(i).map(|x| self.lost_v * x / (x * x + soft).sqrt()));
+            let lost = self.lost.voltage(i, T::zero());
             let w = &mut self.window;
             w.samples += 1;
             w.power += dot(u_s - lost - i * self.resistance_ohm, i);
@@ -363,15 +360,7 @@ impl<T: Scalar> Turning<T> {
         }
         // The points by a smooth curve through the flux of the plan.
         let wanted = self.plan.rating.rotor_flux_vs;
-        let curve = fit([self.still.magnetizing_inductance_h, 0.1, 6.0], NO_LOAD_LEVELS, |[l, k, s], row| {
-            magnetizing.get(row).map_or(0.0, |p| {
-                let bent = 1.0 + k * Scalar::powf(p.flux_vs / wanted, *s);
-                (p.flux_vs / l * bent / p.current_a - 1.0) / 3e-3
-            })
-        });
-        let straight = fit([self.still.magnetizing_inductance_h], NO_LOAD_LEVELS, |[l], row| {
-            magnetizing.get(row).map_or(0.0, |p| (p.flux_vs / l / p.current_a - 1.0) / 3e-3)
-        });
+        let (straight, curve) = magnetizing_laws(&magnetizing, wanted, self.still.magnetizing_inductance_h);
         // R_s and the inverter's voltage stand in ψ_s with their share of the emf.
         let emf = wanted * self.omega_half();
         let share = (self.still.stator_resistance_ohm.half_width * self.plan.rated_current_a
@@ -380,9 +369,9 @@ impl<T: Scalar> Turning<T> {
         let l_m = match (curve, straight) {
             (Some(c), Some(s)) if c.cost < s.cost => {
                 let [l, k, _] = c.parameters;
-                Found::relative(l.value / (1.0 + k.value), 3e-3 * c.chi2.max(1.0) + share)
+                Found::relative(l.value / (1.0 + k.value), ON_LAW * c.chi2.max(1.0) + share)
             }
-            (_, Some(s)) => Found::relative(s.parameters[0].value, s.parameters[0].tolerance() + 3e-3 + share),
+            (_, Some(s)) => Found::relative(s.parameters[0].value, s.parameters[0].tolerance() + ON_LAW + share),
             _ => return Err(none),
         };
         let [conductance, _] = losses.solve().ok_or(none)?;

@@ -2,6 +2,7 @@
 
 use im_model::{ModelError, Scalar};
 
+use crate::current_regulator::CurrentRegulator;
 use crate::field_weakening::FieldWeakening;
 use crate::guard;
 use crate::machine_data::MachineData;
@@ -44,7 +45,7 @@ impl<T: Scalar> FieldOrientedGains<T> {
     pub fn typical(machine: &MachineData<T>, rotor_flux_vs: T, sample_time_s: T) -> Self {
         let c = T::from_f64;
         let lag = sample_time_s + machine.voltage_delay_s;
-        let current = (c(0.15) / lag).min(c(2000.0));
+        let current = CurrentRegulator::bandwidth_for(lag);
         let w = &machine.windings;
         let psi = rotor_flux_vs * w.mutual_inductance_h / w.rotor_inductance_h;
         let torque = c(1.5 * 0.8) * machine.n_p() * psi * machine.current_max_a;

@@ -2,6 +2,7 @@
 
 use im_model::{ModelError, Scalar};
 
+use crate::current_regulator::CurrentRegulator;
 use crate::field_weakening::FieldWeakening;
 use crate::guard;
 use crate::machine_data::MachineData;
@@ -80,7 +81,7 @@ impl<T: Scalar> KenneGains<T> {
             load_torque: LoadTorqueSource::Estimated,
             load_bandwidth_per_s: (rate * c(0.1)).min(c(100.0)),
             load_limit_nm: torque_max * c(1.5),
-            magnetizing_bandwidth_rad_s: (c(0.15) / lag).min(c(2000.0)),
+            magnetizing_bandwidth_rad_s: CurrentRegulator::bandwidth_for(lag),
             reference: ReferenceShaper {
                 bandwidth_rad_s: (rate * c(0.1)).min(c(100.0)),
                 acceleration_max_rad_s2: torque_max * c(0.8) / w.inertia_kg_m2,
