@@ -119,17 +119,16 @@ impl<const P: usize> Linear<P> {
     }
 }
 
-impl Linear<4> {
-    /// The same rows with the last coefficient known.
-    pub fn knowing_the_last(&self, c: f64) -> Linear<3> {
-        let [[a00, a01, a02, a03], [a10, a11, a12, a13], [a20, a21, a22, a23], [.., a33]] = self.a;
-        let [b0, b1, b2, b3] = self.b;
-        Linear {
-            a: [[a00, a01, a02], [a10, a11, a12], [a20, a21, a22]],
-            b: [b0 - c * a03, b1 - c * a13, b2 - c * a23],
-            y2: self.y2 - 2.0 * c * b3 + c * c * a33,
-            rows: self.rows,
+impl<const P: usize> Linear<P> {
+    /// The same rows with the last coefficient known, Q = P − 1.
+    pub fn knowing_the_last<const Q: usize>(&self, c: f64) -> Linear<Q> {
+        const { assert!(P == Q + 1) };
+        let mut left = Linear { y2: self.y2 - 2.0 * c * self.b[Q] + c * c * self.a[Q][Q], rows: self.rows, ..Linear::new() };
+        for i in 0..Q {
+            left.a[i].copy_from_slice(&self.a[i][..Q]);
+            left.b[i] = self.b[i] - c * self.a[i][Q];
         }
+        left
     }
 }
 

@@ -614,6 +614,7 @@ impl<T: Scalar> Commissioning<T> {
             inertia_kg_m2: turned.inertia_kg_m2,
             viscous_friction_nm_s_per_rad: turned.viscous_friction_nm_s_per_rad,
             coulomb_friction_nm: turned.coulomb_friction_nm,
+            windage_nm_s2: turned.windage_nm_s2,
             inverter_voltage_v: still.inverter_voltage_v,
             inverter_current_a: still.inverter_current_a,
             skin_effect: still.skin_effect,

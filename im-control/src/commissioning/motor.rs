@@ -81,6 +81,10 @@ impl Commissioned {
             e.coulomb_friction.torque_nm = self.coulomb_friction_nm.value;
             note(ParameterId::Effect(EffectId::CoulombFriction, 0), &self.coulomb_friction_nm);
         }
+        if self.windage_nm_s2.value > 0.0 {
+            e.windage.coefficient_nm_s2 = self.windage_nm_s2.value;
+            note(ParameterId::Effect(EffectId::Windage, 0), &self.windage_nm_s2);
+        }
         e.voltage_delay = VoltageDelay { delay_s: plan.voltage_delay_s };
         let machine = Machine::try_new(p, plan.pole_pairs, e)?;
         Ok(MotorFile { name: name.to_owned(), machine, rating: plan.rating, known })

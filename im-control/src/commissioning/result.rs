@@ -149,6 +149,8 @@ pub struct Commissioned {
     pub viscous_friction_nm_s_per_rad: Found,
     /// Friction whatever the speed, Nm.
     pub coulomb_friction_nm: Found,
+    /// k of the windage k ω², Nm s²; zero where it is not told from friction, with what it may be.
+    pub windage_nm_s2: Found,
     /// Voltage that dead time and devices take per phase at large current, V.
     pub inverter_voltage_v: Found,
     /// Phase current at which 71 % of it is taken, A.

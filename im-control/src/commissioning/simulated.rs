@@ -134,6 +134,8 @@ impl SimulatedCommissioning {
         let viscous = p.viscous_friction_nm_s_per_rad;
         rows.push(of("D", "Nm s/rad", found.viscous_friction_nm_s_per_rad, viscous, rating.torque_nm / speed));
         rows.push(of("tau_C", "Nm", found.coulomb_friction_nm, e.coulomb_friction.torque_nm, rating.torque_nm));
+        let windage = e.windage.coefficient_nm_s2;
+        rows.push(of("k_w", "Nm s2", found.windage_nm_s2, windage, rating.torque_nm / (speed * speed)));
         if lost > 0.0 || found.inverter_voltage_v.is_seen() {
             rows.push(of(
                 "U_d",

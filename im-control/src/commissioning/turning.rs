@@ -2,7 +2,10 @@
 //!
 //! **Torque up, none, torque down** gives inertia and friction from means over 20 ms, and over half a second of coasting, in which neither flux nor currents change in the frame of the flux:
 //!
-//! (3/2) n_p Re((u − u_lost − R_s i) ī)/ω_s = J Δω/Δt + D ω + τ_C + (3/2) n_p G ω_s ψ²
+//! (3/2) n_p Re((u − u_lost − R_s i) ī)/ω_s = J Δω/Δt + D ω + τ_C + k ω² + (3/2) n_p G ω_s ψ²
+//!
+//! Windage k is kept where it is more than its uncertainty. Where it is not, friction in proportion to speed holds a part of it, and the intervals of D and τ_C reach to
+//! what they would be with it.
 //!
 //! The torque is that of the power across the air gap, less the iron loss: the observer's own follows a speed that lags behind while it changes. While the machine
 //! coasts the flux is reduced, so that friction is not taken for iron loss. G is that of the run without load.
@@ -117,7 +120,7 @@ pub(super) struct Turning<T: Scalar> {
     elapsed_s: f64,
     window: Window<T>,
     before: Option<(Complex<T>, Complex<T>)>,
-    mechanics: Linear<4>,
+    mechanics: Linear<5>,
     levels: [NoLoad; NO_LOAD_LEVELS],
     doubtful_s: f64,
     pending: bool,
@@ -131,6 +134,7 @@ pub(super) struct WhileTurning {
     pub inertia_kg_m2: Found,
     pub viscous_friction_nm_s_per_rad: Found,
     pub coulomb_friction_nm: Found,
+    pub windage_nm_s2: Found,
     pub iron_conductance_s: Found,
 }
 
@@ -157,6 +161,36 @@ fn drive_of<T: Scalar>(
         still.inverter(),
         Use { follows_torque: inertia_kg_m2.is_none(), learns_stator_resistance: false },
     )
+}
+
+/// What the torque goes to.
+struct Mechanics {
+    inertia: Found,
+    viscous: Found,
+    coulomb: Found,
+    windage: Found,
+}
+
+fn without_windage(rows: &Linear<5>, iron: f64) -> Linear<3> {
+    rows.knowing_the_last::<4>(iron).knowing_the_last(0.0)
+}
+
+impl Mechanics {
+    fn of(rows: &Linear<5>, iron: f64) -> Option<Self> {
+        let [inertia, viscous, coulomb] = without_windage(rows, iron).solve()?;
+        let Some([j, d, c, windage]) = rows.knowing_the_last::<4>(iron).solve() else {
+            return Some(Self { inertia, viscous, coulomb, windage: Found::default() });
+        };
+        // A friction below zero is another effect that the square has taken in.
+        if windage.is_seen() && windage.value > 0.0 && d.value >= 0.0 && c.value >= 0.0 {
+            return Some(Self { inertia: j, viscous: d, coulomb: c, windage });
+        }
+        // Both laws describe the data.
+        let reaching =
+            |f: Found, to: Found| Found { half_width: f.half_width.max((f.value - to.value).abs() + to.half_width), ..f };
+        let none = Found { value: 0.0, half_width: windage.value.abs() + windage.half_width };
+        Some(Self { inertia, viscous: reaching(viscous, d), coulomb: reaching(coulomb, c), windage: none })
+    }
 }
 
 impl<T: Scalar> Turning<T> {
@@ -264,7 +298,8 @@ impl<T: Scalar> Turning<T> {
                         let flux = norm2(e.rotor_flux_vs).value();
                         let iron = 1.5 * f64::from(self.plan.pole_pairs) * omega_s * flux;
                         let weight = Scalar::sqrt(n * t / WINDOW_S);
-                        self.mechanics.add([change, w.omega.value() / n, 1.0, iron].map(|x| weight * x), weight * torque);
+                        let omega = w.omega.value() / n;
+                        self.mechanics.add([change, omega, 1.0, omega * omega, iron].map(|x| weight * x), weight * torque);
                     }
                     self.window = Window::new(e.omega_m);
                 }
@@ -333,7 +368,7 @@ impl<T: Scalar> Turning<T> {
         if !self.pending {
             return Ok(());
         }
-        let [inertia, ..] = self.mechanics.knowing_the_last(0.0).solve().ok_or(CommissioningFault::NoMechanics)?;
+        let [inertia, ..] = without_windage(&self.mechanics, 0.0).solve().ok_or(CommissioningFault::NoMechanics)?;
         let is_inertia = inertia.value > 0.0 && inertia.tolerance() < 0.3;
         if !is_inertia {
             return Err(CommissioningFault::NoMechanics);
@@ -382,7 +417,7 @@ impl<T: Scalar> Turning<T> {
             power * p.current_a / (self.omega_half() * p.flux_vs * self.omega_half() * p.flux_vs)
         });
         let iron = if conductance.value > 0.0 { conductance.value } else { 0.0 };
-        let [inertia, viscous, coulomb] = self.mechanics.knowing_the_last(iron).solve().ok_or(none)?;
+        let Mechanics { inertia, viscous, coulomb, windage } = Mechanics::of(&self.mechanics, iron).ok_or(none)?;
         let conductance = Found { half_width: conductance.half_width + at_most, ..conductance };
         let points = magnetizing.iter().all(|p| p.flux_vs.is_finite() && p.flux_vs > 0.0 && p.current_a > 0.0);
         // A shaft that does not turn shows another flux than the drive's own.
@@ -398,6 +433,7 @@ impl<T: Scalar> Turning<T> {
                 inertia_kg_m2: wider(inertia),
                 viscous_friction_nm_s_per_rad: wider(viscous),
                 coulomb_friction_nm: wider(coulomb),
+                windage_nm_s2: wider(windage),
                 iron_conductance_s: conductance,
             })
         } else {
