@@ -20,6 +20,7 @@ pub mod mtpa;
 pub mod commissioning;
 mod current_regulator;
 mod delay;
+pub mod direct_torque;
 mod drive;
 mod error;
 mod field_weakening;
@@ -36,14 +37,17 @@ mod reference;
 mod sensorless;
 mod speed_loop;
 mod speed_regulator;
+mod stator_flux;
 mod status;
 mod vector;
+pub mod volts_per_hertz;
 
 pub use commissioning::{
     Commissioned, Commissioning, CommissioningFault, CommissioningPlan, CommissioningStage, Found, MagnetizingPoint,
     NO_LOAD_LEVELS,
 };
 pub use current_regulator::{CurrentRegulator, Regulated, Turning};
+pub use direct_torque::{DirectTorque, DirectTorqueGains};
 pub use drive::{Drive, DriveLimits};
 pub use error::ControlError;
 pub use field_oriented::{FieldOriented, FieldOrientedGains, Orientation};
@@ -62,6 +66,10 @@ pub use sensorless::Sensorless;
 pub use speed_loop::SpeedLoop;
 pub use speed_regulator::SpeedRegulator;
 pub use status::{DriveStatus, Reports};
+pub use volts_per_hertz::{VoltsPerHertz, VoltsPerHertzGains};
+
+#[cfg(test)]
+mod tests;
 
 /// The example of the README is a test.
 #[cfg(doctest)]

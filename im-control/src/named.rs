@@ -6,6 +6,7 @@ use im_model::{Machine, Rating};
 use im_observers::{Basis, Named, ObserverError, StartingGains, Visit, each};
 use thiserror::Error;
 
+use crate::direct_torque::{DirectTorque, DirectTorqueGains};
 use crate::error::ControlError;
 use crate::field_oriented::{FieldOriented, FieldOrientedGains};
 use crate::field_weakening::FieldWeakening;
@@ -15,6 +16,7 @@ use crate::machine_data::MachineData;
 use crate::modulation::DeadTimeCompensation;
 use crate::mtpa::{Mtpa, MtpaGains, MtpaLaw};
 use crate::status::Reports;
+use crate::volts_per_hertz::{VoltsPerHertz, VoltsPerHertzGains};
 use crate::{BeginsAt, Drive, DriveLimits, FlyingStart, Sensorless};
 
 /// A controller that says how it is doing, and may be sent to another thread.
@@ -22,11 +24,13 @@ pub trait Supervised: Controller<f64> + Reports + Send {}
 impl<C: Controller<f64> + Reports + Send> Supervised for C {}
 
 /// The names, and what each controller follows.
-pub const NAMES: [(&str, &str); 5] = [
+pub const NAMES: [(&str, &str); 7] = [
     ("indirect_field_orientation", "speed and rotor flux; flux from current and speed"),
     ("direct_field_orientation", "speed and rotor flux; flux from the voltage above 5 Hz"),
     ("kenne", "speed and rotor flux; sliding modes of Kenné et al."),
     ("jadot", "speed and rotor flux; passivity-based regulation of Jadot et al., parameters fixed"),
+    ("direct_torque", "speed and rotor flux; a voltage vector for each sample, suits 25 us; baseline"),
+    ("volts_per_hertz", "speed and rotor flux without seeing either; slip compensated; baseline"),
     ("mtpa", "torque with the least current, of Kwon et al.; gives currents, for delta modulation"),
 ];
 
@@ -88,6 +92,14 @@ pub fn named(name: &str, setting: &Setting) -> Result<Box<dyn Supervised>, Named
             let parameters = regulation_parameters(&machine);
             let fixed = Fixed::try_new(parameters.into()).map_err(ControlError::from)?;
             setting.caught(Jadot::try_new(&machine, &JadotGains::typical(&machine, flux, sample_time_s), fixed)?)
+        }
+        "direct_torque" => {
+            let gains = DirectTorqueGains::typical(&machine, flux, dc_voltage_v, sample_time_s);
+            setting.caught(DirectTorque::try_new(&machine, &gains)?)
+        }
+        "volts_per_hertz" => {
+            let gains = VoltsPerHertzGains::typical(&machine, flux);
+            setting.caught(VoltsPerHertz::try_new(&machine, &gains, sample_time_s)?)
         }
         "mtpa" => {
             let law = setting.mtpa.ok_or(NamedError::NoLaw)?;

@@ -9,7 +9,7 @@ use crate::vector::clamp;
 
 /// ψ_s, and what it was brought up to date with.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct StatorFlux<T> {
+pub(crate) struct StatorFlux<T> {
     psi_s: Complex<T>,
     psi_r: Complex<T>,
     i_s: Complex<T>,

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Machine, Rating ─► Basis ─┐
-//!                           ├─► FullOrder, Kubota, Derdiyok, Utkin, Thau, CurrentModel ─► step(&self, &mut State, &Input) -> Estimate
+//!                           ├─► FullOrder, Kubota, Derdiyok, Utkin, Thau, Kalman, CurrentModel ─► step(&self, &mut State, &Input) -> Estimate
 //! gains (im-design) ────────┘
 //! ```
 //!
@@ -19,6 +19,7 @@
 //! | [`Derdiyok`] | flux, speed, 1/T_r | current: ν₀ large enough; flux: with the anchor | none (implicit) |
 //! | [`Utkin`] | flux, speed | not proven; mapped in `docs/background/observers.md` | none (implicit) |
 //! | [`Thau`] | flux, speed | in a certified box with a designed gain; L = 0 with friction | h²μn_pβλ² < 1 |
+//! | [`Kalman`] | flux, speed | not proven; the baseline | none (implicit) |
 //!
 //! Equations and sources stand at the head of each file; figures in `docs/background/observers.md`.
 //!
@@ -34,6 +35,7 @@ mod derdiyok;
 mod error;
 mod full_order;
 mod interface;
+mod kalman;
 mod kubota;
 mod named;
 mod registry;
@@ -48,6 +50,7 @@ pub use derdiyok::{Derdiyok, DerdiyokGains, DerdiyokState};
 pub use error::ObserverError;
 pub use full_order::{FullOrder, FullOrderGains, FullOrderState};
 pub use interface::{Estimate, Input, Observer, ObserverStatus};
+pub use kalman::{Kalman, KalmanGains, KalmanState};
 pub use kubota::{Kubota, KubotaGains, KubotaState};
 pub use named::{Gains, Named, StartingGains};
 pub use registry::{NAMES, Visit, each};

@@ -4,7 +4,7 @@
 use im_model::Scalar;
 
 use crate::named::Named;
-use crate::{CurrentModel, Derdiyok, FullOrder, Kubota, Thau, Utkin};
+use crate::{CurrentModel, Derdiyok, FullOrder, Kalman, Kubota, Thau, Utkin};
 
 /// What is done with an observer, whichever it is.
 pub trait Visit<T: Scalar> {
@@ -31,4 +31,5 @@ registry! {
     Derdiyok,
     Utkin,
     Thau,
+    Kalman,
 }

@@ -6,7 +6,6 @@
 //! crossover frequency it follows from the voltage, which does not need R_r.
 
 mod gains;
-mod stator_flux;
 
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::space_vector::{j, norm2};
@@ -20,11 +19,11 @@ use crate::guard::{self, no_reference};
 use crate::machine_data::MachineData;
 use crate::reference::Shaped;
 use crate::speed_regulator::SpeedRegulator;
+use crate::stator_flux::StatorFlux;
 use crate::status::{DriveStatus, Reports};
 use crate::vector::{clamp, is_finite, norm, rotation};
 
 pub use gains::{FieldOrientedGains, Orientation};
-use stator_flux::StatorFlux;
 
 /// Share of the flux wanted from which on there is torque, and below which there is none any more.
 const MAGNETIZED: [f64; 2] = [0.8, 0.25];

@@ -13,7 +13,8 @@ use im_model::simulation::{
 use im_model::{BaseParameter, Complex, Effects, Machine, ParameterId, Plant, PlantInput, machines};
 
 /// As `im_control::named` has them.
-pub const NAMES: [&str; 5] = ["indirect_field_orientation", "direct_field_orientation", "kenne", "jadot", "mtpa"];
+pub const NAMES: [&str; 7] =
+    ["indirect_field_orientation", "direct_field_orientation", "kenne", "jadot", "direct_torque", "volts_per_hertz", "mtpa"];
 
 const M: machines::NamedMachine = machines::JADOT_TABLE_I;
 const FLUX: f64 = 0.9;

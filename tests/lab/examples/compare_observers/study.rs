@@ -29,10 +29,11 @@ pub enum Kind {
     Utkin,
     ThauPublished,
     ThauBox,
+    Kalman,
 }
 
 impl Kind {
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::CurrentModel,
         Self::FullOrder,
         Self::KubotaPublished,
@@ -42,6 +43,7 @@ impl Kind {
         Self::Utkin,
         Self::ThauPublished,
         Self::ThauBox,
+        Self::Kalman,
     ];
 
     pub fn name(self) -> &'static str {
@@ -55,6 +57,7 @@ impl Kind {
             Self::Utkin => "Utkin",
             Self::ThauPublished => "Thau, L = 0",
             Self::ThauBox => "Thau, certified box",
+            Self::Kalman => "extended Kalman filter",
         }
     }
 }
@@ -146,6 +149,10 @@ impl Maker {
             Kind::Derdiyok => {
                 let gains = DerdiyokGains::for_machine(&believed, rating);
                 Running::from_rest(name, Derdiyok::try_new(basis, gains).expect("fits"))
+            }
+            Kind::Kalman => {
+                let gains = KalmanGains::for_machine(&believed, rating);
+                Running::from_rest(name, Kalman::try_new(basis, &believed, rating, gains).expect("fits"))
             }
             Kind::Utkin => {
                 Running::from_rest(name, Utkin::try_new(basis, UtkinGains::for_machine(&believed, rating)).expect("fits"))

@@ -5,6 +5,9 @@ use im_control::{DriveLimits, MachineData, MtpaLaw};
 use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Source};
 use im_model::{Machine, Rating};
 
+/// They follow less exactly: a voltage vector for each sample, and no speed at all.
+const BASELINES: [&str; 2] = ["direct_torque", "volts_per_hertz"];
+
 /// What a test needs to know of a machine and its drive.
 #[derive(Clone, Copy)]
 pub struct DriveCase {
@@ -37,8 +40,13 @@ impl DriveCase {
         named(name, &setting).unwrap()
     }
 
-    /// Every speed drive, by name.
+    /// Every speed drive but the baselines, by name.
     pub fn drives(self) -> impl Iterator<Item = (&'static str, Box<dyn Supervised>)> {
+        self.with_baselines().filter(|(name, _)| !BASELINES.contains(name))
+    }
+
+    /// Every speed drive, by name.
+    pub fn with_baselines(self) -> impl Iterator<Item = (&'static str, Box<dyn Supervised>)> {
         let names = NAMES.into_iter().map(|(name, _)| name).filter(|name| *name != "mtpa");
         names.map(move |name| (name, self.drive(name, None)))
     }
