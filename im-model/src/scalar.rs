@@ -60,30 +60,13 @@ pub trait Scalar: NumAssign + Neg<Output = Self> + PartialOrd + Copy + Debug + S
     }
 }
 
-/// √x, without a division or a call for what machines have.
-///
-/// The `vsqrt` of 32-bit ARM is out of reach without std on stable Rust (`core::f32::math` is unstable) and libm 0.2.16 computes it bit by bit on integers. Two Newton steps for
-/// 1/√x from the bits of x, then Heron's step for √x: within 1.2e-7 of its size.
-#[cfg(any(test, all(target_arch = "arm", not(feature = "std"))))]
-fn sqrt_by_newton(x: f32) -> f32 {
-    // Zero, what is nearly zero or beyond all sizes, what is negative and what is no number.
-    if !(1e-30..=1e30).contains(&x) {
-        return libm::sqrtf(x);
-    }
-    let mut y = f32::from_bits(0x5f37_5a86 - (x.to_bits() >> 1));
-    for _ in 0..2 {
-        y *= 1.5 - 0.5 * x * y * y;
-    }
-    let root = x * y;
-    root + 0.5 * y * (x - root * root)
-}
-
 #[cfg(not(feature = "std"))]
 use libm::sqrt;
-#[cfg(all(not(target_arch = "arm"), not(feature = "std")))]
+// libm computes it bit by bit on integers: 25 instructions and more where ARM has one.
+#[cfg(all(target_arch = "arm", target_abi = "eabihf", not(feature = "std")))]
+use im_sqrt::sqrtf;
+#[cfg(all(not(all(target_arch = "arm", target_abi = "eabihf")), not(feature = "std")))]
 use libm::sqrtf;
-#[cfg(all(target_arch = "arm", not(feature = "std")))]
-use sqrt_by_newton as sqrtf;
 
 macro_rules! scalar {
     ($t:ty, $sqrt:ident, $sincos:ident, $exp:ident, $ln:ident, $pow:ident) => {
@@ -162,19 +145,3 @@ macro_rules! scalar {
 }
 scalar!(f32, sqrtf, sincosf, expf, logf, powf);
 scalar!(f64, sqrt, sincos, exp, log, pow);
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn newtons_root_is_the_root(bits in any::<u32>()) {
-            let x = f32::from_bits(bits);
-            let (got, wanted) = (sqrt_by_newton(x), x.sqrt());
-            let same = got.to_bits() == wanted.to_bits() || got.is_nan() && wanted.is_nan();
-            prop_assert!(same || (got - wanted).abs() <= 1.2e-7 * wanted, "{x:e}: {got:e} {wanted:e}");
-        }
-    }
-}

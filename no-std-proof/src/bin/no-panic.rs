@@ -8,7 +8,7 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-use im_control::{Drive, FieldOriented, FlyingStart, Jadot, Kenne, Mtpa};
+use im_control::{DirectTorque, Drive, FieldOriented, FlyingStart, Jadot, Kenne, Mtpa, VoltsPerHertz};
 use im_identify::online::{
     Estimate as Identified, Follower, Identifier, KenneResistances, KenneRotorResistance, Sample, TimeScale, TimeVarying,
 };
@@ -90,6 +90,8 @@ macro_rules! controllers {
 controllers! {
     field_oriented_f32: Drive<f32, FlyingStart<f32, FieldOriented<f32>>>, f32;
     field_oriented_f64: Drive<f64, FlyingStart<f64, FieldOriented<f64>>>, f64;
+    direct_torque_f32: DirectTorque<f32>, f32; direct_torque_f64: DirectTorque<f64>, f64;
+    volts_per_hertz_f32: VoltsPerHertz<f32>, f32; volts_per_hertz_f64: VoltsPerHertz<f64>, f64;
     kenne_f32: Drive<f32, Kenne<f32>>, f32; kenne_f64: Drive<f64, Kenne<f64>>, f64;
     jadot_f32: Jadot<f32, TimeScale<f32>>, f32; jadot_f64: Jadot<f64, TimeScale<f64>>, f64;
     mtpa_f32: FlyingStart<f32, Mtpa<f32>>, f32; mtpa_f64: FlyingStart<f64, Mtpa<f64>>, f64;
