@@ -18,11 +18,18 @@ pub fn ticks([low, high]: [f64; 2], wanted: f64) -> Vec<(f64, String)> {
     let rough = (high - low) / wanted.max(1.0);
     let power = 10f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|s| s * power).into_iter().find(|s| *s >= rough).unwrap_or(10.0 * power);
-    let decimals = (-step.log10().floor()).max(0.0) as usize;
+    let place = (step.log10() + 1e-9).floor();
+    let most = low.abs().max(high.abs());
+    // Large and small numbers as powers; what differs in a late place, with that place.
+    let powers = most >= 1e5 || place < -4.0 && most < 1e-2;
     let words = |x: f64| {
-        // Small numbers as powers; what differs in a late place, with that place.
-        let long = x != 0.0 && (x.abs() >= 1e5 || decimals > 4 && low.abs().max(high.abs()) < 1e-2);
-        if long { format!("{x:.1e}") } else { format!("{x:.decimals$}") }.replace('-', "−")
+        let digits = if powers { (x.abs().log10() + 1e-9).floor() - place } else { -place }.max(0.0) as usize;
+        match x {
+            0.0 if powers => "0".into(),
+            _ if powers => format!("{x:.digits$e}"),
+            _ => format!("{x:.digits$}"),
+        }
+        .replace('-', "−")
     };
     // Adding zero leaves no negative zero.
     let round = |k: i64| k as f64 * step + 0.0;
@@ -96,10 +103,9 @@ mod tests {
         assert_eq!(words(0.0, 1.0), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(words(0.0011, 0.0029), ["0.0015", "0.0020", "0.0025"]);
         assert_eq!(words(5.640_01, 5.640_03), ["5.640010", "5.640015", "5.640020", "5.640025", "5.640030"]);
-        assert_eq!(
-            words(0.0, 2.0e-6),
-            ["0.00000", "5.0e−7", "1.0e−6", "1.5e−6", "2.0e−6"].map(|s| s.replace("0.00000", "0.0000000"))
-        );
+        assert_eq!(words(0.0, 2.0e-6), ["0", "5e−7", "1.0e−6", "1.5e−6", "2.0e−6"]);
+        assert_eq!(words(1.0e5, 1.02e5), ["1.000e5", "1.005e5", "1.010e5", "1.015e5", "1.020e5"]);
+        assert_eq!(words(-2.0e198, 2.0e198), ["−2e198", "−1e198", "0", "1e198", "2e198"]);
     }
 
     #[test]

@@ -19,6 +19,9 @@ pub enum Failure {
     /// Claims that did not come out as they are stated; names them. Status 3.
     #[cfg(feature = "verify")]
     NotAsStated(String),
+    /// A case that violates its claim. Status 3.
+    #[cfg(feature = "verify")]
+    Violated(String),
     /// Nobody reads our output any more: nothing to say.
     NobodyListens,
 }
@@ -55,6 +58,11 @@ impl Failure {
             #[cfg(feature = "verify")]
             Self::NotAsStated(which) => {
                 say(&format!("not as stated: {which}\n"));
+                return ExitCode::from(3);
+            }
+            #[cfg(feature = "verify")]
+            Self::Violated(what) => {
+                say(&format!("violated: {what}\n"));
                 return ExitCode::from(3);
             }
             Self::Input(text) => say(&format!("error: {text}\n")),

@@ -174,7 +174,7 @@ impl<T: Scalar, C: Clone> Drive<T, C> {
         self.state.compensation
     }
 
-    /// The controller, to be told something (a rotor resistance, a load torque).
+    /// The controller, to set something in it (a rotor resistance, a load torque).
     pub fn controller_mut(&mut self) -> &mut C {
         &mut self.controller
     }

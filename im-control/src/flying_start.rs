@@ -116,7 +116,7 @@ impl<T: Scalar, C> FlyingStart<T, C> {
         &self.controller
     }
 
-    /// The controller behind, to be told something.
+    /// The controller behind, to set something in it.
     pub fn controller_mut(&mut self) -> &mut C {
         &mut self.controller
     }
@@ -238,20 +238,20 @@ mod tests {
     use super::*;
     use im_model::{Bench, Effects, Machine, PlantInput, State as MachineState, machines, space_vector::unit};
 
-    /// Keeps what it is told.
+    /// Keeps what was caught.
     #[derive(Clone, Copy)]
-    struct Told<T>(Option<Caught<T>>);
-    impl<T: Scalar> BeginsAt<T> for Told<T> {
+    struct Keeps<T>(Option<Caught<T>>);
+    impl<T: Scalar> BeginsAt<T> for Keeps<T> {
         fn begin_at(&mut self, caught: &Caught<T>) {
             self.0 = Some(*caught);
         }
     }
-    impl<T: Scalar> Controller<T> for Told<T> {
+    impl<T: Scalar> Controller<T> for Keeps<T> {
         fn step(&mut self, _: &Measured<T>, _: &Reference<T>) -> Command<T> {
             Command::Voltage(Complex::new(T::zero(), T::zero()))
         }
     }
-    impl<T> Reports for Told<T> {}
+    impl<T> Reports for Keeps<T> {}
 
     /// The relative error of the flux found, the largest current, and how long it took; sampled every 100 µs.
     fn found<T: Scalar>(speed: f64, flux: Complex<f64>, delay_s: f64) -> (f64, f64, f64) {
@@ -263,7 +263,7 @@ mod tests {
         let k = 0.156 / 0.16;
         let state = MachineState { psi_r: flux, psi_s: flux * k, ..MachineState::turning(speed) };
         let mut bench = Bench::new(&machine, state, 1e-4);
-        let mut start = FlyingStart::try_new(Told(None), &data, T::from_f64(1e-4)).unwrap();
+        let mut start = FlyingStart::try_new(Keeps(None), &data, T::from_f64(1e-4)).unwrap();
         let narrow = |z: Complex<f64>| Complex::new(T::from_f64(z.re), T::from_f64(z.im));
         let reference = Reference { omega_m: T::zero(), rotor_flux_vs: T::zero(), torque_nm: T::zero() };
         let (mut u_s, mut peak) = (Complex::new(0.0, 0.0), 0.0f64);
@@ -314,10 +314,10 @@ mod tests {
 
     const SPEED: f64 = 120.0;
 
-    fn start(delay_s: f64) -> FlyingStart<f64, Told<f64>> {
+    fn start(delay_s: f64) -> FlyingStart<f64, Keeps<f64>> {
         let m = machines::JADOT_TABLE_I;
         let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
-        FlyingStart::try_new(Told(None), &MachineData::of(&machine, 25.0).delayed(delay_s), 1e-4).unwrap()
+        FlyingStart::try_new(Keeps(None), &MachineData::of(&machine, 25.0).delayed(delay_s), 1e-4).unwrap()
     }
 
     fn measured(i_s: Complex<f64>, u_s: Complex<f64>, dc_voltage_v: f64) -> Measured<f64> {
@@ -368,10 +368,10 @@ mod tests {
             before = i;
             let lost = k == 7;
             let u_s = if lost { Complex::new(f64::NAN, 0.0) } else { u * unit(w_e * t * (f64::from(k) - 0.5)) };
-            let Command::Current(told) = s.step(&measured(i * unit(w_e * t * f64::from(k)), u_s, 560.0), &NOTHING) else {
+            let Command::Current(command) = s.step(&measured(i * unit(w_e * t * f64::from(k)), u_s, 560.0), &NOTHING) else {
                 panic!()
             };
-            assert_eq!(told, Complex::new(0.0, 0.0));
+            assert_eq!(command, Complex::new(0.0, 0.0));
             if let Some(caught) = s.controller().0 {
                 let found = caught.rotor_flux_vs * unit(-w_e * t * f64::from(k));
                 // Of an alternating ripple one sample is left at most, and one was lost.
@@ -423,7 +423,7 @@ mod tests {
     fn data_out_of_bounds_are_refused() {
         let m = machines::JADOT_TABLE_I;
         let data = MachineData::of(&Machine::<f64>::base(m.parameters(), m.pole_pairs).unwrap(), 25.0);
-        assert!(FlyingStart::try_new(Told::<f64>(None), &data, 0.0).is_err());
-        assert!(FlyingStart::try_new(Told::<f64>(None), &MachineData { current_max_a: -1.0, ..data }, 1e-4).is_err());
+        assert!(FlyingStart::try_new(Keeps::<f64>(None), &data, 0.0).is_err());
+        assert!(FlyingStart::try_new(Keeps::<f64>(None), &MachineData { current_max_a: -1.0, ..data }, 1e-4).is_err());
     }
 }

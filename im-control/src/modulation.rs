@@ -26,7 +26,7 @@ pub enum ZeroSequence {
 /// Duty cycles, each from 0 to 1, the voltage that they make, and whether the one asked for was beyond reach and has been shortened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Duty<T> {
-    /// The mean voltage that the bridge makes, V: what the next sample is told ([`Measured::u_s`](im_model::simulation::Measured)). Zero without a link.
+    /// The mean voltage that the bridge makes, V: what goes into the next sample ([`Measured::u_s`](im_model::simulation::Measured)). Zero without a link.
     pub u_s: Complex<T>,
     /// Share of the period on the positive rail, for a, b, c.
     pub duty: [T; 3],

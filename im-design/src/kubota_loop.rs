@@ -248,7 +248,7 @@ impl Unproven {
         let Unproven { speed, slip, worst } = self;
         let [low, high] = [0, 1].map(|k| c.n_p * speed[k] + slip[k]);
         let why = if low <= 0.0 && high >= 0.0 {
-            "zero stator frequency, where speed cannot be told from the stator's signals,".into()
+            "zero stator frequency, where the stator's signals do not show the speed,".into()
         } else if *worst > 0.0 {
             format!("an unstable corner (eigenvalue {worst:.4} 1/s)")
         } else {

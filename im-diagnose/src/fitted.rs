@@ -9,9 +9,6 @@ use crate::residuals::{Errors, errors};
 use crate::search::{Model, Options, Refinement};
 use crate::uncertainty::{Estimate, Estimates, MachineQuantity};
 
-/// A parameter counts as not determined when its standard deviation exceeds this fraction of it.
-const UNDETERMINED: f64 = 0.3;
-
 /// Parameters of the T circuit that depend on the ratio of the leakages.
 pub const HELD: [BaseParameter; 4] = [
     BaseParameter::RotorResistance,
@@ -56,11 +53,6 @@ impl Fitted {
         Self { before, after, train, holdout: model.holdout, estimates, supply: refinement.case().supply() }
     }
 
-    /// Whether the recordings leave a parameter open.
-    pub fn is_weak(e: &Estimate) -> bool {
-        e.std.is_nan() || e.std > UNDETERMINED * e.after.abs()
-    }
-
     /// What `im fit --json` prints, but for the quality of the data.
     pub fn to_json(&self) -> Value {
         let held = HELD.map(ParameterId::Base).map(|id| (MachineQuantity::Parameter(id), None));
@@ -68,7 +60,7 @@ impl Fitted {
         let one = |(q, e): (MachineQuantity, Option<&Estimate>)| {
             let value = json!({
                 "before": q.of(&self.before.machine), "after": q.of(&self.after.machine), "std": e.map(|e| e.std), "unit": q.unit(),
-                "determined": e.map(|e| !Self::is_weak(e)), "leakage_ratio_held": e.is_none(),
+                "determined": e.map(|e| !e.is_open()), "leakage_ratio_held": e.is_none(),
             });
             (q.key(), value)
         };

@@ -1,4 +1,4 @@
-//! Loads that no column holds: what was found of them, and what cannot be told without them.
+//! Loads that no column holds: what was found of them, and what is not determined without them.
 
 use im_identify::offline::{Experiment, Load, Size, load_torque, torques_balance};
 use im_model::effects::Place;
@@ -6,19 +6,19 @@ use im_model::{EffectId, Machine, State};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-/// What was found of loads that no column holds, and what cannot be told without them.
+/// What was found of loads that no column holds, and what is not determined without them.
 #[derive(Clone, Debug, Default)]
 pub struct Loads {
     /// Of each recording that does not know its own.
     pub found: Vec<FoundLoad>,
     /// Effects that change nothing which is compared.
-    pub cannot_be_told: Vec<EffectId>,
+    pub not_determined: Vec<EffectId>,
 }
 
 impl Loads {
     /// Of experiments that begin in `starts`.
     pub fn of(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Self {
-        Self { found: found(machine, experiments, starts), cannot_be_told: cannot_be_told(experiments, machine.effects().ids()) }
+        Self { found: found(machine, experiments, starts), not_determined: not_determined(experiments, machine.effects().ids()) }
     }
 
     /// The same with the loads of the held-out recording, which settles no effect.
@@ -29,7 +29,7 @@ impl Loads {
 
     /// Whether every load is known.
     pub fn is_empty(&self) -> bool {
-        self.found.is_empty() && self.cannot_be_told.is_empty()
+        self.found.is_empty() && self.not_determined.is_empty()
     }
 
     /// For programs.
@@ -45,7 +45,7 @@ impl Loads {
         };
         json!({
             "found": self.found.iter().map(one).collect::<Vec<_>>(),
-            "cannot_be_told_without": self.cannot_be_told.iter().map(|e| e.name()).collect::<Vec<_>>(),
+            "not_determined_without": self.not_determined.iter().map(|e| e.name()).collect::<Vec<_>>(),
         })
     }
 }
@@ -120,7 +120,7 @@ impl FoundTorque {
 }
 
 /// The effects that act on the shaft alone, where no recording balances a torque: they change nothing that is compared.
-fn cannot_be_told(experiments: &[Experiment], library: impl Iterator<Item = EffectId>) -> Vec<EffectId> {
+fn not_determined(experiments: &[Experiment], library: impl Iterator<Item = EffectId>) -> Vec<EffectId> {
     if torques_balance(experiments) {
         return Vec::new();
     }

@@ -114,7 +114,7 @@ impl Source {
         Refused::Input(match self {
             Self::File(..) => format!(
                 "{label}: no recording.toml says what its columns mean. im compare --motor … --data {label} writes a first one; check it, \
-                 then come back. Guessed so far: {guesses}"
+                 then come back. As recording.toml it holds for every file of the folder. Guessed so far: {guesses}"
             ),
             Self::Columns(_) => {
                 format!(

@@ -19,9 +19,22 @@ pub fn torque_speed(machine: &Machine<f64>, phase_voltage_peak_v: f64, frequency
     (0..points.max(2)).filter_map(at).collect()
 }
 
-/// The curve of a motor at its rated supply.
-pub fn rated_curve(motor: &MotorFile) -> Vec<[f64; 3]> {
-    torque_speed(&motor.machine, motor.rating.phase_voltage_peak_v, motor.rating.electrical_frequency_hz, POINTS)
+/// A motor on its rated supply.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RatedSupply {
+    /// Its [`torque_speed`] curve.
+    pub curve: Vec<[f64; 3]>,
+    /// At its rated torque; `None` where it cannot carry that.
+    pub loaded: Option<RatedLoad>,
+}
+
+impl RatedSupply {
+    /// Of a motor.
+    pub fn of(motor: &MotorFile) -> Self {
+        let r = &motor.rating;
+        let curve = torque_speed(&motor.machine, r.phase_voltage_peak_v, r.electrical_frequency_hz, POINTS);
+        Self { curve, loaded: RatedLoad::of(motor) }
+    }
 }
 
 /// A motor on its rated supply, loaded with its rated torque.
@@ -36,8 +49,7 @@ pub struct RatedLoad {
 }
 
 impl RatedLoad {
-    /// `None` where the motor cannot carry its rated torque.
-    pub fn of(motor: &MotorFile) -> Option<Self> {
+    fn of(motor: &MotorFile) -> Option<Self> {
         let (r, plant) = (&motor.rating, Plant::new(&motor.machine));
         let u = r.phase_voltage_peak_v;
         let state = steady_state(&motor.machine, u, r.electrical_frequency_hz, Held::Load(r.torque_nm)).ok()?;
@@ -60,11 +72,11 @@ impl RatedLoad {
     }
 }
 
-/// The curves of motors at their rated supply and what they do at their rated torque, each under a name.
-pub fn to_json(motors: &[(&str, &MotorFile)]) -> Value {
-    let curves: Map<_, _> = motors.iter().map(|(name, m)| ((*name).to_owned(), json!(rated_curve(m)))).collect();
-    let loaded = |m: &MotorFile| RatedLoad::of(m).map(RatedLoad::to_json);
-    let loaded: Map<_, _> = motors.iter().map(|(name, m)| ((*name).to_owned(), json!(loaded(m)))).collect();
+/// Motors at their rated supply, each under a name.
+pub fn to_json(motors: &[(&str, &RatedSupply)]) -> Value {
+    let curves: Map<_, _> = motors.iter().map(|(name, m)| ((*name).to_owned(), json!(m.curve))).collect();
+    let loaded: Map<_, _> =
+        motors.iter().map(|(name, m)| ((*name).to_owned(), json!(m.loaded.map(RatedLoad::to_json)))).collect();
     json!({"columns": ["omega_m_rad_s", "torque_Nm", "i_s_A"], "curves": curves, "at_rated_torque": loaded})
 }
 
@@ -103,7 +115,7 @@ mod tests {
         let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
         let rating = im_model::Rating::guess(&named.parameters(), named.pole_pairs);
         let mut motor = MotorFile { name: "m".into(), machine, rating, known: Default::default() };
-        let breakdown = rated_curve(&motor).iter().map(|p| p[1]).fold(0.0, f64::max);
+        let breakdown = RatedSupply::of(&motor).curve.iter().map(|p| p[1]).fold(0.0, f64::max);
         motor.rating.torque_nm = 1.1 * breakdown;
         assert_eq!(RatedLoad::of(&motor), None);
         motor.rating.torque_nm = 0.3 * breakdown;

@@ -108,6 +108,21 @@ pub struct Estimate {
     pub std: f64,
 }
 
+impl Estimate {
+    /// Whether the recordings leave it open.
+    pub fn is_open(&self) -> bool {
+        is_open(self.after, self.std)
+    }
+}
+
+/// A parameter counts as not determined when its standard deviation exceeds this fraction of it.
+const UNDETERMINED: f64 = 0.3;
+
+/// Whether an estimate with this standard deviation leaves its parameter open.
+pub(crate) fn is_open(value: f64, std: f64) -> bool {
+    std.is_nan() || std > UNDETERMINED * value.abs()
+}
+
 /// All that was estimated.
 #[derive(Clone, Debug)]
 pub struct Estimates {

@@ -92,7 +92,7 @@ mod tests {
 
     /// Thirty motors, all warmer the second time; one has lost bars.
     #[test]
-    fn a_motor_that_changed_is_told_from_a_warm_day() {
+    fn a_motor_that_changed_is_distinguished_from_a_warm_day() {
         let mut chance = Chance::new(4, "days");
         let mut rows = Vec::new();
         for unit in 0..30 {

@@ -3,7 +3,7 @@
 use im_diagnose::format::number;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::row::{Row, Status};
+use crate::row::{JobStatus, Row};
 use crate::summary::Summary;
 
 const STYLE: &str = include_str!("assets/fleet.css");
@@ -21,7 +21,7 @@ fn words(text: &str) -> Cell {
 
 /// The page: a string of HTML that needs nothing else but the reports that it links to.
 pub fn html(title: &str, rows: &[Row], s: &Summary) -> String {
-    let failed = rows.iter().filter(|r| r.status == Status::Failed).count();
+    let failed = rows.iter().filter(|r| r.status == JobStatus::Failed).count();
     let flagged = rows.iter().filter(|r| r.is_flagged()).count();
     let odd: std::collections::BTreeSet<usize> = s.odd.iter().map(|o| s.values[o.value].unit).collect();
     let page = html! {
@@ -177,11 +177,11 @@ fn all(rows: &[Row]) -> Markup {
         ("last model", true),
         ("held out", true),
     ];
-    table(&headings, rows.iter().filter(|r| r.status != Status::Failed).map(row).collect())
+    table(&headings, rows.iter().filter(|r| r.status != JobStatus::Failed).map(row).collect())
 }
 
 fn broken(rows: &[Row]) -> Markup {
-    let shown = rows.iter().filter(|r| r.status == Status::Failed);
+    let shown = rows.iter().filter(|r| r.status == JobStatus::Failed);
     table(
         &[("unit", false), ("date", false), ("why", false)],
         shown.map(|r| (false, vec![words(&r.unit), words(&r.date), words(&r.error)])).collect(),

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// How far a job went.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Status {
+pub enum JobStatus {
     /// Nothing stood out: no diagnosis was needed.
     Screened,
     /// Diagnosed.
@@ -15,7 +15,7 @@ pub enum Status {
     Failed,
 }
 
-impl Status {
+impl JobStatus {
     /// The word in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -51,7 +51,7 @@ pub struct Row {
     /// Names of its recordings, held-out one last.
     pub recordings: Vec<String>,
     /// How far the job went.
-    pub status: Status,
+    pub status: JobStatus,
     /// The verdict of the diagnosis; `adequate` where the screening saw nothing; empty where the job failed.
     pub verdict: String,
     /// Effects that the machine is said to have.

@@ -10,7 +10,7 @@ use serde_json::{Value as Json, json};
 use crate::change::{Appeared, Change, appeared, changes};
 use crate::odd::{Odd, Value, find, measured};
 use crate::population::Population;
-use crate::row::{Row, Status};
+use crate::row::{JobStatus, Row};
 use crate::table::PARAMETERS;
 
 /// The statistics of all rows.
@@ -36,7 +36,7 @@ impl Summary {
         };
         // As each motor is now: its last recording alone stands for it.
         let mut last: BTreeMap<&str, usize> = BTreeMap::new();
-        for (k, row) in rows.iter().enumerate().filter(|(_, r)| r.status != Status::Failed) {
+        for (k, row) in rows.iter().enumerate().filter(|(_, r)| r.status != JobStatus::Failed) {
             let now = last.entry(&row.unit).or_insert(k);
             if row.date >= rows[*now].date {
                 *now = k;
@@ -68,9 +68,9 @@ impl Summary {
         json!({
             "schema": 1,
             "rows": rows.len(),
-            "screened": count(&|r| r.status == Status::Screened),
-            "diagnosed": count(&|r| r.status == Status::Diagnosed),
-            "failed": count(&|r| r.status == Status::Failed),
+            "screened": count(&|r| r.status == JobStatus::Screened),
+            "diagnosed": count(&|r| r.status == JobStatus::Diagnosed),
+            "failed": count(&|r| r.status == JobStatus::Failed),
             "flagged": count(&Row::is_flagged),
             "types": self.types.iter().map(|((kind, parameter), p)| json!({
                 "type": kind, "parameter": parameter, "units": p.count, "middle": p.mean.exp(), "spread": p.spread,
@@ -92,7 +92,7 @@ impl Summary {
     /// The file cannot be written.
     pub fn write_parameters(&self, path: &Path, rows: &[Row]) -> Result<(), FileError> {
         let (mut words, mut numbers) = (vec![Vec::new(); 4], vec![Vec::new(); 4]);
-        for row in rows.iter().filter(|r| r.status != Status::Failed) {
+        for row in rows.iter().filter(|r| r.status != JobStatus::Failed) {
             for key in PARAMETERS {
                 let own = measured(row, key);
                 let borrowed = self.types.get(&(row.kind.clone(), key.to_owned())).map(|t| t.borrowed(own)).or(own);
@@ -125,7 +125,7 @@ mod tests {
             let odd = if unit == 3 && date == "2026-02" { 2.0 } else { 1.0 };
             let value = odd * (1.0 + 0.02 * ((unit * 5) % 8) as f64);
             let parameters = vec![Parameter { key: PARAMETERS[1].into(), value, std: Some(0.005) }];
-            let status = if unit == 5 && date == "2026-02" { Status::Failed } else { Status::Screened };
+            let status = if unit == 5 && date == "2026-02" { JobStatus::Failed } else { JobStatus::Screened };
             let (unit, date) = (format!("m{unit}"), date.to_owned());
             Row { unit, date, kind: "4 kW".into(), status, parameters, ..Row::default() }
         };

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use crate::job::Job;
 use crate::key::{key, number};
-use crate::row::{Parameter, Row, Status};
+use crate::row::{JobStatus, Parameter, Row};
 use crate::screen::Screening;
 use crate::settings::Settings;
 use crate::store::Store;
@@ -137,7 +137,7 @@ fn rms(chi2: f64) -> Option<f64> {
 fn screened(blank: Row, s: &Screening) -> Row {
     let f = &s.fitted;
     Row {
-        status: Status::Screened,
+        status: JobStatus::Screened,
         verdict: "adequate".into(),
         base_rms_in_sigma: rms(f.train.chi2_per_sample),
         rms_in_sigma: rms(f.train.chi2_per_sample),
@@ -156,7 +156,7 @@ fn of_diagnosis(blank: Row, d: &Diagnosis) -> Row {
     let (first, last) = (&d.steps[0], &d.steps[d.steps.len() - 1]);
     let named = d.named();
     Row {
-        status: Status::Diagnosed,
+        status: JobStatus::Diagnosed,
         verdict: d.verdict.name().into(),
         effects: names(named),
         rivals: d.alternatives.iter().take(named.len()).map(|a| names(a)).collect(),

@@ -114,17 +114,22 @@ impl MotorFile {
     /// As [`Nameplate::guess`].
     pub fn from_nameplate(name: &str, plate: &Nameplate, terminal_resistance_ohm: Option<f64>) -> Result<Self, ModelError> {
         let guess = plate.guess()?;
-        let mut p = guess.parameters;
+        // More digits than a guess has would say that it is more.
+        let mut p = TParameters::from_values(guess.parameters.values().map(four_digits));
+        let r = guess.rating;
+        let [torque_nm, phase_voltage_peak_v, rotor_flux_vs] =
+            [r.torque_nm, r.phase_voltage_peak_v, r.rotor_flux_vs].map(four_digits);
+        let rating = Rating { torque_nm, phase_voltage_peak_v, rotor_flux_vs, ..r };
         let mut tolerances = if plate.locked_rotor_current_ratio.is_some() { BY_DATA_SHEET } else { BY_RULE };
         if let Some(r) = terminal_resistance_ohm {
             // Star or delta: the star-equivalent phase has half of what two terminals show.
             p.stator_resistance_ohm = 0.5 * r;
             tolerances[0] = MEASURED;
         }
-        let machine = Machine::try_new(p, guess.pole_pairs, Effects::scaled(&guess.rating, &p, guess.pole_pairs))?;
+        let machine = Machine::try_new(p, guess.pole_pairs, Effects::scaled(&rating, &p, guess.pole_pairs))?;
         let known = BaseParameter::ALL.into_iter().zip(p.values()).zip(tolerances);
         let known = known.map(|((id, value), tolerance)| (ParameterId::Base(id), Known { value, tolerance })).collect();
-        Ok(Self { name: name.to_owned(), machine, rating: guess.rating, known })
+        Ok(Self { name: name.to_owned(), machine, rating, known })
     }
 
     /// Reads a file.
@@ -176,7 +181,7 @@ impl MotorFile {
             None => Rating::guess(&p, pole_pairs),
         };
         if head.rating.is_some() {
-            followable(&toml, &head.parameters, &p, &rating, pole_pairs)?;
+            check_run_up_time(&toml, &head.parameters, &p, &rating, pole_pairs)?;
         }
         let mut effects = Effects::none();
         for &id in custom {
@@ -309,11 +314,16 @@ fn rating(toml: &TomlText<'_>, table: &Numbers) -> Result<Rating, FileError> {
     Ok(Rating { torque_nm, electrical_frequency_hz, phase_voltage_peak_v, rotor_flux_vs })
 }
 
+/// A number as it is printed with four digits.
+fn four_digits(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
+}
+
 /// Seconds in which rated torque brings a machine alone to rated speed; machines take milliseconds to minutes.
 const RUN_UP_S: [f64; 2] = [1e-4, 1e5];
 
 /// Refuses an inertia that no machine of such a rating has.
-fn followable(
+fn check_run_up_time(
     toml: &TomlText<'_>,
     parameters: &Numbers,
     p: &TParameters<f64>,

@@ -18,7 +18,7 @@ pub struct Limits<T> {
     pub current_max_a: T,
     /// Largest rotor flux linkage, Vs.
     pub flux_max_vs: T,
-    /// Rotor flux linkage below which speed is not told from it, Vs.
+    /// Rotor flux linkage below which it does not show the speed, Vs.
     pub flux_min_vs: T,
     /// Largest mechanical speed, rad/s.
     pub speed_max_rad_s: T,

@@ -70,7 +70,7 @@ impl ObserverStatus {
     pub const VOLTAGE_LOST: Self = Self(2);
     /// The voltage was beyond its limit and was cut: what the machine received is not known.
     pub const VOLTAGE_LIMITED: Self = Self(4);
-    /// The flux is below its limit: speed cannot be told from it.
+    /// The flux is below its limit: it does not show the speed.
     pub const FLUX_LOW: Self = Self(8);
     /// A state ran into its limit and was held there.
     pub const LIMITED: Self = Self(16);

@@ -80,7 +80,7 @@ def test_an_effect_that_nobody_wrote_is_learned(bare, tmp_path):
 
 
 def _braked(bare, seed=2):
-    """The brake stands in the recording's load, of which the motor is told nothing but the rest."""
+    """The brake stands in the recording's load, of which the motor knows nothing but the rest."""
     from conftest import SCENARIO
 
     def true(speed):

@@ -1,4 +1,4 @@
-//! The hidden-effect campaign: trials of [`hidden`](crate::hidden) put before the diagnosing tool, which is told nothing.
+//! The hidden-effect campaign: trials of [`hidden`](crate::hidden) put before the diagnosing tool, which knows nothing of them.
 
 use std::fmt::Write;
 use std::ops::Range;

@@ -54,11 +54,11 @@ fn main() -> std::io::Result<()> {
     let campaign =
         im_verify::Campaign { claims: vec![claim], machines: Machines::Random, cases: None, seed: 1, shard: Shard::WHOLE };
     let mut blocks = Vec::new();
-    let told: Result<(), ()> = campaign.run(&[], |block| {
+    let done: Result<(), ()> = campaign.run(&[], |block| {
         blocks.push(block.clone());
         Ok(())
     });
-    told.expect("telling cannot fail");
+    done.expect("keeping a block cannot fail");
     println!("{:#?}", Row::of(&claim, &campaign, &blocks));
 
     if let Some(path) = std::env::args().nth(1) {

@@ -60,11 +60,11 @@ fn what_is_done_is_not_done_again() {
 }
 
 #[test]
-fn an_error_while_telling_ends_the_campaign() {
-    let mut told = 0;
+fn an_error_while_reporting_ends_the_campaign() {
+    let mut reported = 0;
     let result = campaign(Shard::WHOLE, Machines::Random).run(&[], |_| {
-        told += 1;
-        if told == 2 { Err("disk full") } else { Ok(()) }
+        reported += 1;
+        if reported == 2 { Err("disk full") } else { Ok(()) }
     });
     assert_eq!(result, Err("disk full"));
 }

@@ -142,7 +142,7 @@ fn drives() -> Option<[f32; 2]> {
     Some([controlled(&known, &machine, oriented)?, controlled(&known, &machine, kenne)?])
 }
 
-/// The sensorless drive of least current after a tenth of a second on a machine that takes the current as told: whether all of it is finite.
+/// The sensorless drive of least current after a tenth of a second on a machine that takes the current commanded: whether all of it is finite.
 fn sensorless() -> Option<bool> {
     let m = machines::MOTULATOR_2_2_KW;
     let machine = Machine::base(m.parameters(), m.pole_pairs).ok()?;
@@ -157,8 +157,8 @@ fn sensorless() -> Option<bool> {
     let mut i_s = Complex::new(0.0, 0.0);
     for _ in 0..1000 {
         let measured = Measured { i_s, omega_m: 0.0, u_s: i_s * 3.7, dc_voltage_v: 560.0, sample_time_s: 1e-4 };
-        let Command::Current(told) = drive.step(&measured, &reference) else { return None };
-        i_s = told;
+        let Command::Current(command) = drive.step(&measured, &reference) else { return None };
+        i_s = command;
     }
     Some(i_s.re.is_finite() && i_s.im.is_finite() && drive.estimate()?.omega_m.is_finite())
 }

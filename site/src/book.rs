@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_links_are_told_with_file_and_line() {
+    fn broken_links_are_reported_with_file_and_line() {
         let root = std::env::temp_dir().join(format!("im-site-{}", std::process::id()));
         std::fs::create_dir_all(root.join("docs")).unwrap();
         std::fs::write(root.join("README.md"), "# A\n\n[no page](docs/none.md)\n[no anchor](docs/b.md#gone)\n").unwrap();

@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_broken_is_told_with_its_line() {
+    fn what_is_broken_is_reported_with_its_line() {
         let page = parse("a.md", "# One\n\n[gone](gone.md)\n\n$\\nosuch$ and [x][y]\n\n$$\na\n+ b\n$$\n\n```\n$HOME\n```\n");
         let (_, mut problems) = page.html(|link| Err(format!("link to {link}: no such file")), |_| Ok(None));
         problems.sort();

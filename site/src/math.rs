@@ -22,7 +22,7 @@ mod tests {
     use super::mathml;
 
     #[test]
-    fn equations_become_mathml_and_errors_are_told() {
+    fn equations_become_mathml_and_errors_are_reported() {
         let out = mathml(r"\frac{d\psi_s}{dt} = u_s - R_s i_s", true).unwrap();
         assert!(out.starts_with("<math") && out.contains("mfrac"), "{out}");
         assert!(mathml(r"\frac{1}", false).is_err());

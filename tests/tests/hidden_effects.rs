@@ -88,7 +88,7 @@ fn a_stand_in_gives_way_to_the_two_effects_it_stands_for() {
 
 /// A voltage gain and a common current gain scale torque alike: nothing in a recording tells them apart.
 #[test]
-fn what_cannot_be_told_apart_is_said_so() {
+fn what_no_data_separate_is_said_so() {
     let (o, _) = run(&TrialCase::new(1, &[(EffectKind::VoltageGain, Strength::Strong)], 100)).unwrap();
     assert_eq!(o.verdict.name(), "confounded");
     let all: Vec<&String> = o.named.iter().chain(o.alternatives.iter().flatten()).collect();
@@ -118,7 +118,7 @@ fn an_electrical_effect_is_named_without_a_load_torque() {
     let (o, d) = run_knowing(&case, Knowledge::WithoutLoad).unwrap();
     assert!(o.exact() && o.holdout.1 < 1.1, "{o:?}");
     let loads = &d.loads;
-    assert!(loads.found.len() == 3 && loads.cannot_be_told.contains(&EffectId::CoulombFriction), "{loads:?}");
+    assert!(loads.found.len() == 3 && loads.not_determined.contains(&EffectId::CoulombFriction), "{loads:?}");
     // The load that was hidden from the tool, within its band.
     let trial = simulate(&case);
     let FoundTorque::Curve(points) = &loads.found[0].torque else { panic!("{loads:?}") };

@@ -149,7 +149,7 @@ fn as_json(id: EffectId, motor: Option<&MotorFile>) -> Value {
         "title": c.title,
         "what": c.what,
         "shows": c.shows,
-        "rivals": c.rivals.iter().map(|(name, how)| json!({"effect": name, "told_apart_by": how})).collect::<Vec<_>>(),
+        "rivals": c.rivals.iter().map(|(name, how)| json!({"effect": name, "distinguished_by": how})).collect::<Vec<_>>(),
         "test": c.test,
         "place": c.place,
         "source": c.source,

@@ -57,7 +57,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     writeln!(out, "{:<60} {:>11} {:>11} {:>11}", "parameter", "before", "after", "± 95 %")?;
     for e in &estimates.list {
-        let note = if Fitted::is_weak(e) { "  not determined by these recordings" } else { "" };
+        let note = if e.is_open() { "  not determined by these recordings" } else { "" };
         let (b, a, half) = (rounded(e.before), rounded(e.after), rounded(HALF_95 * e.std));
         writeln!(out, "{:<60} {b:>11} {a:>11} {half:>11} {}{note}", e.quantity.key(), e.quantity.unit())?;
     }

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use im_diagnose::search::Significance;
 use im_fleet::job::jobs;
-use im_fleet::row::{Row, Status};
+use im_fleet::row::{JobStatus, Row};
 use im_fleet::settings::Settings;
 use im_fleet::summary::Summary;
 use im_fleet::work::{Done, run as work};
@@ -89,9 +89,9 @@ fn tell(args: &Args, rows: &[Row], summary: &Summary, done: Done) -> std::io::Re
     writeln!(
         out,
         "{} screened and let pass, {} diagnosed, {} could not be judged\n",
-        count(Status::Screened),
-        count(Status::Diagnosed),
-        count(Status::Failed)
+        count(JobStatus::Screened),
+        count(JobStatus::Diagnosed),
+        count(JobStatus::Failed)
     )?;
     for (k, row) in rows.iter().enumerate() {
         let said = summary.of_row(k);
@@ -104,7 +104,7 @@ fn tell(args: &Args, rows: &[Row], summary: &Summary, done: Done) -> std::io::Re
             write!(out, "{}", wrapped(&format!("{name}  "), &sentence))?;
         }
     }
-    for row in rows.iter().filter(|r| r.status == Status::Failed) {
+    for row in rows.iter().filter(|r| r.status == JobStatus::Failed) {
         write!(out, "{}", wrapped(&format!("{}  ", row.unit), &row.error))?;
     }
     writeln!(out, "\n{}: the page; verdicts.csv, parameters.csv, fleet.json beside it", args.out.join("fleet.html").display())

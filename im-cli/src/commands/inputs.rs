@@ -25,7 +25,7 @@ pub struct Data {
     /// A recording to learn from, or its recording.toml; give it several times for several recordings
     #[arg(long, value_name = "FILE", required_unless_present = "table")]
     pub train: Vec<PathBuf>,
-    /// A table of steady states, alone or beside recordings (V_LL_V, I_A, P_3ph_W, Q_3ph_var, n_rpm, T_Nm); give no-load, locked-rotor and load tests together
+    /// A table of steady states, alone or beside recordings (V_LL_V, I_A, P_3ph_W, Q_3ph_var, n_rpm, T_Nm; other columns by a table.toml beside it); give no-load, locked-rotor and load tests together
     #[arg(long, value_name = "FILE")]
     pub table: Vec<PathBuf>,
     /// A recording that no fit sees, to check on
@@ -115,7 +115,7 @@ fn taken_or_draft(
             if let Some(draft) = taken.iter().find_map(|t| t.draft.as_ref()) {
                 let written = write_draft(path, draft, folder)?;
                 said.push(format!(
-                    "{}: no recording.toml says what its columns mean; {} was written with what was guessed. Check it",
+                    "{}: no recording.toml says what its columns mean; {} was written with what was guessed. Check it; as recording.toml it holds for every file of the folder",
                     path.display(),
                     written.display()
                 ));

@@ -15,7 +15,8 @@ use crate::failure::Failure;
 #[derive(clap::Args)]
 #[command(after_help = "\
 Example:
-  im learn --motor motor.toml --train a.csv --train b.csv --holdout c.csv --out out --rust my_effect.rs
+  im learn --motor motor.toml --train a.csv --train b.csv --holdout c.csv --out out \\
+           --rust my_effect.rs
 
 Every curve is a quantity of the equations over a variable: a torque over speed, a resistance over time. It \
 stands in out/motor.refined.toml, which every command takes as --motor, and in the report with its band and \

@@ -14,7 +14,8 @@ use crate::terminal::{rounded, stdout, wrapped};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Example:
-  im motor --power-w 4000 --voltage-v 400 --current-a 8.1 --speed-rpm 1440 --power-factor 0.83 -o motor.toml
+  im motor --power-w 4000 --voltage-v 400 --current-a 8.1 --speed-rpm 1440 \\
+           --power-factor 0.83 -o motor.toml
 
 Voltage and current are line-to-line and line values, rms, of the connection in use, star or delta. Every \
 parameter gets the tolerance of such a guess, which fits then respect; a measured stator resistance replaces \

@@ -82,7 +82,7 @@ fn bad_recordings_are_refused_with_their_place_and_nothing_is_written() {
 }
 
 #[test]
-fn an_output_that_cannot_be_made_is_told_before_the_work() {
+fn an_output_that_cannot_be_made_is_refused_before_the_work() {
     let f = Folder::new("out");
     let (motor, train) = (demo("motor.toml"), demo("train1.csv"));
     let in_the_way = f.file("file", "");
@@ -99,7 +99,7 @@ fn an_output_that_cannot_be_made_is_told_before_the_work() {
 
 /// Twice the current at the same voltage and speed, against more than twice the load: a machine of more than twice the size.
 #[test]
-fn recordings_of_two_machines_are_told_apart() {
+fn recordings_of_two_machines_are_distinguished() {
     let f = Folder::new("two");
     let train = fs::read_to_string(demo("train2.csv")).unwrap();
     let names: Vec<&str> = train.lines().next().unwrap().split(',').collect();
@@ -110,11 +110,11 @@ fn recordings_of_two_machines_are_told_apart() {
         }
     });
     let other = f.file("other.csv", &larger);
-    let told = |second: &str| {
+    let differ = |second: &str| {
         let o = im(&["compare", "--motor", &demo("motor.toml"), "--data", &demo("train1.csv"), "--data", second]);
         assert!(o.status.success(), "{}", text(&o.stderr));
         text(&o.stdout).contains("different machines")
     };
-    assert!(told(&other));
-    assert!(!told(&demo("train2.csv")));
+    assert!(differ(&other));
+    assert!(!differ(&demo("train2.csv")));
 }

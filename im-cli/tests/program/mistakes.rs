@@ -68,7 +68,7 @@ fn anyway_goes_on() {
 #[test]
 fn what_is_no_number_is_neither_printed_nor_written() {
     let dir = Folder::new("no-number");
-    let (motor, mended) = (demo("motor.toml"), demo("motor.toml"));
+    let (motor, copy) = (demo("motor.toml"), demo("motor.toml"));
     let is_number = |text: &str| {
         let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
         words.filter(|word| matches!(*word, "NaN" | "nan" | "inf" | "Infinity")).count() == 0
@@ -85,8 +85,8 @@ fn what_is_no_number_is_neither_printed_nor_written() {
     for (what, change) in absurd {
         let data = dir.file("run.csv", &spoilt(change));
         for command in [
-            &["validate", "--before", &motor, "--after", &mended, "--data", &data, "--json"][..],
-            &["validate", "--before", &motor, "--after", &mended, "--data", &data, "--anyway"],
+            &["validate", "--before", &motor, "--after", &copy, "--data", &data, "--json"][..],
+            &["validate", "--before", &motor, "--after", &copy, "--data", &data, "--anyway"],
             &["compare", "--motor", &motor, "--data", &data, "--json"],
             &["observe", "--motor", &motor, "--data", &data, "--observer", "kubota", "--json"],
             &["identify", "--motor", &motor, "--online", "--data", &data, "--json"],

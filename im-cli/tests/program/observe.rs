@@ -60,7 +60,7 @@ fn a_file_in_foreign_columns_gives_what_the_canonical_one_gives() {
 }
 
 #[test]
-fn rows_that_are_missing_are_lost_samples_and_told() {
+fn rows_that_are_missing_are_lost_samples_and_reported() {
     let dir = Folder::new("gaps");
     let data = foreign(&dir, 6, |k| !(3000..3005).contains(&k) && !(6000..6003).contains(&k));
     dir.file("run.recording.toml", &format!("{MAPPING}{SPEED}"));
@@ -166,7 +166,7 @@ fn bad_gains_are_refused_with_one_message() {
     let fast = format!("[kubota_loop]\ngain = {matrix}\ngain_per_speed = {matrix}\nproportional = 1e6\nintegral = 1.0\n");
     let other = format!("[kubota_loop]\ngain = {matrix}\ngain_per_speed = {matrix}\nproportional = \"much\"\nintegral = 1.0\n");
     let skewed = fast.replace("gain = [[0.0, 0.0]", "gain = [[5.0, 0.0]").replace("1e6", "0.01");
-    for (observer, content, told) in [
+    for (observer, content, expected) in [
         ("kubota", fast.as_str(), "gains.toml:1: the proportional path of the speed law"),
         ("kubota", other.as_str(), "proportional is \"much\", expected a finite number"),
         ("kubota", skewed.as_str(), "gains.toml:2: gain: rows"),
@@ -177,7 +177,7 @@ fn bad_gains_are_refused_with_one_message() {
         ("current-model", "[utkin]\n", "has no gains"),
     ] {
         let message = refused(observer, &dir.file("gains.toml", content));
-        assert!(message.contains("gains.toml") && message.contains(told), "{message}");
+        assert!(message.contains("gains.toml") && message.contains(expected), "{message}");
     }
     assert!(refused("kubota", &dir.path("absent.toml")).contains("absent.toml"));
 }

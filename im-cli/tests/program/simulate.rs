@@ -212,7 +212,7 @@ fn every_card_fits_a_terminal_and_is_json_too() {
 }
 
 #[test]
-fn shells_are_told_what_there_is_to_complete() {
+fn shells_get_what_there_is_to_complete() {
     for shell in ["bash", "zsh", "fish", "powershell"] {
         let script = done(&["completions", shell]);
         assert!(script.contains("diagnose") && script.contains("next-test") && script.contains("holdout"), "{shell}");

@@ -24,10 +24,10 @@ fn without_a_load_torque_the_cause_is_named_and_the_load_is_shown() {
     let found: serde_json::Value = serde_json::from_str(&f.read("out/diagnosis.json")).unwrap();
     // The same effects as with the load torque, but for none that acts on the shaft.
     assert_eq!(found["verdict"], "missing_effects", "{story}");
-    assert!(story.contains("Load torque, found") && story.contains("Cannot be told without the load"), "{story}");
+    assert!(story.contains("Load torque, found") && story.contains("Not determined without the load"), "{story}");
     let loads = &found["loads"];
     assert_eq!(loads["found"].as_array().unwrap().len(), 3, "{loads}");
-    assert!(loads["cannot_be_told_without"].as_array().unwrap().iter().any(|e| e == "coulomb_friction"), "{loads}");
+    assert!(loads["not_determined_without"].as_array().unwrap().iter().any(|e| e == "coulomb_friction"), "{loads}");
     assert!(found["parameters"]["inertia_kg_m2"].is_null(), "J is not seen");
     assert!(f.read("out/report.html").contains("Load torque, found"));
     // Measured less modelled is the residual, and the load is there.

@@ -61,7 +61,7 @@ const WINDOW_S: f64 = 0.02;
 const STEADY: f64 = 0.015;
 /// A light shaft gets less torque, so that speeding up takes this long.
 const UP_AT_LEAST_S: f64 = 0.8;
-/// Below this share of the rated frequency torque is not told from the power.
+/// Below this share of the rated frequency the power does not show the torque.
 const SEEN_FROM: f64 = 0.08;
 /// No load: flux over that of the plan, and the speed over the synchronous one.
 const NO_LOAD: [f64; NO_LOAD_LEVELS] = [0.5, 0.7, 0.85, 1.0, 1.1, 1.2];

@@ -291,7 +291,7 @@ fn what_the_inverter_did_not_give_is_missing_in_the_reference() {
         let got = c.i_ref_after(&m(asked + missing)) - c.state.i_ref;
         // The middle of an interval is its mean to (Rh/L)²/12.
         assert!((got - expected).norm() < 1e-3 * expected.norm(), "{got} {expected}");
-        // Not told what was given, it takes what it knows of the limit: all was given.
+        // Where what was given is not measured, it takes what it knows of the limit: all was given.
         assert_eq!(c.i_ref_after(&m(Complex::new(f64::NAN, 0.0))), c.state.i_ref);
     }
 }

@@ -129,7 +129,7 @@ fn the_law_once_begun_stays_until_a_quarter_of_the_flux() {
 
 /// A load torque is taken where it is given, and estimated otherwise; nonsense is not heard.
 #[test]
-fn what_is_told_is_taken_if_it_is_a_number() {
+fn what_is_given_is_taken_if_it_is_a_number() {
     let mut drive = drive();
     drive.set_load_torque(5.0, 1.0);
     drive.set_rotor_resistance_ohm(2.5);

@@ -25,7 +25,7 @@ fn step(drive: &mut Mtpa<f64>, i_s: C, torque_nm: f64) -> C {
 
 /// Current of the law, peak, and its slip; the frame turns by n_pω + ω_s and keeps its length.
 #[test]
-fn an_inverter_that_gives_what_it_is_told_carries_the_current_of_the_law() {
+fn an_inverter_that_gives_what_is_commanded_carries_the_current_of_the_law() {
     let law = MtpaLaw::<f64>::kwon_printed();
     let n_p = f64::from(data().pole_pairs);
     for (torque, slip_factor) in [(100.0, 1.0), (-100.0, 1.0), (60.0, 0.8)] {
@@ -33,10 +33,13 @@ fn an_inverter_that_gives_what_it_is_told_carries_the_current_of_the_law() {
         let (rms, slip) = law.at(torque);
         for k in 0..20_000 {
             let expected = unit((n_p * 40.0 + slip_factor * slip) * T * f64::from(k)) * (2f64.sqrt() * rms);
-            // Told and given at once: the integral has nothing to do.
+            // Commanded and given at once: the integral has nothing to do.
             let given = drive.direction * (2f64.sqrt() * rms);
-            let told = step(&mut drive, given, torque);
-            assert!((told - expected).norm() < 1e-6 * expected.norm() * (1.0 + f64::from(k) * 0.01), "{k}: {told} {expected}");
+            let commanded = step(&mut drive, given, torque);
+            assert!(
+                (commanded - expected).norm() < 1e-6 * expected.norm() * (1.0 + f64::from(k) * 0.01),
+                "{k}: {commanded} {expected}"
+            );
         }
     }
 }
@@ -51,9 +54,9 @@ fn the_integral_makes_up_for_what_the_inverter_loses_up_to_its_limit() {
     for k in 1..=2000 {
         let i = drive.direction * given;
         let before = drive.integral;
-        let told = step(&mut drive, i, 60.0);
+        let commanded = step(&mut drive, i, 60.0);
         assert!((drive.integral - before - C::new((wanted - given) * T / 0.01, 0.0)).norm() < 1e-9, "{k}");
-        given = 0.9 * told.norm();
+        given = 0.9 * commanded.norm();
     }
     assert!((given - wanted).abs() < 1e-3 * wanted, "{given} {wanted}");
     for _ in 0..2000 {

@@ -156,7 +156,7 @@ fn a_load_step_shows_at_the_double_pole_of_the_speed_loop() {
 }
 
 /// Around a controller that gives the torque it is asked for: from the speed that there is, along the shaped reference, within the torque
-/// that it was told of; what else is asked for goes through.
+/// that it was given; what else is asked for goes through.
 #[test]
 fn a_speed_loop_asks_its_inner_controller_for_the_torque() {
     use im_model::simulation::{Command, Measured, Reference};

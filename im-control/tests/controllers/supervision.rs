@@ -11,7 +11,7 @@ const T: f64 = 1e-4;
 const N_P: f64 = 2.0;
 const ANSWER: C = C::new(80.0, -60.0);
 
-/// Keeps what it is shown, and answers what it is told to.
+/// Keeps what it is shown, and gives the answer that was set.
 #[derive(Clone)]
 struct Looks {
     answer: Command<f64>,
@@ -248,7 +248,7 @@ fn what_leaves_is_within_link_and_limits_in_its_direction() {
     assert!(near(current(direction * 99.0), direction * 15.0) && near(current(direction * 14.9), direction * 14.9));
 }
 
-/// The inverter is told u + what it will take; the controller is shown what it asked for.
+/// The inverter gets u + what it will take; the controller is shown what it asked for.
 #[test]
 fn compensation_is_between_drive_and_inverter_alone() {
     let law = DeadTimeCompensation {

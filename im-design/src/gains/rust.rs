@@ -105,7 +105,7 @@ impl Source {
     fn scheduled(&mut self, gain: &Matrix<f64>, slope: &Matrix<f64>) {
         let (gain, slope) = (Self::rows(gain), Self::rows(slope));
         self.item(
-            "The gain, affine in speed, with a speed law that is not part of the proof.",
+            "The gain, affine in speed. The speed law is not part of the proof: `proportional` and `integral` of `KubotaGains::speed_law`, and `fade_a`, 0 or about a tenth of the locked-rotor current.",
             &format!(
                 "pub const fn gains(proportional: f64, integral: f64, fade_a: f64) -> im_observers::KubotaGains {{\n    \
                  im_observers::KubotaGains {{\n        gain: {gain},\n        gain_per_speed: {slope},\n        \

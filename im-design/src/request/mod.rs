@@ -354,7 +354,7 @@ mod tests {
             assert!(changed != region, "{from}");
             design(kind, plant(), &changed).unwrap_err().to_string()
         };
-        for (told, parts) in [
+        for (message, parts) in [
             (design(Kind::Jadot, plant(), jadot).unwrap_err().to_string(), ["unstable vertex", "a speed bandwidth up to"]),
             (with(Kind::Mtpa, "50.0", "5e6"), ["N m from this circuit", "torques up to"]),
             (with(Kind::Mtpa, "0.01 ", "1e-7 "), ["tolerance", "0.001"]),
@@ -367,12 +367,13 @@ mod tests {
             (with(Kind::Utkin, "= 0.05", "= -0.05"), ["flux_error_max_vs = -0.05", "not negative"]),
             (with(Kind::Kenne, "current_max_a = 15.0", "current_max_a = -15.0"), ["current_max_a = -15", "not negative"]),
         ] {
-            assert!(parts.iter().all(|part| told.contains(part)), "{told}");
+            assert!(parts.iter().all(|part| message.contains(part)), "{message}");
         }
-        let told =
+        let message =
             design_sampled(Kind::Kubota, plant(), Kind::Kubota.example_region(), Period::At(6e-5)).unwrap_err().to_string();
-        let largest = told.split("up to ").nth(1).and_then(|t| t.split(' ').next()).and_then(|t| t.parse::<f64>().ok()).unwrap();
+        let largest =
+            message.split("up to ").nth(1).and_then(|t| t.split(' ').next()).and_then(|t| t.parse::<f64>().ok()).unwrap();
         let made = |us: f64| design_sampled(Kind::Kubota, plant(), Kind::Kubota.example_region(), Period::At(1e-6 * us));
-        assert!(made(largest - 0.01).is_ok() && made(1.02 * largest).is_err(), "{told}");
+        assert!(made(largest - 0.01).is_ok() && made(1.02 * largest).is_err(), "{message}");
     }
 }

@@ -61,7 +61,7 @@ impl Diagnosis {
                 "means": c.meaning(),
             })).collect::<Vec<_>>(),
             "loads": self.loads.to_json(),
-            "torque_speed": steady_curve::to_json(&[("before", &self.case.motor), ("after", &self.refined)]),
+            "torque_speed": steady_curve::to_json(&[("before", &self.rated[0]), ("after", &self.rated[1])]),
             "noise": self.noise,
             "remarks": self.remarks(),
         })

@@ -16,7 +16,8 @@ use crate::learn::{Curve, continued};
 use crate::loads::Loads;
 use crate::residual_tests::{Dependence, dependences};
 use crate::search::{Course, Learning, Model, Options, Refinement};
-use crate::uncertainty::{Estimates, MachineQuantity, ratio_held};
+use crate::steady_curve::RatedSupply;
+use crate::uncertainty::{Estimates, MachineQuantity, is_open, ratio_held};
 pub use ranking::Candidate;
 use ranking::ranking;
 pub use steps::Step;
@@ -35,6 +36,13 @@ pub struct ParameterChange {
     pub after: f64,
     /// Standard deviation; `None` where only the inverse-Γ circuit is determined ([`ratio_held`]).
     pub std: Option<f64>,
+}
+
+impl ParameterChange {
+    /// Whether the recordings leave it open.
+    pub fn is_open(&self) -> bool {
+        self.std.is_some_and(|std| is_open(self.after, std))
+    }
 }
 
 /// The whole answer.
@@ -58,10 +66,12 @@ pub struct Diagnosis {
     pub refined: MotorFile,
     /// What the last model's residual still depends on.
     pub leftover: Vec<Dependence>,
-    /// Loads that no column holds, as the last model finds them, and the effects that cannot be told without.
+    /// Loads that no column holds, as the last model finds them, and the effects that are not determined without them.
     pub loads: Loads,
     /// More than noise that is left beside effects that were found: less than a tenth, or the verdict is `unexplained`.
     pub remainder: Option<Remainder>,
+    /// What the motor does on its rated supply, as given and as refined.
+    pub rated: [RatedSupply; 2],
     /// Curves among the effects that no formula of the library gives.
     pub learned: Vec<Curve>,
     /// Noise per channel, in its unit.
@@ -123,6 +133,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     let free = loop_.free(machine, effects, &judged);
     let estimates = Estimates::new(&before, machine, starts, &judged, &free);
     let parameters = changes(&before, &refined, &free, &estimates);
+    let rated = [&before, &refined].map(RatedSupply::of);
     let case = loop_.case().clone();
     let noise = case.train.iter().flat_map(|e| &e.channels).map(|c| (c.name.clone(), c.sigma)).collect();
     let with_rivals = last.effects.iter().zip(course.alternatives());
@@ -140,6 +151,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         leftover,
         loads,
         remainder,
+        rated,
         learned,
         noise,
         case,

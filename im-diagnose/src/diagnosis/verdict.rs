@@ -76,7 +76,7 @@ fn determined(fit: &Fit) -> bool {
     electrical.into_iter().filter_map(of).all(|k| std[k] <= KNOWN * values[k])
 }
 
-/// Least gain, in noise floors, of a candidate that hints at an effect too small to be confirmed.
+/// Least gain, in χ²/N of the noise, of a candidate that hints at an effect too small to be confirmed.
 const HINT: f64 = 0.003;
 
 /// What the last model leaves.

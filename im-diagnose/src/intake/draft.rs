@@ -82,7 +82,10 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
     let mut text = String::new();
     // A name with a line end in it would end the comment.
     let shown = file.replace(char::is_control, "?");
-    let _ = writeln!(text, "# What the columns of {shown} mean: a draft by im. Check every line.\n");
+    let _ = writeln!(
+        text,
+        "# What the columns of {shown} mean: a draft by im. Check every line.\n# As recording.toml it holds for every file of the folder.\n"
+    );
     let _ = writeln!(text, "file = {}\nstart = \"auto\"      # \"at_rest\", \"in_motion\"\n", quoted(file));
     text_section(&mut text, format, has_names);
     let dt = time_section(&mut text, &mut d, &mut seen);
@@ -144,7 +147,7 @@ fn time_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) -> Opti
     let chosen =
         (0..seen.len()).find(|&k| named(&seen[k]) && rises(&seen[k])).or_else(|| (0..seen.len()).find(|&k| rises(&seen[k])));
     let Some(k) = chosen else {
-        d.missing.push("[time]: no column advances from row to row; give sample_time_s".to_owned());
+        d.missing.push("[time]: no column advances from row to row; give sample_time_s (a table of steady states goes to im fit or im diagnose as --table)".to_owned());
         let _ = writeln!(text, "[time]\nsample_time_s = FILL_IN        # no column advances from row to row\n");
         return None;
     };

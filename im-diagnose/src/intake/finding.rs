@@ -140,6 +140,19 @@ impl Finding {
     }
 }
 
+/// What was noticed, each once: the recordings of which the same is said stand together.
+pub fn joined(findings: &[Finding]) -> Vec<Finding> {
+    let mut all: Vec<Finding> = Vec::new();
+    for f in findings {
+        let same = |x: &&mut Finding| (x.severity, &x.sentence, &x.advice) == (f.severity, &f.sentence, &f.advice);
+        match all.iter_mut().find(same) {
+            Some(first) => first.recording = format!("{}, {}", first.recording, f.recording),
+            None => all.push(f.clone()),
+        }
+    }
+    all
+}
+
 /// The rows where `marked` holds, as ranges.
 pub fn ranges(marked: &[bool]) -> Vec<Range<usize>> {
     let mut found: Vec<Range<usize>> = Vec::new();

@@ -50,7 +50,7 @@ struct Files(Vec<String>);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct TextToml {
+pub(super) struct TextToml {
     separator: Option<Separator>,
     decimal: Option<Decimal>,
     header: Option<bool>,

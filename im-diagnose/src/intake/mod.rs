@@ -31,7 +31,7 @@ use im_model::{CanonicalColumns, FileError, MotorFile, Problem, Rows, TextFormat
 pub use columns::Columns;
 pub use draft::Draft;
 pub use error::IntakeError;
-pub use finding::{Finding, FindingKind, Severity};
+pub use finding::{Finding, FindingKind, Severity, joined};
 pub use load_plan::LoadPlan;
 use mapping::{Begin, CurrentForm, Instant, Load, Mapping, Signal, Speed, Time, Voltage, VoltageForm};
 use raw::RawTable;

@@ -6,7 +6,7 @@ use im_model::{
 };
 
 use super::load_plan::LoadPlan;
-use super::mapping::{Calibration, Column, CurrentForm, Instant, Line, Load, Mapping, Offset, Signal, Speed, VoltageForm};
+use super::mapping::{Calibration, CurrentForm, Instant, Line, Load, Mapping, Offset, Signal, Speed, VoltageForm};
 use super::raw::{RawTable, place};
 use super::unit::{Quantity, in_name};
 
@@ -379,13 +379,5 @@ impl Grid {
         }
         out[self.rows - 1] = f(x[x.len() - 1]);
         out
-    }
-}
-
-/// The name of a column in a mapping.
-pub fn column_text(column: &Column) -> String {
-    match column {
-        Column::Name(n) => n.clone(),
-        Column::Number(n) => n.to_string(),
     }
 }

@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn scopes_spreadsheets_and_bare_numbers_are_told_apart() {
+    fn scopes_spreadsheets_and_bare_numbers_are_distinguished() {
         let scope = of("Time,Channel A,Channel B\n(ms),(V),(mA)\n\n0.0,1.5,2\n0.1,1.6,3\n0.2,1.6,3\n");
         let f = scope.format;
         assert_eq!(

@@ -2,7 +2,7 @@
 //!
 //! `V_LL_V,I_A,P_3ph_W,Q_3ph_var,n_rpm,T_Nm`: line-to-line voltage and line current, rms; active and reactive power of the three phases;
 //! speed; torque at the shaft. `Q_3ph_var`, `n_rpm` and `T_Nm` may be missing, or empty where a row was not measured so far. A mapping
-//! names foreign columns:
+//! (`no_load.table.toml` beside `no_load.csv`, or `table.toml` for every table of a folder) names foreign columns:
 //!
 //! ```toml
 //! [table]
@@ -14,16 +14,17 @@
 //! speed = "n_rpm"
 //! ```
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use im_model::toml_text::{Positive, TomlText};
 use im_model::{FileError, Problem, TextFormat, read_text};
 use serde::{Deserialize, Serialize};
 
 use super::mapping::{Column, Offset, Signal};
-use super::mapping_file::{ColumnToml, plain_signal};
+use super::mapping_file::{ColumnToml, TextToml, plain_signal};
 use super::raw;
-use super::unit;
+use super::sniff::sniff;
+use super::unit::{self, Quantity};
 
 /// What a table was taken for.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
@@ -81,6 +82,7 @@ const REACTIVE: usize = 4;
 #[serde(deny_unknown_fields)]
 struct MappingToml {
     table: TableToml,
+    text: Option<TextToml>,
 }
 
 #[derive(Deserialize)]
@@ -102,27 +104,40 @@ struct TableMapping {
     label: String,
     kind: Option<TableKind>,
     class_percent: f64,
+    /// How the text is written, where somebody says.
+    format: Option<TextFormat>,
     signals: [Option<(Signal, f64)>; 7],
 }
 
 impl SteadyTable {
-    /// Reads a table; `mapping` is its `[table]` file where the columns are foreign.
+    /// Reads a table; `mapping` is its `[table]` file where the columns are foreign and none stands beside it.
     ///
     /// # Errors
     /// The file cannot be read, lacks a column, holds something that is not a number, or a point that no machine takes: a voltage or a
     /// current that is not positive, a power beyond √3 U I by more than a tenth.
     pub fn read(path: &Path, mapping: Option<&Path>) -> Result<Self, FileError> {
         let label = path.display().to_string();
-        let mut rows = raw::open(path, &label, TextFormat::default())?;
+        // The decimal comma is seen; which lines count nobody guesses.
+        let seen = sniff(path, &label)?.format;
+        let seen = TextFormat { separator: seen.separator, decimal_comma: seen.decimal_comma, ..TextFormat::default() };
+        let mut rows = raw::open(path, &label, seen)?;
+        let own = TableMapping::canonical(rows.names(), &label);
+        let given = mapping.map(Path::to_path_buf).or_else(|| TableMapping::beside(path, own.is_complete()));
+        let foreign = given.is_none() && own.signals.iter().all(Option::is_none);
+        let mapping = given.map_or(Ok(own), |m| TableMapping::read(&m))?;
+        if let Some(format) = mapping.format {
+            rows = raw::open(path, &label, format)?;
+        }
         let names = rows.names().to_vec();
-        let mapping = match mapping {
-            Some(m) => TableMapping::read(m)?,
-            None => TableMapping::canonical(&names, &label),
-        };
         let mut places = [None; 7];
         for (k, place) in places.iter_mut().enumerate() {
             if let Some((signal, _)) = &mapping.signals[k] {
-                let at = raw::find(&names, signal, &mapping.label)?;
+                let at = match raw::find(&names, signal, &mapping.label) {
+                    Ok(at) => at,
+                    // One mapping for several tests, of which not each has a speed; a name that is nearly right is a slip of the pen.
+                    Err(e) if k >= REACTIVE && matches!(*e.problem, Problem::MissingColumn { nearest: None, .. }) => continue,
+                    Err(e) => return Err(e),
+                };
                 if k < REACTIVE {
                     rows.require(at)
                 } else {
@@ -133,7 +148,8 @@ impl SteadyTable {
         }
         for (k, any) in [(0, places[0].or(places[1])), (2, places[2]), (3, places[3])] {
             if any.is_none() {
-                return Err(rows.missing(CANONICAL[k], |n| !CANONICAL.contains(&n)));
+                let e = rows.missing(CANONICAL[k], |n| !CANONICAL.contains(&n));
+                return Err(if foreign { e.renamed(&label, &proposal(path, &names)) } else { e });
             }
         }
         let mut points = Vec::new();
@@ -196,21 +212,52 @@ fn kind_of(rows: &[SteadyRow]) -> TableKind {
     }
 }
 
+/// A first mapping for the columns of a table, by their units.
+fn proposal(path: &Path, names: &[String]) -> String {
+    let of = |q: Quantity| names.iter().find(|n| unit::in_name(n).is_some_and(|u| u.quantity == q));
+    let power = |units: &[&str]| names.iter().find(|n| power_unit(n).is_some_and(|u| units.contains(&u)));
+    let lines = [
+        ("voltage", of(Quantity::Voltage), "   # line to line, rms; phase_voltage where it is the phase's"),
+        ("current", of(Quantity::Current), "   # of the line, rms"),
+        ("power", power(&["W", "kW"]), "   # of the three phases"),
+        ("reactive_power", power(&["var", "kvar", "VAr", "kVAr", "Var"]), ""),
+        ("speed", of(Quantity::Speed), ""),
+        ("torque", of(Quantity::Torque), ""),
+    ];
+    let essential = ["voltage", "current", "power"];
+    let said = lines.iter().filter(|(key, name, _)| name.is_some() || essential.contains(key));
+    let said: String = said.map(|(key, name, note)| format!("\n  {key} = \"{}\"{note}", name.map_or("…", |n| n))).collect();
+    let file = path.with_extension("table.toml").file_name().map_or_else(String::new, |f| f.to_string_lossy().into_owned());
+    format!(". {file} beside it, or table.toml for every table of the folder, says what the columns are:\n  [table]{said}")
+}
+
 impl TableMapping {
+    /// The mapping that stands beside a table; a complete one in canonical columns needs none.
+    fn beside(path: &Path, canonical: bool) -> Option<PathBuf> {
+        let general = (!canonical).then(|| path.with_file_name("table.toml"));
+        [path.with_extension("table.toml")].into_iter().chain(general).find(|p| p.is_file())
+    }
+
+    /// Whether voltage, current and power are there.
+    fn is_complete(&self) -> bool {
+        let [line, phase, current, power, ..] = &self.signals;
+        (line.is_some() || phase.is_some()) && current.is_some() && power.is_some()
+    }
+
     fn canonical(names: &[String], label: &str) -> Self {
         let rpm = |k: usize| if k == 5 { std::f64::consts::PI / 30.0 } else { 1.0 };
         let signals = std::array::from_fn(|k| {
             let name = CANONICAL[k];
             names.iter().any(|n| n == name).then(|| (Signal::plain(name), rpm(k)))
         });
-        Self { label: label.to_owned(), kind: None, class_percent: USUAL_CLASS_PERCENT, signals }
+        Self { label: label.to_owned(), kind: None, class_percent: USUAL_CLASS_PERCENT, format: None, signals }
     }
 
     fn read(path: &Path) -> Result<Self, FileError> {
         let label = path.display().to_string();
         let text = read_text(path)?;
         let toml = TomlText::new(&text, &label, &[("table", "[table] with voltage, current and power")]);
-        let t = toml.read::<MappingToml>()?.table;
+        let MappingToml { table: t, text } = toml.read::<MappingToml>()?;
         let columns = [
             ("voltage", t.voltage),
             ("phase_voltage", t.phase_voltage),
@@ -224,7 +271,8 @@ impl TableMapping {
         for (signal, (key, given)) in signals.iter_mut().zip(columns) {
             *signal = given.map(|c| column(&toml, key, c)).transpose()?;
         }
-        Ok(Self { label, kind: t.kind, class_percent: t.class.map_or(USUAL_CLASS_PERCENT, |c| c.0), signals })
+        let class_percent = t.class.map_or(USUAL_CLASS_PERCENT, |c| c.0);
+        Ok(Self { label, kind: t.kind, class_percent, format: text.map(TextFormat::from), signals })
     }
 }
 
@@ -237,20 +285,18 @@ fn column(toml: &TomlText<'_>, key: &str, given: ColumnToml) -> Result<(Signal, 
         let expected = "column, unit, gain and an offset that is a number: a table has no time and one sensor of each quantity";
         return Err(toml.unexpected(at, Some("given with calibrate, alternate or an offset over time"), expected));
     }
-    let power = |text: &str| match text {
-        "W" | "var" | "VAr" | "Var" => Some(1.0),
-        "kW" | "kvar" | "kVAr" => Some(1e3),
-        _ => None,
-    };
     let name = if let Column::Name(n) = &signal.column { n.clone() } else { String::new() };
     let by_name = || match key {
-        "power" | "reactive_power" => {
-            let tail = name.rsplit(['_', ' ', '(', '[']).next().unwrap_or("");
-            power(tail.trim_end_matches([')', ']'])).unwrap_or(1.0)
-        }
+        "power" | "reactive_power" => power_unit(&name).map_or(1.0, |u| if u.starts_with('k') { 1e3 } else { 1.0 }),
         "speed" => unit::in_name(&name).map_or(std::f64::consts::PI / 30.0, |u| u.si),
         _ => unit::in_name(&name).map_or(1.0, |u| u.si),
     };
     let unit = signal.unit.unwrap_or_else(by_name);
     Ok((signal, unit))
+}
+
+/// The unit of power at the end of a name: `P (kW)`, `Q_var`.
+fn power_unit(name: &str) -> Option<&str> {
+    let tail = name.rsplit(['_', ' ', '(', '[']).next()?.trim_end_matches([')', ']']);
+    ["W", "kW", "var", "VAr", "Var", "kvar", "kVAr"].contains(&tail).then_some(tail)
 }

@@ -79,7 +79,7 @@ pub(super) fn crossings(s: &Signals) -> Option<Crossings> {
     let noise = s.current_noise_a;
     let ratio = near / far;
     let conclusion = if near.max(far) < 1.15 * noise {
-        format!("around the zero crossings of the phase currents the error is at the noise floor ({} A)", say(noise))
+        format!("around the zero crossings of the phase currents the error is that of the noise ({} A)", say(noise))
     } else if ratio > 1.25 {
         format!(
             "the error of a phase current is {} times larger within 15° of its zero crossing ({} A) than away from it ({} A)",

@@ -19,7 +19,7 @@ pub struct Plane {
     pub noise: f64,
     /// One sentence.
     pub conclusion: String,
-    /// How telling: zero at the noise floor.
+    /// How telling: zero where there is only noise.
     pub strength: f64,
 }
 
@@ -70,7 +70,7 @@ pub(super) fn plane(s: &Signals, q: Quantity) -> Option<Plane> {
     let (name, unit) = (q.name(), q.unit());
     let flat = worst < 1.3 * least || worst < floor;
     let conclusion = if worst < floor {
-        format!("the {name} error is at the noise floor ({} {unit}) at every speed and torque", say(noise))
+        format!("the {name} error is that of the noise ({} {unit}) at every speed and torque", say(noise))
     } else if flat {
         format!("the {name} error is much the same at every speed and torque ({} to {} {unit})", say(least), say(worst))
     } else {

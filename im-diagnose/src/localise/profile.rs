@@ -84,7 +84,7 @@ pub struct Profile {
     pub noise: f64,
     /// One sentence.
     pub conclusion: String,
-    /// How telling: zero at the noise floor, or where there is no trend.
+    /// How telling: zero where there is only noise, or where there is no trend.
     pub strength: f64,
 }
 
@@ -167,7 +167,7 @@ fn profile(s: &Signals, q: Quantity, over: ProfileOver) -> Option<Profile> {
     let trend = trend(&bins, noise);
     let everywhere = |at: f64, grows: bool| held(&rows, at, grows, over.other());
     let (mut strength, conclusion) = match trend {
-        Trend::Floor => (0.0, format!("the {name} error is at the noise floor ({} {unit}) at every {on}", say(noise))),
+        Trend::Floor => (0.0, format!("the {name} error is that of the noise ({} {unit}) at every {on}", say(noise))),
         Trend::Flat => (0.0, format!("the {name} error does not depend on {on} ({} to {} {unit})", say(least), say(most))),
         Trend::Grows(at) => (
             1.0,

@@ -57,7 +57,7 @@ fn an_error_of_flux_is_said_to_grow_above_the_knee_at_every_speed() {
     assert_eq!(l.findings()[0], p.conclusion);
     // The speed is right, and is said to be.
     let speed = l.profiles.iter().find(|p| p.quantity == Quantity::Speed).unwrap();
-    assert!(speed.conclusion.contains("noise floor"), "{}", speed.conclusion);
+    assert!(speed.conclusion.contains("that of the noise"), "{}", speed.conclusion);
     // An error that lasts as long as the flux is high.
     assert!(l.memory[0].conclusion.contains("lasts"), "{}", l.memory[0].conclusion);
     assert!(l.memory[1].conclusion.contains("as sensor noise does"), "{}", l.memory[1].conclusion);
@@ -87,7 +87,7 @@ fn noise_alone_gives_no_findings() {
 }
 
 #[test]
-fn an_unnamed_line_is_told_with_its_orders() {
+fn an_unnamed_line_is_reported_with_its_orders() {
     let l = localise(&signals(|t, r| r.flux / r.flux.norm() * (0.5 * (std::f64::consts::TAU * 137.0 * t).sin())));
     let s = l.spectra.iter().find(|s| s.quantity == Quantity::Current).unwrap();
     assert!(s.conclusion.contains("× supply") && s.conclusion.contains("at 137 Hz"), "{}", s.conclusion);

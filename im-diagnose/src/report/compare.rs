@@ -17,13 +17,14 @@ use super::{DataFile, Meta};
 use crate::case::Case;
 use crate::consistency;
 use crate::format::{number, sentence};
+use crate::intake::joined;
 use crate::intake::{Finding, FindingKind, Intake, findings};
 use crate::loads::Loads;
 use crate::localise::{Signals, localise};
 use crate::residuals::nudged;
 use crate::residuals::{Errors, errors};
 use crate::sources::{Refused, followed, meaningful};
-use crate::steady_curve;
+use crate::steady_curve::{self, RatedSupply};
 
 /// A model beside recordings: what it predicts, how far off it is, and where.
 pub struct Comparison {
@@ -121,7 +122,7 @@ impl Comparison {
         });
         json!({
             "schema": 1, "findings": self.findings(), "loads": self.loads(), "errors": each.collect::<Vec<_>>(), "total": self.total.to_json(),
-            "torque_speed": steady_curve::to_json(&[("model", &self.motor)]), "localisation": self.localisation().to_json("model"),
+            "torque_speed": steady_curve::to_json(&[("model", &RatedSupply::of(&self.motor))]), "localisation": self.localisation().to_json("model"),
         })
     }
 
@@ -216,7 +217,7 @@ pub fn compare_terminal(c: &Comparison, meta: &Meta, width: usize) -> String {
     out.table(&rows, &[false, false, true, true, true]);
     place_text(&mut out, &c.shown);
     loads_text(&mut out, &c.loads, &c.motor);
-    for q in meta.quality.iter().flatten() {
+    for q in joined(meta.quality.as_deref().unwrap_or_default()) {
         out.paragraph("  ! ", &q.line());
     }
     out.finish()

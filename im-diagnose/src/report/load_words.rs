@@ -21,11 +21,11 @@ impl Loads {
                 quantity(p.viscous_friction_nm_s_per_rad, "Nm s/rad", 3)
             )
         });
-        let untold = (!self.cannot_be_told.is_empty()).then(|| {
-            let names: Vec<String> = self.cannot_be_told.iter().map(|e| short_effect_name(*e)).collect();
-            format!("Cannot be told without the load: {}, J and D.", join(&names))
+        let undetermined = (!self.not_determined.is_empty()).then(|| {
+            let names: Vec<String> = self.not_determined.iter().map(|e| short_effect_name(*e)).collect();
+            format!("Not determined without the load: {}, J and D.", join(&names))
         });
-        let all: Vec<String> = how.into_iter().chain(untold).collect();
+        let all: Vec<String> = how.into_iter().chain(undetermined).collect();
         (!all.is_empty()).then(|| all.join(" "))
     }
 }

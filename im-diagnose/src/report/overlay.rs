@@ -52,20 +52,20 @@ fn channel(view: &View, c: usize, from: usize, to: usize) -> (Vec<f64>, Vec<Vec<
 }
 
 /// What drives the machine, under the signals: a picture with its unit, and its lines with their classes.
-struct Drive {
+struct Applied {
     label: &'static str,
     unit: &'static str,
     lines: Vec<(&'static str, &'static str, Vec<f64>)>,
 }
 
-fn drives(view: &View) -> Vec<Drive> {
+fn applied(view: &View) -> Vec<Applied> {
     let e = &view.experiment;
     let part = |of: fn(&Complex<f64>) -> f64| e.u_s.iter().map(of).collect::<Vec<f64>>();
     let voltage = vec![("α", "measured thin", part(|u| u.re)), ("β", "third thin", part(|u| u.im))];
-    let mut out = vec![Drive { label: "applied voltage", unit: "V", lines: voltage }];
+    let mut out = vec![Applied { label: "applied voltage", unit: "V", lines: voltage }];
     if e.tau_load.iter().any(|t| *t != 0.0) {
         let load = vec![("load", "measured thin", e.tau_load.clone())];
-        out.push(Drive { label: "load torque", unit: "Nm", lines: load });
+        out.push(Applied { label: "load torque", unit: "Nm", lines: load });
     }
     out
 }
@@ -88,7 +88,7 @@ fn full(view: &View, from: usize, to: usize) -> Value {
 }
 
 fn drives_as(view: &View, pack: impl Fn(&[f64]) -> Value) -> Value {
-    drives(view).iter().map(|d| d.lines.iter().map(|l| pack(&l.2)).collect::<Value>()).collect()
+    applied(view).iter().map(|d| d.lines.iter().map(|l| pack(&l.2)).collect::<Value>()).collect()
 }
 
 /// Smallest and largest of every `stride` samples, in their order.
@@ -247,7 +247,7 @@ pub(crate) fn data(views: &[View], models: &Models, worst: &Window) -> String {
                     json!({"name": name, "unit": unit, "noise": c.sigma})
                 })
                 .collect();
-            let drives: Value = drives(v)
+            let drives: Value = applied(v)
                 .iter()
                 .map(|d| {
                     let lines: Value = d.lines.iter().map(|l| json!({"name": l.0, "class": l.1})).collect();

@@ -8,6 +8,7 @@ use super::text_plot::{columns, log_bar, spark, wrapped};
 use super::words::{in_sigma, quantity_name, short_effect_name};
 use crate::diagnosis::{Diagnosis, Verdict};
 use crate::format::{interval, number, percent_change, quantity, sentence};
+use crate::intake::joined;
 use crate::loads::Loads;
 use crate::localise::{ProfileOver, Quantity};
 use crate::uncertainty::{HALF_95, MachineQuantity};
@@ -52,7 +53,7 @@ pub fn terminal(s: &Story, width: usize) -> String {
     }
     if let Some(q) = s.meta.quality.as_ref().filter(|q| !q.is_empty()) {
         out.heading("Data");
-        for t in q {
+        for t in joined(q) {
             out.paragraph("  ", &t.line());
         }
     }
@@ -98,7 +99,7 @@ impl Text {
     }
 
     pub fn table(&mut self, rows: &[Vec<String>], right: &[bool]) {
-        for l in columns(rows, right, 34) {
+        for l in columns(rows, right, self.width - 2) {
             self.line(&format!("  {}", l.replace('\u{a0}', " ")));
         }
     }

@@ -30,17 +30,23 @@ pub(crate) fn wrapped(text: &str, width: usize, indent: usize) -> String {
     textwrap::fill(&words.join(" "), textwrap::Options::new(width).subsequent_indent(&rest).break_words(false))
 }
 
-/// A table in columns; `right` marks columns of numbers. Cells longer than `most` are cut, but for those of the last column.
+/// A table in columns; `right` marks columns of numbers. Where it is wider than `most` the first column is cut; a last column of words may be longer.
 pub(crate) fn columns(rows: &[Vec<String>], right: &[bool], most: usize) -> Vec<String> {
-    let cut = |s: &str| {
-        if s.chars().count() > most { s.chars().take(most - 1).chain(['…']).collect() } else { s.to_owned() }
-    };
-    let last = right.len().saturating_sub(1);
-    let rows: Vec<Vec<String>> =
-        rows.iter().map(|r| r.iter().enumerate().map(|(k, c)| if k == last { c.clone() } else { cut(c) }).collect()).collect();
-    let widths: Vec<usize> =
+    const LEAST: usize = 16;
+    let mut widths: Vec<usize> =
         (0..right.len()).map(|k| rows.iter().filter_map(|r| r.get(k)).map(|c| c.chars().count()).max().unwrap_or(0)).collect();
+    let counted = if right.last() == Some(&true) { widths.len() } else { widths.len().saturating_sub(1) };
+    let excess = (widths[..counted].iter().sum::<usize>() + 2 * counted).saturating_sub(most + 2);
+    widths[0] = widths[0].min(widths[0].saturating_sub(excess).max(LEAST));
+    let cut = |r: &Vec<String>| {
+        let mut r = r.clone();
+        if r[0].chars().count() > widths[0] {
+            r[0] = r[0].chars().take(widths[0] - 1).chain(['…']).collect();
+        }
+        r
+    };
     rows.iter()
+        .map(cut)
         .map(|r| {
             let cells: Vec<String> = r
                 .iter()
@@ -60,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn text_plots_are_as_wide_as_told() {
+    fn text_plots_are_as_wide_as_asked() {
         assert_eq!(spark(&[0.0, 0.5, 1.0, f64::NAN], 0.0, 1.0), "▁▄█ ");
         assert_eq!(log_bar(100.0, 1.0, 100.0, 10).chars().count(), 10);
         assert_eq!(log_bar(1.0, 1.0, 100.0, 10), "");
@@ -69,5 +75,9 @@ mod tests {
             columns(&[vec!["a".into(), "1".into()], vec!["bb".into(), "10".into()]], &[false, true], 9),
             ["a    1", "bb  10"]
         );
+        // Only where there is no room a name is cut.
+        let row = || [vec!["a name that is long".to_owned(), "10".to_owned()]];
+        assert_eq!(columns(&row(), &[false, true], 23), ["a name that is long  10"]);
+        assert_eq!(columns(&row(), &[false, true], 20), ["a name that is …  10"]);
     }
 }

@@ -1,7 +1,7 @@
 //! The loop: fit, score, refit the leading candidates, add, drop, swap, validate, decide.
 //!
 //! Here: fits of a model with given effects, and the scores of others. `score`: which effects are nominated. `sets`: which sets of effects
-//! are likely. `course`: the way from the base model to the likeliest set, as it is told.
+//! are likely. `course`: the way from the base model to the likeliest set, step by step for the report.
 
 mod course;
 mod lines;

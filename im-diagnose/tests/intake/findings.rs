@@ -79,7 +79,7 @@ fn a_second_sensor_takes_the_place_of_a_clipped_one() {
 }
 
 #[test]
-fn swapped_phases_and_turned_signs_are_told_from_each_other() {
+fn swapped_phases_and_turned_signs_are_distinguished() {
     let swapped = MAPPING.replace("b = \"i2_A\"\nc = \"i3_A\"", "b = \"i3_A\"\nc = \"i2_A\"");
     let text = with_mapping("swap", FindingKind::SwappedPhases, &swapped, |_| {});
     assert!(text.contains("two phases are exchanged"), "{text}");
@@ -237,7 +237,7 @@ fn slow_uneven_and_repeated_sampling_is_noticed() {
 }
 
 #[test]
-fn severities_say_what_must_be_mended() {
+fn severities_say_what_must_be_corrected() {
     let turned = MAPPING.replace("c = \"i3_A\"", "c = \"i3_A\"\ngain = -1");
     let t = taken("severity", &columns(), &turned);
     assert_eq!(t.findings[0].severity, Severity::Serious);

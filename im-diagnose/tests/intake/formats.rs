@@ -77,7 +77,7 @@ fn an_unmapped_file_gets_a_draft_that_reads_it() {
 }
 
 #[test]
-fn an_absent_number_and_a_torn_file_are_told_as_in_a_csv() {
+fn an_absent_number_and_a_torn_file_are_reported_as_in_a_csv() {
     let folder = Folder::new("formats-bad");
     folder.put("run.recording.toml", MAPPING);
     let mut all = columns();

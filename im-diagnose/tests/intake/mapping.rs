@@ -34,7 +34,7 @@ fn errors_of_a_mapping_name_line_key_and_cure() {
 }
 
 #[test]
-fn a_mapping_that_asks_for_what_is_not_there_is_told_so() {
+fn a_mapping_that_asks_for_what_is_not_there_is_refused() {
     let folder = Folder::new("absent");
     let path = folder.put("run.csv", csv(&columns()));
     let e = |mapping: String| {

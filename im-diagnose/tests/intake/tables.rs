@@ -110,3 +110,27 @@ fn the_laboratory_tables_are_read() {
     assert_eq!((free.kind, locked.kind, load.kind), (TableKind::NoLoad, TableKind::Unsaid, TableKind::Load));
     assert_eq!((free.rows.len(), locked.rows.len(), load.rows.len()), (13, 8, 6));
 }
+
+/// As a spreadsheet of a German test bay has it: a decimal comma, and one mapping for tests of which only one has a speed.
+#[test]
+fn one_mapping_serves_every_table_of_a_folder() {
+    let folder = Folder::new("tables-folder");
+    let free = folder.put("Leerlauf.csv", "U (V);I (A);P (kW)\n400,5;2,25;0,2\n300;1,5;0,15\n200;1,1;0,1\n");
+    let load = folder.put("Last.csv", "U (V);I (A);P (kW);n (1/min)\n400;4,5;2,5;1440,5\n400;3,5;1,5;1460\n400;2,5;0,5;1480\n");
+    let e = SteadyTable::read(&free, None).unwrap_err().to_string();
+    for part in ["Leerlauf.csv:1: column V_LL_V is missing", "Leerlauf.table.toml", "voltage = \"U (V)\"", "power = \"P (kW)\""] {
+        assert!(e.contains(part), "{e}");
+    }
+    assert!(!e.contains("speed ="), "{e}");
+    let mapping = "[table]\nvoltage = \"U (V)\"\ncurrent = \"I (A)\"\npower = \"P (kW)\"\nspeed = \"n (1/min)\"\n";
+    folder.put("table.toml", mapping);
+    let (free, load) = (SteadyTable::read(&free, None).unwrap(), SteadyTable::read(&load, None).unwrap());
+    let first = free.rows[0];
+    assert!((first.phase_voltage_rms_v * 3f64.sqrt() - 400.5).abs() < 1e-9 && first.current_rms_a == 2.25, "{first:?}");
+    assert!((first.active_power_w - 200.0).abs() < 1e-9 && first.omega_m_rad_s.is_none(), "{first:?}");
+    assert!((load.rows[0].omega_m_rad_s.unwrap() - 1440.5 * std::f64::consts::PI / 30.0).abs() < 1e-9, "{:?}", load.rows[0]);
+    // The mapping beside one table is that table's, and a name that is nearly right is no missing column.
+    let own = folder.put("Last.table.toml", mapping.replace("n (1/min)", "n (1/mn)"));
+    let e = SteadyTable::read(&folder.put("Last.csv", "U (V);I (A);P (kW);n (1/min)\n400;4,5;2,5;1440\n"), None).unwrap_err();
+    assert!(e.to_string().contains("n (1/min)") && e.file == own.display().to_string(), "{e}");
+}

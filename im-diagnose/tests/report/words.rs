@@ -58,7 +58,7 @@ fn check(d: &Diagnosis, name: &str) -> (String, String) {
 }
 
 #[test]
-fn a_missing_effect_is_told_with_cause_certainty_and_refutation() {
+fn a_missing_effect_is_reported_with_cause_certainty_and_refutation() {
     let d = cases::missing();
     assert_eq!(d.verdict, Verdict::MissingEffects, "{:?}", d.effects);
     let (page, text) = check(&d, "missing");
@@ -148,7 +148,7 @@ fn an_unexplained_case_shows_the_shape_of_what_is_left() {
 }
 
 #[test]
-fn rivals_are_told_as_a_set_with_the_test_between_them() {
+fn rivals_are_reported_as_a_set_with_the_test_between_them() {
     let (page, text) = check(&cases::confounded(), "confounded");
     assert!(page.contains("<h1>Something is missing that these recordings do not let us name alone: either main-flux saturation or iron loss. Adding any one of them brings"));
     assert!(page.contains("Against iron loss: adds current in phase with the voltage"));

@@ -147,7 +147,7 @@ impl Experiment {
         self
     }
 
-    /// Whether the rotor turns as it is told, whatever the torque.
+    /// Whether the rotor turns at a given speed, whatever the torque.
     pub fn speed_is_imposed(&self) -> bool {
         self.imposed_speed.is_some() || matches!(self.load, Load::Unknown(_))
     }

@@ -169,7 +169,7 @@ pub fn effect_parameters(effect: EffectId, machine: &Machine<f64>, rating: &Rati
     infos
         .map(|(k, info)| {
             let unit = rating.unit_of(info.scale, machine.parameters(), machine.pole_pairs());
-            // Shapes that are positive by nature move by factors and stay near usual sizes, where they mean something.
+            // Shapes that are always positive move by factors and stay near usual sizes, where they mean something.
             let positive = info.role == Role::Shape && info.typical.0 > 0.0;
             let present = machine.get(ParameterId::Effect(effect, k));
             let (transform, usual) = if info.role == Role::Order {

@@ -20,7 +20,7 @@ fn run<T: Scalar>(
 ) {
     stop::check();
     let mut bench = Bench::new(machine, start, experiment.sample_time_s);
-    let told = experiment.speed_is_imposed();
+    let imposed = experiment.speed_is_imposed();
     let directions: Vec<Option<(f64, f64)>> = experiment
         .channels
         .iter()
@@ -55,7 +55,7 @@ fn run<T: Scalar>(
             sink(k, c, y);
         }
         let mut input = PlantInput::new(constant(u[k]), T::from_f64(tau[k]));
-        if told {
+        if imposed {
             input.imposed_speed = experiment.imposed(bench.plant(), k);
         }
         if let Some((w, rate)) = &experiment.speed_nudge {

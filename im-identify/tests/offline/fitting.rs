@@ -138,9 +138,9 @@ fn what_diverges_is_named() {
     }
 }
 
-/// Without a step to take, what there is is told: its cost, its deviations, that it has not converged.
+/// Without a step to take, what there is is reported: its cost, its deviations, that it has not converged.
 #[test]
-fn a_fit_without_steps_tells_how_it_stands() {
+fn a_fit_without_steps_says_how_it_stands() {
     let e = [experiment(&recording(true))];
     let found = fit(&guess(), &e, &base_parameters(&guess()), &FitOptions { iterations: 0, ..FitOptions::near() }).unwrap();
     assert!(!found.converged && found.iterations == 0 && found.machine == guess());

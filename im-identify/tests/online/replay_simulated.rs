@@ -1,4 +1,4 @@
-//! A simulated recording replayed: what each scheme says of a machine that it was told of wrongly.
+//! A simulated recording replayed: what each scheme says of a machine whose parameters it was given wrong.
 
 use crate::bench::{Bench, Point};
 use im_identify::online::{IdentifierStatus, ReplayScheme, replay};
@@ -28,7 +28,7 @@ fn recording() -> Recording {
     }
 }
 
-/// What the drive has been told: R_r and R_s wrong, the inductances right.
+/// What the drive was given: R_r and R_s wrong, the inductances right.
 fn motor(rotor: f64, stator: f64) -> MotorFile {
     let m = JADOT_TABLE_I;
     let p = m.parameters();
@@ -40,11 +40,11 @@ fn motor(rotor: f64, stator: f64) -> MotorFile {
             of(BaseParameter::StatorResistance, stator * p.stator_resistance_ohm),
         ])
         .unwrap();
-    MotorFile { name: "told".into(), machine, rating: m.rating, known: Default::default() }
+    MotorFile { name: "given".into(), machine, rating: m.rating, known: Default::default() }
 }
 
 #[test]
-fn every_identifier_finds_what_the_drive_was_told_wrongly() {
+fn every_identifier_finds_what_the_drive_was_given_wrongly() {
     let (r, p) = (recording(), JADOT_TABLE_I.parameters());
     let truth = p.inverse_gamma();
     for (scheme, stator) in [(ReplayScheme::TimeScale, 1.0), (ReplayScheme::TimeVarying, 1.0), (ReplayScheme::Reduced, 1.2)] {

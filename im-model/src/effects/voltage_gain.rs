@@ -17,7 +17,7 @@ effect! {
             ("current_sensor_gain", "scales the currents, and the torque with them; a voltage gain leaves the currents' own ratio to torque"),
             ("main_flux_saturation", "depends on flux; a gain is the same at every flux"),
         ],
-        test: "Known load torque at several speeds: without it a voltage gain cannot be told from scaled impedances.",
+        test: "Known load torque at several speeds: without it a voltage gain is the same as scaled impedances.",
         place: "applied voltage",
         source: "linear sensor model",
     },

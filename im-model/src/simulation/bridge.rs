@@ -1,6 +1,6 @@
 //! A two-level three-phase bridge: three legs, their dead time and the drop of their devices.
 //!
-//! A leg that is told to change opens its closed transistor at once and closes the other after the dead time. In between, and through
+//! A leg that is to change opens its closed transistor at once and closes the other after the dead time. In between, and through
 //! the diodes, the current decides: a current out of the leg pulls it to the negative rail, a current into it lifts it to the
 //! positive. Over a period with one edge each way the leg so loses U_dc·t_d in the direction of its current. The drop of whatever
 //! device conducts is V_f·sign(i) + r·i. A current that reaches zero within the dead time is not held there.

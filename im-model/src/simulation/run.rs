@@ -20,8 +20,8 @@ use crate::space_vector::unit;
 use crate::state::State;
 use crate::steady_state::steady_state;
 
-/// How often progress is told, in samples.
-const TELL_EVERY: usize = 2048;
+/// How often progress is reported, in samples.
+const REPORT_EVERY: usize = 2048;
 /// Steps per turn of the mains, at least: the voltage is held at its mean over each, an error of (2π/n)²/24.
 const STEPS_PER_TURN: f64 = 2000.0;
 
@@ -264,7 +264,7 @@ impl<'a> Simulation<'a> {
                 recording.u_s.push(u_sum / (k % every + 1) as f64);
                 u_sum = Complex::zero();
             }
-            if let Some(tell) = self.progress.as_mut().filter(|_| (k + 1) % TELL_EVERY == 0 || k + 1 == n) {
+            if let Some(tell) = self.progress.as_mut().filter(|_| (k + 1) % REPORT_EVERY == 0 || k + 1 == n) {
                 tell(k + 1, n);
             }
         }

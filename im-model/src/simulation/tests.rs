@@ -180,7 +180,7 @@ fn delta_modulation_makes_the_current() {
     // On average over whole turns the current is there.
     let mean = (2000..r.len()).map(|k| r.i_s[k] / angle(k, 10.0, 1e-4)).sum::<Complex<f64>>() / (r.len() - 2000) as f64;
     assert!((mean - 10.0).norm() < 0.1 * 10.0, "{mean}");
-    // What is recorded as commanded is what the bridge was told: the stator equation closes but for dead time.
+    // What is recorded as commanded is what the bridge was given: the stator equation closes but for dead time.
     assert!(r.u_s.iter().all(|u| u.norm() <= 2.0 / 3.0 * U_DC + 1e-9));
 }
 
@@ -249,15 +249,15 @@ fn a_controller_in_single_precision_closes_the_loop() {
     };
     assert!(matches!(Simulation::new(&m, &s).run(), Err(SimulationError::NoController(name)) if name == "direct current"));
     let mut controller = SinglePrecision(DirectCurrent { wanted: 5.0, integral: 0.0 });
-    let mut told = Vec::new();
-    let mut tell = |done, all| told.push((done, all));
-    let r = Simulation::new(&m, &s).controlled_by(&mut controller).with_progress(&mut tell).run().unwrap().recording;
+    let mut reported = Vec::new();
+    let mut report = |done, all| reported.push((done, all));
+    let r = Simulation::new(&m, &s).controlled_by(&mut controller).with_progress(&mut report).run().unwrap().recording;
     let i = r.i_s.last().unwrap();
     assert!((i.re - 5.0).abs() < 0.1 && i.im.abs() < 0.1, "{i}");
     // In the steady state the integral holds R·i and what the dead time takes.
     let expected = 1.5 * 5.0 + U_DC * 2e-6 / 1e-4 * 4.0 / 3.0;
     assert!((controller.0.integral / expected as f32 - 1.0).abs() < 0.02, "{} {expected}", controller.0.integral);
-    assert_eq!(told, [(2048, 5000), (4096, 5000), (5000, 5000)]);
+    assert_eq!(reported, [(2048, 5000), (4096, 5000), (5000, 5000)]);
 }
 
 #[test]

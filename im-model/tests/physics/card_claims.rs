@@ -1,4 +1,4 @@
-//! Every "told apart by" on a card, checked by a simulation. The table lists the claims; a claim without a check fails the test.
+//! Every distinction on a card, checked by a simulation. The table lists the claims; a claim without a check fails the test.
 
 use core::f64::consts::PI;
 
@@ -63,7 +63,7 @@ const CLAIMS: &[(EffectId, EffectId, Check)] = &[
 
 /// In the table here, or by a test `differs_from_RIVAL` in the effect's own file.
 #[test]
-fn every_rival_on_every_card_is_told_apart() {
+fn every_rival_on_every_card_is_distinguished() {
     let mut elsewhere = 0;
     for &id in EffectId::ALL {
         let file = std::fs::read_to_string(format!("{}/src/effects/{id}.rs", env!("CARGO_MANIFEST_DIR"))).unwrap();

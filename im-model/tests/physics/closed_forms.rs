@@ -271,7 +271,7 @@ fn the_constants_of_both_papers_belong_to_one_machine() {
 
 /// Every named machine says where its numbers come from, and no two say the same.
 #[test]
-fn named_machines_are_told_apart() {
+fn named_machines_are_distinguished() {
     for (k, a) in ALL.iter().enumerate() {
         assert!(!a.source.is_empty() && ALL[..k].iter().all(|b| a.name != b.name && a.source != b.source), "{}", a.name);
     }

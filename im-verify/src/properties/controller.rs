@@ -51,11 +51,6 @@ impl Loop {
         Self { plant: Plant::new(machine), state: State::default(), u_s: C::new(0.0, 0.0), dc_voltage_v, sample_time_s }
     }
 
-    /// Another machine from now on: its resistances, say.
-    pub fn set_machine(&mut self, machine: &Machine<f64>) {
-        self.plant = Plant::new(machine);
-    }
-
     /// What is measured now.
     pub fn measured(&self) -> Measured<f64> {
         Measured {

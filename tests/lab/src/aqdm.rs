@@ -159,7 +159,7 @@ pub struct Settled {
     pub current_rms_a: f64,
     /// Slip, electrical rad/s.
     pub slip_rad_s: f64,
-    /// Mean of the speed that the drive was told less the true one, rad/s.
+    /// Mean of the speed that the drive was given less the true one, rad/s.
     pub speed_error_rad_s: f64,
 }
 
@@ -188,7 +188,7 @@ pub fn run(law: &MtpaLaw<f64>, slip_factor: f64, torque_nm: f64, speed: &mut imp
     Settled {
         torque_nm: torque / span,
         current_rms_a: current.norm() / span / 2f64.sqrt(),
-        // What is commanded, and what the speed that the drive was told is off by.
+        // What is commanded, and what the speed that the drive was given is off by.
         slip_rad_s: law.at(torque_nm).1 * slip_factor + POLE_PAIRS * error,
         speed_error_rad_s: error,
     }

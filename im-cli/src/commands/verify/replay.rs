@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use im_model::read_text;
+use im_verify::page::stated;
 use im_verify::{Subject, Verdict, case_file, claims};
 use serde_json::json;
 
@@ -28,11 +29,12 @@ pub fn run(path: &Path, given: Option<Subject>, as_json: bool) -> Result<(), Fai
     } else {
         writeln!(out, "Claim {}, {} ({}): {}", claim.number, claim.name, claim.place, claim.statement)?;
         let margin = verdict.margin().map_or(String::new(), |m| format!(", margin {m:.3e}"));
-        writeln!(out, "This case: {word}{margin}{}{why}", if why.is_empty() { "" } else { "; " })?;
+        let found = stated(claim.found);
+        writeln!(
+            out,
+            "This case: {word}{margin}{}{why}. The claim is stated as: {found}.",
+            if why.is_empty() { "" } else { "; " }
+        )?;
     }
-    if verdict.is_violated() {
-        Err(Failure::NotAsStated(format!("{} is violated by {}", claim.name, path.display())))
-    } else {
-        Ok(())
-    }
+    if verdict.is_violated() { Err(Failure::Violated(format!("{} by {}", claim.name, path.display()))) } else { Ok(()) }
 }

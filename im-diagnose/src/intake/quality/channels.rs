@@ -87,7 +87,7 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
         let (text, advice) = match s.load {
             LoadPlan::Unknown => (
                 "No load torque is known: the measured speed drives the electrical side. Inertia, friction and whatever else acts on the \
-                 shaft cannot be told",
+                 shaft are not determined",
                 "Say [load] none = true if the machine drove nothing, or give a column, a constant or a fan's torque.",
             ),
             _ => (

@@ -53,8 +53,11 @@
   const ticks = (lo, hi, wanted) => {
     const rough = (hi - lo) / wanted, power = 10 ** Math.floor(Math.log10(rough));
     const step = [10, 5, 2, 1].map((k) => k * power).find((s) => s <= 1.4 * rough);
-    const out = [], decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    for (let k = Math.ceil(lo / step - 1e-6) + 0; k * step <= hi + 1e-6 * step; k++) out.push([k * step, (k ? k * step : 0).toFixed(decimals).replace("-", "−")]);
+    const place = Math.floor(Math.log10(step) + 1e-9), most = Math.max(Math.abs(lo), Math.abs(hi)), powers = most >= 1e5 || (place < -4 && most < 1e-2);
+    // Large and small numbers as powers, with the place in which neighbours differ.
+    const words = (v) => powers ? v.toExponential(Math.max(0, Math.floor(Math.log10(Math.abs(v)) + 1e-9) - place)).replace("e+", "e") : v.toFixed(Math.max(0, -place));
+    const out = [];
+    for (let k = Math.ceil(lo / step - 1e-6) + 0; k * step <= hi + 1e-6 * step; k++) out.push([k * step, k ? words(k * step).replaceAll("-", "−") : "0"]);
     return out;
   };
   const LEFT = 48, RIGHT = 6, TOP = 20, BOTTOM = 32;
@@ -82,7 +85,8 @@
   };
   const extent = (sets, lo, hi) => {
     for (const set of sets) for (const [, a, b] of set) { if (a < lo) lo = a; if (b > hi) hi = b; }
-    if (!(hi > lo)) { lo -= 1; hi += 1; }
+    // Without an extent that numbers can hold, one is made.
+    if (!(hi - lo > 1e-9 * Math.max(Math.abs(lo), Math.abs(hi)))) { const least = Math.max(1, 1e-3 * Math.abs(hi)); lo -= least; hi += least; }
     const room = 0.05 * (hi - lo);
     return [lo - room, hi + room];
   };

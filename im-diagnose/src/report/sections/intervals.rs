@@ -9,8 +9,6 @@ use super::super::words::quantity_name;
 use crate::diagnosis::{Diagnosis, ParameterChange};
 use crate::uncertainty::{HALF_95, MachineQuantity};
 
-/// An interval wider than this part of the value says little: the parameter counts as not determined.
-const WIDE: f64 = 0.6;
 /// Where the axis ends: from nothing to twice the value.
 const ENDS: [f64; 2] = [0.0, 2.0];
 /// Pixels: names, picture, a line.
@@ -52,7 +50,7 @@ fn lines(d: &Diagnosis, shown: &[(&ParameterChange, f64)]) -> Markup {
             }
             @for (k, (p, half)) in shown.iter().enumerate() {
                 @let y = (k as f64 + 0.5) * LINE + 4.0;
-                @let class = if *half > WIDE || !half.is_finite() { "third" } else { "refined" };
+                @let class = if p.is_open() { "third" } else { "refined" };
                 @let half = if half.is_finite() { *half } else { f64::INFINITY };
                 text.small x=(short(NAMES)) y=(short(y + 4.0)) text-anchor="end" { (quantity_name(p.quantity).0) }
                 path class={ "line solid " (class) } d={ "M" (short(across(1.0 - half))) " " (short(y)) "L" (short(across(1.0 + half))) " " (short(y)) } {}

@@ -6,16 +6,15 @@ use maud::{Markup, html};
 use super::super::page::{Row, Section, drawn, figure, legend, numbers, table, text, words};
 use super::super::story::Story;
 use crate::format::{number, percent_change, quantity};
-use crate::steady_curve::{RatedLoad, rated_curve};
+use crate::steady_curve::{RatedLoad, RatedSupply};
 
-/// Speed, torque, current.
-type Curve = [Vec<[f64; 3]>; 2];
+/// As given and as refined.
+type Motors = [RatedSupply; 2];
 
 /// Nothing where a motor has no steady states.
 pub(crate) fn section(s: &Story) -> Option<Section> {
-    let motors = [&s.d.case.motor, &s.d.refined];
-    let curves: Curve = motors.map(rated_curve);
-    if curves.iter().any(|c| c.len() < 2) {
+    let motors = &s.d.rated;
+    if motors.iter().any(|m| m.curve.len() < 2) {
         return None;
     }
     let supply = format!(
@@ -28,32 +27,32 @@ pub(crate) fn section(s: &Story) -> Option<Section> {
         p { "The motor as given and as refined in steady states on its rated supply, " (supply) "; what ripples (asymmetries, dead time, sensors) is left out." }
         (legend(&[("base", text("as given")), ("refined", text("refined"))]))
         div.grid2 {
-            (picture(&curves, 1, "torque", "Nm"))
-            (picture(&curves, 2, "stator current, peak", "A"))
+            (picture(motors, 1, "torque", "Nm"))
+            (picture(motors, 2, "stator current, peak", "A"))
         }
-        (numbers_of(s, &curves))
+        (numbers_of(s))
     };
     Some(Section { id: "meaning", short: "what it means", title: "What it means for the motor", body })
 }
 
-fn picture(curves: &Curve, part: usize, name: &str, unit: &str) -> Markup {
+fn picture(motors: &Motors, part: usize, name: &str, unit: &str) -> Markup {
     let points = |c: &[[f64; 3]]| c.iter().map(|p| [p[0], p[part]]).collect::<Vec<[f64; 2]>>();
-    let all = || curves.iter().flatten();
+    let all = || motors.iter().flat_map(|m| &m.curve);
     let x = Axis::around(all().map(|p| p[0]), "speed, rad/s");
     let y = Axis::around(all().map(|p| p[part]).chain([0.0]), format!("{name}, {unit}"));
     let mut chart = Chart::new(format!("{name} over speed"), x, y);
     chart.level(0.0, "zero");
-    for (curve, class) in curves.iter().zip(["base", "refined"]) {
-        chart.line(&points(curve), class);
+    for (motor, class) in motors.iter().zip(["base", "refined"]) {
+        chart.line(&points(&motor.curve), class);
     }
     figure(drawn(chart), "")
 }
 
-fn numbers_of(s: &Story, curves: &Curve) -> Markup {
-    let loaded = [&s.d.case.motor, &s.d.refined].map(RatedLoad::of);
-    let most = |part: usize| curves.each_ref().map(|c| c.iter().map(|p| p[part]).reduce(f64::max));
-    let first = |part: usize| curves.each_ref().map(|c| c.first().filter(|p| p[0] == 0.0).map(|p| p[part]));
-    let at_load = |of: &dyn Fn(&RatedLoad) -> f64| loaded.each_ref().map(|l| l.as_ref().map(of));
+fn numbers_of(s: &Story) -> Markup {
+    let motors = s.d.rated.each_ref();
+    let most = |part: usize| motors.map(|m| m.curve.iter().map(|p| p[part]).reduce(f64::max));
+    let first = |part: usize| motors.map(|m| m.curve.first().filter(|p| p[0] == 0.0).map(|p| p[part]));
+    let at_load = |of: &dyn Fn(&RatedLoad) -> f64| motors.map(|m| m.loaded.as_ref().map(of));
     let torque = quantity(s.d.refined.rating.torque_nm, "Nm", 3);
     let lines = [
         ("breakdown torque".to_owned(), "Nm", most(1)),

@@ -18,7 +18,7 @@ const SUSPICIOUS: f64 = 1.5;
 /// Why a change is suspicious, if it is.
 pub(crate) fn warning(p: &ParameterChange, s: &Diagnosis) -> Option<String> {
     let (name, _) = quantity_name(p.quantity);
-    if let Some(std) = p.std.filter(|std| *std > 0.3 * p.after.abs() && p.after != 0.0) {
+    if let Some(std) = p.std.filter(|_| p.is_open() && p.after != 0.0) {
         let shown = interval(p.after, HALF_95 * std, p.quantity.unit());
         return Some(format!("{name} is hardly determined by these recordings ({shown})"));
     }
@@ -26,10 +26,12 @@ pub(crate) fn warning(p: &ParameterChange, s: &Diagnosis) -> Option<String> {
     match id {
         ParameterId::Base(_) => {
             let ratio = p.after / p.before;
-            let far = ratio.is_finite() && ratio > 0.0 && ratio.ln().abs() > SUSPICIOUS.ln();
+            // What was given as a guess may be off by as much as it says.
+            let known = s.case.motor.known.get(&id).map_or(1.0, |k| 1.0 + k.tolerance);
+            let far = ratio.is_finite() && ratio > 0.0 && ratio.ln().abs() > known.max(SUSPICIOUS).ln();
             far.then(|| {
                 format!(
-                    "{name} moved by {}: either the value given is wrong, or the parameter stands in for something that is missing",
+                    "{name} moved by {}: either the value given is wrong, or the parameter imitates something that is missing",
                     percent_change(p.before, p.after)
                 )
             })

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::super::page::{Row, Section, drawn, figure, list, numbers, table, text, words};
 use super::super::{DataFile, Meta, text_digest};
-use crate::intake::Finding;
+use crate::intake::{Finding, joined};
 use im_chart::{Axis, Chart};
 use im_model::MotorFile;
 
@@ -14,7 +14,7 @@ pub(crate) fn quality(m: &Meta) -> Option<Section> {
     let body = html! {
         @if found.is_empty() {
             p { "Nothing was found wrong with the recordings: no clipping, no gaps, no dead or swapped channel." }
-        } @else { (list(&found.iter().map(Finding::line).collect::<Vec<_>>())) }
+        } @else { (list(&joined(found).iter().map(Finding::line).collect::<Vec<_>>())) }
     };
     Some(Section { id: "quality", short: "data quality", title: "Data quality", body })
 }

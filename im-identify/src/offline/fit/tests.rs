@@ -76,7 +76,7 @@ fn a_damped_step_solves_the_damped_normal_equations_of_those_that_may_move() {
     // No farther than a factor e, in either direction.
     let far = damped_step(&normal, &(&normal * DVector::from_vec(vec![5.0, -7.0, 0.5])), &free, 0.0).unwrap();
     assert!(far[0] == 1.0 && far[1] == -1.0 && (far[2] - 0.5).abs() < 1e-9, "{far}");
-    // Two that do the same cannot be told apart without damping, and with it move alike; what does nothing stays.
+    // Without damping, two that do the same are not determined, and with it move alike; what does nothing stays.
     let alike = DMatrix::from_element(2, 2, 4.0);
     let half = damped_step(&alike, &DVector::from_vec(vec![1.0, 1.0]), &free[..2], 1e-3).unwrap();
     assert!((half[0] - half[1]).abs() < 1e-12 && (half[0] - 0.125).abs() < 1e-3, "{half}");

@@ -219,7 +219,7 @@ fn comes_back(mut controller: impl Controller<f64> + Reports, bad: &Bad) -> Resu
     Ok(())
 }
 
-/// A current source that does what it is told: the current comes back.
+/// A current source that gives what is commanded: the current comes back.
 fn current_comes_back(mut controller: impl Controller<f64> + Reports + Copy, bad: &Bad) -> Result<(), TestCaseError> {
     let mut other = controller;
     let mut i = [vector(0.0, 0.0); 2];

@@ -306,7 +306,7 @@ fn no_forgery_of_any_kind_is_accepted() {
                     *refused.entry(how).or_default() += 1;
                     count += 1;
                 }
-                // Decided anew for the machine in the file, and told apart from the motor.
+                // Decided anew for the machine in the file, and distinguished from the motor.
                 Ok((c, _)) if [A_HAIR, A_CIRCUIT_OF_ITS_OWN].contains(&how) && is_another(&c) => true_of_it += 1,
                 Ok(_) => panic!("{name}: {how} is accepted:\n{forged}"),
             }
@@ -361,7 +361,7 @@ fn what_was_once_accepted_is_refused() {
     }
 }
 
-/// A true certificate shown for another motor is told apart from it, whatever its kind.
+/// A true certificate shown for another motor is distinguished from it, whatever its kind.
 #[test]
 fn a_certificate_is_about_one_machine() {
     let motor = modelled(&four_kilowatts());

@@ -259,19 +259,19 @@ fn gains_and_limits_out_of_range_are_named() {
     let m = JADOT_TABLE_I;
     let machine = machine(&m);
     let b = basis(&m, H);
-    let told = |e: ObserverError, what: &str| assert!(e.to_string().contains(what), "{e}");
+    let says = |e: ObserverError, what: &str| assert!(e.to_string().contains(what), "{e}");
     let good = KubotaGains::for_machine(&machine, &m.rating).unwrap();
-    told(Kubota::try_new(b, KubotaGains { integral: 0.0, ..good }).unwrap_err(), "integral = 0");
-    told(Kubota::try_new(b, KubotaGains { proportional: f64::NAN, ..good }).unwrap_err(), "proportional = NaN");
-    told(KubotaGains::stabilized(&machine, 0.0, 0.1, 1.0).unwrap_err(), "rho = 0");
+    says(Kubota::try_new(b, KubotaGains { integral: 0.0, ..good }).unwrap_err(), "integral = 0");
+    says(Kubota::try_new(b, KubotaGains { proportional: f64::NAN, ..good }).unwrap_err(), "proportional = NaN");
+    says(KubotaGains::stabilized(&machine, 0.0, 0.1, 1.0).unwrap_err(), "rho = 0");
     let mut skewed = good;
     skewed.gain[0][1] = 3.0;
-    told(Kubota::try_new(b, skewed).unwrap_err(), "form [x, -y; y, x]");
+    says(Kubota::try_new(b, skewed).unwrap_err(), "form [x, -y; y, x]");
     let mut infinite = ThauGains::published();
     infinite.gain[2][1] = f64::INFINITY;
-    told(Thau::try_new(b, infinite, LoadTorqueModel::Balanced).unwrap_err(), "gain = inf");
-    told(Basis::<f64>::try_new(&machine, &m.rating, 0.1).unwrap_err(), "sample_time_s = 0.1");
+    says(Thau::try_new(b, infinite, LoadTorqueModel::Balanced).unwrap_err(), "gain = inf");
+    says(Basis::<f64>::try_new(&machine, &m.rating, 0.1).unwrap_err(), "sample_time_s = 0.1");
     let limits = Limits { flux_min_vs: 3.0, ..Limits::of(&machine, &m.rating) };
-    told(b.with_limits(limits).unwrap_err(), "flux_min_vs");
-    told(b.with_inverter(InverterNonlinearity { voltage_v: -1.0, zero_crossing_current_a: 0.1 }).unwrap_err(), "voltage_v = -1");
+    says(b.with_limits(limits).unwrap_err(), "flux_min_vs");
+    says(b.with_inverter(InverterNonlinearity { voltage_v: -1.0, zero_crossing_current_a: 0.1 }).unwrap_err(), "voltage_v = -1");
 }
