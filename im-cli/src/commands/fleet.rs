@@ -84,7 +84,7 @@ fn with_work(mut summary: serde_json::Value, done: Done) -> serde_json::Value {
 
 fn tell(args: &Args, rows: &[Row], summary: &Summary, done: Done) -> std::io::Result<()> {
     let mut out = stdout();
-    let count = |status: Status| rows.iter().filter(|r| r.status == status).count();
+    let count = |status: JobStatus| rows.iter().filter(|r| r.status == status).count();
     writeln!(out, "{} rows made, {} were there, {} left to other shards", done.made, done.found, done.open)?;
     writeln!(
         out,

@@ -356,8 +356,9 @@ pub(crate) fn summary(s: &Story) -> Summary {
         Verdict::Adequate => {
             let best = d.ranking.first();
             if let Some(c) = best {
+                let why = if c.score > c.threshold { format!(": {}", c.conclusion) } else { String::new() };
                 sure.push(format!(
-                    "the highest score of {} effects is {} ({}), where chance reaches {}",
+                    "the highest score of {} effects is {} ({}), where chance reaches {}{why}",
                     d.ranking.len(),
                     number(c.score, 3),
                     short_effect_name(c.effect),
@@ -391,6 +392,9 @@ pub(crate) fn summary(s: &Story) -> Summary {
                     c.effect.card().test
                 ));
             }
+        }
+        Verdict::MissingEffects if d.case.holdout.is_none() => {
+            refute.push("No recording was held out: on one of another manoeuvre the error has to fall as well.".into());
         }
         _ => {}
     }

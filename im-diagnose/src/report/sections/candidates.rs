@@ -72,17 +72,20 @@ fn sets(s: &Story) -> Markup {
 
 /// Refits of the leading candidates, round by round.
 fn trials(s: &Story) -> Markup {
+    let holds = s.d.case.holdout.is_some();
     let mut rows = Vec::new();
     for (k, round) in s.d.course.stages.iter().map(|s| &s.round).enumerate() {
         let chosen = s.d.effects.get(k);
         for (n, t) in round.trials.iter().enumerate() {
             let first = if n == 0 { format!("{}", k + 1) } else { String::new() };
             let held_out = t.model.holdout.map_or("–".into(), in_sigma);
-            let row = Row::of([first, short_effect_name(t.effect), in_sigma(t.model.train()), held_out]);
-            rows.push(Row { hit: chosen == Some(&t.effect), ..row });
+            let mut row = vec![first, short_effect_name(t.effect), in_sigma(t.model.train())];
+            row.extend(holds.then_some(held_out));
+            rows.push(Row { hit: chosen == Some(&t.effect), ..Row::of(row) });
         }
     }
-    let head = [words("round"), words("refitted with"), numbers("training error, rms"), numbers("held out, rms")];
+    let mut head = vec![words("round"), words("refitted with"), numbers("training error, rms")];
+    head.extend(holds.then(|| numbers("held out, rms")));
     html! { @if !rows.is_empty() { h3 { "What the leading candidates leave when refitted" } (table(&head, &rows)) } }
 }
 

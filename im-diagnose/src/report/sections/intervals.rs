@@ -12,8 +12,8 @@ use crate::uncertainty::{HALF_95, MachineQuantity};
 /// Where the axis ends: from nothing to twice the value.
 const ENDS: [f64; 2] = [0.0, 2.0];
 /// Pixels: names, picture, a line.
-const NAMES: f64 = 210.0;
-const RIGHT: f64 = 550.0;
+const NAMES: f64 = 225.0;
+const RIGHT: f64 = 430.0;
 const LINE: f64 = 20.0;
 
 fn across(ratio: f64) -> f64 {
