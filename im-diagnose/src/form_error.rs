@@ -9,7 +9,7 @@
 //! so that no effect is named for what only mends the form of another.
 
 use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Linearized, linearize, predict, smoothness};
-use im_model::{BaseParameter, Complex, Machine, ParameterId, State};
+use im_model::{BaseParameter, Complex, Machine, ParameterId, State, TParameters};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -126,14 +126,7 @@ pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: 
     let mut list = Vec::new();
     let mut explained = Vec::new();
     // Half of the way is linear enough, and twice the change is that of one standard deviation.
-    let half = 0.25 * RATIO_ERROR;
-    let p = machine.parameters();
-    use BaseParameter as P;
-    let tilted = machine.with(&[
-        (ParameterId::Base(P::StatorLeakageInductance), p.stator_leakage_inductance_h * half.exp()),
-        (ParameterId::Base(P::RotorLeakageInductance), p.rotor_leakage_inductance_h * (-half).exp()),
-    ]);
-    if let Some(mut d) = tilted.ok().as_ref().and_then(change) {
+    if let Some(mut d) = with_ratio(machine, 0.5 * RATIO_ERROR).as_ref().and_then(change) {
         d.iter_mut().flatten().flatten().for_each(|x| *x *= 2.0);
         list.push(d);
     }
@@ -146,6 +139,30 @@ pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: 
         }
     }
     Disturbances { list, explained, modelled: here }
+}
+
+/// The machine with the logarithm of L_ls/L_lr changed, and the inverse-Γ circuit that its terminals show kept: without saturation it is the same
+/// there.
+fn with_ratio(machine: &Machine<f64>, change: f64) -> Option<Machine<f64>> {
+    use BaseParameter as P;
+    let shown = at_low_slip(machine);
+    let ratio = shown.leakage_ratio() * change.exp();
+    let t = shown.inverse_gamma().to_t(ratio, shown.inertia_kg_m2, shown.viscous_friction_nm_s_per_rad);
+    let branch = machine.effects().rotor_skin_effect.low_slip_leakage_h(t.rotor_resistance_ohm);
+    let set = [
+        (P::RotorResistance, t.rotor_resistance_ohm),
+        (P::StatorLeakageInductance, t.stator_leakage_inductance_h),
+        (P::RotorLeakageInductance, t.rotor_leakage_inductance_h - branch),
+        (P::MagnetizingInductance, t.magnetizing_inductance_h),
+    ];
+    machine.with(&set.map(|(p, x)| (ParameterId::Base(p), x))).ok()
+}
+
+/// The T circuit at low slip frequency, where a second branch of the rotor is one more leakage.
+pub(crate) fn at_low_slip(machine: &Machine<f64>) -> TParameters<f64> {
+    let mut p = *machine.parameters();
+    p.rotor_leakage_inductance_h += machine.effects().rotor_skin_effect.low_slip_leakage_h(p.rotor_resistance_ohm);
+    p
 }
 
 /// What an effect explains, bent: times the first Legendre polynomials of what its curve may be over (current, speed, time), as modelled: measured
@@ -184,4 +201,31 @@ fn scaled(change: &Change, by: impl Fn(usize, usize) -> f64) -> Change {
         run.iter().map(|c| c.iter().enumerate().map(|(k, x)| x * by(e, k)).collect()).collect()
     };
     change.iter().enumerate().map(run).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use im_model::EffectId;
+    use im_model::machines::MOTULATOR_2_2_KW as M;
+
+    /// The ratio of the leakages is another name for the same inverse-Γ circuit, with a second branch of the rotor or without.
+    #[test]
+    fn another_ratio_is_the_same_circuit_at_the_terminals() {
+        let plain = Machine::base(M.parameters(), M.pole_pairs).unwrap();
+        let branch = plain.with(&[(ParameterId::Effect(EffectId::RotorSkinEffect, 0), 0.5)]).unwrap();
+        for machine in [plain, branch] {
+            let other = with_ratio(&machine, 0.1).unwrap();
+            let (a, b) = (at_low_slip(&machine), at_low_slip(&other));
+            assert!((b.leakage_ratio() / a.leakage_ratio() - 0.1f64.exp()).abs() < 1e-9);
+            let (a, b) = (a.inverse_gamma(), b.inverse_gamma());
+            for (a, b) in [
+                (a.rotor_resistance_ohm, b.rotor_resistance_ohm),
+                (a.leakage_inductance_h, b.leakage_inductance_h),
+                (a.magnetizing_inductance_h, b.magnetizing_inductance_h),
+            ] {
+                assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+            }
+        }
+    }
 }

@@ -22,6 +22,7 @@ pub mod diagnosis;
 pub mod fitted;
 pub mod form_error;
 pub mod format;
+mod input_noise;
 pub mod intake;
 pub mod learn;
 pub mod loads;

@@ -6,18 +6,19 @@
 //!
 //! C = N⁻¹ (JᵀΣJ + Σ_m g_m g_mᵀ) N⁻¹,   g_m = Jᵀ d_m
 //!
-//! Σ is the covariance of the noise, an autoregressive model per channel fitted to the residuals. What it does not know (noise of the load
-//! torque, which moves the speed slowly; a residual that is larger where more happens) shows in the sums of Jᵀr over stretches of the
+//! Σ is the covariance of the noise: an autoregressive model per channel fitted to the residuals, and what the noise of the measured load torque
+//! does (`input_noise`). What it does not know (a residual that is larger where more happens) shows in the sums of Jᵀr over stretches of the
 //! recordings: where their spread asks for a wider interval, that is taken. d_m are changes of the outputs that the model cannot follow and
 //! the residual hardly shows: the curve of each effect, bent by 5 % of what it explains, and the ratio of the leakages, off by 20 % (`form_error`).
 
 pub use im_identify::offline::HALF_95;
 use im_identify::offline::{Experiment, Fit, Free, Linearized, Target, inverse_of_normal, linearize, prior_terms, smoothness};
-use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State, TParameters};
+use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::form_error::disturbances;
+use crate::form_error::{at_low_slip, disturbances};
+use crate::input_noise::torque_noise;
 use crate::noise::whiteners;
 
 /// A quantity that recordings can determine.
@@ -79,13 +80,6 @@ impl MachineQuantity {
             Self::Parameter(id) => machine.get(id),
         }
     }
-}
-
-/// The T circuit at low slip frequency, where a second branch of the rotor is one more leakage.
-fn at_low_slip(machine: &Machine<f64>) -> TParameters<f64> {
-    let mut p = *machine.parameters();
-    p.rotor_leakage_inductance_h += machine.effects().rotor_skin_effect.low_slip_leakage_h(p.rotor_resistance_ohm);
-    p
 }
 
 /// Whether a parameter of the T circuit depends on the ratio of the leakages, which is held as given: it has no interval of its own.
@@ -274,10 +268,16 @@ impl Spread {
         let shown = sums.iter().map(|s| s * s.transpose()).fold(DMatrix::zeros(p, p), |a, b| a + b) * lost;
         let mut hidden = DMatrix::zeros(p, p);
         for change in disturbances(machine, starts, experiments).list {
-            let g = DVector::from_fn(p, |k, _| {
-                linear.iter().zip(&change).flat_map(|(l, d)| l.slopes[k].iter().zip(d)).map(|(s, d)| dot(s, d)).sum::<f64>()
-            });
+            let g: DVector<f64> = linear.iter().zip(&change).map(|(l, d)| along(l, d)).sum();
             hidden += &g * g.transpose();
+        }
+        for ((l, e), x) in linear.iter().zip(experiments).zip(starts) {
+            let changes = torque_noise(machine, e, x);
+            let each = 1.0 / changes.len().max(1) as f64;
+            for change in &changes {
+                let g = along(l, change);
+                modelled += &g * g.transpose() * each;
+            }
         }
         // What is known beforehand is as independent of the rest as a row more.
         for (k, [_, _, information]) in prior_terms(machine, free).into_iter().enumerate() {
@@ -323,6 +323,11 @@ fn stretch_sums(l: &Linearized, e: &Experiment, parameters: usize) -> Vec<DVecto
         DVector::from_fn(parameters, |k, _| of(k))
     };
     (0..STRETCHES).map(sum).collect()
+}
+
+/// Jᵀd: how much of a change of one recording's outputs lies along each parameter.
+fn along(l: &Linearized, change: &[Vec<f64>]) -> DVector<f64> {
+    DVector::from_iterator(l.slopes.len(), l.slopes.iter().map(|s| s.iter().zip(change).map(|(s, d)| dot(s, d)).sum()))
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -25,8 +25,8 @@ pub struct PlantInput<T> {
     pub tau_load: T,
     /// When given, the rotor turns at this speed (rad/s at the start and at the end of the step) whatever the torque.
     pub imposed_speed: Option<[T; 2]>,
-    /// When given as (ω, k), the speed is nudged towards ω, rad/s, at the rate k, 1/s: dω_m/dt gains k(ω − ω_m). Comparing with a
-    /// recording, this keeps a wrong model from pulling out of step, and leaves its torque errors visible as speed errors.
+    /// When given as (ω, k), the speed is nudged towards ω, rad/s, at the rate k, 1/s: dω_m/dt gains k(ω − ω_m), and with it
+    /// the speed of a load behind a soft shaft. Comparing with a recording, this keeps a wrong model from pulling out of step, and leaves its torque errors visible as speed errors.
     pub speed_nudge: Option<[T; 2]>,
 }
 
@@ -34,6 +34,12 @@ impl<T: Scalar> PlantInput<T> {
     /// Voltage and load torque, speed free.
     pub fn new(u_s: Complex<T>, tau_load: T) -> Self {
         Self { u_s, tau_load, imposed_speed: None, speed_nudge: None }
+    }
+
+    /// What nudging adds to the acceleration at a rotor speed, rad/s²: of everything on the shaft alike, rigid or not.
+    #[inline(always)]
+    pub fn nudging(&self, omega_m: T) -> Option<T> {
+        self.speed_nudge.map(|[target, rate]| (target - omega_m) * rate)
     }
 }
 
@@ -217,8 +223,8 @@ impl<T: Scalar> Plant<T> {
         let tau_load = at.map_or_else(|| input.tau_load + x.load.torque(x.omega_m), |at| at.tau_load);
         let tau_shaft = at.map_or(tau_load, |at| e.shaft_torque(on, tau_load, at, own));
         rates.omega_m = (torque - braking - tau_shaft) * self.inv_inertia;
-        if let Some([target, rate]) = input.speed_nudge {
-            rates.omega_m += (target - x.omega_m) * rate;
+        if let Some(nudging) = input.nudging(x.omega_m) {
+            rates.omega_m += nudging;
         }
         rates.theta_m = x.omega_m;
 

@@ -14,14 +14,14 @@ use im_model::{EffectId, MotorFile};
 use crate::case::Case;
 use crate::learn::{Curve, continued};
 use crate::loads::Loads;
-use crate::residual_tests::{Dependence, dependences};
+use crate::residual_tests::Dependence;
 use crate::search::{Course, Learning, Model, Options, Refinement};
 use crate::steady_curve::RatedSupply;
 use crate::uncertainty::{Estimates, MachineQuantity, is_open, ratio_held};
 pub use ranking::Candidate;
 use ranking::ranking;
 pub use steps::Step;
-use steps::steps;
+use steps::{Found, steps};
 use verdict::{Left, caused, remainder, unexplained, verdict};
 pub use verdict::{Remainder, Verdict};
 
@@ -101,26 +101,25 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     let Options { significance, learning, .. } = *loop_.options();
     let before = loop_.case().motor.clone();
     let mut course = loop_.run(base)?;
-    let mut leftover = leftover_of(&loop_, &course);
+    let mut found = Found::new(&loop_, &course);
     let learns = match learning {
         Learning::Always => true,
-        Learning::Unexplained => unexplained(&course, &Left::new(&course.last().model, loop_.nudged(), &leftover)),
+        Learning::Unexplained => unexplained(&course, &Left::new(&loop_, &course, &found)),
         Learning::Never => false,
     };
     if learns {
         course = continued(&mut loop_, course)?;
-        leftover = leftover_of(&loop_, &course);
+        found = Found::new(&loop_, &course);
     }
-    let (steps_as_found, judged_as_found) = steps(&loop_, &course);
     let last = &course.last().model;
-    let left = Left::new(last, loop_.nudged(), &leftover);
+    let left = Left::new(&loop_, &course, &found);
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
-    let floor = if caused(&course, &left) { 1.0 } else { last.train().max(1.0) };
+    let floor = if caused(&course, &left) { 1.0 } else { found.last().train.chi2_per_sample.max(1.0) };
     let (steps, judged) = if floor > 1.05 {
-        loop_.set_noise_to_residual(&last.fit);
+        loop_.set_noise(&found.last().train.rmse);
         steps(&loop_, &course)
     } else {
-        (steps_as_found, judged_as_found)
+        (found.steps.clone(), found.judged.clone())
     };
     let remainder = remainder(&course, &left);
     let ranking = ranking(&loop_, &course, significance.get(), remainder.as_ref());
@@ -148,7 +147,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         parameters,
         estimates,
         refined,
-        leftover,
+        leftover: found.leftover,
         loads,
         remainder,
         rated,
@@ -163,12 +162,6 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
 /// cost is measured by, has the noise as it is, colour and form error included, and λ with it.
 fn price_of_a_number(course: &Course) -> f64 {
     (course.first().model.fit.count as f64 / course.posterior.dispersion).ln().max(0.0)
-}
-
-/// What the residual of the last model depends on.
-fn leftover_of(loop_: &Refinement, course: &Course) -> Vec<Dependence> {
-    let last = &course.last().model;
-    dependences(&last.fit.machine, &last.fit.starts, loop_.nudged())
 }
 
 fn changes(before: &MotorFile, after: &MotorFile, free: &[Free], estimates: &Estimates) -> Vec<ParameterChange> {

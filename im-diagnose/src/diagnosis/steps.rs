@@ -4,6 +4,7 @@ use im_identify::offline::{Experiment, FitOptions};
 use im_model::{EffectId, Machine, State};
 use rayon::prelude::*;
 
+use crate::residual_tests::{Dependence, dependences};
 use crate::residuals::{Errors, UNSTABLE, errors, judged, mean_square, nudged};
 use crate::search::{Course, Model, Refinement};
 
@@ -22,6 +23,13 @@ pub struct Step {
     pub train: Errors,
     /// Error on the held-out recording.
     pub holdout: Option<Errors>,
+}
+
+impl Step {
+    /// The larger of training and held-out error, χ²/N.
+    pub(super) fn error(&self) -> f64 {
+        self.holdout.as_ref().map_or(0.0, |e| e.chi2_per_sample).max(self.train.chi2_per_sample)
+    }
 }
 
 /// The recordings as steps are judged on them ([`judged`]): the same for all steps.
@@ -77,6 +85,30 @@ pub(super) fn steps(loop_: &Refinement, course: &Course) -> (Vec<Step>, Vec<Expe
     let judged = Judged::new(loop_, machine, starts, UNSTABLE);
     let steps = course.stages.par_iter().zip(fits).map(|(s, fit)| step(loop_, &s.model, fit, &judged)).collect();
     (steps, judged.train)
+}
+
+/// A course as it is judged.
+pub(super) struct Found {
+    /// Its steps.
+    pub steps: Vec<Step>,
+    /// The training recordings as they are judged on them.
+    pub judged: Vec<Experiment>,
+    /// What the residual of the last step depends on.
+    pub leftover: Vec<Dependence>,
+}
+
+impl Found {
+    pub(super) fn new(loop_: &Refinement, course: &Course) -> Self {
+        let (steps, judged) = steps(loop_, course);
+        let Step { machine, starts, .. } = &steps[steps.len() - 1];
+        let leftover = dependences(machine, starts, &judged);
+        Self { steps, judged, leftover }
+    }
+
+    /// The last step.
+    pub(super) fn last(&self) -> &Step {
+        &self.steps[self.steps.len() - 1]
+    }
 }
 
 fn mean_square_all(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> f64 {

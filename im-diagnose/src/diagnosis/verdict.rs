@@ -1,12 +1,13 @@
 //! The rules of the verdict.
 
-use im_identify::offline::{Experiment, Fit};
+use im_identify::offline::Fit;
 use im_model::{BaseParameter, EffectId, ParameterId};
 use serde::{Deserialize, Serialize};
 
 use super::Candidate;
+use super::steps::Found;
 use crate::residual_tests::Dependence;
-use crate::search::{Course, Model, Refusal, Round, Trial};
+use crate::search::{Course, Model, Refinement, Refusal, Round, Trial};
 use crate::statistics::log_p;
 
 /// Excess of χ²/N over that of the noise below which a model is as good as its sensors.
@@ -53,7 +54,7 @@ pub struct Remainder {
 pub(super) fn remainder(course: &Course, left: &Left<'_>) -> Option<Remainder> {
     let last = &course.last().model;
     let found = matches!(verdict_of(course, left, 1.0), Some(Verdict::MissingEffects | Verdict::Confounded));
-    if !found || error(last, 1.0) - 1.0 <= NEGLIGIBLE || !caused(course, left) {
+    if !found || left.error[1] - 1.0 <= NEGLIGIBLE || !caused(course, left) {
         return None;
     }
     let round = &course.last().round;
@@ -81,6 +82,8 @@ const HINT: f64 = 0.003;
 
 /// What the last model leaves.
 pub(super) struct Left<'a> {
+    /// The larger of training and held-out error, χ²/N, of the refitted base model and of the last.
+    error: [f64; 2],
     /// On what it depends.
     dependences: &'a [Dependence],
     /// −log₁₀ of the probability that instruments of their class show so much in tables of steady states.
@@ -91,13 +94,17 @@ pub(super) struct Left<'a> {
 const NO_DOUBT: f64 = 10.0;
 
 impl<'a> Left<'a> {
-    /// Of `model` on `experiments`, whose dependences are known.
-    pub(super) fn new(model: &Model, experiments: &[Experiment], dependences: &'a [Dependence]) -> Self {
-        let tables = || experiments.iter().zip(&model.fit.residuals).filter(|(e, _)| e.is_table());
+    pub(super) fn new(loop_: &Refinement, course: &Course, found: &'a Found) -> Self {
+        let fit = &course.last().model.fit;
+        let tables = || loop_.nudged().iter().zip(&fit.residuals).filter(|(e, _)| e.is_table());
         let cost: f64 = tables().flat_map(|(_, r)| r.iter().flatten()).map(|r| r * r).sum();
         let count: usize = tables().map(|(e, _)| e.count()).sum();
-        let freedom = count.saturating_sub(model.fit.free.len());
-        Self { dependences, of_tables: if freedom == 0 { 0.0 } else { log_p(cost, freedom) } }
+        let freedom = count.saturating_sub(fit.free.len());
+        Self {
+            error: [found.steps[0].error(), found.last().error()],
+            dependences: &found.leftover,
+            of_tables: if freedom == 0 { 0.0 } else { log_p(cost, freedom) },
+        }
     }
 
     /// Whether it is no noise, beyond doubt: it depends on something, or no instruments err so much.
@@ -122,11 +129,6 @@ fn gains(t: &Trial) -> bool {
     t.refusal != Some(Refusal::NotLikelier)
 }
 
-/// The larger of training and held-out error, χ²/N, in units of a floor.
-fn error(m: &Model, floor: f64) -> f64 {
-    m.holdout.unwrap_or(0.0).max(m.train()) / floor
-}
-
 /// Whether what the last model leaves has a cause that the candidates do not hold.
 pub(super) fn unexplained(course: &Course, left: &Left<'_>) -> bool {
     verdict_of(course, left, 1.0) == Some(Verdict::Unexplained)
@@ -134,8 +136,8 @@ pub(super) fn unexplained(course: &Course, left: &Left<'_>) -> bool {
 
 /// The verdict as far as effects and leftover decide it.
 fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
-    let (first, last) = (&course.first().model, &course.last().model);
-    let (before, after) = (error(first, floor) - 1.0, error(last, floor) - 1.0);
+    let last = &course.last().model;
+    let [before, after] = left.error.map(|e| e / floor - 1.0);
     let share_left = if last.effects.is_empty() { 1.0 } else { after / before.max(1e-9) };
     if after > NEGLIGIBLE && share_left > 0.1 && left.is_structured() {
         Some(Verdict::Unexplained)

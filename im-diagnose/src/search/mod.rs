@@ -10,6 +10,8 @@ pub mod score;
 mod sets;
 mod significance;
 
+use std::collections::BTreeMap;
+
 use im_identify::offline::{
     Experiment, Fit, FitError, FitOptions, Free, angle_on, base_parameters_in, effect_parameters_in, fit_from, knowing,
     residuals, start_on, start_parameters,
@@ -19,7 +21,7 @@ use rayon::prelude::*;
 
 use crate::case::Case;
 use crate::form_error::marginal_deviance;
-use crate::residuals::{deviance, errors, nudged};
+use crate::residuals::{deviance, nudged};
 use score::{Score, ScoreContext, Seed, strengths};
 
 pub use course::{Course, Refusal, Round, Stage, Trial};
@@ -155,12 +157,11 @@ impl Refinement {
         experiments.par_iter().map(|e| start_on(machine, e, &self.rating)).collect()
     }
 
-    /// Takes the root mean square of a model's residuals as the noise of each channel: right when nothing in them has a cause.
-    pub fn set_noise_to_residual(&mut self, fit: &Fit) {
-        let sums = errors(&fit.machine, &self.nudged, &fit.starts).rmse;
+    /// Takes root mean squares of residuals as the noise of their channels: right when nothing in them has a cause.
+    pub fn set_noise(&mut self, rms: &BTreeMap<String, f64>) {
         let all = self.case.train.iter_mut().chain(&mut self.case.holdout).chain(&mut self.nudged);
         for c in all.flat_map(|e| &mut e.channels) {
-            if let Some(s) = sums.get(&c.name) {
+            if let Some(s) = rms.get(&c.name) {
                 c.sigma = *s;
             }
         }

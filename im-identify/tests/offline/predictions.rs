@@ -159,3 +159,18 @@ fn slopes_know_whose_start_is_free() {
     let l = linearize(&truth(), &e, &start, 0, &[]);
     assert!(l.slopes.is_empty() && l.residuals == residuals(&truth(), &e, &start));
 }
+
+/// Nudging helps a machine with most of its inertia behind a stiff shaft as much as a rigid one.
+#[test]
+fn nudging_accelerates_the_whole_shaft() {
+    let (e, start) = odd();
+    let target: Vec<f64> = (0..e.len()).map(|k| 30.0 + 0.05 * k as f64).collect();
+    let nudged = Experiment { speed_nudge: Some((target, 50.0)), ..e };
+    let compliance = |k| ParameterId::Effect(EffectId::ShaftCompliance, k);
+    let stiff = truth().with(&[(compliance(0), 0.9), (compliance(1), 2000.0), (compliance(2), 0.5)]).unwrap();
+    let shown = |machine| predict(machine, &nudged, &start)[2].clone();
+    let (rigid, stiff) = (shown(&truth()), shown(&stiff));
+    let free = predict(&truth(), &Experiment { speed_nudge: None, ..nudged.clone() }, &start)[2].clone();
+    let apart = |other: &[f64]| rigid.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart(&stiff) < 0.2 && apart(&free) > 2.0, "{} {}", apart(&stiff), apart(&free));
+}

@@ -59,6 +59,9 @@ effect! {
             let spring = w * w * own[1] + (self.damping_ratio * w * slide).scale(2.0);
             rates[0] = spring - at.tau_load / (self.load_inertia_fraction * at.parameters.inertia_kg_m2);
             rates[1] = slide;
+            if let Some(nudging) = at.input.nudging(at.state.omega_m) {
+                rates[0] += nudging;
+            }
         }
 
         #[inline(always)]

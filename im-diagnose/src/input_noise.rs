@@ -1,0 +1,74 @@
+//! What the noise of a measured input does to the outputs.
+
+use im_identify::offline::{Experiment, predict};
+use im_model::{Machine, State};
+use rand::rngs::Xoshiro256PlusPlus;
+use rand::{RngExt, SeedableRng};
+use rayon::prelude::*;
+
+use crate::noise::white_sigma;
+
+/// Draws of the noise: their mean square is right to a fifth.
+const DRAWS: u64 = 48;
+
+/// Changes of the outputs of one recording, in σ, each under one draw of noise as rough as that of its load torque. The torque moves the speed by
+/// what it sums up to, slowly: sample by sample, this looks like anything but noise. Empty where no torque is measured, or without noise.
+pub fn torque_noise(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Vec<Vec<Vec<f64>>> {
+    let sigma = white_sigma(&e.tau_load);
+    if e.is_table() || e.imposed_speed.is_some() || sigma.is_nan() || sigma <= 0.0 {
+        return Vec::new();
+    }
+    let here = predict(machine, e, start);
+    let draw = |seed: u64| {
+        let mut chance = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let mut rough = |t: &f64| if chance.random::<bool>() { t + sigma } else { t - sigma };
+        let tau_load = e.tau_load.iter().map(&mut rough).collect();
+        let there = predict(machine, &Experiment { tau_load, ..e.clone() }, start);
+        let channel = |(c, (a, b)): (usize, (&Vec<f64>, &Vec<f64>))| -> Vec<f64> {
+            let channel = &e.channels[c];
+            (0..a.len()).map(|k| if channel.is_valid(k) { (b[k] - a[k]) / channel.sigma } else { 0.0 }).collect()
+        };
+        here.iter().zip(&there).enumerate().map(channel).collect::<Vec<_>>()
+    };
+    let drawn: Vec<_> = (0..DRAWS).into_par_iter().map(draw).collect();
+    drawn.into_iter().filter(|d| d.iter().flatten().all(|x| x.is_finite())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use im_model::machines::MOTULATOR_2_2_KW as M;
+    use im_model::{BaseParameter, Complex, ParameterId, Recording};
+
+    /// Without current only the shaft moves: a random walk of steps σh/J, forgotten with J/D.
+    #[test]
+    fn noise_of_the_torque_makes_the_speed_walk() {
+        let friction = (ParameterId::Base(BaseParameter::ViscousFriction), 0.05);
+        let machine = Machine::base(M.parameters(), M.pole_pairs).unwrap().with(&[friction]).unwrap();
+        let (n, h, sigma) = (4000, 1e-4, 2.0);
+        let none = vec![Complex::new(0.0, 0.0); n];
+        // The fourth difference of a sign that changes at every row is ±16.
+        let size = sigma * 70f64.sqrt() / 16.0 * 0.6745;
+        let tau = (0..n).map(|k| if k % 2 == 0 { size } else { -size }).collect();
+        let r = Recording {
+            name: "coasting".into(),
+            start_s: 0.0,
+            sample_time_s: h,
+            u_s: none.clone(),
+            i_s: none,
+            omega_m: vec![0.0; n],
+            tau_load: Some(tau),
+        };
+        let e = Experiment::from_recording(&r, [1.0, 1.0], 1.0);
+        let changes = torque_noise(&machine, &e, &State::default());
+        assert_eq!(changes.len(), DRAWS as usize);
+        let p = machine.parameters();
+        let (step, forgets) = (sigma * h / p.inertia_kg_m2, p.viscous_friction_nm_s_per_rad / p.inertia_kg_m2);
+        let at = n - 1;
+        let wanted = step * ((1.0 - (-2.0 * forgets * at as f64 * h).exp()) / (2.0 * forgets * h)).sqrt();
+        let seen = (changes.iter().map(|c| c[2][at] * c[2][at]).sum::<f64>() / DRAWS as f64).sqrt();
+        assert!((seen / wanted - 1.0).abs() < 0.3, "{seen} {wanted}");
+        let exact = Experiment { tau_load: vec![3.0; n], ..e };
+        assert!(torque_noise(&machine, &exact, &State::default()).is_empty());
+    }
+}
