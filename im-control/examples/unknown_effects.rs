@@ -18,6 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         dc_voltage_v: 560.0,
         sample_time_s: 1e-4,
         dead_time: None,
+        iron: im_control::Iron::ideal(),
         mtpa: None,
         observer: None,
     };

@@ -33,6 +33,7 @@ mod machine_data;
 pub mod named;
 #[cfg(feature = "std")]
 mod of_scenario;
+mod optimal_flux;
 mod reference;
 mod sensorless;
 mod speed_loop;
@@ -61,6 +62,7 @@ pub use machine_data::MachineData;
 pub use mtpa::{Mtpa, MtpaGains, MtpaLaw};
 #[cfg(feature = "std")]
 pub use of_scenario::of_scenario;
+pub use optimal_flux::{FluxAim, Iron, OptimalFlux};
 pub use reference::{ReferenceShaper, Shaped};
 pub use sensorless::Sensorless;
 pub use speed_loop::SpeedLoop;

@@ -15,6 +15,7 @@ use crate::kenne::{Kenne, KenneGains};
 use crate::machine_data::MachineData;
 use crate::modulation::DeadTimeCompensation;
 use crate::mtpa::{Mtpa, MtpaGains, MtpaLaw};
+use crate::optimal_flux::{FluxAim, Iron};
 use crate::status::Reports;
 use crate::volts_per_hertz::{VoltsPerHertz, VoltsPerHertzGains};
 use crate::{BeginsAt, Drive, DriveLimits, FlyingStart, Sensorless};
@@ -24,9 +25,17 @@ pub trait Supervised: Controller<f64> + Reports + Send {}
 impl<C: Controller<f64> + Reports + Send> Supervised for C {}
 
 /// The names, and what each controller follows.
-pub const NAMES: [(&str, &str); 7] = [
+pub const NAMES: [(&str, &str); 9] = [
     ("indirect_field_orientation", "speed and rotor flux; flux from current and speed"),
     ("direct_field_orientation", "speed and rotor flux; flux from the voltage above 5 Hz"),
+    (
+        "least_current_field_orientation",
+        "speed with the flux of least current for the torque; iron known; the flux asked for is the largest",
+    ),
+    (
+        "least_loss_field_orientation",
+        "speed with the flux of least copper and iron loss; iron known; the flux asked for is the largest",
+    ),
     ("kenne", "speed and rotor flux; sliding modes of Kenné et al."),
     ("jadot", "speed and rotor flux; passivity-based regulation of Jadot et al., parameters fixed"),
     ("direct_torque", "speed and rotor flux; a voltage vector for each sample, suits 25 us; baseline"),
@@ -47,6 +56,8 @@ pub struct Setting {
     pub sample_time_s: f64,
     /// What the bridge takes, where it is to be compensated.
     pub dead_time: Option<DeadTimeCompensation<f64>>,
+    /// What is known of the iron, for the flux of least current or loss.
+    pub iron: Iron<f64>,
     /// The law for `mtpa`.
     pub mtpa: Option<MtpaLaw<f64>>,
     /// The observer, by name, whose speed stands in for the sensor's, with the machine that it is made for.
@@ -87,6 +98,10 @@ pub fn named(name: &str, setting: &Setting) -> Result<Box<dyn Supervised>, Named
     match name {
         "indirect_field_orientation" => setting.caught(FieldOriented::try_new(&machine, &field_oriented)?),
         "direct_field_orientation" => setting.caught(FieldOriented::try_new(&machine, &field_oriented.direct())?),
+        "least_current_field_orientation" | "least_loss_field_orientation" => {
+            let aim = if name == "least_loss_field_orientation" { FluxAim::LeastLoss } else { FluxAim::LeastCurrent };
+            setting.caught(FieldOriented::try_new(&machine, &field_oriented.with_optimal_flux(aim, setting.iron))?)
+        }
         "kenne" => setting.caught(Kenne::try_new(&machine, &KenneGains::typical(&machine, flux, dc_voltage_v, sample_time_s))?),
         "jadot" => {
             let parameters = regulation_parameters(&machine);

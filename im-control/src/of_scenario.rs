@@ -5,13 +5,13 @@ use im_model::{Machine, MotorFile};
 
 use crate::modulation::DeadTimeCompensation;
 use crate::named::{NAMES, Setting, Supervised, named};
-use crate::{MachineData, MtpaLaw};
+use crate::{Iron, MachineData, MtpaLaw};
 
 /// Largest current over rated current.
 const OVERLOAD: f64 = 1.5;
 
-/// The controller of a scenario, where it names one: made for the motor's base parameters and rating, with its effects unknown, behind the
-/// motor's voltage delay. `least_current` makes the law of `mtpa`.
+/// The controller of a scenario, where it names one: made for the motor's base parameters and rating, with its effects unknown (but for saturation and iron loss, where the
+/// flux is optimal), behind the motor's voltage delay. `least_current` makes the law of `mtpa`.
 ///
 /// # Errors
 /// The name is unknown, or scenario and controller do not fit together.
@@ -43,6 +43,7 @@ pub fn of_scenario(
         dc_voltage_v: dc_voltage_v.unwrap_or(motor.rating.phase_voltage_peak_v * 3f64.sqrt()),
         sample_time_s: scenario.sampling_time_s(),
         dead_time,
+        iron: Iron::of(&motor.machine),
         mtpa: if name == "mtpa" { Some(law(motor)?) } else { None },
         observer: observer.as_deref().map(|name| known_observer(name, motor)).transpose()?,
     };

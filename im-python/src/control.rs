@@ -54,6 +54,7 @@ impl Controller {
             dc_voltage_v: dc_voltage_v.unwrap_or(m.rating.phase_voltage_peak_v * 3f64.sqrt()),
             sample_time_s,
             dead_time: None,
+            iron: im_control::Iron::of(&m.machine),
             mtpa: if name == "mtpa" { Some(law()?) } else { None },
             observer: observer.transpose()?,
         };

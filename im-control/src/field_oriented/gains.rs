@@ -6,6 +6,7 @@ use crate::current_regulator::CurrentRegulator;
 use crate::field_weakening::FieldWeakening;
 use crate::guard;
 use crate::machine_data::MachineData;
+use crate::optimal_flux::{FluxAim, Iron, OptimalFlux};
 use crate::reference::ReferenceShaper;
 
 /// Where the flux is taken from.
@@ -37,6 +38,8 @@ pub struct FieldOrientedGains<T> {
     pub reference: ReferenceShaper<T>,
     /// How the flux gives way to the voltage.
     pub field_weakening: FieldWeakening<T>,
+    /// Makes the flux follow the torque; without, it is what is asked for.
+    pub optimal_flux: Option<OptimalFlux<T>>,
 }
 
 impl<T: Scalar> FieldOrientedGains<T> {
@@ -60,6 +63,7 @@ impl<T: Scalar> FieldOrientedGains<T> {
                 acceleration_max_rad_s2: torque / w.inertia_kg_m2,
             },
             field_weakening: FieldWeakening { bandwidth_per_s: c(15.0), voltage_share: c(0.92) },
+            optimal_flux: None,
         }
     }
 
@@ -67,6 +71,12 @@ impl<T: Scalar> FieldOrientedGains<T> {
     #[must_use]
     pub fn direct(self) -> Self {
         Self { orientation: Orientation::Direct { crossover_rad_s: T::from_f64(31.4) }, ..self }
+    }
+
+    /// The same with the flux of least current or loss, for iron that is known; the flux asked for is the largest.
+    #[must_use]
+    pub fn with_optimal_flux(self, aim: FluxAim, iron: Iron<T>) -> Self {
+        Self { optimal_flux: Some(OptimalFlux::new(aim, iron)), ..self }
     }
 
     pub(super) fn validate(&self) -> Result<(), ModelError> {
@@ -77,6 +87,7 @@ impl<T: Scalar> FieldOrientedGains<T> {
             guard::SIZE.check("crossover_rad_s", crossover_rad_s.value())?;
         }
         self.reference.validate()?;
+        self.optimal_flux.map_or(Ok(()), |o| o.validate())?;
         self.field_weakening.validate()
     }
 }

@@ -17,6 +17,7 @@ use crate::flux::{RotorFlux, RotorFluxModel};
 use crate::flying_start::{BeginsAt, Caught};
 use crate::guard::{self, no_reference};
 use crate::machine_data::MachineData;
+use crate::optimal_flux::Operation;
 use crate::reference::Shaped;
 use crate::speed_regulator::SpeedRegulator;
 use crate::stator_flux::StatorFlux;
@@ -50,6 +51,8 @@ struct Law<T> {
     current_max_a: T,
     /// M/L_r: from the flux of references to that of the inverse-Γ form.
     k_r: T,
+    stator_leakage_h: T,
+    rotor_leakage_h: T,
     /// (3/2) n_p.
     torque_factor: T,
 }
@@ -63,6 +66,10 @@ struct State<T> {
     current_integral: Complex<T>,
     speed_integral: T,
     shaped: Option<Shaped<T>>,
+    /// The flux that follows the torque, and the torque that it follows.
+    optimal_flux: T,
+    asked_nm: T,
+    current_limited: bool,
     flux_limit: T,
     wanted_v: T,
     omega_s: T,
@@ -103,6 +110,8 @@ impl<T: Scalar> FieldOriented<T> {
             inverse_inertia: T::one() / w.inertia_kg_m2,
             current_max_a: machine.current_max_a,
             k_r,
+            stator_leakage_h: w.stator_inductance_h - w.mutual_inductance_h,
+            rotor_leakage_h: w.rotor_inductance_h - w.mutual_inductance_h,
             torque_factor: T::from_f64(1.5) * machine.n_p(),
         };
         let (o, z) = (T::zero(), Complex::new(T::zero(), T::zero()));
@@ -113,6 +122,9 @@ impl<T: Scalar> FieldOriented<T> {
             current_integral: z,
             speed_integral: o,
             shaped: None,
+            optimal_flux: o,
+            asked_nm: o,
+            current_limited: false,
             flux_limit: o,
             wanted_v: o,
             omega_s: o,
@@ -173,6 +185,37 @@ impl<T: Scalar> Controller<T> for FieldOriented<T> {
     }
 }
 
+/// The circuit at a flux.
+#[derive(Clone, Copy)]
+struct Circuit<T> {
+    current: CurrentRegulator<T>,
+    model: RotorFluxModel<T>,
+    k_r: T,
+}
+
+impl<T: Scalar> Law<T> {
+    /// At the rotor flux λ: the chord inductance, where iron that saturates is known.
+    #[inline]
+    fn circuit(&self, flux_vs: Complex<T>) -> Circuit<T> {
+        let bend = match &self.gains.optimal_flux {
+            Some(o) if o.iron.excess > T::zero() => o.iron.bend(norm(flux_vs)),
+            _ => return Circuit { current: self.current, model: self.model, k_r: self.k_r },
+        };
+        let m = self.model.mutual_inductance_h / (T::one() + bend);
+        let l_r = m + self.rotor_leakage_h;
+        let k_r = m / l_r;
+        Circuit {
+            current: CurrentRegulator {
+                leakage_inductance_h: self.stator_leakage_h + k_r * self.rotor_leakage_h,
+                resistance_ohm: self.stator_resistance_ohm + k_r * k_r * self.rotor_resistance_ohm,
+                ..self.current
+            },
+            model: RotorFluxModel { rotor_inductance_h: l_r, mutual_inductance_h: m, ..self.model },
+            k_r,
+        }
+    }
+}
+
 impl<T: Scalar> FieldOriented<T> {
     /// The law for a sample that is one.
     #[inline]
@@ -182,19 +225,42 @@ impl<T: Scalar> FieldOriented<T> {
         let (t, omega_e) = (m.sample_time_s, law.model.pole_pairs * m.omega_m);
 
         // Where the flux is.
-        law.model.step(&mut s.rotor, law.rotor_resistance_ohm, m.i_s, m.omega_m, t);
+        let Circuit { current, model, k_r } = law.circuit(s.rotor.flux_vs);
+        let iron_a = match &g.optimal_flux {
+            Some(o) => o.iron.conductance_s * s.omega_s * norm(s.rotor.flux_vs),
+            None => T::zero(),
+        };
+        // The rotor does not see what the iron takes.
+        model.step(&mut s.rotor, law.rotor_resistance_ohm, m.i_s - j(s.direction) * iron_a, m.omega_m, t);
         let psi = match g.orientation {
-            Orientation::Indirect => s.rotor.flux_vs * law.k_r,
+            Orientation::Indirect => s.rotor.flux_vs * k_r,
             Orientation::Direct { crossover_rad_s } => {
-                let l = law.current.leakage_inductance_h;
-                let pull = s.rotor.flux_vs * law.k_r + m.i_s * l;
+                let l = current.leakage_inductance_h;
+                let pull = s.rotor.flux_vs * k_r + m.i_s * l;
                 // While there is little flux, what the inverter keeps for itself would be taken for it: the current model decides alone.
                 let crossover = if s.magnetized { crossover_rad_s } else { T::from_f64(10.0) / t };
-                s.stator.step(m, pull, l, law.stator_resistance_ohm, crossover, law.current.voltage_delay_s)
+                s.stator.step(m, pull, l, law.stator_resistance_ohm, crossover, current.voltage_delay_s)
             }
         };
         let size = norm(psi);
-        let wanted = (reference.rotor_flux_vs * law.k_r).max(T::zero());
+        let asked = reference.rotor_flux_vs.max(T::zero());
+        let r_r = k_r * k_r * law.rotor_resistance_ohm;
+        let optimal = match &g.optimal_flux {
+            None => asked,
+            Some(o) => {
+                let operation = Operation {
+                    torque: s.asked_nm / (law.torque_factor * k_r),
+                    current_max_a: law.current_max_a,
+                    limited: s.current_limited,
+                    omega_s: s.omega_s,
+                    stator_resistance_ohm: law.stator_resistance_ohm,
+                    rotor_resistance_ohm: r_r,
+                    mutual_inductance_h: law.model.mutual_inductance_h,
+                };
+                o.step(&mut s.optimal_flux, asked, &operation, t)
+            }
+        };
+        let wanted = optimal * k_r;
         s.direction = if size > wanted * T::from_f64(1e-3) && size > T::zero() {
             psi * (T::one() / size)
         } else {
@@ -202,9 +268,8 @@ impl<T: Scalar> FieldOriented<T> {
             turned * (T::from_f64(1.5) - norm2(turned) * T::from_f64(0.5))
         };
         let i = m.i_s * s.direction.conj();
-        let r_r = law.k_r * law.k_r * law.rotor_resistance_ohm;
-        let inverse_t_r = law.rotor_resistance_ohm / law.model.rotor_inductance_h;
-        s.torque_nm = law.torque_factor * size * i.im;
+        let inverse_t_r = law.rotor_resistance_ohm / model.rotor_inductance_h;
+        s.torque_nm = law.torque_factor * size * (i.im - iron_a);
 
         // The flux to be had, and the current for it.
         let flux = g.field_weakening.step(&mut s.flux_limit, wanted, s.wanted_v, s.omega_s, m.dc_voltage_v, t);
@@ -215,10 +280,11 @@ impl<T: Scalar> FieldOriented<T> {
         // The torque to be had.
         let [enough, too_little] = MAGNETIZED.map(|x| flux * T::from_f64(x));
         s.magnetized = flux > T::zero() && (size >= enough || s.magnetized && size > too_little);
-        let mut i_q_max = (i_max * i_max - i_d * i_d).sqrt();
+        let iron_share = if s.asked_nm >= T::zero() { iron_a } else { -iron_a };
+        let mut i_q_max = ((i_max * i_max - i_d * i_d).sqrt() - iron_share.max(T::zero())).max(T::zero());
         if m.dc_voltage_v > T::zero() {
             // Beyond, less torque needs more current: the pull-out in the frame of the flux.
-            let l = law.current.leakage_inductance_h;
+            let l = current.leakage_inductance_h;
             i_q_max = i_q_max.min((size + l * i_d) / l * T::from_f64(0.9));
         }
         let torque_max = if s.magnetized { law.torque_factor * size * i_q_max } else { T::zero() };
@@ -237,20 +303,22 @@ impl<T: Scalar> FieldOriented<T> {
             (s.shaped, s.speed_integral) = (None, T::zero());
             T::zero()
         };
+        s.current_limited = s.magnetized && torque.abs() >= torque_max;
+        s.asked_nm = torque;
         let i_q = if s.magnetized { torque / (law.torque_factor * size) } else { T::zero() };
 
         // The voltage that brings the currents there.
-        let slip = if s.magnetized { r_r * i.im / size } else { T::zero() };
+        let slip = if s.magnetized { r_r * (i.im - iron_a) / size } else { T::zero() };
         let frame = Turning { direction: s.direction, omega_s: omega_e + slip, dc_voltage_v: m.dc_voltage_v, sample_time_s: t };
         let size = Complex::new(size, T::zero());
         let emf = j(size) * omega_e - size * inverse_t_r;
-        let out = law.current.step(&mut s.current_integral, &frame, Complex::new(i_d, i_q), i, emf);
+        let out = current.step(&mut s.current_integral, &frame, Complex::new(i_d, i_q + iron_a), i, emf);
         s.wanted_v = out.wanted_v;
         s.omega_s = frame.omega_s;
         s.status = DriveStatus::OK
             .and_if(out.limited, DriveStatus::VOLTAGE_LIMITED)
             .and_if(!s.magnetized, DriveStatus::MAGNETIZING)
-            .and_if(s.magnetized && torque.abs() >= torque_max, DriveStatus::CURRENT_LIMITED)
+            .and_if(s.current_limited, DriveStatus::CURRENT_LIMITED)
             .and_if(flux < wanted * T::from_f64(0.98), DriveStatus::FIELD_WEAKENING);
         out.u_s
     }

@@ -2,5 +2,6 @@
 
 mod alone;
 mod bounds;
+mod field_weakening;
 mod loops;
 mod supervision;

@@ -13,7 +13,7 @@ use im_model::simulation::{
 use im_model::{BaseParameter, Complex, Effects, Machine, ParameterId, Plant, PlantInput, machines};
 
 /// As `im_control::named` has them.
-pub const NAMES: [&str; 7] =
+pub const NAMES: [&str; 8] =
     ["indirect_field_orientation", "direct_field_orientation", "kenne", "jadot", "direct_torque", "volts_per_hertz", "mtpa"];
 
 const M: machines::NamedMachine = machines::JADOT_TABLE_I;
@@ -87,7 +87,16 @@ fn controller(name: &str) -> Result<Box<dyn Controller<f64>>, Box<dyn Error>> {
     let mtpa = Some(MtpaLaw::series(fit.torque_n_m, &fit.current, &fit.slip)?);
     let bridge = Bridge { dead_time_s: 2e-6, ..Bridge::ideal(560.0) };
     let dead_time = Some(DeadTimeCompensation::of(&bridge, T, 0.3));
-    let setting = Setting { machine, rating: M.rating, dc_voltage_v: 560.0, sample_time_s: T, dead_time, mtpa, observer: None };
+    let setting = Setting {
+        machine,
+        rating: M.rating,
+        dc_voltage_v: 560.0,
+        sample_time_s: T,
+        dead_time,
+        iron: im_control::Iron::ideal(),
+        mtpa,
+        observer: None,
+    };
     struct Only(Box<dyn im_control::named::Supervised>);
     impl Controller<f64> for Only {
         fn step(

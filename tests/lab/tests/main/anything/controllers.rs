@@ -5,8 +5,8 @@ use im_control::kenne::{KenneGains, LoadTorqueSource};
 use im_control::modulation::DeadTimeCompensation;
 use im_control::mtpa::Connection;
 use im_control::{
-    Drive, DriveLimits, FieldOriented, FieldOrientedGains, FieldWeakening, FlyingStart, Jadot, Kenne, MachineData, Mtpa,
-    MtpaGains, MtpaLaw, Orientation, ReferenceShaper, Reports, SpeedLoop, SpeedRegulator,
+    Drive, DriveLimits, FieldOriented, FieldOrientedGains, FieldWeakening, FluxAim, FlyingStart, Iron, Jadot, Kenne, MachineData,
+    Mtpa, MtpaGains, MtpaLaw, OptimalFlux, Orientation, ReferenceShaper, Reports, SpeedLoop, SpeedRegulator,
 };
 use im_identify::online::{Fixed, Lambda, RegulationParameters};
 use im_model::simulation::{Command, Controller, Measured, Reference};
@@ -48,7 +48,14 @@ fn field_oriented<T: Scalar>(f: &mut Fields, direct: bool) -> FieldOrientedGains
         follows_torque: false,
         reference: shaper(f),
         field_weakening: weakening(f),
+        optimal_flux: either_flux(f, direct),
     }
+}
+
+fn either_flux<T: Scalar>(f: &mut Fields, there: bool) -> Option<OptimalFlux<T>> {
+    let iron = Iron { excess: f.or(0.5), exponent: f.or(7.0), reference_flux_vs: f.or(0.9), conductance_s: f.or(1e-3) };
+    let aim = FluxAim::LeastLoss;
+    there.then_some(OptimalFlux { aim, iron, bandwidth_per_s: f.or(10.0), least_share: f.or(0.3) })
 }
 
 fn kenne<T: Scalar>(f: &mut Fields) -> KenneGains<T> {

@@ -1,7 +1,7 @@
 //! Scenarios and drives shared by the tests.
 
 use im_control::named::{NAMES, Setting, Supervised, named};
-use im_control::{DriveLimits, MachineData, MtpaLaw};
+use im_control::{DriveLimits, Iron, MachineData, MtpaLaw};
 use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Source};
 use im_model::{Machine, Rating};
 
@@ -36,7 +36,16 @@ impl DriveCase {
     /// A drive by name.
     pub fn drive(&self, name: &str, mtpa: Option<MtpaLaw<f64>>) -> Box<dyn Supervised> {
         let Self { known, rating, dc_voltage_v, sample_time_s } = *self;
-        let setting = Setting { machine: known, rating, dc_voltage_v, sample_time_s, dead_time: None, mtpa, observer: None };
+        let setting = Setting {
+            machine: known,
+            rating,
+            dc_voltage_v,
+            sample_time_s,
+            dead_time: None,
+            iron: Iron::ideal(),
+            mtpa,
+            observer: None,
+        };
         named(name, &setting).unwrap()
     }
 
