@@ -9,6 +9,7 @@
 use im_model::{Complex, Scalar};
 
 use crate::machine_data::MachineData;
+use crate::overmodulation::{SIX_STEP, overmodulated};
 use crate::vector::{clamp, rotation, within_hexagon};
 use im_model::space_vector::j;
 
@@ -36,6 +37,8 @@ pub struct Turning<T> {
     pub dc_voltage_v: T,
     /// Sampling time, s.
     pub sample_time_s: T,
+    /// The voltage may go beyond the circle of the link, up to six steps.
+    pub overmodulates: bool,
 }
 
 /// What the regulator asks for.
@@ -60,14 +63,25 @@ impl<T: Scalar> Turning<T> {
         let ahead = self.omega_s * (self.sample_time_s * T::from_f64(0.5) + voltage_delay_s);
         let turn = self.direction * rotation(ahead);
         let (wanted, wanted_v) = (u * turn, crate::vector::norm(u));
-        if within_hexagon(wanted, self.dc_voltage_v) == wanted {
+        // Within the circle, or, where nothing is beyond it in the steady state, within the hexagon.
+        let inside = if self.overmodulates && self.dc_voltage_v > T::zero() {
+            wanted_v <= self.dc_voltage_v * T::from_f64(0.577_35)
+        } else {
+            within_hexagon(wanted, self.dc_voltage_v) == wanted
+        };
+        if inside {
             return Regulated { u_s: wanted, u, wanted_v, limited: false };
         }
         // A hair inside the circle, so that rounding does not leave the hexagon.
-        let most = self.dc_voltage_v * T::from_f64(0.577_35);
+        let reach = if self.overmodulates { SIX_STEP } else { 1.0 };
+        let most = self.dc_voltage_v * T::from_f64(0.577_35 * reach);
         let d = clamp(u.re, -most, most);
         let q_most = (most * most - d * d).max(T::zero()).sqrt();
         let u = Complex::new(d, clamp(u.im, -q_most, q_most));
+        if self.overmodulates {
+            let limited = wanted_v > most;
+            return Regulated { u_s: overmodulated(u * turn, self.dc_voltage_v), u, wanted_v, limited };
+        }
         Regulated { u_s: u * turn, u, wanted_v, limited: true }
     }
 

@@ -23,8 +23,13 @@ impl<T: Scalar> FieldWeakening<T> {
     /// # Errors
     /// Names the quantity out of bounds.
     pub fn validate(&self) -> Result<(), ModelError> {
+        self.validate_to(1.0)
+    }
+
+    /// The same with a share up to `most`.
+    pub(crate) fn validate_to(&self, most: f64) -> Result<(), ModelError> {
         guard::SIZE.check("bandwidth_per_s", self.bandwidth_per_s.value())?;
-        Bound::Within(0.1, 1.0).check("voltage_share", self.voltage_share.value())
+        Bound::Within(0.1, most).check("voltage_share", self.voltage_share.value())
     }
 
     /// The flux limit for this sample, starting from that of the last; `voltage` is what was asked for, in the same flux unit times

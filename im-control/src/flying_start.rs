@@ -138,7 +138,13 @@ impl<T: Scalar, C: BeginsAt<T>> FlyingStart<T, C> {
         }
         let (g, s, t) = (&self.regulator, &mut self.state, m.sample_time_s);
         let omega_e = self.pole_pairs * m.omega_m;
-        let frame = Turning { direction: s.rotor, omega_s: omega_e, dc_voltage_v: m.dc_voltage_v, sample_time_s: t };
+        let frame = Turning {
+            direction: s.rotor,
+            omega_s: omega_e,
+            dc_voltage_v: m.dc_voltage_v,
+            sample_time_s: t,
+            overmodulates: false,
+        };
         s.samples += 1;
         s.elapsed_s += t;
         let in_time = |s: &State<T>| s.elapsed_s * g.bandwidth_rad_s >= T::from_f64(SETTLED);

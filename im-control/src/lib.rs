@@ -21,6 +21,7 @@ pub mod commissioning;
 mod current_regulator;
 mod delay;
 pub mod direct_torque;
+mod discrete_current;
 mod drive;
 mod error;
 mod field_weakening;
@@ -34,6 +35,7 @@ pub mod named;
 #[cfg(feature = "std")]
 mod of_scenario;
 mod optimal_flux;
+mod overmodulation;
 mod reference;
 mod sensorless;
 mod speed_loop;
@@ -49,6 +51,7 @@ pub use commissioning::{
 };
 pub use current_regulator::{CurrentRegulator, Regulated, Turning};
 pub use direct_torque::{DirectTorque, DirectTorqueGains};
+pub use discrete_current::{CurrentControl, DiscreteCurrent};
 pub use drive::{Drive, DriveLimits};
 pub use error::ControlError;
 pub use field_oriented::{FieldOriented, FieldOrientedGains, Orientation};
@@ -63,6 +66,7 @@ pub use mtpa::{Mtpa, MtpaGains, MtpaLaw};
 #[cfg(feature = "std")]
 pub use of_scenario::of_scenario;
 pub use optimal_flux::{FluxAim, Iron, OptimalFlux};
+pub use overmodulation::{SIX_STEP, overmodulated};
 pub use reference::{ReferenceShaper, Shaped};
 pub use sensorless::Sensorless;
 pub use speed_loop::SpeedLoop;

@@ -234,8 +234,13 @@ impl<T: Scalar> VoltsPerHertz<T> {
 
     fn made(&self, m: &Measured<T>, u: Complex<T>) -> crate::Regulated<T> {
         let s = &self.state;
-        let frame =
-            Turning { direction: s.direction, omega_s: s.omega_s, dc_voltage_v: m.dc_voltage_v, sample_time_s: m.sample_time_s };
+        let frame = Turning {
+            direction: s.direction,
+            omega_s: s.omega_s,
+            dc_voltage_v: m.dc_voltage_v,
+            sample_time_s: m.sample_time_s,
+            overmodulates: false,
+        };
         frame.to_stator(u, self.current.voltage_delay_s)
     }
 }

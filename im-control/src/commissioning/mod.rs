@@ -472,8 +472,13 @@ impl<T: Scalar> Commissioning<T> {
 
     /// The voltage that brings the current to a reference in a frame, A.
     fn regulate(&mut self, m: &Measured<T>, wanted: Complex<T>, omega: T) -> Complex<T> {
-        let frame =
-            Frame { direction: self.direction, omega_s: omega, dc_voltage_v: self.dc_voltage_v, sample_time_s: m.sample_time_s };
+        let frame = Frame {
+            direction: self.direction,
+            omega_s: omega,
+            dc_voltage_v: self.dc_voltage_v,
+            sample_time_s: m.sample_time_s,
+            overmodulates: false,
+        };
         let z = Complex::new(T::zero(), T::zero());
         let i = frame.of_stator(m.i_s);
         self.regulator.step(&mut self.integral, &frame, wanted, i, z).u_s

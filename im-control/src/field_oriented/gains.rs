@@ -3,6 +3,7 @@
 use im_model::{ModelError, Scalar};
 
 use crate::current_regulator::CurrentRegulator;
+use crate::discrete_current::CurrentControl;
 use crate::field_weakening::FieldWeakening;
 use crate::guard;
 use crate::machine_data::MachineData;
@@ -38,6 +39,10 @@ pub struct FieldOrientedGains<T> {
     pub reference: ReferenceShaper<T>,
     /// How the flux gives way to the voltage.
     pub field_weakening: FieldWeakening<T>,
+    /// How the current is regulated.
+    pub current_control: CurrentControl,
+    /// Beyond the circle of the link up to six steps; `field_weakening.voltage_share` may then be up to 1.1.
+    pub overmodulates: bool,
     /// Makes the flux follow the torque; without, it is what is asked for.
     pub optimal_flux: Option<OptimalFlux<T>>,
 }
@@ -63,6 +68,8 @@ impl<T: Scalar> FieldOrientedGains<T> {
                 acceleration_max_rad_s2: torque / w.inertia_kg_m2,
             },
             field_weakening: FieldWeakening { bandwidth_per_s: c(15.0), voltage_share: c(0.92) },
+            current_control: CurrentControl::Continuous,
+            overmodulates: false,
             optimal_flux: None,
         }
     }
@@ -79,6 +86,20 @@ impl<T: Scalar> FieldOrientedGains<T> {
         Self { optimal_flux: Some(OptimalFlux::new(aim, iron)), ..self }
     }
 
+    /// The same with the current regulated in sampled time, for few samples in a turn of the field; 0.15 over the sampling time is its bandwidth, whatever the delay.
+    #[must_use]
+    pub fn discrete(self, sample_time_s: T) -> Self {
+        let current_bandwidth_rad_s = T::from_f64(0.15) / sample_time_s;
+        Self { current_control: CurrentControl::Discrete, current_bandwidth_rad_s, ..self }
+    }
+
+    /// The same with overmodulation, to 1.05 of the inscribed circle in the steady state.
+    #[must_use]
+    pub fn overmodulating(self) -> Self {
+        let field_weakening = FieldWeakening { voltage_share: T::from_f64(1.05), ..self.field_weakening };
+        Self { overmodulates: true, field_weakening, ..self }
+    }
+
     pub(super) fn validate(&self) -> Result<(), ModelError> {
         guard::SIZE.check("current_bandwidth_rad_s", self.current_bandwidth_rad_s.value())?;
         guard::SIZE.check("flux_bandwidth_rad_s", self.flux_bandwidth_rad_s.value())?;
@@ -88,6 +109,6 @@ impl<T: Scalar> FieldOrientedGains<T> {
         }
         self.reference.validate()?;
         self.optimal_flux.map_or(Ok(()), |o| o.validate())?;
-        self.field_weakening.validate()
+        self.field_weakening.validate_to(if self.overmodulates { 1.1 } else { 1.0 })
     }
 }

@@ -12,6 +12,7 @@ use im_model::space_vector::{j, norm2};
 use im_model::{Complex, Scalar};
 
 use crate::current_regulator::{CurrentRegulator, Turning};
+use crate::discrete_current::{CurrentControl, DiscreteCurrent};
 use crate::error::ControlError;
 use crate::flux::{RotorFlux, RotorFluxModel};
 use crate::flying_start::{BeginsAt, Caught};
@@ -64,6 +65,7 @@ struct State<T> {
     /// Direction of the flux; kept turning with the rotor where there is none.
     direction: Complex<T>,
     current_integral: Complex<T>,
+    discrete: DiscreteCurrent<T>,
     speed_integral: T,
     shaped: Option<Shaped<T>>,
     /// The flux that follows the torque, and the torque that it follows.
@@ -120,6 +122,7 @@ impl<T: Scalar> FieldOriented<T> {
             stator: StatorFlux::default(),
             direction: Complex::new(T::one(), o),
             current_integral: z,
+            discrete: DiscreteCurrent::default(),
             speed_integral: o,
             shaped: None,
             optimal_flux: o,
@@ -174,6 +177,7 @@ impl<T: Scalar> Controller<T> for FieldOriented<T> {
         if is_finite(u)
             && self.state.flux_limit.is_finite()
             && is_finite(self.state.current_integral)
+            && self.state.discrete.is_finite()
             && self.state.torque_nm.is_finite()
         {
             self.state.command = u;
@@ -231,7 +235,13 @@ impl<T: Scalar> FieldOriented<T> {
             None => T::zero(),
         };
         // The rotor does not see what the iron takes.
-        model.step(&mut s.rotor, law.rotor_resistance_ohm, m.i_s - j(s.direction) * iron_a, m.omega_m, t);
+        let mut seen = m.i_s - j(s.direction) * iron_a;
+        if g.current_control == CurrentControl::Discrete {
+            // Between two samples the held voltage bends the current, i'' = −jω_s e/L_σ, and its mean is not that of its ends.
+            let x = s.omega_s * t;
+            seen -= s.rotor.flux_vs * (k_r * x * x / (T::from_f64(12.0) * current.leakage_inductance_h));
+        }
+        model.step(&mut s.rotor, law.rotor_resistance_ohm, seen, m.omega_m, t);
         let psi = match g.orientation {
             Orientation::Indirect => s.rotor.flux_vs * k_r,
             Orientation::Direct { crossover_rad_s } => {
@@ -309,10 +319,20 @@ impl<T: Scalar> FieldOriented<T> {
 
         // The voltage that brings the currents there.
         let slip = if s.magnetized { r_r * (i.im - iron_a) / size } else { T::zero() };
-        let frame = Turning { direction: s.direction, omega_s: omega_e + slip, dc_voltage_v: m.dc_voltage_v, sample_time_s: t };
+        let frame = Turning {
+            direction: s.direction,
+            omega_s: omega_e + slip,
+            dc_voltage_v: m.dc_voltage_v,
+            sample_time_s: t,
+            overmodulates: g.overmodulates,
+        };
         let size = Complex::new(size, T::zero());
         let emf = j(size) * omega_e - size * inverse_t_r;
-        let out = current.step(&mut s.current_integral, &frame, Complex::new(i_d, i_q + iron_a), i, emf);
+        let i_wanted = Complex::new(i_d, i_q + iron_a);
+        let out = match g.current_control {
+            CurrentControl::Continuous => current.step(&mut s.current_integral, &frame, i_wanted, i, emf),
+            CurrentControl::Discrete => s.discrete.step(&current, &frame, i_wanted, i, emf),
+        };
         s.wanted_v = out.wanted_v;
         s.omega_s = frame.omega_s;
         s.status = DriveStatus::OK

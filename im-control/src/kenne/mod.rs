@@ -233,8 +233,13 @@ impl<T: Scalar> Kenne<T> {
         s.magnetized = flux > T::zero() && (size >= enough || s.magnetized && size > too_little);
         let i = m.i_s * s.direction.conj();
         let mut status = DriveStatus::OK.and_if(flux < wanted * c(0.98), DriveStatus::FIELD_WEAKENING);
-        let frame =
-            |slip| Turning { direction: s.direction, omega_s: omega_e + slip, dc_voltage_v: m.dc_voltage_v, sample_time_s: t };
+        let frame = |slip| Turning {
+            direction: s.direction,
+            omega_s: omega_e + slip,
+            dc_voltage_v: m.dc_voltage_v,
+            sample_time_s: t,
+            overmodulates: false,
+        };
 
         let out = if s.magnetized {
             let load = (s.load.torque_nm, s.load.rate_nm_per_s);

@@ -25,7 +25,7 @@ mod current {
     /// The current over time in a frame that turns at 100 rad/s: L di/dt = u − R i − jω_s L i − e − d, `d` unknown to the regulator.
     fn run(wanted: C, emf: C, disturbance: C, dc_voltage_v: f64, duration_s: f64) -> Vec<C> {
         let regulator = CurrentRegulator { bandwidth_rad_s: A, leakage_inductance_h: L, resistance_ohm: R, voltage_delay_s: 0.0 };
-        let frame = Turning { direction: C::new(1.0, 0.0), omega_s: 100.0, dc_voltage_v, sample_time_s: T };
+        let frame = Turning { direction: C::new(1.0, 0.0), omega_s: 100.0, dc_voltage_v, sample_time_s: T, overmodulates: false };
         let (mut i, mut x) = (ZERO, ZERO);
         (0..(duration_s / T) as usize)
             .map(|_| {
@@ -73,7 +73,8 @@ mod current {
     #[test]
     fn the_integral_takes_back_what_the_link_does_not_give() {
         let regulator = CurrentRegulator { bandwidth_rad_s: A, leakage_inductance_h: L, resistance_ohm: R, voltage_delay_s: 0.0 };
-        let frame = Turning { direction: C::new(1.0, 0.0), omega_s: 100.0, dc_voltage_v: 100.0, sample_time_s: T };
+        let frame =
+            Turning { direction: C::new(1.0, 0.0), omega_s: 100.0, dc_voltage_v: 100.0, sample_time_s: T, overmodulates: false };
         let (wanted, i, emf, before) = (C::new(9.0, -30.0), C::new(2.0, 1.0), C::new(4.0, 20.0), C::new(-1.0, 7.0));
         let mut x = before;
         let out = regulator.step(&mut x, &frame, wanted, i, emf);
@@ -87,7 +88,7 @@ mod current {
     #[test]
     fn a_voltage_is_turned_ahead_and_kept_within_the_link() {
         let direction = C::from_polar(1.0, 0.4);
-        let frame = Turning { direction, omega_s: 300.0, dc_voltage_v: 540.0, sample_time_s: 1e-4 };
+        let frame = Turning { direction, omega_s: 300.0, dc_voltage_v: 540.0, sample_time_s: 1e-4, overmodulates: false };
         let u = C::new(-50.0, 200.0);
         let free = frame.to_stator(u, 2e-4);
         assert!(!free.limited && free.u == u && near(free.wanted_v, u.norm(), 1e-12));

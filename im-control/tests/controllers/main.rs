@@ -4,4 +4,5 @@ mod alone;
 mod bounds;
 mod field_weakening;
 mod loops;
+mod sampled;
 mod supervision;

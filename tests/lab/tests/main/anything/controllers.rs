@@ -5,8 +5,8 @@ use im_control::kenne::{KenneGains, LoadTorqueSource};
 use im_control::modulation::DeadTimeCompensation;
 use im_control::mtpa::Connection;
 use im_control::{
-    Drive, DriveLimits, FieldOriented, FieldOrientedGains, FieldWeakening, FluxAim, FlyingStart, Iron, Jadot, Kenne, MachineData,
-    Mtpa, MtpaGains, MtpaLaw, OptimalFlux, Orientation, ReferenceShaper, Reports, SpeedLoop, SpeedRegulator,
+    CurrentControl, Drive, DriveLimits, FieldOriented, FieldOrientedGains, FieldWeakening, FluxAim, FlyingStart, Iron, Jadot,
+    Kenne, MachineData, Mtpa, MtpaGains, MtpaLaw, OptimalFlux, Orientation, ReferenceShaper, Reports, SpeedLoop, SpeedRegulator,
 };
 use im_identify::online::{Fixed, Lambda, RegulationParameters};
 use im_model::simulation::{Command, Controller, Measured, Reference};
@@ -48,6 +48,8 @@ fn field_oriented<T: Scalar>(f: &mut Fields, direct: bool) -> FieldOrientedGains
         follows_torque: false,
         reference: shaper(f),
         field_weakening: weakening(f),
+        current_control: if direct { CurrentControl::Discrete } else { CurrentControl::Continuous },
+        overmodulates: direct,
         optimal_flux: either_flux(f, direct),
     }
 }
