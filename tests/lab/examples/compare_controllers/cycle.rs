@@ -13,8 +13,16 @@ use im_model::simulation::{
 use im_model::{BaseParameter, Complex, Effects, Machine, ParameterId, Plant, PlantInput, machines};
 
 /// As `im_control::named` has them.
-pub const NAMES: [&str; 8] =
-    ["indirect_field_orientation", "direct_field_orientation", "kenne", "jadot", "direct_torque", "volts_per_hertz", "mtpa"];
+pub const NAMES: [&str; 8] = [
+    "indirect_field_orientation",
+    "direct_field_orientation",
+    "least_loss_field_orientation",
+    "kenne",
+    "jadot",
+    "direct_torque",
+    "volts_per_hertz",
+    "mtpa",
+];
 
 const M: machines::NamedMachine = machines::JADOT_TABLE_I;
 const FLUX: f64 = 0.9;
