@@ -1,7 +1,7 @@
 //! What is to be explained: a motor as its papers give it, recordings to learn from, and one held out.
 
 use im_identify::offline::{Experiment, Start, guess_start};
-use im_model::{MotorFile, Recording, State};
+use im_model::{EffectId, MotorFile, Recording, State};
 
 use rayon::prelude::*;
 
@@ -9,6 +9,9 @@ use crate::intake::mapping::Begin;
 use crate::intake::quality::convention;
 use crate::intake::{Intake, LoadPlan};
 use crate::noise::white_sigma;
+
+/// A run with how it begins and what is known of its load.
+pub type Run = (Experiment, Begin, LoadPlan);
 
 /// A motor with its recordings.
 #[derive(Clone, Debug)]
@@ -19,6 +22,8 @@ pub struct Case {
     pub train: Vec<Experiment>,
     /// A recording that no fit sees.
     pub holdout: Option<Experiment>,
+    /// Effects that the way of recording rules out: an inverter's between command and terminals, where the terminals were measured.
+    pub ruled_out: Vec<EffectId>,
 }
 
 impl Case {
@@ -29,22 +34,26 @@ impl Case {
 
     /// From canonical recordings, the load of those without a torque unknown; the noise of each sensor is estimated from all of them together.
     pub fn new(motor: MotorFile, train: &[Recording], holdout: Option<&Recording>) -> Self {
-        let experiments = |r: &Recording| Experiment::from_recording(r, [1.0, 1.0], 1.0);
-        let mut case = Self { motor, train: train.iter().map(experiments).collect(), holdout: holdout.map(experiments) };
-        case.estimate_noise();
-        for e in case.train.iter_mut().chain(&mut case.holdout) {
-            e.start = guess_start(e);
-        }
-        let unknown = train.iter().chain(holdout).map(|r| r.tau_load.is_none());
-        case.load_plans(unknown.map(|u| if u { LoadPlan::Unknown } else { LoadPlan::Known }).collect())
+        let run = |r: &Recording| {
+            let load = if r.tau_load.is_none() { LoadPlan::Unknown } else { LoadPlan::Known };
+            (Experiment::from_recording(r, [1.0, 1.0], 1.0), Begin::Auto, load)
+        };
+        Self::of(motor, train.iter().map(run).collect(), holdout.map(run))
     }
 
     /// From recordings as they were taken in; the noise of each sensor is estimated from all of them together.
     pub fn from_intake(motor: MotorFile, train: Vec<Intake>, holdout: Option<Intake>) -> Self {
-        let loads: Vec<LoadPlan> = train.iter().chain(&holdout).map(|i| i.load).collect();
-        let begins: Vec<Begin> = train.iter().chain(&holdout).map(|i| i.begin).collect();
-        let train = train.into_iter().map(|i| i.experiment).collect();
-        let mut case = Self { motor, train, holdout: holdout.map(|i| i.experiment) };
+        let run = |i: Intake| (i.experiment, i.begin, i.load);
+        let measured = train.iter().all(|i| i.measured_voltage);
+        let case = Self::of(motor, train.into_iter().map(run).collect(), holdout.map(run));
+        Self { ruled_out: if measured { vec![EffectId::InverterNonlinearity] } else { Vec::new() }, ..case }
+    }
+
+    /// From runs, with how each begins and what is known of its load.
+    pub fn of(motor: MotorFile, train: Vec<Run>, holdout: Option<Run>) -> Self {
+        let (begins, plans): (Vec<Begin>, Vec<LoadPlan>) = train.iter().chain(&holdout).map(|r| (r.1, r.2)).unzip();
+        let mut case =
+            Self { motor, train: train.into_iter().map(|r| r.0).collect(), holdout: holdout.map(|r| r.0), ruled_out: Vec::new() };
         case.estimate_noise();
         for (e, begin) in case.train.iter_mut().chain(&mut case.holdout).zip(begins) {
             e.start = match (begin, guess_start(e)) {
@@ -53,15 +62,16 @@ impl Case {
                 (_, guess) => guess,
             };
         }
-        case.load_plans(loads)
+        case.load_plans(plans)
     }
 
     /// Loads every run as is known of it. How it starts must have been seen before: an unknown load takes the speed out of what is compared.
     fn load_plans(mut self, plans: Vec<LoadPlan>) -> Self {
         let count = self.train.len();
-        let apply = |(e, plan): (Experiment, &LoadPlan)| plan.apply(e);
+        let motor = &self.motor;
+        let apply = |(e, plan): (Experiment, &LoadPlan)| plan.apply(e, motor);
         self.train = self.train.into_par_iter().zip(&plans[..count]).map(apply).collect();
-        self.holdout = self.holdout.map(|e| plans[count].apply(e));
+        self.holdout = self.holdout.map(|e| plans[count].apply(e, motor));
         self
     }
 

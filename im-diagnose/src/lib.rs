@@ -27,6 +27,7 @@ pub mod intake;
 pub mod learn;
 pub mod loads;
 pub mod localise;
+pub mod losses;
 pub mod next_test;
 pub mod noise;
 pub mod report;

@@ -1,6 +1,6 @@
 //! Loads that no column holds: what was found of them, and what is not determined without them.
 
-use im_identify::offline::{Experiment, Load, Size, load_torque, torques_balance};
+use im_identify::offline::{ChannelKind, Experiment, Load, Size, load_torque, torques_balance};
 use im_model::effects::Place;
 use im_model::{EffectId, Machine, State};
 use rayon::prelude::*;
@@ -34,12 +34,15 @@ impl Loads {
 
     /// For programs.
     pub fn to_json(&self) -> Value {
-        let one = |f: &FoundLoad| match &f.torque {
-            FoundTorque::Curve(points) => {
-                let column = |c: usize| points.iter().map(|p| p[c]).collect::<Vec<f64>>();
-                json!({"recording": f.recording, "t_s": column(0), "torque_nm": column(1), "std_nm": column(2)})
+        let column = |points: &[[f64; 3]], c: usize| points.iter().map(|p| p[c]).collect::<Vec<f64>>();
+        let one = |f: &FoundLoad| match &f.found {
+            Found::Curve(points) => {
+                json!({"recording": f.recording, "t_s": column(points, 0), "torque_nm": column(points, 1), "std_nm": column(points, 2)})
             }
-            FoundTorque::Law { constant_nm, fan_nm_s2 } => {
+            Found::Speed(points) => json!({
+                "recording": f.recording, "t_s": column(points, 0), "omega_m_rad_s": column(points, 1), "std_rad_s": column(points, 2)
+            }),
+            Found::Law { constant_nm, fan_nm_s2 } => {
                 json!({"recording": f.recording, "constant_nm": constant_nm, "fan_nm_s2": fan_nm_s2})
             }
         };
@@ -56,14 +59,16 @@ pub struct FoundLoad {
     /// The recording.
     pub recording: String,
     /// What was found.
-    pub torque: FoundTorque,
+    pub found: Found,
 }
 
-/// A load torque that was found.
+/// What stands in place of a load torque that was not measured.
 #[derive(Clone, Debug)]
-pub enum FoundTorque {
+pub enum Found {
     /// Time, s, torque and its standard deviation by the noise of the speed sensor, Nm; as many rows as a picture shows.
     Curve(Vec<[f64; 3]>),
+    /// The speed where it was not measured either: time, s, speed and its standard deviation by the noise of the current sensors, rad/s.
+    Speed(Vec<[f64; 3]>),
     /// Of a law, whose fitted sizes are: the constant part, Nm, and that of a fan, Nm s²/rad².
     Law {
         /// `None` where it was not asked for.
@@ -80,49 +85,67 @@ const POINTS: usize = 600;
 fn found(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Vec<FoundLoad> {
     let one = |(e, x): (&Experiment, &State<f64>)| {
         let fitted = |size: Size, value: f64| (size == Size::Fitted).then_some(value);
-        let torque = match e.load {
+        let found = match e.load {
             Load::Known => return None,
-            Load::Unknown(_) => FoundTorque::Curve(curve(machine, e, x)?),
+            Load::Unknown(_) => {
+                let found = load_torque(machine, e, x)?;
+                Found::Curve(curve(e.sample_time_s, &found.torque_nm, &found.std_nm))
+            }
+            Load::Unseen(_) => {
+                let Load::Unseen(found) = e.clone().with_speed_found_by(machine, x).load else { return None };
+                Found::Speed(curve(e.sample_time_s, &found.omega_m, &found.std))
+            }
             Load::Law { constant, fan } => {
-                FoundTorque::Law { constant_nm: fitted(constant, x.load.constant_nm), fan_nm_s2: fitted(fan, x.load.fan_nm_s2) }
+                Found::Law { constant_nm: fitted(constant, x.load.constant_nm), fan_nm_s2: fitted(fan, x.load.fan_nm_s2) }
             }
         };
-        Some(FoundLoad { recording: e.name.clone(), torque })
+        Some(FoundLoad { recording: e.name.clone(), found })
     };
     let all: Vec<Option<FoundLoad>> = experiments.par_iter().zip(starts).map(one).collect();
     all.into_iter().flatten().collect()
 }
 
-fn curve(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Option<Vec<[f64; 3]>> {
-    let found = load_torque(machine, e, start)?;
-    let stride = e.len().div_ceil(POINTS).max(1);
+/// As many points as a picture shows, each the mean over its rows: time, value and standard deviation.
+fn curve(sample_time_s: f64, values: &[f64], std: &[f64]) -> Vec<[f64; 3]> {
+    let stride = values.len().div_ceil(POINTS).max(1);
     let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
-    let rows = found.torque_nm.chunks(stride).zip(found.std_nm.chunks(stride)).enumerate();
+    let rows = values.chunks(stride).zip(std.chunks(stride)).enumerate();
     // The middle of the rows that a point stands for.
-    let time = |k: usize, n: usize| e.sample_time_s * (k as f64 * stride as f64 + 0.5 * (n as f64 - 1.0));
-    Some(rows.map(|(k, (torque, std))| [time(k, torque.len()), mean(torque), mean(std)]).collect())
+    let time = |k: usize, n: usize| sample_time_s * (k as f64 * stride as f64 + 0.5 * (n as f64 - 1.0));
+    rows.map(|(k, (values, std))| [time(k, values.len()), mean(values), mean(std)]).collect()
 }
 
-impl FoundTorque {
-    /// Least and largest torque of a curve with what the sensor's noise leaves open (± 2 σ), Nm.
+impl Found {
+    /// The points of a curve.
+    pub fn points(&self) -> &[[f64; 3]] {
+        match self {
+            Self::Curve(points) | Self::Speed(points) => points,
+            Self::Law { .. } => &[],
+        }
+    }
+
+    /// Least and largest value of a curve with what noise leaves open (± 2 σ), in its unit.
     pub fn range(&self) -> Option<(f64, f64)> {
-        let Self::Curve(points) = self else { return None };
-        let low = points.iter().map(|p| p[1] - 2.0 * p[2]).fold(f64::INFINITY, f64::min);
-        let high = points.iter().map(|p| p[1] + 2.0 * p[2]).fold(f64::NEG_INFINITY, f64::max);
+        let low = self.points().iter().map(|p| p[1] - 2.0 * p[2]).fold(f64::INFINITY, f64::min);
+        let high = self.points().iter().map(|p| p[1] + 2.0 * p[2]).fold(f64::NEG_INFINITY, f64::max);
         (low <= high).then_some((low, high))
     }
 
-    /// Mean over time, Nm.
+    /// Mean over time.
     pub fn mean(&self) -> Option<f64> {
-        let Self::Curve(points) = self else { return None };
+        let points = self.points();
         (!points.is_empty()).then(|| points.iter().map(|p| p[1]).sum::<f64>() / points.len() as f64)
     }
 }
 
-/// The effects that act on the shaft alone, where no recording balances a torque: they change nothing that is compared.
+/// The effects that act on the shaft alone, where no recording balances a torque, and those of a speed sensor that there is not: they change
+/// nothing that is compared.
 fn not_determined(experiments: &[Experiment], library: impl Iterator<Item = EffectId>) -> Vec<EffectId> {
     if torques_balance(experiments) {
         return Vec::new();
     }
-    library.filter(|e| e.about().place == Place::Mechanics).collect()
+    let shown = |e: &Experiment| matches!(e.load, Load::Unknown(_)) || e.channels.iter().any(|c| c.kind == ChannelKind::Speed);
+    let no_sensor = !experiments.iter().any(shown);
+    let of_sensor = |e: &EffectId| no_sensor && matches!(e, EffectId::SpeedSensorLag | EffectId::SpeedSensorScale);
+    library.filter(|e| e.about().place == Place::Mechanics || of_sensor(e)).collect()
 }

@@ -123,7 +123,7 @@ pub fn case(motor: MotorFile, tables: &[SteadyTable]) -> Result<(Case, Vec<Findi
         let finding = Finding::new(FindingKind::SpeedScale, Severity::Warning, sentence, advice).on("speed");
         findings.push(Finding { recording: names.join(", "), ..finding });
     }
-    Ok((Case { motor, train, holdout: None }, findings))
+    Ok((Case { motor, train, holdout: None, ruled_out: Vec::new() }, findings))
 }
 
 /// The impedance of one phase with the rotor free and with it held, as the motor file has it, Ω.
@@ -136,7 +136,7 @@ fn impedances(motor: &MotorFile) -> [f64; 2] {
 }
 
 /// The tables with the rotor free or held where nobody said: by which of the two impedances theirs is nearer to.
-fn decided(motor: &MotorFile, tables: &[SteadyTable]) -> Vec<SteadyTable> {
+pub(crate) fn decided(motor: &MotorFile, tables: &[SteadyTable]) -> Vec<SteadyTable> {
     let [free, held] = impedances(motor);
     let of = |t: &SteadyTable| {
         if t.kind != TableKind::Unsaid {

@@ -60,8 +60,9 @@ pub fn jobs(path: &Path) -> Result<Vec<Job>, Refused> {
     let mut jobs = if path.is_dir() { of_folder(path)? } else { of_table(path)? };
     if jobs.is_empty() {
         return Err(Refused::Input(format!(
-            "{}: no motors with recordings; each needs a folder with motor.toml and at least one recording (.csv, .parquet, .mat, .mf4, .tdms, .cfg)",
-            path.display()
+            "{}: no motors with recordings; each needs a folder with motor.toml and at least one recording (.{})",
+            path.display(),
+            ENDINGS.join(", .")
         )));
     }
     jobs.sort_by(|a, b| (&a.unit, &a.date).cmp(&(&b.unit, &b.date)));

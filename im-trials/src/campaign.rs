@@ -7,7 +7,10 @@ use std::time::Instant;
 
 use im_diagnose::case::Case;
 use im_diagnose::diagnosis::{Diagnosis, Step, Verdict, diagnose};
+use im_diagnose::intake::LoadPlan;
+use im_diagnose::intake::mapping::Begin;
 use im_diagnose::search::Options;
+use im_identify::offline::{ChannelKind, Experiment};
 use im_model::{Complex, EffectId, MotorFile, Recording};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -35,6 +38,10 @@ pub enum Knowledge {
     Whole,
     /// No load torque.
     WithoutLoad,
+    /// No speed: the load torque turns the model.
+    WithoutSpeed,
+    /// Neither speed nor load torque.
+    WithoutSpeedAndLoad,
 }
 
 /// The trial as a case: motor file, training and held-out recordings, nothing else.
@@ -45,13 +52,23 @@ pub fn case_of(trial: &Trial) -> Case {
 /// The same as a bench has it that has not measured everything.
 pub fn case_knowing(trial: &Trial, knowledge: Knowledge) -> Case {
     let motor = MotorFile::parse(&trial.motor_toml, "motor.toml").expect("the simulator writes valid motor files");
-    let known = |name: &str, t: &Table| {
-        let r = recording(name, t);
-        let tau_load = r.tau_load.filter(|_| knowledge == Knowledge::Whole);
-        Recording { tau_load, ..r }
+    let run = |name: &str, t: &Table| {
+        let mut e = Experiment::from_recording(&recording(name, t), [1.0; 2], 1.0);
+        let plan = match knowledge {
+            Knowledge::Whole | Knowledge::WithoutSpeed => LoadPlan::Known,
+            Knowledge::WithoutLoad => LoadPlan::Unknown,
+            Knowledge::WithoutSpeedAndLoad => LoadPlan::Unseen,
+        };
+        if matches!(knowledge, Knowledge::WithoutSpeed | Knowledge::WithoutSpeedAndLoad) {
+            e.channels.retain(|c| c.kind != ChannelKind::Speed);
+        }
+        if plan != LoadPlan::Known {
+            e.tau_load.fill(0.0);
+        }
+        (e, Begin::Auto, plan)
     };
-    let train: Vec<Recording> = trial.train.iter().enumerate().map(|(k, t)| known(&format!("train{}", k + 1), t)).collect();
-    Case::new(motor, &train, Some(&known("holdout", &trial.holdout)))
+    let train = trial.train.iter().enumerate().map(|(k, t)| run(&format!("train{}", k + 1), t)).collect();
+    Case::of(motor, train, Some(run("holdout", &trial.holdout)))
 }
 
 /// How a trial ended.

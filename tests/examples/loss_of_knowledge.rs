@@ -1,6 +1,6 @@
-//! What it costs not to have measured something: trials diagnosed with everything known and without the load torque.
+//! What it costs not to have measured something: trials diagnosed with everything known, without the load torque, the speed, or both.
 //!
-//! `loss_of_knowledge [SEEDS] [EFFECT…]` prints a line per trial, and the table of docs/background/diagnosis.md. Hidden are single effects of medium
+//! `loss_of_knowledge [SEEDS] [EFFECT…] [known=WORDS]` prints a line per trial, and the table of docs/background/diagnosis.md. Hidden are single effects of medium
 //! strength that act on the electrical side, in a sensor or in the inverter, and nothing at all. `WHY=1` prints the course of each loop.
 
 use im_model::EffectId;
@@ -9,8 +9,12 @@ use im_tests::campaign::{Knowledge, Outcome, run_knowing};
 use im_tests::hidden::{CatalogueMachine, EffectKind, Strength, TrialCase};
 use rayon::prelude::*;
 
-const KNOWN: [(Knowledge, &str); 2] =
-    [(Knowledge::Whole, "everything known"), (Knowledge::WithoutLoad, "without the load torque")];
+const KNOWN: [(Knowledge, &str); 4] = [
+    (Knowledge::Whole, "everything known"),
+    (Knowledge::WithoutLoad, "without the load torque"),
+    (Knowledge::WithoutSpeed, "without the speed"),
+    (Knowledge::WithoutSpeedAndLoad, "without speed and load torque"),
+];
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -18,6 +22,8 @@ fn main() {
     let wanted: Vec<&String> = args.iter().filter(|a| a.parse::<u64>().is_err()).collect();
     let mechanical = |k: &EffectKind| EffectId::from_name(k.name()).is_some_and(|e| e.about().place == Place::Mechanics);
     let electrical = EffectKind::ALL.iter().filter(|k| k.in_library() && !mechanical(k));
+    let (known, wanted): (Vec<&String>, Vec<&String>) = wanted.into_iter().partition(|w| w.starts_with("known="));
+    let taken = |words: &str| known.is_empty() || known.iter().any(|k| k["known=".len()..] == *words);
     let named = |name: &str| wanted.is_empty() || wanted.iter().any(|w| *w == name);
     let mut cases = Vec::new();
     for seed in 0..seeds {
@@ -33,7 +39,7 @@ fn main() {
         "| | trials | refused | exact | named among others | nothing named | false effect | clean | clean with a false effect |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
-    for (knowledge, words) in KNOWN {
+    for (knowledge, words) in KNOWN.into_iter().filter(|(_, words)| taken(words)) {
         let all: Vec<(bool, Result<Outcome, String>)> = cases
             .par_iter()
             .with_max_len(1)

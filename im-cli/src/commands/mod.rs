@@ -18,6 +18,7 @@ mod fleet;
 mod identify;
 mod inputs;
 mod learn;
+mod losses;
 mod motor;
 mod next_test;
 mod observe;
@@ -42,6 +43,8 @@ pub enum Command {
     Learn(learn::Args),
     /// Fit the parameters of a motor to recordings
     Fit(fit::Args),
+    /// Segregate the losses of no-load and load tests, as IEC 60034-2-1 and IEEE 112 do
+    Losses(losses::Args),
     /// Judge many motors: one table of verdicts, statistics of types, a page
     Fleet(fleet::Args),
     /// Estimate parameters as a drive does while running; show where they can be estimated
@@ -83,6 +86,7 @@ impl Command {
             Self::Diagnose(args) => diagnose::run(&args),
             Self::Learn(args) => learn::run(&args),
             Self::Fit(args) => fit::run(&args),
+            Self::Losses(args) => losses::run(&args),
             Self::Fleet(args) => fleet::run(&args),
             Self::Identify(args) => identify::run(&args),
             Self::Add(args) => add::run(&args),

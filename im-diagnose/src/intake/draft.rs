@@ -90,7 +90,10 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
     text_section(&mut text, format, has_names);
     let dt = time_section(&mut text, &mut d, &mut seen);
     let rated_v = motor.rating.phase_voltage_peak_v;
-    let voltage = set_section(&mut text, &mut d, &mut seen, Quantity::Voltage, None, dt, rated_v);
+    let duty = duty_section(&mut text, &mut d, &mut seen);
+    let voltage =
+        if duty.is_some() { duty } else { set_section(&mut text, &mut d, &mut seen, Quantity::Voltage, None, dt, rated_v) };
+    let dt = time_unit(&mut text, &mut d, voltage.as_deref(), dt, motor);
     let current = set_section(&mut text, &mut d, &mut seen, Quantity::Current, voltage.as_deref(), dt, rated_v);
     let turning = match (&voltage, &current, dt) {
         (Some(u), Some(i), Some(dt)) => {
@@ -99,12 +102,20 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
         }
         _ => None,
     };
+    frame_section(&mut text, &mut d, &mut seen);
+    if let Some(t) = turning.as_ref() {
+        current_sign(&mut text, &mut d, t, motor);
+    }
     speed_section(&mut text, &mut d, &mut seen, turning.as_ref(), motor);
     let turns = text.contains("\n[speed]");
     load_section(&mut text, &mut d, &mut seen, turns);
     let rest: Vec<&str> = seen.iter().filter(|s| !s.taken).map(|s| s.name).collect();
     if !rest.is_empty() {
         let _ = writeln!(text, "# Not used: {}", rest.join(", "));
+    }
+    if !sniffed.left_out.is_empty() {
+        let _ = writeln!(text, "# Not read: {}", sniffed.left_out.join(", ").replace(char::is_control, "?"));
+        d.guesses.push(format!("Not read from the file: {}", sniffed.left_out.join(", ")));
     }
     d.text = text;
     d
@@ -165,6 +176,9 @@ fn time_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) -> Opti
         let _ = writeln!(text, "unit = FILL_IN                 # \"s\", \"ms\", \"µs\"; or sample_time_s instead of column");
         unit = f64::NAN;
     } else {
+        if s.unit.is_none() {
+            text.push_str(TIME_UNIT);
+        }
         let why = if s.unit.is_some() { "by its name" } else { "the column that advances from row to row" };
         d.guesses.push(format!(
             "{} is the time ({why}), sampled at {} Hz",
@@ -211,15 +225,19 @@ fn set_section(
         candidates.extend(of(Origin::Command));
     }
     let with = |place: usize| candidates.iter().copied().find(|&k| seen[k].place == Some(place));
+    let one_each = (0..3).all(|place| candidates.iter().filter(|&&k| seen[k].place == Some(place)).count() == 1);
+    let axis = |letter: &str| candidates.iter().copied().find(|&k| names::axis(seen[k].name) == Some(letter));
     let _ = writeln!(text, "[{section}]");
     let (keys, chosen, why): (Vec<&str>, Vec<usize>, String) = if let (Some(a), Some(b)) = (with(3), with(4)) {
         (vec!["alpha", "beta"], vec![a, b], "by their names".into())
     } else if let (Some(a), Some(b), Some(c)) = (with(5), with(6), with(7)) {
         (vec!["ab", "bc", "ca"], vec![a, b, c], "by their names".into())
+    } else if let (Some(d), Some(q), true) = (axis("d"), axis("q"), seen.iter().any(|s| names::is_frame_angle(s.name))) {
+        (vec!["d", "q"], vec![d, q], "by their names".into())
+    } else if let (true, Some(a), Some(b), Some(c)) = (one_each, with(0), with(1), with(2)) {
+        (vec!["a", "b", "c"], vec![a, b, c], "by their names".into())
     } else if let Some(set) = balanced(seen, &candidates) {
         (vec!["a", "b", "c"], set.to_vec(), "of equal size, and their sum nearly vanishes".into())
-    } else if let (Some(a), Some(b), Some(c)) = (with(0), with(1), with(2)) {
-        (vec!["a", "b", "c"], vec![a, b, c], "by their names".into())
     } else if let (Some(a), Some(b)) = (with(5), with(6)) {
         (vec!["ab", "bc"], vec![a, b], "by their names".into())
     } else if let (Some(a), Some(b)) = (with(0), with(1)) {
@@ -242,9 +260,15 @@ fn set_section(
     let n = seen[chosen[0]].x.len();
     let unit = |k: usize| seen[k].unit.filter(|u| u.quantity == quantity).map_or(1.0, |u| u.si);
     let at = |c: usize, k: usize| seen[chosen[c]].x[k] * unit(chosen[c]);
+    let angle = seen.iter().position(|s| names::is_frame_angle(s.name));
+    let turned = |k: usize| {
+        let unit = angle.map_or(1.0, |a| frame_unit(&seen[a]).1);
+        Complex::from_polar(1.0, angle.map_or(0.0, |a| seen[a].x[k] * unit))
+    };
     let mut vector: Vec<Complex<f64>> = (0..n)
         .map(|k| match keys[..] {
             ["alpha", _] => Complex::new(at(0, k), at(1, k)),
+            ["d", _] => Complex::new(at(0, k), at(1, k)) * turned(k),
             ["ab", _, _] => from_phases([(at(0, k) - at(2, k)) / 3.0, (at(1, k) - at(0, k)) / 3.0, (at(2, k) - at(1, k)) / 3.0]),
             ["ab", _] => from_phases([at(0, k), 0.0, -at(1, k)]),
             [_, _, _] => from_phases([at(0, k), at(1, k), at(2, k)]),
@@ -286,9 +310,97 @@ fn set_section(
     if quantity == Quantity::Voltage {
         per_unit(text, d, seen, &names, &mut vector, rated_v);
         text.push_str(INSTANT);
+        if commanded {
+            let _ =
+                writeln!(text, "measured = false                # a drive's commands: what its inverter makes of them is open");
+        }
     }
     let _ = writeln!(text);
     Some(vector)
+}
+
+/// The legs' duty cycles and the voltage of the dc link.
+fn duty_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) -> Option<Vec<Complex<f64>>> {
+    let share = |s: &Seen<'_>| s.size > 0.0 && s.x.iter().all(|x| (-0.01..=1.01).contains(x));
+    let leg = |place: usize| seen.iter().position(|s| names::is_duty(s.name) && s.place == Some(place) && share(s));
+    let link = seen.iter().position(|s| names::is_dc_link(s.name) && s.x.iter().all(|x| *x > 0.0))?;
+    let legs = [leg(0)?, leg(1)?, leg(2)?];
+    let unit = seen[link].unit.map_or(1.0, |u| u.si);
+    let at = |k: usize| from_phases(legs.map(|l| seen[l].x[k])) * (seen[link].x[k] * unit);
+    let vector = (0..seen[link].x.len()).map(at).collect();
+    let keys = legs.map(|l| seen[l].key.clone());
+    let names = legs.map(|l| seen[l].name).join(", ");
+    d.guesses.push(format!(
+        "{names} are the legs' duty cycles, of {}, the voltage of the dc link; commanded, not measured",
+        seen[link].name
+    ));
+    let [a, b, c] = keys;
+    let _ = writeln!(text, "[voltage]\nduty_a = {a}\nduty_b = {b}\nduty_c = {c}\ndc_link = {}\n{INSTANT}", seen[link].key);
+    legs.into_iter().chain([link]).for_each(|k| seen[k].taken = true);
+    Some(vector)
+}
+
+/// A time without a unit is in that with which the voltage turns about as fast as the motor is rated for.
+fn time_unit(
+    text: &mut String,
+    d: &mut Draft,
+    voltage: Option<&[Complex<f64>]>,
+    dt: Option<f64>,
+    motor: &MotorFile,
+) -> Option<f64> {
+    let (u, seconds) = (voltage?, dt?);
+    if !text.contains(TIME_UNIT) {
+        return dt;
+    }
+    let turn: Complex<f64> = u.windows(2).map(|w| w[1] * w[0].conj()).sum();
+    let speed = turn.arg().abs() / seconds / (2.0 * PI * motor.rating.electrical_frequency_hz);
+    let usual = |si: f64| (0.02..5.0).contains(&(speed / si));
+    let found = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)].into_iter().find(|(_, si)| usual(*si)).filter(|(name, _)| *name != "s");
+    let line = found
+        .map_or_else(String::new, |(name, _)| format!("unit = {name:?}                    # by the frequency of the voltage\n"));
+    *text = text.replacen(TIME_UNIT, &line, 1);
+    if let Some((name, _)) = found {
+        d.guesses.push(format!("The time is in {name}: the voltage then turns about as fast as the motor is rated for"));
+    }
+    Some(seconds * found.map_or(1.0, |(_, si)| si))
+}
+
+/// Where a unit of time may have to stand.
+const TIME_UNIT: &str = "# unit of time\n";
+
+/// Currents that fit the motor only when they are turned round have the other sign.
+fn current_sign(text: &mut String, d: &mut Draft, steady: &steady::Steady, motor: &MotorFile) {
+    let z = steady.u / steady.i;
+    let z = if steady.omega < 0.0 { z.conj() } else { z };
+    let model = steady::Impedances::of(&motor.machine, steady.u.norm(), steady.omega.abs());
+    let (as_is, turned) = (model.fit(z).off, model.fit(-z).off);
+    if as_is > 0.5 && turned < 0.4 * as_is && turned < 0.5 {
+        d.guesses.push("The currents point the other way against the voltages: turned back they fit the motor".to_owned());
+        *text =
+            text.replacen("[current]\n", "[current]\ngain = -1                      # else they point against the voltages\n", 1);
+    }
+}
+
+/// The unit of a frame's angle, by its name or its range.
+fn frame_unit(s: &Seen<'_>) -> (&'static str, f64) {
+    let largest = s.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    match s.unit.filter(|u| u.quantity == Quantity::Angle) {
+        Some(u) => (u.text, u.si),
+        None if largest <= 1.01 => ("turn", 2.0 * PI),
+        None if largest > 20.0 => ("deg", PI / 180.0),
+        None => ("rad", 1.0),
+    }
+}
+
+fn frame_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) {
+    if !text.contains("\nd = ") {
+        return;
+    }
+    let Some(s) = seen.iter_mut().find(|s| names::is_frame_angle(s.name)) else { return };
+    s.taken = true;
+    let unit = frame_unit(s).0;
+    d.guesses.push(format!("{} is the angle of d and q in {unit}", s.name));
+    let _ = writeln!(text, "[frame]\nangle = {{ column = {}, unit = {unit:?} }}\n", s.key);
 }
 
 /// Voltages far below the rated one are shares of something: of the dc link's voltage where a column has it.

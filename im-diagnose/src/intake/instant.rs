@@ -4,6 +4,7 @@
 use im_identify::offline::{Experiment, FitOptions, base_parameters_in, fit, guess_start, start_on, start_parameters};
 use im_model::MotorFile;
 
+use super::load_plan::LoadPlan;
 use super::mapping::Instant;
 use crate::noise::white_sigma;
 use crate::residuals::nudged;
@@ -22,7 +23,7 @@ pub struct Choice {
 }
 
 /// Mean square of the residual, in σ², of the refitted model.
-fn misfit(e: &Experiment, unknown_load: bool, motor: &MotorFile) -> Option<f64> {
+fn misfit(e: &Experiment, load: LoadPlan, motor: &MotorFile) -> Option<f64> {
     let mut e = e.clone();
     let rows = e.len().min(ROWS);
     e.u_s.truncate(rows);
@@ -34,7 +35,10 @@ fn misfit(e: &Experiment, unknown_load: bool, motor: &MotorFile) -> Option<f64> 
         c.sigma = white_sigma(&c.values).max(1e-9);
     }
     e.start = guess_start(&e);
-    let e = if unknown_load { e.driven_by_speed() } else { e };
+    let e = match load {
+        LoadPlan::Unknown | LoadPlan::Unseen => load.apply(e, motor),
+        LoadPlan::Known | LoadPlan::Law { .. } => e,
+    };
     let mut all = nudged(&[e]);
     let e = &mut all[0];
     if let im_identify::offline::Start::Estimated(_) = e.start {
@@ -48,8 +52,8 @@ fn misfit(e: &Experiment, unknown_load: bool, motor: &MotorFile) -> Option<f64> 
 }
 
 /// The better of the two: `experiment` makes the experiment with an instant.
-pub fn choose(experiment: impl Fn(Instant) -> Experiment, unknown_load: bool, motor: &MotorFile) -> Choice {
-    let [held, sample] = [Instant::HeldFromRow, Instant::Sample].map(|i| misfit(&experiment(i), unknown_load, motor));
+pub fn choose(experiment: impl Fn(Instant) -> Experiment, load: LoadPlan, motor: &MotorFile) -> Choice {
+    let [held, sample] = [Instant::HeldFromRow, Instant::Sample].map(|i| misfit(&experiment(i), load, motor));
     let number = |x: f64| crate::format::number(x.sqrt(), 3);
     let (instant, why) = match (held, sample) {
         (Some(h), Some(s)) if s < CLEARLY * h => (

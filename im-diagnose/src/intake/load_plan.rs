@@ -1,6 +1,7 @@
 //! What is known of a recording's load torque, and the experiment that follows from it.
 
 use im_identify::offline::{self, Experiment, Size};
+use im_model::MotorFile;
 
 use super::mapping::{Load, Mapping, Speed};
 
@@ -11,6 +12,8 @@ pub enum LoadPlan {
     Known,
     /// It may be anything: the measured speed drives the machine.
     Unknown,
+    /// It may be anything, and no speed is measured: the speed that voltages and currents ask for drives the machine.
+    Unseen,
     /// A constant and a fan's torque.
     Law {
         /// Nm.
@@ -21,20 +24,22 @@ pub enum LoadPlan {
 }
 
 impl LoadPlan {
-    /// As a mapping says it. Without a measured speed an unknown load is taken as zero.
+    /// As a mapping says it.
     pub(super) fn of(mapping: &Mapping) -> Self {
         match (&mapping.load, &mapping.speed) {
             (Load::Unknown | Load::Unstated, Speed::Measured { .. }) => Self::Unknown,
+            (Load::Unknown | Load::Unstated, Speed::Absent) => Self::Unseen,
             (&Load::Law { constant, fan }, _) => Self::Law { constant, fan },
             _ => Self::Known,
         }
     }
 
     /// The experiment so driven and loaded.
-    pub fn apply(self, e: Experiment) -> Experiment {
+    pub fn apply(self, e: Experiment, motor: &MotorFile) -> Experiment {
         match self {
             Self::Known => e,
             Self::Unknown => e.driven_by_speed(),
+            Self::Unseen => e.with_unmeasured_speed(&motor.machine, &motor.rating),
             Self::Law { constant, fan } => Experiment { load: offline::Load::Law { constant, fan }, ..e },
         }
     }

@@ -54,6 +54,12 @@ pub struct Signal {
     pub calibrate: Option<Calibration>,
     /// A second sensor of the same quantity.
     pub alternate: Option<Box<Signal>>,
+    /// Of one over the column: the period of an encoder's pulses is in it.
+    pub reciprocal: bool,
+    /// Later than the row by so much, s: channels that are sampled one after the other.
+    pub delay_s: f64,
+    /// Whether single samples far off their neighbours are replaced.
+    pub spikes: bool,
     /// Line of the mapping file that names it.
     pub line: Option<usize>,
 }
@@ -68,6 +74,9 @@ impl Signal {
             offset: Offset::Value(0.0),
             calibrate: None,
             alternate: None,
+            reciprocal: false,
+            delay_s: 0.0,
+            spikes: false,
             line: None,
         }
     }
@@ -86,6 +95,8 @@ pub enum VoltageForm {
     ThreeLines([Signal; 3]),
     /// Space vector.
     AlphaBeta([Signal; 2]),
+    /// Space vector in the frame of the mapping.
+    Dq([Signal; 2]),
     /// Duty cycles of the legs, 0 to 1, and the voltage of the dc link.
     Duty([Signal; 3], Signal),
 }
@@ -133,6 +144,15 @@ pub struct Voltage {
     pub times: Option<Signal>,
     /// Instant.
     pub instant: Instant,
+    /// Whether sensors measured it, or a drive commanded it; `None`: as the instant says.
+    pub measured: Option<bool>,
+}
+
+impl Voltage {
+    /// Whether sensors measured it: nobody commands samples.
+    pub fn is_measured(&self) -> bool {
+        self.measured.unwrap_or(self.instant == Instant::Sample)
+    }
 }
 
 /// How the current stands in the file.
@@ -144,6 +164,8 @@ pub enum CurrentForm {
     TwoPhases([usize; 2], [Signal; 2]),
     /// Space vector.
     AlphaBeta([Signal; 2]),
+    /// Space vector in the frame of the mapping.
+    Dq([Signal; 2]),
 }
 
 /// The speed.
@@ -160,6 +182,15 @@ pub enum Speed {
         signal: Signal,
         /// Whether the pole pairs are to be taken out.
         electrical: bool,
+    },
+    /// Counts of an encoder.
+    Counts {
+        /// Column.
+        signal: Signal,
+        /// Counts of a turn.
+        per_turn: f64,
+        /// Where the counter begins anew; `None`: seen from the column.
+        wraps_at: Option<f64>,
     },
 }
 
@@ -234,6 +265,8 @@ pub struct Mapping {
     pub voltage: Voltage,
     /// Current.
     pub current: CurrentForm,
+    /// Angle of the d axis, rad, of quantities in d and q.
+    pub angle: Option<Signal>,
     /// Speed.
     pub speed: Speed,
     /// Load torque.
@@ -247,7 +280,7 @@ impl VoltageForm {
     pub fn signals(&self) -> Vec<&Signal> {
         match self {
             Self::Phases(s) | Self::ThreeLines(s) => s.iter().collect(),
-            Self::TwoPhases(s) | Self::Lines(_, s) | Self::AlphaBeta(s) => s.iter().collect(),
+            Self::TwoPhases(s) | Self::Lines(_, s) | Self::AlphaBeta(s) | Self::Dq(s) => s.iter().collect(),
             Self::Duty(s, dc) => s.iter().chain([dc]).collect(),
         }
     }
@@ -258,7 +291,7 @@ impl CurrentForm {
     pub fn signals(&self) -> Vec<&Signal> {
         match self {
             Self::Phases(s) => s.iter().collect(),
-            Self::TwoPhases(_, s) | Self::AlphaBeta(s) => s.iter().collect(),
+            Self::TwoPhases(_, s) | Self::AlphaBeta(s) | Self::Dq(s) => s.iter().collect(),
         }
     }
 }
@@ -274,8 +307,11 @@ impl Mapping {
         all.extend(voltages.into_iter().enumerate().map(|(k, s)| (s, (!duty || k == last).then_some(Quantity::Voltage))));
         all.extend(self.voltage.times.iter().map(|s| (s, None)));
         all.extend(self.current.signals().into_iter().map(|s| (s, Some(Quantity::Current))));
-        if let Speed::Measured { signal, .. } = &self.speed {
-            all.push((signal, Some(Quantity::Speed)));
+        all.extend(self.angle.iter().map(|s| (s, Some(Quantity::Angle))));
+        match &self.speed {
+            Speed::Measured { signal, .. } => all.push((signal, Some(Quantity::Speed))),
+            Speed::Counts { signal, .. } => all.push((signal, None)),
+            Speed::Absent | Speed::Locked => {}
         }
         if let Load::Measured { signal, times } = &self.load {
             all.push((signal, None));

@@ -23,13 +23,14 @@ pub(super) type ColumnToml = Spanned<SignalToml>;
 const COLUMN: &str = "a column: its name in quotes, its number from 1, or { column = …, unit = …, gain = …, offset = … }";
 const OFFSET: &str = "a number in the column's own unit, \"mean\", or { mean_before_s = … }";
 const TIME: &str = "[time] with column = \"…\", or sample_time_s where the file has no column of time";
+const FRAME: &str = "[frame] with angle = the column of the d axis' electrical angle, rad (unit = \"deg\" or \"turn\")";
 const CALIBRATE: &str = "calibrate = { from_s = …, to_s = …, value = … }";
 const VOLTAGES: &str = "columns a, b, c (phases; a, b against the star point), two or three of ab, bc, ca (line to line), alpha and \
-                        beta, or duty_a, duty_b, duty_c and dc_link";
+                        beta, d and q with [frame], or duty_a, duty_b, duty_c and dc_link";
 const LOADS: &str = "column = the load torque's, constant = Nm or \"fit\", fan = Nm s²/rad² or \"fit\", unknown = true, or none = true \
                      where nothing drives or brakes the shaft";
 const SIZE: &str = "a number, or \"fit\"";
-const CURRENTS: &str = "columns a, b, c (two of them are enough), or alpha and beta";
+const CURRENTS: &str = "columns a, b, c (two of them are enough), alpha and beta, or d and q with [frame]";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -41,6 +42,7 @@ struct MappingToml {
     time: Spanned<TimeToml>,
     voltage: Spanned<VoltageToml>,
     current: Spanned<CurrentToml>,
+    frame: Option<Spanned<FrameToml>>,
     speed: Option<Spanned<SpeedToml>>,
     load: Option<Spanned<LoadToml>>,
 }
@@ -126,6 +128,8 @@ struct VoltageToml {
     ca: Option<ColumnToml>,
     alpha: Option<ColumnToml>,
     beta: Option<ColumnToml>,
+    d: Option<ColumnToml>,
+    q: Option<ColumnToml>,
     duty_a: Option<ColumnToml>,
     duty_b: Option<ColumnToml>,
     duty_c: Option<ColumnToml>,
@@ -135,6 +139,7 @@ struct VoltageToml {
     gain: Option<Spanned<Number>>,
     offset: Option<Offset>,
     instant: Option<Instant>,
+    measured: Option<bool>,
 }
 
 #[derive(Deserialize)]
@@ -145,9 +150,17 @@ struct CurrentToml {
     c: Option<ColumnToml>,
     alpha: Option<ColumnToml>,
     beta: Option<ColumnToml>,
+    d: Option<ColumnToml>,
+    q: Option<ColumnToml>,
     unit: Option<Spanned<String>>,
     gain: Option<Spanned<Number>>,
     offset: Option<Offset>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FrameToml {
+    angle: ColumnToml,
 }
 
 #[derive(Deserialize)]
@@ -159,6 +172,13 @@ struct SpeedToml {
     offset: Option<Offset>,
     calibrate: Option<CalibrateToml>,
     alternate: Option<Box<ColumnToml>>,
+    #[serde(default)]
+    reciprocal: bool,
+    delay_s: Option<Number>,
+    #[serde(default)]
+    spikes: bool,
+    counts_per_turn: Option<Positive>,
+    wraps_at: Option<Positive>,
     #[serde(default)]
     electrical: bool,
     #[serde(default)]
@@ -174,6 +194,11 @@ struct LoadToml {
     offset: Option<Offset>,
     calibrate: Option<CalibrateToml>,
     alternate: Option<Box<ColumnToml>>,
+    #[serde(default)]
+    reciprocal: bool,
+    delay_s: Option<Number>,
+    #[serde(default)]
+    spikes: bool,
     times: Option<ColumnToml>,
     torque_nm: Option<Number>,
     constant: Option<SizeToml>,
@@ -200,6 +225,11 @@ struct FullToml {
     offset: Option<Offset>,
     calibrate: Option<CalibrateToml>,
     alternate: Option<Box<ColumnToml>>,
+    #[serde(default)]
+    reciprocal: bool,
+    delay_s: Option<Number>,
+    #[serde(default)]
+    spikes: bool,
     /// The column where it stands alone.
     #[serde(skip)]
     alone: Option<Column>,
@@ -369,9 +399,16 @@ impl Mapping {
             (Some(many), None) => many.0,
             (None, one) => one.into_iter().collect(),
         };
+        let angle = match (m.frame, m.voltage.get_ref().turns() || m.current.get_ref().turns()) {
+            (Some(f), true) => Some(signal(&toml, f.into_inner().angle, Some(Quantity::Angle), &PLAIN)?),
+            (None, true) => return Err(toml.missing(0..0, "frame", FRAME)),
+            (Some(f), false) => return Err(toml.refused(f.span(), "frame", "given without columns d and q", "none, or d and q")),
+            (None, false) => None,
+        };
         Ok(Self {
             label: label.to_owned(),
             files,
+            angle,
             format: m.text.map_or_else(TextFormat::default, TextFormat::from),
             time: time(&toml, m.time)?,
             voltage: voltage(&toml, m.voltage)?,
@@ -380,6 +417,20 @@ impl Mapping {
             load: m.load.map_or(Ok(Load::Unstated), |t| load(&toml, t))?,
             begin: m.start.unwrap_or_default(),
         })
+    }
+}
+
+impl VoltageToml {
+    /// Whether it stands in d and q.
+    fn turns(&self) -> bool {
+        self.d.is_some() || self.q.is_some()
+    }
+}
+
+impl CurrentToml {
+    /// Whether it stands in d and q.
+    fn turns(&self) -> bool {
+        self.d.is_some() || self.q.is_some()
     }
 }
 
@@ -422,16 +473,23 @@ fn voltage(toml: &TomlText<'_>, table: Spanned<VoltageToml>) -> Result<Voltage, 
     let phases = [get(t.a)?, get(t.b)?, get(t.c)?];
     let lines = [get(t.ab)?, get(t.bc)?, get(t.ca)?];
     let vector = [get(t.alpha)?, get(t.beta)?];
+    let turning = [get(t.d)?, get(t.q)?];
     let duty_common = Common { unit: Some(1.0), ..PLAIN };
     let leg = |s: Option<ColumnToml>| s.map(|s| signal(toml, s, None, &duty_common)).transpose();
     let duty = [leg(t.duty_a)?, leg(t.duty_b)?, leg(t.duty_c)?];
     let dc_link = get(t.dc_link)?;
     let any = |s: &[Option<Signal>]| s.iter().any(Option::is_some);
-    let given = [any(&phases), any(&lines), any(&vector), any(&duty) || dc_link.is_some()];
+    let given = [any(&phases), any(&lines), any(&vector), any(&duty) || dc_link.is_some(), any(&turning)];
     if given.iter().filter(|g| **g).count() > 1 {
         return Err(toml.refused(at, "voltage", "given in several forms", format!("one of: {VOLTAGES}")));
     }
     let miss = |key| toml.missing(at.clone(), key, format!("[voltage] takes {VOLTAGES}"));
+    if given[4] {
+        let [Some(d), Some(q)] = turning else { return Err(miss("q")) };
+        let times = t.times.map(|s| plain_signal(toml, s)).transpose()?;
+        let instant = t.instant.unwrap_or(Instant::HeldFromRow);
+        return Ok(Voltage { form: VoltageForm::Dq([d, q]), times, instant, measured: t.measured });
+    }
     let form = match (phases, lines, vector, duty) {
         ([Some(a), Some(b), Some(c)], ..) => VoltageForm::Phases([a, b, c]),
         ([Some(a), Some(b), None], ..) => VoltageForm::TwoPhases([a, b]),
@@ -452,7 +510,7 @@ fn voltage(toml: &TomlText<'_>, table: Spanned<VoltageToml>) -> Result<Voltage, 
         return Err(toml.refused(at, "times", "given beside dc_link", "one of them"));
     }
     let times = t.times.map(|s| plain_signal(toml, s)).transpose()?;
-    Ok(Voltage { form, times, instant: t.instant.unwrap_or(Instant::HeldFromRow) })
+    Ok(Voltage { form, times, instant: t.instant.unwrap_or(Instant::HeldFromRow), measured: t.measured })
 }
 
 fn current(toml: &TomlText<'_>, table: Spanned<CurrentToml>) -> Result<CurrentForm, FileError> {
@@ -462,7 +520,15 @@ fn current(toml: &TomlText<'_>, table: Spanned<CurrentToml>) -> Result<CurrentFo
     let get = |s: Option<ColumnToml>| s.map(|s| signal(toml, s, q, &common)).transpose();
     let phases = [get(t.a)?, get(t.b)?, get(t.c)?];
     let vector = [get(t.alpha)?, get(t.beta)?];
+    let turning = [get(t.d)?, get(t.q)?];
     let miss = |key| Err(toml.missing(at.clone(), key, format!("[current] takes {CURRENTS}")));
+    let several = phases.iter().chain(&vector).any(Option::is_some);
+    match (turning, several) {
+        ([None, None], _) => {}
+        ([Some(d), Some(q)], false) => return Ok(CurrentForm::Dq([d, q])),
+        (_, true) => return Err(toml.refused(at, "d", "given beside another form", format!("one form: {CURRENTS}"))),
+        ([d, _], false) => return miss(if d.is_none() { "d" } else { "q" }),
+    }
     match (phases, vector) {
         ([Some(_), ..] | [_, Some(_), _] | [.., Some(_)], [Some(_), _] | [_, Some(_)]) => {
             Err(toml.refused(at, "alpha", "given beside phases", format!("one form: {CURRENTS}")))
@@ -491,8 +557,12 @@ fn speed(toml: &TomlText<'_>, table: Spanned<SpeedToml>) -> Result<Speed, FileEr
         }
         (false, Some(_)) => {}
     }
-    let SpeedToml { column, unit, gain, offset, calibrate, alternate, electrical, .. } = t;
-    let full = FullToml { column, unit, gain, offset, calibrate, alternate, alone: None };
+    let SpeedToml { column, unit, gain, offset, calibrate, alternate, electrical, reciprocal, delay_s, spikes, .. } = t;
+    let full = FullToml { column, unit, gain, offset, calibrate, alternate, reciprocal, delay_s, spikes, alone: None };
+    if let Some(per_turn) = t.counts_per_turn {
+        let signal = full_signal(toml, at, full, None, &PLAIN)?;
+        return Ok(Speed::Counts { signal, per_turn: per_turn.0, wraps_at: t.wraps_at.map(|x| x.0) });
+    }
     Ok(Speed::Measured { signal: full_signal(toml, at, full, Some(Quantity::Speed), &PLAIN)?, electrical })
 }
 
@@ -530,11 +600,11 @@ fn load(toml: &TomlText<'_>, table: Spanned<LoadToml>) -> Result<Load, FileError
             (constant, fan) => Load::Law { constant, fan },
         });
     }
-    let LoadToml { column, unit, gain, offset, calibrate, alternate, times, .. } = t;
+    let LoadToml { column, unit, gain, offset, calibrate, alternate, times, reciprocal, delay_s, spikes, .. } = t;
     let times = times.map(|s| plain_signal(toml, s)).transpose()?;
     // A torque that is a product is in Nm by its gain; units of the factors are part of it.
     let quantity = if times.is_some() { None } else { Some(Quantity::Torque) };
-    let full = FullToml { column, unit, gain, offset, calibrate, alternate, alone: None };
+    let full = FullToml { column, unit, gain, offset, calibrate, alternate, reciprocal, delay_s, spikes, alone: None };
     Ok(Load::Measured { signal: full_signal(toml, at, full, quantity, &PLAIN)?, times })
 }
 
@@ -583,6 +653,9 @@ fn full_signal(
         offset: t.offset.unwrap_or(common.offset),
         calibrate: t.calibrate.map(|c| Calibration { from_s: c.from_s.0, to_s: c.to_s.0, value: c.value.0 }),
         alternate,
+        reciprocal: t.reciprocal,
+        delay_s: t.delay_s.map_or(0.0, |x| x.0),
+        spikes: t.spikes,
         line: Some(line),
     })
 }

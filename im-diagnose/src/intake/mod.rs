@@ -5,6 +5,7 @@
 pub mod columns;
 mod decimate;
 pub mod draft;
+mod encoder;
 mod error;
 pub mod finding;
 mod instant;
@@ -16,6 +17,7 @@ mod names;
 mod parquet_text;
 pub mod quality;
 pub mod raw;
+mod repair;
 mod replay;
 pub mod signals;
 pub mod sniff;
@@ -54,6 +56,8 @@ pub struct Intake {
     pub findings: Vec<Finding>,
     /// Whether it has stretches of steady operation.
     pub steady: bool,
+    /// Whether its voltages were measured, not commanded.
+    pub measured_voltage: bool,
     /// The mapping that was guessed because there was none.
     pub draft: Option<Draft>,
 }
@@ -102,7 +106,7 @@ impl Origin<'_> {
     fn sniff(self, label: &str) -> Result<Sniffed, FileError> {
         match self {
             Self::File(path) => sniff::sniff(path, label),
-            Self::Columns(_) => Ok(Sniffed { format: TextFormat::default(), units: Vec::new() }),
+            Self::Columns(_) => Ok(Sniffed::default()),
         }
     }
 }
@@ -141,7 +145,7 @@ fn read_one(origin: Origin<'_>, mapping: Option<Mapping>, motor: &MotorFile) -> 
             let there = Signals { instant, ..signals.clone() };
             assemble(&there, quality::check(&there, motor), mapping.begin).experiment
         };
-        let choice = instant::choose(at, signals.load == LoadPlan::Unknown, motor);
+        let choice = instant::choose(at, signals.load, motor);
         draft.decide_instant(&choice);
         signals.instant = choice.instant;
     }
@@ -152,7 +156,9 @@ fn read_one(origin: Origin<'_>, mapping: Option<Mapping>, motor: &MotorFile) -> 
         finding.recording.clone_from(&signals.name);
         checked.findings.push(finding);
     }
-    let mut taken = Intake { draft, ..assemble(&signals, checked, mapping.begin) };
+    // The instant may have been chosen by now.
+    let measured_voltage = Voltage { instant: signals.instant, ..mapping.voltage.clone() }.is_measured();
+    let mut taken = Intake { draft, measured_voltage, ..assemble(&signals, checked, mapping.begin) };
     if let Some(mut finding) = decimate::decimate(&mut taken.experiment, motor.rating.electrical_frequency_hz) {
         finding.recording.clone_from(&signals.name);
         taken.findings.push(finding);
@@ -256,8 +262,9 @@ fn canonical<R: std::io::BufRead>(rows: &mut Rows<'_, R>, label: &str) -> Result
             to_s: f64::INFINITY,
             fill_gaps: false,
         },
-        voltage: Voltage { form: voltage, times: None, instant: Instant::HeldFromRow },
+        voltage: Voltage { form: voltage, times: None, instant: Instant::HeldFromRow, measured: None },
         current,
+        angle: None,
         speed: Speed::Measured { signal: signal(found.omega_m), electrical: false },
         load: found.tau_load.map_or(Load::Unstated, |k| Load::Measured { signal: signal(k), times: None }),
         begin: Begin::Auto,
@@ -291,7 +298,8 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
     let masked = !checked.valid.is_empty();
     // Whole rows make a space vector; where single phases are left out every phase is compared for itself.
     let mut channels = match &s.current_form {
-        CurrentForm::AlphaBeta(_) => vec![
+        // What stood in d and q was turned on the way in.
+        CurrentForm::AlphaBeta(_) | CurrentForm::Dq(_) => vec![
             channel("i_alpha_A", along(0.0), current(0).values[..n].to_vec(), valid(0)),
             channel("i_beta_A", along(RIGHT), current(1).values[..n].to_vec(), valid(1)),
         ],
@@ -322,6 +330,7 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         start_s: s.start_s,
         findings: checked.findings,
         steady: checked.steady,
+        measured_voltage: false,
         draft: None,
     }
 }

@@ -37,6 +37,28 @@ pub(super) fn is_dc_link(name: &str) -> bool {
     words.iter().any(|w| link.contains(&w.as_str())) && !words.iter().any(|w| w.starts_with('i'))
 }
 
+/// Which axis of a turning frame a name says: `id`, `u_q`, `Isd_ref`.
+pub(super) fn axis(name: &str) -> Option<&'static str> {
+    let words = words(name);
+    let is = |letter: &str| {
+        words.iter().any(|w| {
+            let stem = w.strip_prefix(['u', 'v', 'i']).map_or(w.as_str(), |r| r.strip_prefix('s').unwrap_or(r));
+            stem == letter
+        })
+    };
+    ["d", "q"].into_iter().find(|l| is(l))
+}
+
+/// Whether a name says the angle of a turning frame.
+pub(super) fn is_frame_angle(name: &str) -> bool {
+    words(name).iter().any(|w| ["theta", "tita", "angle", "phi", "winkel", "gamma"].iter().any(|a| w.starts_with(a)))
+}
+
+/// Whether a name says a duty cycle.
+pub(super) fn is_duty(name: &str) -> bool {
+    words(name).iter().any(|w| w.starts_with("duty") || w == "pwm" || w == "tast")
+}
+
 /// The words of a name in small letters: `iAlphaRef`, `v_alpha_ref` and `v alpha.ref` have the same.
 fn words(name: &str) -> Vec<String> {
     let mut out: Vec<String> = vec![String::new()];
@@ -67,7 +89,7 @@ pub(super) fn quantity(name: &str) -> Option<Quantity> {
                 })
         })
     };
-    if is_dc_link(name) {
+    if is_dc_link(name) || is_duty(name) || is_frame_angle(name) {
         None
     } else if has(&["time", "zeit", "temps"]) || low == "t" {
         Some(Quantity::Time)

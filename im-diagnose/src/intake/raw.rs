@@ -89,47 +89,55 @@ pub fn open<'a>(path: &Path, label: &'a str, format: TextFormat) -> Result<Rows<
     }
     let io = |e: std::io::Error| FileError::io(label, "read", &e);
     let mut file = File::open(path).map_err(io)?;
-    if is_other_programs(&mut file, path).map_err(io)? {
-        return other_programs(path, label)?.rows(label);
-    }
     let bytes = file.metadata().map_err(io)?.len();
-    let (source, bytes, format): (Box<dyn Read>, u64, TextFormat) = if begins_as_parquet(&mut file).map_err(io)? {
-        let (text, format) = parquet_as_text(file, label)?;
-        (text, 0, format)
-    } else {
-        (Box::new(file), bytes, format)
+    let (source, bytes, format): (Box<dyn Read>, u64, TextFormat) = match kind_of(&mut file, path).map_err(io)? {
+        Kind::OtherPrograms => return other_programs(path, label)?.0.rows(label),
+        Kind::Parquet => {
+            let (text, format) = parquet_as_text(file, label)?;
+            (text, 0, format)
+        }
+        Kind::Text => (Box::new(file), bytes, format),
     };
     Rows::new(BufReader::with_capacity(1 << 17, source), label, bytes, format)
 }
 
-/// Whether a file is Parquet, by its first bytes; it stands at its beginning afterwards.
+/// How a file is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Lines of text.
+    Text,
+    /// Apache Parquet.
+    Parquet,
+    /// What `im-formats` reads.
+    OtherPrograms,
+}
+
+/// How a file is written, by its first bytes; it stands at its beginning afterwards.
 ///
 /// # Errors
 /// It cannot be read.
-pub fn begins_as_parquet(file: &mut File) -> std::io::Result<bool> {
+pub fn kind_of(file: &mut File, path: &Path) -> std::io::Result<Kind> {
     let mut first = Vec::new();
-    file.by_ref().take(4).read_to_end(&mut first)?;
+    file.by_ref().take(im_formats::FIRST_BYTES.max(4) as u64).read_to_end(&mut first)?;
     file.rewind()?;
-    Ok(first == b"PAR1")
+    Ok(match (first.starts_with(b"PAR1"), im_formats::format_of(&first, path)) {
+        (true, _) => Kind::Parquet,
+        (false, Some(_)) => Kind::OtherPrograms,
+        (false, None) => Kind::Text,
+    })
 }
 
-/// Whether a file is one that `im-formats` reads; it stands at its beginning afterwards.
+/// The columns of another program's file, and the names of what it holds besides.
 ///
 /// # Errors
-/// It cannot be read.
-pub fn is_other_programs(file: &mut File, path: &Path) -> std::io::Result<bool> {
-    let mut first = Vec::new();
-    file.by_ref().take(im_formats::FIRST_BYTES as u64).read_to_end(&mut first)?;
-    file.rewind()?;
-    Ok(im_formats::format_of(&first, path).is_some())
-}
-
-fn other_programs(path: &Path, label: &str) -> Result<Columns, FileError> {
+/// It cannot be read, or holds no recording.
+pub fn other_programs(path: &Path, label: &str) -> Result<(Columns, Vec<String>), FileError> {
     let table = im_formats::read(path).map_err(|e| match e {
         FormatError::Io(e) => FileError::io(label, "read", &e),
         other => FileError::new(label, None, None, Problem::Syntax { reason: other.to_string() }),
     })?;
-    Columns::try_new(label, table.names.into_iter().zip(table.columns).collect(), None)
+    let columns = Columns::try_new(label, table.names.into_iter().zip(table.columns).collect(), None)?;
+    Ok((columns, table.left_out))
 }
 
 #[cfg(feature = "parquet")]

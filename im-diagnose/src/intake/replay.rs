@@ -79,6 +79,7 @@ mod tests {
             start_s: 0.5,
             findings: Vec::new(),
             steady: false,
+            measured_voltage: false,
             draft: None,
         }
     }

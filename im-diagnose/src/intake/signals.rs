@@ -5,9 +5,11 @@ use im_model::{
     space_vector::{from_line_to_line, from_phases},
 };
 
+use super::encoder;
 use super::load_plan::LoadPlan;
 use super::mapping::{Calibration, CurrentForm, Instant, Line, Load, Mapping, Offset, Signal, Speed, VoltageForm};
 use super::raw::{RawTable, place};
+use super::repair;
 use super::unit::{Quantity, in_name};
 
 /// One column in SI units.
@@ -125,16 +127,29 @@ impl Signals {
             }
         }
         let currents = mapping.current.signals();
-        let current = currents
+        let mut current = currents
             .iter()
             .map(|s| {
                 let alternate = s.alternate.as_deref().map(|a| read.trace(a, Some(Quantity::Current))).transpose()?;
                 Ok(CurrentTrace { main: read.trace(s, Some(Quantity::Current))?, alternate })
             })
             .collect::<Result<Vec<_>, FileError>>()?;
+        if let Some(angle) = &mapping.angle {
+            let angle = read.trace(angle, Some(Quantity::Angle))?;
+            if let (VoltageForm::Dq(_), [d, q, ..]) = (&mapping.voltage.form, &mut voltage[..]) {
+                turn(d, q, &angle);
+            }
+            if let (CurrentForm::Dq(_), [d, q]) = (&mapping.current, &mut current[..]) {
+                turn(&mut d.main, &mut q.main, &angle);
+            }
+        }
         let speed = match &mapping.speed {
             Speed::Absent => SpeedTrace::Absent,
             Speed::Locked => SpeedTrace::Locked,
+            Speed::Counts { signal, per_turn, wraps_at } => {
+                let counts = read.trace(signal, None)?;
+                SpeedTrace::Measured(encoder::speed(counts, *per_turn, *wraps_at, sample_time_s))
+            }
             Speed::Measured { signal, electrical } => {
                 let mut trace = read.trace(signal, Some(Quantity::Speed))?;
                 if *electrical {
@@ -193,7 +208,8 @@ impl Signals {
         match &self.voltage_form {
             VoltageForm::Phases(_) => from_phases([v(0), v(1), v(2)]),
             VoltageForm::TwoPhases(_) => from_phases([v(0), v(1), -v(0) - v(1)]),
-            VoltageForm::AlphaBeta(_) => Complex::new(v(0), v(1)),
+            // What stood in d and q was turned on the way in.
+            VoltageForm::AlphaBeta(_) | VoltageForm::Dq(_) => Complex::new(v(0), v(1)),
             // What the three have in common is an error of the sensors: their sum is zero.
             VoltageForm::ThreeLines(_) => from_phases([(v(0) - v(2)) / 3.0, (v(1) - v(0)) / 3.0, (v(2) - v(1)) / 3.0]),
             VoltageForm::Lines(lines, _) => {
@@ -229,6 +245,14 @@ impl Signals {
     /// Time of row `k`, s.
     pub fn time_s(&self, k: usize) -> f64 {
         self.start_s + k as f64 * self.sample_time_s
+    }
+}
+
+/// From a turning frame into the stationary one.
+fn turn(d: &mut Trace, q: &mut Trace, angle: &Trace) {
+    for ((d, q), phi) in d.values.iter_mut().zip(&mut q.values).zip(&angle.values) {
+        let x = Complex::new(*d, *q) * Complex::from_polar(1.0, *phi);
+        (*d, *q) = (x.re, x.im);
     }
 }
 
@@ -280,11 +304,20 @@ impl Read<'_> {
             }
         } * unit;
         // Columns that need no change keep every bit.
-        let values = if gain == 1.0 && offset == 0.0 {
+        let mut values = if signal.reciprocal {
+            // A counter that shows nothing stands for a standstill.
+            self.grid.spread(&x[self.from..self.to], |x| if x == offset { 0.0 } else { gain / (x - offset) })
+        } else if gain == 1.0 && offset == 0.0 {
             self.grid.spread(&x[self.from..self.to], |x| x)
         } else {
             self.grid.spread(&x[self.from..self.to], |x| gain * (x - offset))
         };
+        if signal.spikes {
+            repair::remove_spikes(&mut values);
+        }
+        if signal.delay_s != 0.0 {
+            values = repair::earlier(&values, signal.delay_s / self.grid.sample_time_s);
+        }
         Ok(Trace { column: self.table.names[k].clone(), values, gain, offset })
     }
 }

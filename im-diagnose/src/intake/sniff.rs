@@ -6,7 +6,7 @@ use std::path::Path;
 
 use im_model::{FileError, TextFormat, fields_of};
 
-use super::raw;
+use super::raw::{self, Kind};
 
 /// Lines that are looked at, and rows of numbers in a row that make a table.
 const LINES: usize = 200;
@@ -15,12 +15,14 @@ const TABLE: usize = 3;
 const COLUMNS: usize = 3;
 
 /// What was found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sniffed {
     /// How to read it.
     pub format: TextFormat,
     /// A line of units under the names, where there is one.
     pub units: Vec<String>,
+    /// What another program's file holds beside its columns.
+    pub left_out: Vec<String>,
 }
 
 /// Looks at the beginning of a file.
@@ -30,13 +32,17 @@ pub struct Sniffed {
 pub fn sniff(path: &Path, label: &str) -> Result<Sniffed, FileError> {
     let io = |e: std::io::Error| FileError::io(label, "read", &e);
     let mut file = File::open(path).map_err(io)?;
-    if raw::begins_as_parquet(&mut file).map_err(io)? || raw::is_other_programs(&mut file, path).map_err(io)? {
-        return Ok(Sniffed { format: TextFormat::default(), units: Vec::new() });
+    match raw::kind_of(&mut file, path).map_err(io)? {
+        Kind::Parquet => return Ok(Sniffed::default()),
+        Kind::OtherPrograms => return Ok(Sniffed { left_out: raw::other_programs(path, label)?.1, ..Sniffed::default() }),
+        Kind::Text => {}
     }
     let source = BufReader::new(file.take(1 << 20));
     let mut lines = Vec::new();
     for line in source.split(b'\n').take(LINES) {
-        lines.push(String::from_utf8_lossy(&line.map_err(io)?).trim_start_matches('\u{feff}').trim().to_owned());
+        lines.push(
+            String::from_utf8_lossy(&line.map_err(io)?).trim_start_matches('\u{feff}').trim_matches([' ', '\r']).to_owned(),
+        );
     }
     Ok(of_lines(&lines))
 }
@@ -64,7 +70,7 @@ fn of_lines(lines: &[String]) -> Sniffed {
         }
     }
     let Some((_, first, separator, comma)) = best else {
-        return Sniffed { format: TextFormat::default(), units: Vec::new() };
+        return Sniffed::default();
     };
     let count = fields_of(&lines[first], separator).len();
     let heads = |line: &String| {
@@ -83,7 +89,7 @@ fn of_lines(lines: &[String]) -> Sniffed {
         skip_after_header: head.map_or(0, |h| first - h - 1),
         ..TextFormat::default()
     };
-    Sniffed { format, units: units.unwrap_or_default() }
+    Sniffed { format, units: units.unwrap_or_default(), left_out: Vec::new() }
 }
 
 fn is_number(text: &str, comma: bool) -> bool {

@@ -1,8 +1,8 @@
 //! Tables of steady states, as no-load, locked-rotor and load tests are written down: one row per point.
 //!
-//! `V_LL_V,I_A,P_3ph_W,Q_3ph_var,n_rpm,T_Nm`: line-to-line voltage and line current, rms; active and reactive power of the three phases;
-//! speed; torque at the shaft. `Q_3ph_var`, `n_rpm` and `T_Nm` may be missing, or empty where a row was not measured so far. A mapping
-//! (`no_load.table.toml` beside `no_load.csv`, or `table.toml` for every table of a folder) names foreign columns:
+//! `V_LL_V,I_A,P_3ph_W,Q_3ph_var,n_rpm,T_Nm,winding_C`: line-to-line voltage and line current, rms; active and reactive power of the three phases;
+//! speed; torque at the shaft; temperature of the stator winding. `Q_3ph_var` and what follows may be missing, or empty where a row was not
+//! measured so far. A mapping (`no_load.table.toml` beside `no_load.csv`, or `table.toml` for every table of a folder) names foreign columns:
 //!
 //! ```toml
 //! [table]
@@ -56,6 +56,8 @@ pub struct SteadyRow {
     pub omega_m_rad_s: Option<f64>,
     /// Torque at the shaft, Nm.
     pub torque_nm: Option<f64>,
+    /// Temperature of the stator winding, °C.
+    pub winding_c: Option<f64>,
 }
 
 /// A table of steady states.
@@ -71,7 +73,7 @@ pub struct SteadyTable {
     pub rows: Vec<SteadyRow>,
 }
 
-const CANONICAL: [&str; 7] = ["V_LL_V", "V_ph_V", "I_A", "P_3ph_W", "Q_3ph_var", "n_rpm", "T_Nm"];
+const CANONICAL: [&str; 8] = ["V_LL_V", "V_ph_V", "I_A", "P_3ph_W", "Q_3ph_var", "n_rpm", "T_Nm", "winding_C"];
 
 /// Class of instruments where nobody says.
 const USUAL_CLASS_PERCENT: f64 = 0.5;
@@ -97,6 +99,7 @@ struct TableToml {
     reactive_power: Option<ColumnToml>,
     speed: Option<ColumnToml>,
     torque: Option<ColumnToml>,
+    winding: Option<ColumnToml>,
 }
 
 /// How the columns of a table stand in a file: by the order of [`CANONICAL`].
@@ -106,7 +109,7 @@ struct TableMapping {
     class_percent: f64,
     /// How the text is written, where somebody says.
     format: Option<TextFormat>,
-    signals: [Option<(Signal, f64)>; 7],
+    signals: [Option<(Signal, f64)>; CANONICAL.len()],
 }
 
 impl SteadyTable {
@@ -129,7 +132,7 @@ impl SteadyTable {
             rows = raw::open(path, &label, format)?;
         }
         let names = rows.names().to_vec();
-        let mut places = [None; 7];
+        let mut places = [None; CANONICAL.len()];
         for (k, place) in places.iter_mut().enumerate() {
             if let Some((signal, _)) = &mapping.signals[k] {
                 let at = match raw::find(&names, signal, &mapping.label) {
@@ -182,6 +185,7 @@ impl SteadyTable {
                 reactive_power_var: get(4),
                 omega_m_rad_s: get(5),
                 torque_nm: get(6),
+                winding_c: get(7),
             });
         }
         if points.is_empty() {
@@ -266,8 +270,9 @@ impl TableMapping {
             ("reactive_power", t.reactive_power),
             ("speed", t.speed),
             ("torque", t.torque),
+            ("winding", t.winding),
         ];
-        let mut signals: [Option<(Signal, f64)>; 7] = std::array::from_fn(|_| None);
+        let mut signals: [Option<(Signal, f64)>; CANONICAL.len()] = std::array::from_fn(|_| None);
         for (signal, (key, given)) in signals.iter_mut().zip(columns) {
             *signal = given.map(|c| column(&toml, key, c)).transpose()?;
         }

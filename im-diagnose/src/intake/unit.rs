@@ -15,6 +15,8 @@ pub enum Quantity {
     Speed,
     /// Torque.
     Torque,
+    /// Angle.
+    Angle,
 }
 
 impl Quantity {
@@ -26,6 +28,7 @@ impl Quantity {
             Self::Current => ("a current", "A"),
             Self::Speed => ("a speed", "rad/s"),
             Self::Torque => ("a torque", "Nm"),
+            Self::Angle => ("an angle", "rad"),
         }
     }
 }
@@ -62,7 +65,6 @@ pub const UNITS: &[Unit] = &[
     unit("kA", Quantity::Current, 1e3),
     unit("rad/s", Quantity::Speed, 1.0),
     unit("rad_s", Quantity::Speed, 1.0),
-    unit("rad_s", Quantity::Speed, 1.0),
     unit("rpm", Quantity::Speed, PI / 30.0),
     unit("1/min", Quantity::Speed, PI / 30.0),
     unit("min-1", Quantity::Speed, PI / 30.0),
@@ -76,6 +78,9 @@ pub const UNITS: &[Unit] = &[
     unit("N*m", Quantity::Torque, 1.0),
     unit("mNm", Quantity::Torque, 1e-3),
     unit("kNm", Quantity::Torque, 1e3),
+    unit("rad", Quantity::Angle, 1.0),
+    unit("deg", Quantity::Angle, PI / 180.0),
+    unit("turn", Quantity::Angle, 2.0 * PI),
 ];
 
 /// The unit as a mapping writes it.

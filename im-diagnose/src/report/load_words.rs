@@ -4,13 +4,14 @@ use im_model::MotorFile;
 
 use super::words::short_effect_name;
 use crate::format::quantity;
-use crate::loads::{FoundLoad, FoundTorque, Loads};
+use crate::loads::{Found, FoundLoad, Loads};
 use crate::localise::join;
 
 impl Loads {
     /// What holds for all of it.
     pub(crate) fn note(&self, motor: &MotorFile) -> Option<String> {
-        let curves = self.found.iter().any(|f| matches!(f.torque, FoundTorque::Curve(_)));
+        let curves = self.found.iter().any(|f| matches!(f.found, Found::Curve(_)));
+        let unseen = self.found.iter().any(|f| matches!(f.found, Found::Speed(_)));
         let p = motor.machine.parameters();
         let how = curves.then(|| {
             format!(
@@ -21,24 +22,30 @@ impl Loads {
                 quantity(p.viscous_friction_nm_s_per_rad, "Nm s/rad", 3)
             )
         });
+        let speed = unseen.then(|| {
+            "Neither torque nor speed was measured: the speed that voltages and currents ask for drives the model, and what only another speed \
+             would show counts for nothing. The band is that of the current sensors' noise, with the machine as refined."
+                .to_owned()
+        });
         let undetermined = (!self.not_determined.is_empty()).then(|| {
             let names: Vec<String> = self.not_determined.iter().map(|e| short_effect_name(*e)).collect();
             format!("Not determined without the load: {}, J and D.", join(&names))
         });
-        let all: Vec<String> = how.into_iter().chain(undetermined).collect();
+        let all: Vec<String> = how.into_iter().chain(speed).chain(undetermined).collect();
         (!all.is_empty()).then(|| all.join(" "))
     }
 }
 
 /// One recording in a sentence.
 pub(crate) fn words(f: &FoundLoad) -> String {
-    match &f.torque {
-        FoundTorque::Curve(_) => {
-            let (low, high) = f.torque.range().unwrap_or_default();
-            let mean = quantity(f.torque.mean().unwrap_or_default(), "Nm", 3);
-            format!("{}: {mean} on average, between {} and {}", f.recording, quantity(low, "Nm", 3), quantity(high, "Nm", 3))
+    match &f.found {
+        Found::Curve(_) | Found::Speed(_) => {
+            let unit = if matches!(f.found, Found::Speed(_)) { "rad/s" } else { "Nm" };
+            let (low, high) = f.found.range().unwrap_or_default();
+            let mean = quantity(f.found.mean().unwrap_or_default(), unit, 3);
+            format!("{}: {mean} on average, between {} and {}", f.recording, quantity(low, unit, 3), quantity(high, unit, 3))
         }
-        FoundTorque::Law { constant_nm, fan_nm_s2 } => {
+        Found::Law { constant_nm, fan_nm_s2 } => {
             let constant = constant_nm.map(|x| format!("a constant torque of {}", quantity(x, "Nm", 3)));
             let fan = fan_nm_s2.map(|x| format!("a fan's torque of {} times ω²", quantity(x, "Nm s²/rad²", 3)));
             let parts: Vec<String> = constant.into_iter().chain(fan).collect();

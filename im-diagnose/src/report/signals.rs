@@ -41,6 +41,11 @@ impl SignalTable {
                 parts.extend([("tau_load_Nm_found".into(), load.torque_nm), ("tau_load_Nm_std".into(), load.std_nm)]);
             }
         }
+        if let Load::Unseen(_) = e.load
+            && let Load::Unseen(found) = e.clone().with_speed_found_by(machine, start).load
+        {
+            parts.extend([("omega_m_rad_s_found".into(), found.omega_m), ("omega_m_rad_s_std".into(), found.std)]);
+        }
         for (name, _) in &parts {
             if !self.columns.contains(name) {
                 self.columns.push(name.clone());

@@ -13,7 +13,7 @@ mod significance;
 use std::collections::BTreeMap;
 
 use im_identify::offline::{
-    Experiment, Fit, FitError, FitOptions, Free, angle_on, base_parameters_in, effect_parameters_in, fit_from, knowing,
+    Experiment, Fit, FitError, FitOptions, Free, Load, angle_on, base_parameters_in, effect_parameters_in, fit_from, knowing,
     residuals, start_on, start_parameters,
 };
 use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
@@ -64,6 +64,10 @@ impl Default for Options {
 
 /// Of effects that are considered later, so many are tried.
 const NOMINATED: usize = 6;
+
+/// Times that an unmeasured speed is found anew by the fitted machine at most, and the relative change of χ² that ends them.
+const SPEED_ROUNDS: usize = 5;
+const SPEED_SETTLED: f64 = 0.003;
 
 /// Largest residual that counts, in σ.
 const RAN_AWAY: f64 = 1e6;
@@ -121,7 +125,8 @@ impl Refinement {
         let sampled = case.train.iter().filter(|e| !e.is_table());
         let longest = sampled.map(|e| e.sample_time_s).fold(0.0, f64::max);
         effects.suit_sampling(longest);
-        let candidates = if options.candidates.is_empty() { effects.ids().collect() } else { options.candidates.clone() };
+        let mut candidates = if options.candidates.is_empty() { effects.ids().collect() } else { options.candidates.clone() };
+        candidates.retain(|e| !case.ruled_out.contains(e));
         let base = machine.with_effects(effects)?;
         case.estimate_noise();
         let mut me = Self { nudged: Vec::new(), held_out: None, case, options, rating, base, candidates, set_aside: Vec::new() };
@@ -132,7 +137,21 @@ impl Refinement {
         me.case.set_noise_from(&me.nudged, &first.fit.residuals);
         me.smooth_speeds_by(&first.fit);
         me.nudge();
-        let model = me.model(&first.fit.machine, &first.fit.starts, &[], &FitOptions::near())?;
+        let mut model = me.model(&first.fit.machine, &first.fit.starts, &[], &FitOptions::near())?;
+        // A speed that nobody measured moves with the machine that it is found by.
+        for _ in 0..SPEED_ROUNDS {
+            if !me.case.train.iter().any(|e| matches!(e.load, Load::Unseen(_))) {
+                break;
+            }
+            let before = model.train();
+            me.case.set_noise_from(&me.nudged, &model.fit.residuals);
+            me.smooth_speeds_by(&model.fit);
+            me.nudge();
+            model = me.model(&model.fit.machine, &model.fit.starts, &[], &FitOptions::near())?;
+            if (model.train() / before - 1.0).abs() < SPEED_SETTLED {
+                break;
+            }
+        }
         Ok((me, model))
     }
 
@@ -142,13 +161,18 @@ impl Refinement {
         self.held_out = nudged(self.case.holdout.as_slice()).pop();
     }
 
-    /// Where the load is unknown, the torque of the fitted base model helps to tell the speed from the noise of its sensor.
+    /// Where the load is unknown, the torque of the fitted base model helps to tell the speed from the noise of its sensor; where the speed
+    /// is, it is found by that model.
     fn smooth_speeds_by(&mut self, fit: &Fit) {
         let train = std::mem::take(&mut self.case.train);
-        self.case.train = train.into_par_iter().zip(&fit.starts).map(|(e, x)| e.smoothed_by_torque(&fit.machine, x)).collect();
+        self.case.train = train
+            .into_par_iter()
+            .zip(&fit.starts)
+            .map(|(e, x)| e.smoothed_by_torque(&fit.machine, x).with_speed_found_by(&fit.machine, x))
+            .collect();
         self.case.holdout = self.case.holdout.take().map(|h| {
             let start = start_on(&fit.machine, &h, &self.rating);
-            h.smoothed_by_torque(&fit.machine, &start)
+            h.smoothed_by_torque(&fit.machine, &start).with_speed_found_by(&fit.machine, &start)
         });
     }
 

@@ -149,7 +149,7 @@ impl Experiment {
 
     /// Whether the rotor turns at a given speed, whatever the torque.
     pub fn speed_is_imposed(&self) -> bool {
-        self.imposed_speed.is_some() || matches!(self.load, Load::Unknown(_))
+        self.imposed_speed.is_some() || matches!(self.load, Load::Unknown(_) | Load::Unseen(_))
     }
 
     /// The state at the first row as far as it is known, the sizes of the load with it.
@@ -167,6 +167,7 @@ impl Experiment {
         match (&self.imposed_speed, &self.load) {
             (Some(w), _) => Some([w[k], w[(k + 1).min(w.len() - 1)]].map(T::from_f64)),
             (None, Load::Unknown(shown)) => Some([shown.behind(plant, k), shown.behind(plant, k + 1)]),
+            (None, Load::Unseen(found)) => Some([found.at(k), found.at(k + 1)]),
             _ => None,
         }
     }
@@ -220,6 +221,9 @@ impl Experiment {
         if let Load::Unknown(shown) = &self.load {
             length("shown speed", shown.smooth.len())?;
             length(&shown.channel.name, shown.channel.values.len())?;
+        }
+        if let Load::Unseen(found) = &self.load {
+            length("found speed", found.omega_m.len())?;
         }
         for c in &self.channels {
             length(&c.name, c.values.len())?;

@@ -5,6 +5,7 @@
 use im_model::{Plant, Scalar};
 
 use super::channel::Channel;
+use super::speed::FoundSpeed;
 use super::trend::Trend;
 
 /// What is known of the load torque beside the column.
@@ -22,6 +23,8 @@ pub enum Load {
     },
     /// Nothing: the rotor turns as its sensor shows.
     Unknown(ShownSpeed),
+    /// Nothing, nor is the speed: the rotor turns as voltages and currents ask for.
+    Unseen(FoundSpeed),
 }
 
 /// How large a part of a load is.

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::channel::ChannelKind;
 use super::experiment::{Experiment, Start};
 use super::free::{Free, Target, change_component};
+use super::load::Load;
 use super::steady;
 use super::stop;
 
@@ -82,6 +83,13 @@ fn sweep(machine: &Machine<f64>, experiment: &Experiment, start: &State<f64>, ro
 pub fn predict(machine: &Machine<f64>, experiment: &Experiment, start: &State<f64>) -> Vec<Vec<f64>> {
     let mut out = vec![vec![0.0; experiment.len()]; experiment.channels.len()];
     sweep(machine, experiment, start, experiment.len(), |k, c, y| out[c][k] = y);
+    if let Load::Unseen(_) = experiment.load {
+        // With the likeliest speed up to each row: what the residual leaves of what was measured.
+        let left = residuals(machine, experiment, start);
+        for ((y, r), c) in out.iter_mut().zip(&left).zip(&experiment.channels) {
+            y.iter_mut().enumerate().filter(|(k, _)| c.is_valid(*k)).for_each(|(k, y)| *y = c.values[k] - c.sigma * r[k]);
+        }
+    }
     out
 }
 
@@ -99,7 +107,15 @@ pub(super) fn residuals_to(machine: &Machine<f64>, experiment: &Experiment, star
             out[c][k] = (channel.values[k] - y) / channel.sigma;
         }
     });
+    whitened(experiment, &mut out);
     out
+}
+
+/// Where the speed is not known, only what no speed could explain counts.
+fn whitened(experiment: &Experiment, r: &mut [Vec<f64>]) {
+    if let Load::Unseen(found) = &experiment.load {
+        found.whiten(r, &experiment.channels);
+    }
 }
 
 /// Residuals and their derivatives at a machine.
@@ -206,6 +222,8 @@ fn seeded<const N: usize>(
             }
         }
     });
+    whitened(experiment, &mut out.residuals);
+    out.slopes.iter_mut().for_each(|s| whitened(experiment, s));
     out
 }
 

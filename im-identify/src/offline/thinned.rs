@@ -150,7 +150,7 @@ fn every(run: &Experiment, stride: usize) -> Experiment {
         ..c.clone()
     };
     let of = |part: fn(&Complex<f64>) -> f64| -> Vec<f64> { held(&run.u_s.iter().map(part).collect::<Vec<_>>()) };
-    Experiment {
+    let thinned = Experiment {
         name: run.name.clone(),
         sample_time_s: run.sample_time_s * stride as f64,
         supply_frequency_hz: None,
@@ -164,6 +164,10 @@ fn every(run: &Experiment, stride: usize) -> Experiment {
         speed_nudge: run.speed_nudge.as_ref().map(|(w, rate)| (thin(w), *rate)),
         channels: run.channels.iter().map(channel).collect(),
         start: run.start,
+    };
+    match &run.load {
+        Load::Unseen(found) => Experiment { load: Load::Unseen(found.every(stride, &thinned)), ..thinned },
+        _ => thinned,
     }
 }
 

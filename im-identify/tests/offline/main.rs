@@ -12,6 +12,7 @@ mod predictions;
 mod search;
 mod starts;
 mod tables;
+mod unmeasured_speed;
 mod work;
 
 pub(crate) const M: NamedMachine = MOTULATOR_2_2_KW;

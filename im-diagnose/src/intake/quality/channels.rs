@@ -91,9 +91,9 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
                 "Say [load] none = true if the machine drove nothing, or give a column, a constant or a fan's torque.",
             ),
             _ => (
-                "Neither load torque nor speed is known: the load is taken as zero, and one that was there would be taken for friction, \
-                 inertia or rotor resistance",
-                "Give a column or a law in [load], or measure the speed.",
+                "Neither load torque nor speed is known: the speed that voltages and currents ask for drives the electrical side. What only \
+                 another speed would show, inertia, friction and whatever else acts on the shaft cannot be told",
+                "Say [load] none = true if the machine drove nothing, give a column or a law in [load], or measure the speed.",
             ),
         };
         out.push(Finding::new(FindingKind::MissingLoad, Severity::Note, text, advice));

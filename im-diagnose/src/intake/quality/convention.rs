@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2};
 use im_identify::offline::Experiment;
 use im_model::{Complex, Machine, MotorFile};
 
-use super::steady::{Steady, fit_slip};
+use super::steady::{Impedances, Steady};
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity};
 
@@ -86,7 +86,7 @@ pub fn check(steady: &[Steady], motor: &MotorFile) -> Vec<Finding> {
     let expected = motor.rating.phase_voltage_peak_v * (omega / rated).min(1.0);
     let voltage = main.u.norm() / expected;
     // With the phase of U/I known the slip follows, and with it the size.
-    let size = ratio_at_angle(motor, z, omega).unwrap_or_else(|| fit_slip(motor.machine.parameters(), z, omega).ratio);
+    let size = ratio_at_angle(motor, z, omega).unwrap_or_else(|| Impedances::of(&motor.machine, expected, omega).fit(z).ratio);
     let shown = format!(
         "In steady operation at {} Hz the voltage is {} V, {} times the {} V of the rating there, and |U/I| is {} times the motor file's",
         number(omega / (2.0 * PI), 3),

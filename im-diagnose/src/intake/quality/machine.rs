@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_3, PI};
 
 use im_model::{Complex, MotorFile};
 
-use super::steady::{ImpedanceFit, Steady, fit_slip};
+use super::steady::{ImpedanceFit, Impedances, Steady};
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity};
 
@@ -36,13 +36,14 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding
         );
         return out;
     }
-    let p = motor.machine.parameters();
-    let turned = |s: &Steady, by: f64| {
+    let models: Vec<Impedances> = loud.iter().map(|s| Impedances::of(&motor.machine, s.u.norm(), s.omega.abs())).collect();
+    let turned = |(s, model): (&Steady, &Impedances), by: f64| {
         // In the negative sequence everything is mirrored.
         let z = s.u / s.i * Complex::from_polar(1.0, by);
-        fit_slip(p, if s.omega < 0.0 { z.conj() } else { z }, s.omega.abs())
+        model.fit(if s.omega < 0.0 { z.conj() } else { z })
     };
-    let mean_off = |by: f64| loud.iter().map(|s| turned(s, by).off).sum::<f64>() / loud.len() as f64;
+    let all = || loud.iter().copied().zip(&models);
+    let mean_off = |by: f64| all().map(|one| turned(one, by).off).sum::<f64>() / loud.len() as f64;
     let off = mean_off(0.0);
     let mut fits = true;
     if off > MISFIT {
@@ -65,7 +66,7 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding
                 .at(vec![main.rows.clone()]),
             ),
             _ => {
-                let fit = turned(main, 0.0);
+                let fit = turned((main, &Impedances::of(&motor.machine, main.u.norm(), main.omega.abs())), 0.0);
                 out.push(
                     Finding::new(
                         FindingKind::DifferentMachine,
@@ -87,7 +88,8 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding
         }
     }
     if fits {
-        out.extend(speed(&loud, motor, &|s| turned(s, 0.0)));
+        let fits: Vec<ImpedanceFit> = all().map(|one| turned(one, 0.0)).collect();
+        out.extend(speed(&loud, motor, &fits));
     }
     let unbalance = main.against[1].norm() / main.i.norm();
     let supply = main.against[0].norm() / main.u.norm().max(1e-12);
@@ -104,12 +106,13 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding
 }
 
 /// Sign, scale and pole pairs of the speed.
-fn speed(loud: &[&Steady], motor: &MotorFile, fit: &dyn Fn(&Steady) -> ImpedanceFit) -> Option<Finding> {
+fn speed(loud: &[&Steady], motor: &MotorFile, fits: &[ImpedanceFit]) -> Option<Finding> {
     let n_p = f64::from(motor.machine.pole_pairs());
     // (shown, expected) electrical speeds over the supply's, where the machine is on the steep part of its curve.
     let seen: Vec<(f64, f64, &Steady)> = loud
         .iter()
-        .filter_map(|s| Some((n_p * s.omega_m? / s.omega, 1.0 - fit(s).slip, *s)))
+        .zip(fits)
+        .filter_map(|(s, fit)| Some((n_p * s.omega_m? / s.omega, 1.0 - fit.slip, *s)))
         .filter(|(_, expected, _)| (0.8..1.1).contains(expected))
         .collect();
     let (shown, expected, at) = *seen.iter().max_by(|a, b| a.2.u.norm().total_cmp(&b.2.u.norm()))?;

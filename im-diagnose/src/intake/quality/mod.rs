@@ -39,7 +39,7 @@ impl Checked {
     pub fn i(&self, s: &Signals, k: usize) -> Complex<f64> {
         let at = |column: usize| self.current(s, column).values[k];
         match &s.current_form {
-            CurrentForm::AlphaBeta(_) => Complex::new(at(0), at(1)),
+            CurrentForm::AlphaBeta(_) | CurrentForm::Dq(_) => Complex::new(at(0), at(1)),
             CurrentForm::Phases(_) => from_phases([at(0), at(1), at(2)]),
             CurrentForm::TwoPhases(which, _) => {
                 let mut i = [-at(0) - at(1); 3];

@@ -1,12 +1,12 @@
 //! Stretches of steady operation, and what the motor file says about them.
 //!
-//! The impedance of the T circuit at slip s, Z = R_s + jωL_ls + jωL_m ∥ (R_r/s + jωL_lr), is set beside U/I. The slip that fits best
-//! needs no speed sensor, so that the sensor can be checked by it.
+//! The impedance at slip s, of the T circuit Z = R_s + jωL_ls + jωL_m ∥ (R_r/s + jωL_lr) or of the machine with its effects, is set beside U/I.
+//! The slip that fits best needs no speed sensor, so that the sensor can be checked by it.
 
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use im_model::{Complex, TParameters};
+use im_model::{Complex, Held, Machine, Plant, TParameters, steady_state};
 
 /// Steady operation on a sinusoidal supply.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,20 +104,45 @@ pub struct ImpedanceFit {
     pub ratio: f64,
 }
 
-/// The slip at which the motor's impedance is most like `z` at ω rad/s.
-pub fn fit_slip(p: &TParameters<f64>, z: Complex<f64>, omega: f64) -> ImpedanceFit {
+/// The motor's impedance over the slip, with the effects that are on as they are at a voltage.
+pub struct Impedances(Vec<(f64, Complex<f64>)>);
+
+/// Slips per sign; effects cost a steady state each.
+const SLIPS: usize = 240;
+const SLIPS_WITH_EFFECTS: usize = 60;
+
+impl Impedances {
+    /// At ω rad/s and a phase voltage, V peak.
+    pub fn of(machine: &Machine<f64>, voltage_peak_v: f64, omega: f64) -> Self {
+        let linear = machine.effects().active().next().is_none();
+        let count = if linear { SLIPS } else { SLIPS_WITH_EFFECTS };
+        // From a hundred-thousandth of slip to plugging, generating and motoring.
+        let slips = (0..count).map(|k| 10f64.powf(-5.0 + k as f64 * 5.3 / (count - 1) as f64)).flat_map(|s| [s, -s]);
+        let of_circuit = |s: f64| t_circuit(machine.parameters(), s, omega);
+        let plant = Plant::new(machine);
+        let solved = |s: f64| {
+            let held = Held::Speed(omega * (1.0 - s) / f64::from(machine.pole_pairs()));
+            let x = steady_state(machine, voltage_peak_v, omega / (2.0 * PI), held).ok()?;
+            Some(voltage_peak_v / plant.currents(&x).i_s)
+        };
+        Self(slips.map(|s| (s, if linear { of_circuit(s) } else { solved(s).unwrap_or_else(|| of_circuit(s)) })).collect())
+    }
+
+    /// The slip at which it is most like `z`.
+    pub fn fit(&self, z: Complex<f64>) -> ImpedanceFit {
+        let at = |&(slip, model): &(f64, Complex<f64>)| {
+            let q = z / model;
+            ImpedanceFit { slip, off: Complex::new(q.norm().ln(), q.arg()).norm(), ratio: q.norm() }
+        };
+        let best = self.0.iter().map(at).min_by(|a, b| a.off.total_cmp(&b.off));
+        best.unwrap_or(ImpedanceFit { slip: 1.0, off: f64::INFINITY, ratio: f64::INFINITY })
+    }
+}
+
+/// R_s + jωL_ls + jωL_m ∥ (R_r/s + jωL_lr).
+fn t_circuit(p: &TParameters<f64>, slip: f64, omega: f64) -> Complex<f64> {
     let j = Complex::<f64>::i();
-    let model = |s: f64| {
-        let rotor = p.rotor_resistance_ohm / s + j * omega * p.rotor_leakage_inductance_h;
-        let main = j * omega * p.magnetizing_inductance_h;
-        p.stator_resistance_ohm + j * omega * p.stator_leakage_inductance_h + main * rotor / (main + rotor)
-    };
-    let at = |slip: f64| {
-        let q = z / model(slip);
-        ImpedanceFit { slip, off: Complex::new(q.norm().ln(), q.arg()).norm(), ratio: q.norm() }
-    };
-    // From a hundred-thousandth of slip to plugging, generating and motoring.
-    let slips = (0..240).map(|k| 10f64.powf(-5.0 + k as f64 * 5.3 / 239.0));
-    let best = slips.flat_map(|s| [at(s), at(-s)]).min_by(|a, b| a.off.total_cmp(&b.off));
-    best.unwrap_or(ImpedanceFit { slip: 1.0, off: f64::INFINITY, ratio: f64::INFINITY })
+    let rotor = p.rotor_resistance_ohm / slip + j * omega * p.rotor_leakage_inductance_h;
+    let main = j * omega * p.magnetizing_inductance_h;
+    p.stator_resistance_ohm + j * omega * p.stator_leakage_inductance_h + main * rotor / (main + rotor)
 }

@@ -7,14 +7,18 @@ use maud::html;
 use super::super::load_words::words;
 use super::super::page::{Section, drawn, figure};
 use crate::format::sentence;
-use crate::loads::{FoundLoad, FoundTorque, Loads};
+use crate::loads::{Found, FoundLoad, Loads};
 
 fn picture(f: &FoundLoad) -> Option<Chart> {
-    let (FoundTorque::Curve(points), Some((low, high))) = (&f.torque, f.torque.range()) else { return None };
+    let (points, (low, high)) = (f.found.points(), f.found.range()?);
+    let (what, axis) = match f.found {
+        Found::Speed(_) => ("speed", "speed, rad/s"),
+        _ => ("load torque", "load torque, Nm"),
+    };
     let end = points.last().map_or(1.0, |p| p[0]);
-    let y = Axis::around([low, high, 0.0], "load torque, Nm");
+    let y = Axis::around([low, high, 0.0], axis);
     let mut chart =
-        Chart::new(format!("load torque over time, {}", f.recording), Axis::new(0.0, end, "time, s"), y).sized(440.0, 200.0);
+        Chart::new(format!("{what} over time, {}", f.recording), Axis::new(0.0, end, "time, s"), y).sized(440.0, 200.0);
     chart.band(&points.iter().map(|p| [p[0], p[1] - 2.0 * p[2], p[1] + 2.0 * p[2]]).collect::<Vec<_>>(), "noise");
     chart.level(0.0, "zero");
     chart.line(&points.iter().map(|p| [p[0], p[1]]).collect::<Vec<_>>(), "refined solid");
@@ -34,5 +38,7 @@ pub(crate) fn section(loads: &Loads, motor: &MotorFile) -> Option<Section> {
             }
         }
     };
-    Some(Section { id: "load", short: "load", title: "Load torque, found", body })
+    let unseen = loads.found.iter().any(|f| matches!(f.found, Found::Speed(_)));
+    let title = if unseen { "Speed, found" } else { "Load torque, found" };
+    Some(Section { id: "load", short: "load", title, body })
 }

@@ -1,0 +1,113 @@
+//! What the instruments showed, row by row, with the resistance at the temperature of each.
+
+use im_model::MotorFile;
+
+use super::LossesError;
+use crate::intake::steady_table::{SteadyRow, SteadyTable, TableKind};
+use crate::tables::decided;
+
+/// The resistance of the stator winding as it was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resistance {
+    /// Between two terminals, Ω.
+    pub terminal_ohm: f64,
+    /// Temperature of the winding then, °C.
+    pub at_c: f64,
+    /// Temperature of the winding under load, °C, where rows do not say it.
+    pub warm_c: f64,
+    /// What it may be off by, per cent.
+    pub class_percent: f64,
+}
+
+/// Resistance of copper: ∝ (235 °C + θ), of IEC 60034-2-1.
+const COPPER_C: f64 = 235.0;
+
+/// One row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Line to line, V rms.
+    pub voltage_v: f64,
+    /// Line current, A rms.
+    pub current_a: f64,
+    /// Of three phases, W.
+    pub power_w: f64,
+    /// Speed, rad/s.
+    pub omega_m: Option<f64>,
+    /// Torque at the shaft, Nm.
+    pub torque_nm: Option<f64>,
+    /// Between two terminals, at the temperature of the row, Ω.
+    pub resistance_ohm: f64,
+    /// That temperature, °C.
+    pub winding_c: f64,
+    /// Class of the instruments, per cent.
+    pub class_percent: f64,
+}
+
+/// All rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Readings {
+    /// Without load.
+    pub no_load: Vec<Reading>,
+    /// Under load.
+    pub load: Vec<Reading>,
+    /// Rated line-to-line voltage, V rms.
+    pub rated_v: f64,
+    /// Synchronous speed, rad/s.
+    pub synchronous_rad_s: f64,
+    /// What the resistance may be off by, per cent.
+    pub resistance_percent: f64,
+    /// Part of the constant losses that is friction, where no voltages tell it.
+    pub share: f64,
+    /// What was assumed.
+    pub remarks: Vec<String>,
+}
+
+impl Readings {
+    pub(super) fn of(motor: &MotorFile, tables: &[SteadyTable], resistance: Option<Resistance>) -> Result<Self, LossesError> {
+        let mut remarks = Vec::new();
+        let cold = resistance.unwrap_or_else(|| {
+            let ohm = 2.0 * motor.machine.parameters().stator_resistance_ohm;
+            remarks.push(format!(
+                "The stator resistance is that of the motor file, {ohm:.4} Ω between two terminals, taken as warm as in the tests and known to 5 %; give \
+                 the measured one with --terminal-resistance-ohm and its temperature."
+            ));
+            Resistance { terminal_ohm: ohm, at_c: 25.0, warm_c: 25.0, class_percent: 5.0 }
+        });
+        let mut me = Self {
+            no_load: Vec::new(),
+            load: Vec::new(),
+            rated_v: motor.rating.phase_voltage_peak_v * 1.5f64.sqrt(),
+            synchronous_rad_s: motor.rating.synchronous_speed_rad_s(motor.machine.pole_pairs()),
+            resistance_percent: cold.class_percent,
+            share: 0.5,
+            remarks,
+        };
+        for t in decided(motor, tables) {
+            let reading = |r: &SteadyRow| {
+                let winding_c = r.winding_c.unwrap_or(cold.warm_c);
+                Reading {
+                    voltage_v: 3f64.sqrt() * r.phase_voltage_rms_v,
+                    current_a: r.current_rms_a,
+                    power_w: r.active_power_w,
+                    omega_m: r.omega_m_rad_s,
+                    torque_nm: r.torque_nm,
+                    resistance_ohm: cold.terminal_ohm * (COPPER_C + winding_c) / (COPPER_C + cold.at_c),
+                    winding_c,
+                    class_percent: t.class_percent,
+                }
+            };
+            let rows = t.rows.iter().map(reading);
+            match t.kind {
+                TableKind::NoLoad => me.no_load.extend(rows),
+                TableKind::Load => me.load.extend(rows),
+                TableKind::Locked | TableKind::Unsaid => {}
+            }
+        }
+        if me.no_load.is_empty() && me.load.is_empty() {
+            return Err(LossesError(
+                "no table is of a turning motor: give a no-load test, and load points with torque and speed".into(),
+            ));
+        }
+        Ok(me)
+    }
+}

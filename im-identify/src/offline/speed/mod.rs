@@ -1,0 +1,153 @@
+//! The speed of a run that has neither a speed sensor nor a known load: a smooth unknown behind voltages and currents.
+//!
+//! The rotor turns at ω₀(t) + δω(t), ω₀ the [reference](reference) that the currents ask for, δω a line whose slope wanders. What δω does to
+//! the currents is linear ([`flux`]), and Gaussian: the residual r of a run on ω₀ has the covariance σ²I + G Q Gᵀ. [`FoundSpeed::whiten`]
+//! is the Kalman filter of δω; it leaves the innovations L⁻¹r, (I + G Q Gᵀ/σ²) = L Lᵀ, which are white where the machine is right. So every
+//! fit, score and likelihood is that over all speeds at once: what only another speed would show counts for nothing.
+//! Source: T. Kailath, An innovations approach to least-squares estimation, IEEE Trans. Autom. Control 13 (1968) 646.
+
+mod flux;
+mod reference;
+
+use std::sync::Arc;
+
+use im_model::{Complex, Machine, Rating, Scalar, State};
+use nalgebra::{SMatrix, SVector};
+
+use super::channel::{Channel, ChannelKind};
+use super::experiment::Experiment;
+use super::load::Load;
+use flux::{Electrical, Step};
+
+/// δψ_s, δψ_r (α and β each), δω and its slope.
+type Vector = SVector<f64, 6>;
+type Matrix = SMatrix<f64, 6, 6>;
+
+const SPEED: usize = 4;
+const SLOPE: usize = 5;
+
+/// A speed as voltages and currents ask for it, and what is not known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundSpeed {
+    /// ω₀, one per row, rad/s.
+    pub omega_m: Vec<f64>,
+    /// Standard deviation by the noise of the current sensors, for the machine as it is, rad/s.
+    pub std: Vec<f64>,
+    /// Rotor flux in a run on it, one per row.
+    psi_r: Vec<Complex<f64>>,
+    electrical: Electrical,
+    /// Intensity of the wandering of the slope, (rad/s²)²/s.
+    intensity: f64,
+    filter: Arc<Filter>,
+}
+
+/// The Kalman filter of δω, its gains known beforehand.
+#[derive(Debug, PartialEq)]
+struct Filter {
+    /// σ of each channel for which it was made.
+    sigma: Vec<f64>,
+    /// What each channel shows of the state, in σ; zero where it shows none.
+    shows: Vec<Vector>,
+    /// How the state goes on from each row.
+    steps: Vec<Step>,
+    /// Gain and √S of each channel, row by row; nothing where it does not count.
+    gains: Vec<Vec<Option<(Vector, f64)>>>,
+}
+
+impl Filter {
+    /// Means and covariances at every row, before and after what was measured there, go to `keep`.
+    fn new(
+        e: &Experiment,
+        electrical: &Electrical,
+        steps: Vec<Step>,
+        intensity: f64,
+        mut keep: impl FnMut(&Matrix, &Matrix),
+    ) -> Self {
+        let shows: Vec<Vector> = e.channels.iter().map(|c| electrical.shown_by(c) / c.sigma).collect();
+        let mut p = unknown_speed();
+        let mut gains = Vec::with_capacity(e.len());
+        for (k, step) in steps.iter().enumerate() {
+            let before = p;
+            let measured = e.channels.iter().zip(&shows).map(|(c, h)| {
+                (c.is_valid(k) && c.kind != ChannelKind::Speed).then(|| {
+                    let ph = p * h;
+                    let variance = h.dot(&ph) + 1.0;
+                    p -= ph * ph.transpose() / variance;
+                    (ph / variance, variance.sqrt())
+                })
+            });
+            gains.push(measured.collect());
+            keep(&before, &p);
+            p = step.carried(&p, intensity);
+        }
+        Self { sigma: e.channels.iter().map(|c| c.sigma).collect(), shows, steps, gains }
+    }
+
+    /// Runs over residuals in σ, given by channel and row, and puts the innovations in their place; `keep` sees the state after each row.
+    fn run(&self, r: &mut [Vec<f64>], channels: &[Channel], mut keep: impl FnMut(&Vector)) {
+        let Some(rows) = r.first().map(Vec::len) else { return };
+        let mut x = Vector::zeros();
+        for k in 0..rows.min(self.steps.len()) {
+            for (c, (values, h)) in r.iter_mut().zip(&self.shows).enumerate() {
+                if let Some((gain, deviation)) = &self.gains[k][c] {
+                    // The sensors' noise may be known better by now; the filter stays that of its ratio to the wandering.
+                    let scale = channels[c].sigma / self.sigma[c];
+                    let innovation = values[k] * scale - h.dot(&x);
+                    x += gain * innovation;
+                    values[k] = innovation / (deviation * scale);
+                }
+            }
+            keep(&x);
+            x = self.steps[k].next(&x);
+        }
+    }
+}
+
+/// Before the first row: any speed and any slope, fluxes as the start has them.
+fn unknown_speed() -> Matrix {
+    Matrix::from_diagonal(&Vector::from([0.0, 0.0, 0.0, 0.0, 1e6, 1e10]))
+}
+
+impl FoundSpeed {
+    /// What is left of residuals in σ, per channel, when the likeliest speed up to each row is taken off: white where the machine is right.
+    pub(super) fn whiten(&self, r: &mut [Vec<f64>], channels: &[Channel]) {
+        self.filter.run(r, channels, |_| ());
+    }
+
+    /// The rotor's speed at row `k`.
+    #[inline(always)]
+    pub(super) fn at<T: Scalar>(&self, k: usize) -> T {
+        T::from_f64(self.omega_m[k.min(self.omega_m.len() - 1)])
+    }
+
+    /// For `run`, which is the same on every so many rows.
+    pub(super) fn every(&self, stride: usize, run: &Experiment) -> Self {
+        let thin = |x: &[f64]| x.iter().step_by(stride).copied().collect::<Vec<f64>>();
+        let psi_r: Vec<_> = self.psi_r.iter().step_by(stride).copied().collect();
+        let omega_m = thin(&self.omega_m);
+        let steps = self.electrical.steps(&omega_m, &psi_r, run.sample_time_s);
+        let filter = Arc::new(Filter::new(run, &self.electrical, steps, self.intensity, |_, _| ()));
+        Self { std: thin(&self.std), omega_m, psi_r, filter, ..self.clone() }
+    }
+}
+
+impl Experiment {
+    /// The same run with neither speed nor load known: the speed that voltages and currents ask for drives `machine`. What a speed sensor
+    /// shows is left out.
+    pub fn with_unmeasured_speed(mut self, machine: &Machine<f64>, rating: &Rating) -> Self {
+        if self.is_table() || self.imposed_speed.is_some() {
+            return self;
+        }
+        self.channels.retain(|c| c.kind != ChannelKind::Speed);
+        let torque = rating.torque_nm / machine.parameters().inertia_kg_m2;
+        reference::first(self, machine, torque * torque * STEPS_PER_S)
+    }
+
+    /// The same run with its unmeasured speed as `machine` asks for it; nothing changes where it is measured.
+    pub fn with_speed_found_by(self, machine: &Machine<f64>, start: &State<f64>) -> Self {
+        if let Load::Unseen(_) = self.load { reference::refined(self, machine, start) } else { self }
+    }
+}
+
+/// Before the data: the torque wanders by the rated one in a twentieth of a second.
+const STEPS_PER_S: f64 = 20.0;

@@ -1,0 +1,200 @@
+//! The speed that voltages and currents ask for: an extended Kalman filter finds it roughly, linear smoothing on the machine's own run refines it.
+
+use std::sync::Arc;
+
+use im_model::{Bench, Complex, Machine, State};
+
+use super::flux::{Electrical, Fluxes};
+use super::{Filter, FoundSpeed, Matrix, SPEED, Vector, unknown_speed};
+use crate::offline::channel::ChannelKind;
+use crate::offline::experiment::{Experiment, Start};
+use crate::offline::load::Load;
+
+/// How far the voltage of the rough search may be off, and the currents, over their root mean square: the machine is not known yet.
+const MODEL_ERROR: f64 = 0.03;
+
+/// Rounds of smoothing at most, and the change, in standard deviations, that ends them.
+const ROUNDS: usize = 8;
+const SETTLED: f64 = 0.3;
+
+/// Means with their covariances before and after a row.
+struct Track {
+    before: Vec<(Vector, Matrix)>,
+    after: Vec<(Vector, Matrix)>,
+    steps: Vec<Matrix>,
+}
+
+impl Track {
+    /// Rauch, Tung and Striebel: means and variances after all rows.
+    fn smoothed(&self, mut keep: impl FnMut(usize, &Vector, &Matrix)) {
+        let n = self.after.len();
+        let mut later: Option<(Vector, Matrix)> = None;
+        for k in (0..n).rev() {
+            let (x, p) = &self.after[k];
+            let now = match &later {
+                None => (*x, *p),
+                Some((x_later, p_later)) => {
+                    let (x_before, p_before) = &self.before[k + 1];
+                    let to = p * self.steps[k].transpose();
+                    match p_before.cholesky().or_else(|| (p_before + Matrix::identity() * (1e-12 * p_before.trace())).cholesky())
+                    {
+                        None => (*x, *p),
+                        Some(c) => {
+                            let g = c.solve(&to.transpose()).transpose();
+                            (x + g * (x_later - x_before), p + g * (p_later - p_before) * g.transpose())
+                        }
+                    }
+                }
+            };
+            keep(k, &now.0, &now.1);
+            later = Some(now);
+        }
+    }
+}
+
+/// The first speed of a run, and the state it begins in where that is not known.
+pub(super) fn first(mut e: Experiment, machine: &Machine<f64>, intensity: f64) -> Experiment {
+    let electrical = Electrical::of(machine);
+    let n = e.len();
+    let (track, psi_r) = rough(&e, &electrical, intensity);
+    let mut omega_m = vec![0.0; n];
+    let mut fluxes = Vector::zeros();
+    track.smoothed(|k, x, _| {
+        omega_m[k] = x[SPEED];
+        fluxes = *x;
+    });
+    if let Start::Estimated(_) = e.start {
+        let psi = |k: usize| Complex::new(fluxes[k], fluxes[k + 1]);
+        e.start = Start::Estimated(State { psi_s: psi(0), psi_r: psi(2), ..State::turning(omega_m[0]) });
+    }
+    let filter = Filter { sigma: Vec::new(), shows: Vec::new(), steps: Vec::new(), gains: Vec::new() };
+    let found = FoundSpeed { std: vec![0.0; n], omega_m, psi_r, electrical, intensity, filter: Arc::new(filter) };
+    e.load = Load::Unseen(found);
+    let start = e.start_state();
+    refined(e, machine, &start)
+}
+
+/// Extended Kalman filter of fluxes and speed on the linear circuit, whose fluxes are corrected, too.
+fn rough(e: &Experiment, electrical: &Electrical, intensity: f64) -> (Track, Vec<Complex<f64>>) {
+    let n = e.len();
+    let t = e.sample_time_s;
+    let rms = |x: &mut dyn Iterator<Item = f64>| (x.sum::<f64>() / n.max(1) as f64).sqrt();
+    let voltage = rms(&mut e.u_s.iter().map(|u| u.norm_sqr()));
+    let currents = e.channels.iter().filter(|c| matches!(c.kind, ChannelKind::Current { .. }));
+    let noise: Vec<(Vector, f64)> =
+        currents.map(|c| (electrical.shown_by(c), c.sigma.max(MODEL_ERROR * rms(&mut c.values.iter().map(|i| i * i))))).collect();
+    let wandering = (MODEL_ERROR * voltage * t).powi(2);
+    let moving = matches!(e.start, Start::Estimated(_));
+    let mut p = unknown_speed();
+    let mut x = Vector::zeros();
+    if moving {
+        x[SPEED] = field_speed(e) / electrical.pole_pairs();
+        let flux = (voltage / (electrical.pole_pairs() * x[SPEED].abs()).max(1.0)).max(1e-3);
+        (0..4).for_each(|k| p[(k, k)] = flux * flux);
+    } else {
+        // At rest, to what a machine of any size runs up to in a tenth of a second.
+        p[(SPEED, SPEED)] = 1.0;
+    }
+    let (mut before, mut after, mut steps) = (Vec::with_capacity(n), Vec::with_capacity(n), Vec::with_capacity(n));
+    let mut psi_r = Vec::with_capacity(n);
+    for k in 0..n {
+        before.push((x, p));
+        for (c, (h, sigma)) in e.channels.iter().filter(|c| matches!(c.kind, ChannelKind::Current { .. })).zip(&noise) {
+            if c.is_valid(k) {
+                let ph = p * h;
+                let variance = h.dot(&ph) + sigma * sigma;
+                x += ph * ((c.values[k] - h.dot(&x)) / variance);
+                p -= ph * ph.transpose() / variance;
+            }
+        }
+        after.push((x, p));
+        let fluxes: Fluxes = [Complex::new(x[0], x[1]), Complex::new(x[2], x[3])];
+        psi_r.push(fluxes[1]);
+        let step = electrical.step(x[SPEED], fluxes[1], t);
+        let [s, r] = electrical.driven(fluxes, x[SPEED] + 0.5 * t * x[super::SLOPE], e.u_s[k], t);
+        let omega = x[SPEED] + t * x[super::SLOPE];
+        x = Vector::from([s.re, s.im, r.re, r.im, omega, x[super::SLOPE]]);
+        steps.push(step.matrix());
+        p = step.carried(&p, intensity);
+        (0..4).for_each(|k| p[(k, k)] += wandering);
+    }
+    (Track { before, after, steps }, psi_r)
+}
+
+/// Angular frequency at which the currents turn in the first rows, rad/s.
+fn field_speed(e: &Experiment) -> f64 {
+    let rows = ((0.04 / e.sample_time_s) as usize).clamp(4, e.len());
+    let i: Vec<Complex<f64>> = (0..rows).filter_map(|k| e.current_vector(k, |c| e.channels[c].values[k])).collect();
+    let turned: Complex<f64> = i.windows(2).map(|w| w[1] * w[0].conj()).sum();
+    turned.arg() / e.sample_time_s
+}
+
+/// Smooths the speed on the run of `machine` itself until it settles.
+pub(super) fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> Experiment {
+    let mut best: Option<(f64, FoundSpeed)> = None;
+    for _ in 0..ROUNDS {
+        let Load::Unseen(found) = &e.load else { return e };
+        let Some((cost, here, change)) = round(&e, found, machine, start) else { break };
+        let better = best.as_ref().is_none_or(|(least, _)| cost < *least);
+        let settled = change.iter().zip(&here.std).all(|(d, s)| d.abs() < SETTLED * s);
+        let mut next = here.clone();
+        if better {
+            best = Some((cost, here));
+        }
+        if settled || !better {
+            break;
+        }
+        next.omega_m.iter_mut().zip(&change).for_each(|(w, d)| *w += d);
+        e.load = Load::Unseen(next);
+    }
+    if let Some((_, found)) = best {
+        e.load = Load::Unseen(found);
+    }
+    e
+}
+
+/// The filter around a speed, the sum of squared innovations, and how much the speed should change.
+fn round(e: &Experiment, found: &FoundSpeed, machine: &Machine<f64>, start: &State<f64>) -> Option<(f64, FoundSpeed, Vec<f64>)> {
+    let n = e.len();
+    let mut residuals = vec![vec![0.0; n]; e.channels.len()];
+    let mut psi_r = Vec::with_capacity(n);
+    let mut bench = Bench::new(machine, *start, e.sample_time_s);
+    for k in 0..n {
+        let i = bench.output().i_s;
+        psi_r.push(bench.state().psi_r);
+        for (c, r) in e.channels.iter().zip(&mut residuals) {
+            if let (true, ChannelKind::Current { direction_rad }) = (c.is_valid(k), c.kind) {
+                r[k] = (c.values[k] - i.re * direction_rad.cos() - i.im * direction_rad.sin()) / c.sigma;
+            }
+        }
+        let input = e.input(k, bench.plant());
+        bench.advance(&input);
+    }
+    if residuals.iter().flatten().any(|r| !r.is_finite()) {
+        return None;
+    }
+    let electrical = Electrical::of(machine);
+    let steps = electrical.steps(&found.omega_m, &psi_r, e.sample_time_s);
+    let (mut before, mut after) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    let filter = Filter::new(e, &electrical, steps, found.intensity, |b, a| {
+        before.push((Vector::zeros(), *b));
+        after.push((Vector::zeros(), *a));
+    });
+    let mut k = 0;
+    filter.run(&mut residuals, &e.channels, |x| {
+        after[k].0 = *x;
+        if k + 1 < n {
+            before[k + 1].0 = filter.steps[k].next(x);
+        }
+        k += 1;
+    });
+    let cost = residuals.iter().flatten().map(|r| r * r).sum();
+    let steps = filter.steps.iter().map(super::Step::matrix).collect();
+    let (mut change, mut std) = (vec![0.0; n], vec![0.0; n]);
+    Track { before, after, steps }.smoothed(|k, x, p| {
+        change[k] = x[SPEED];
+        std[k] = p[(SPEED, SPEED)].max(0.0).sqrt();
+    });
+    let here = FoundSpeed { psi_r, std, electrical, filter: Arc::new(filter), ..found.clone() };
+    Some((cost, here, change))
+}

@@ -1,0 +1,55 @@
+//! Runs without a speed sensor and without a known load: the speed is found from voltages and currents.
+
+use im_identify::offline::Load;
+
+use super::*;
+
+fn unseen(r: &Recording, machine: &Machine<f64>) -> Experiment {
+    experiment(&Recording { tau_load: None, ..r.clone() }).with_unmeasured_speed(machine, &M.rating)
+}
+
+fn found(e: &Experiment) -> (&[f64], &[f64]) {
+    let Load::Unseen(speed) = &e.load else { panic!("no found speed") };
+    (&speed.omega_m, &speed.std)
+}
+
+#[test]
+fn the_speed_is_found_within_its_band_where_the_machine_is_right() {
+    let r = recording(true);
+    let e = unseen(&r, &truth());
+    assert!(e.speed_is_imposed() && e.channels.len() == 2 && e.validate().is_ok());
+    let (omega, std) = found(&e);
+    let off: Vec<f64> = omega.iter().zip(&r.omega_m).map(|(a, b)| a - b).collect();
+    // From the first flux on.
+    let rms = (off[300..].iter().map(|d| d * d).sum::<f64>() / off[300..].len() as f64).sqrt();
+    let inside = (300..off.len()).filter(|&k| off[k].abs() < 2.0 * std[k] + 0.3).count() as f64 / (off.len() - 300) as f64;
+    println!("{rms} rad/s rms, inside {inside}, std {}", std[std.len() / 2]);
+    assert!(rms < 1.0 && inside > 0.9, "{rms} rad/s, {inside}");
+    // What is left is the noise of the sensors.
+    let left = residuals(&truth(), &e, &e.start_state());
+    let chi2 = left.iter().flatten().map(|r| r * r).sum::<f64>() / e.count() as f64;
+    assert!((0.9..1.1).contains(&chi2), "{chi2}");
+}
+
+#[test]
+fn electrical_parameters_are_found_without_speed_and_load() {
+    let r = recording(true);
+    let mut e = unseen(&r, &guess());
+    let free = base_parameters_in(&guess(), std::slice::from_ref(&e));
+    assert_eq!(free.len(), 4);
+    let mut machine = guess();
+    for _ in 0..4 {
+        let f = fit(&machine, std::slice::from_ref(&e), &free, &FitOptions::near()).unwrap();
+        println!("{} {:?} ± {:?}", f.chi2_per_sample(), f.values(), f.standard_deviations());
+        e = e.with_speed_found_by(&f.machine, &f.starts[0]);
+        machine = f.machine;
+    }
+    let (found, true_) = (machine.parameters().inverse_gamma(), M.parameters().inverse_gamma());
+    for (a, b) in [
+        (found.stator_resistance_ohm, true_.stator_resistance_ohm),
+        (found.leakage_inductance_h, true_.leakage_inductance_h),
+        (found.magnetizing_inductance_h, true_.magnetizing_inductance_h),
+    ] {
+        assert!((a / b - 1.0).abs() < 0.05, "{a} {b}");
+    }
+}
