@@ -101,3 +101,25 @@ fn a_nameplate_makes_a_motor_with_tolerances() {
     // What it makes is a motor like any other.
     done(&["compare", "--motor", &motor, "--data", &demo("train1.csv")]);
 }
+
+#[test]
+fn losses_are_segregated_from_two_tables_with_their_intervals() {
+    let f = Folder::new("losses");
+    let head = "V_LL_V,I_A,P_3ph_W,n_rpm,T_Nm\n";
+    let free = "400,4.0,330,1499,\n300,2.9,215,1499,\n200,1.95,140,1498,\n150,1.5,118,1497,\n100,1.1,101,1494,\n";
+    let loaded =
+        "400,9.4,5260,1432,30\n400,8.3,4480,1443,26\n400,6.6,3330,1458,19.5\n400,5.2,2220,1473,13\n400,4.3,1200,1487,6.5\n";
+    let (free, loaded) = (f.file("free.csv", &(head.to_owned() + free)), f.file("load.csv", &(head.to_owned() + loaded)));
+    let motor = demo("motor.toml");
+    let args = ["losses", "--motor", &motor, "--table", &free, "--table", &loaded, "--terminal-resistance-ohm", "3.0"];
+    let all = json(&[&args[..], &["--winding-c", "75", "--json"]].concat());
+    let losses = &all["losses"];
+    assert_eq!((losses["constant_by"].as_str(), losses["points"].as_array().unwrap().len()), (Some("voltages"), 5), "{losses}");
+    for part in ["stator_w", "rotor_w", "iron_w", "friction_windage_w", "stray_w", "total_w", "efficiency"] {
+        let e = &losses["points"][0][part];
+        assert!(e["value"].as_f64().unwrap() > 0.0 && e["half_95"].as_f64().unwrap() > 0.0, "{part}: {e}");
+    }
+    let text = done(&args);
+    assert!(text.contains("friction and windage") && text.contains("efficiency"), "{text}");
+    assert!(refused(&[&args[..7], &["--terminal-resistance-ohm=-1"]].concat()).contains("--terminal-resistance-ohm"));
+}

@@ -59,8 +59,9 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
         .filter(|(_, (_, x))| x.len() == n && x.iter().all(|v| v.is_finite()))
         .map(|(k, (name, x))| {
             let under = sniffed.units.get(k).and_then(|u| named(u));
-            let unit = in_name(name).or(under);
-            let said = if in_name(name).is_none() { under } else { None };
+            // "Channel A" is no current where the line of units says V.
+            let unit = under.or(in_name(name));
+            let said = under.filter(|u| in_name(name) != Some(*u));
             let quantity = unit.map(|u| u.quantity).or_else(|| names::quantity(name));
             let mean = x.iter().sum::<f64>() / n as f64;
             let size = (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n as f64).sqrt();

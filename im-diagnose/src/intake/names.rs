@@ -1,6 +1,6 @@
 //! What the names of columns say: the quantity, the phase or axis, and whether a sensor measured it.
 
-use super::unit::Quantity;
+use super::unit::{Quantity, in_name};
 
 /// Who made a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -114,7 +114,9 @@ pub(super) fn quantity(name: &str) -> Option<Quantity> {
 
 /// Which phase or axis a name says.
 pub(super) fn place(name: &str) -> Option<usize> {
-    let low = name.to_lowercase();
+    // The A of ib_A is no phase; that of "phase A" is.
+    let unit = in_name(name).filter(|u| name.strip_suffix(u.text).is_some_and(|before| before.ends_with('_')));
+    let low = unit.and_then(|u| name.strip_suffix(u.text)).unwrap_or(name).to_lowercase();
     if low.contains("alpha") || low.contains('α') {
         return Some(3);
     }
@@ -159,6 +161,23 @@ mod tests {
         ] {
             assert_eq!(origin(name), made, "{name}");
         }
+    }
+
+    #[test]
+    fn a_unit_is_no_phase() {
+        let all = [
+            ("ib_A", Some(1)),
+            ("ia2_A", None),
+            ("phase A", Some(0)),
+            ("u_ab_V", Some(5)),
+            ("Channel A", Some(0)),
+            ("i_V", None),
+        ];
+        for (name, phase) in all {
+            assert_eq!(place(name), phase, "{name}");
+        }
+        assert_eq!((axis("id_A"), axis("u_q"), axis("Isd"), axis("idle")), (Some("d"), Some("q"), Some("d"), None));
+        assert!(is_frame_angle("theta_rad") && is_duty("duty_a") && !is_duty("induct"));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! With U, I line to line and line, rms; R between two terminals at the temperature of the reading; P₁ input, s slip, cos φ = P₁/(√3 U I):
 //!
 //!   stator copper       P_s = (3/2) R I²
-//!   no load             P₀ − P_s = P_fw + P_fe(U); P_fw is the intercept of a straight line over U² at low voltages
+//!   no load             P₀ − P_s − Tω = P_fw + P_fe(U), T where one was measured; P_fw is the intercept of a line over U² at low voltages
 //!   iron under load     P_fe(U_r),   U_r = √((U − (√3/2) I R cos φ)² + ((√3/2) I R sin φ)²)
 //!   rotor               P_r = (P₁ − P_s − P_fe) s
 //!   friction, windage   P_fw (1 − s)^2.5
@@ -138,8 +138,11 @@ struct Constant {
 
 impl Constant {
     fn of(r: &Readings) -> Option<Self> {
-        let mut points: Vec<(f64, f64)> =
-            r.no_load.iter().map(|p| (p.voltage_v.powi(2), p.power_w - 1.5 * p.resistance_ohm * p.current_a.powi(2))).collect();
+        let constant = |p: &readings::Reading| {
+            let output = p.torque_nm.zip(p.omega_m).map_or(0.0, |(t, w)| t * w);
+            (p.voltage_v.powi(2), p.power_w - 1.5 * p.resistance_ohm * p.current_a.powi(2) - output)
+        };
+        let mut points: Vec<(f64, f64)> = r.no_load.iter().map(constant).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (first, last) = (points.first()?, points.last()?);
         // Voltages that are nearly the same are one.

@@ -13,7 +13,8 @@ fn machine() -> Machine<f64> {
     effects.iron_loss.conductance_s = 6e-4;
     effects.windage.coefficient_nm_s2 = 2e-5;
     effects.coulomb_friction.torque_nm = 0.15;
-    effects.stray_load_torque.torque_nm = 0.4;
+    // It is there without load, too, with the square of the current: the standard counts that part as iron loss.
+    effects.stray_load_torque.torque_nm = 0.06;
     let machine = Machine::try_new(M.parameters(), M.pole_pairs, effects).unwrap();
     let p = M.parameters();
     let leakage = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
@@ -92,7 +93,7 @@ fn every_loss_is_that_of_the_machine() {
         };
         near(p.stator_w, copper, 1e-9);
         near(p.rotor_w, rotor, 5e-4);
-        near(p.iron_w, iron, 2e-3);
+        near(p.iron_w, iron, 3e-3);
         // What brakes the shaft, stray load included.
         near((p.friction_windage_w.value + p.stray_w.value).into(), braking, 4e-3);
         near(p.total_w, r.active_power_w - r.torque_nm.unwrap() * r.omega_m_rad_s.unwrap(), 4e-3);

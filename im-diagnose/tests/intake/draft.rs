@@ -2,7 +2,7 @@
 
 use im_diagnose::intake::IntakeError;
 
-use crate::simulated::{Folder, column, columns, csv, start, take};
+use crate::simulated::{Folder, column, columns, csv, start, take, taken};
 
 #[test]
 fn a_foreign_file_is_guessed_and_read_as_if_it_had_been_described() {
@@ -144,4 +144,93 @@ fn the_instant_of_a_voltage_is_decided_by_the_fit() {
     }
     let (text, said) = drafted("sampled.csv", &all);
     assert!(text.contains("instant = \"sample\"") && said.contains("the model fits better so"), "{said}");
+}
+
+/// d and q in a drive's frame, with its angle in turns; and duty cycles beside the voltage of the link.
+#[test]
+fn turning_frames_and_duty_cycles_are_what_they_stand_for() {
+    let (all, r) = (columns(), start());
+    let x = |c: usize| all[c].1.clone();
+    let frame = |k: usize| std::f64::consts::TAU * 50.0 * k as f64 * r.sample_time_s;
+    let turned = |x: &[im_model::Complex<f64>]| -> Vec<im_model::Complex<f64>> {
+        x.iter().enumerate().map(|(k, x)| x * im_model::Complex::from_polar(1.0, -frame(k))).collect()
+    };
+    let (u, i) = (turned(&r.u_s), turned(&r.i_s));
+    let angle = (0..r.len()).map(|k| (frame(k) / std::f64::consts::TAU).fract()).collect();
+    let part = |x: &[im_model::Complex<f64>], re: bool| x.iter().map(|x| if re { x.re } else { x.im }).collect::<Vec<f64>>();
+    let dq = [
+        ("t_s", x(0)),
+        ("ud_V", part(&u, true)),
+        ("uq_V", part(&u, false)),
+        ("id_A", part(&i, true)),
+        ("iq_A", part(&i, false)),
+        ("theta", angle),
+        ("n_rpm", x(7)),
+    ];
+    let link = vec![650.0; r.len()];
+    let leg = |c: usize| all[c].1.iter().map(|u| 0.5 + u / 650.0).collect::<Vec<f64>>();
+    let duty = [
+        ("t_s", x(0)),
+        ("duty_a", leg(1)),
+        ("duty_b", leg(2)),
+        ("duty_c", leg(3)),
+        ("v_dc", link),
+        ("ia", x(4)),
+        ("ib", x(5)),
+        ("ic", x(6)),
+        ("n_rpm", x(7)),
+    ];
+    let folder = Folder::new("frames");
+    for (name, columns) in [("dq.csv", &dq[..]), ("duty.csv", &duty[..])] {
+        let t = take(&folder.put(name, csv(columns))).unwrap();
+        assert!((t.experiment.u_s[2000] - r.u_s[2000]).norm() < 1e-6, "{name}: {}", t.draft.unwrap().text);
+        let i = im_model::Complex::new(t.experiment.channels[0].values[2000], t.experiment.channels[1].values[2000]);
+        assert!((i - r.i_s[2000]).norm() < 0.3, "{name}: {i}");
+    }
+}
+
+/// A time in milliseconds that does not say so, and currents of the other sign.
+#[test]
+fn the_unit_of_time_and_the_sign_of_the_currents_are_seen() {
+    let (mut all, r) = (columns(), start());
+    for (name, x) in &mut all {
+        match *name {
+            "t_s" => (*name, *x) = ("time", x.iter().map(|t| 1e3 * t).collect()),
+            n if n.starts_with('i') => x.iter_mut().for_each(|i| *i = -*i),
+            _ => {}
+        }
+    }
+    let folder = Folder::new("signs");
+    let t = take(&folder.put("run.csv", csv(&all))).unwrap();
+    let said = t.draft.unwrap().guesses.join("\n");
+    assert!(said.contains("time is in ms") && said.contains("turned back"), "{said}");
+    assert!((t.experiment.sample_time_s / r.sample_time_s - 1.0).abs() < 1e-6, "{}", t.experiment.sample_time_s);
+    assert!((t.experiment.channels[0].values[2000] - r.i_s[2000].re).abs() < 0.3);
+}
+
+/// What a mapping can say of sensors: counts of an encoder, channels sampled one after the other, a voltmeter.
+#[test]
+fn counts_delays_and_measured_voltages_are_said_by_the_mapping() {
+    let (all, r) = (columns(), start());
+    let mut turn = 0.0;
+    let counts = r.omega_m.iter().map(|w| {
+        turn += w * r.sample_time_s / std::f64::consts::TAU;
+        (turn * 4096.0).floor().rem_euclid(65536.0)
+    });
+    let mut with: Vec<(&str, Vec<f64>)> = all.clone();
+    with.push(("enc", counts.collect()));
+    let mapping = |more: &str| {
+        format!(
+            "[time]\ncolumn = \"t_s\"\n[voltage]\na = \"u1_V\"\nb = \"u2_V\"\nc = \"u3_V\"\n{more}[current]\na = \"i1_A\"\nb = \"i2_A\"\n\
+             c = {{ column = \"i3_A\", delay_s = 0.0 }}\n[speed]\ncolumn = \"enc\"\ncounts_per_turn = 4096\n[load]\nnone = true\n"
+        )
+    };
+    let t = taken("counts", &with, &mapping(""));
+    let speed = t.experiment.channels.iter().find(|c| c.name == "omega_m_rad_s").unwrap();
+    let off = (500..r.len() - 500).map(|k| (speed.values[k] - r.omega_m[k]).abs()).fold(0.0, f64::max);
+    // A count over the window, and the speed's own noise.
+    assert!(off < 1.5, "{off}");
+    assert!(!t.measured_voltage);
+    assert!(taken("metered", &with, &mapping("measured = true\n")).measured_voltage);
+    assert!(taken("sampled", &with, &mapping("instant = \"sample\"\n")).measured_voltage);
 }

@@ -16,8 +16,8 @@ fn errors_of_a_mapping_name_line_key_and_cure() {
     let bad = |from: &str, to: &str| error(&MAPPING.replacen(from, to, 1));
     assert_eq!(
         bad("a = \"u1_V\"", "aa = \"u1_V\""),
-        "run.recording.toml:4: unknown key aa in [voltage]; known there: a, b, c, ab, bc, ca, alpha, beta, duty_a, duty_b, duty_c, \
-         dc_link, times, unit, gain, offset, instant"
+        "run.recording.toml:4: unknown key aa in [voltage]; known there: a, b, c, ab, bc, ca, alpha, beta, d, q, duty_a, \
+         duty_b, duty_c, dc_link, times, unit, gain, offset, instant, measured"
     );
     assert!(bad("[current]", "[curent]").contains("unknown key curent at the top of the file; did you mean current?"));
     assert!(bad("b = \"u2_V\"\n", "").contains("run.recording.toml:3: b is missing in [voltage]"));
