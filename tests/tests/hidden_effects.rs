@@ -1,7 +1,7 @@
 //! A short hidden-effect campaign: what the tool must get right on data it has not seen. The long one is `im verify`'s.
 
 use im_diagnose::diagnosis::diagnose;
-use im_diagnose::loads::FoundTorque;
+use im_diagnose::loads::Found;
 use im_diagnose::search::Options;
 use im_model::effects::CustomId;
 use im_model::{EffectId, ParameterId};
@@ -121,7 +121,7 @@ fn an_electrical_effect_is_named_without_a_load_torque() {
     assert!(loads.found.len() == 3 && loads.not_determined.contains(&EffectId::CoulombFriction), "{loads:?}");
     // The load that was hidden from the tool, within its band.
     let trial = simulate(&case);
-    let FoundTorque::Curve(points) = &loads.found[0].torque else { panic!("{loads:?}") };
+    let Found::Curve(points) = &loads.found[0].found else { panic!("{loads:?}") };
     let dt = trial.train[0].t_s[1] - trial.train[0].t_s[0];
     let off = |p: &&[f64; 3]| {
         let k = ((p[0] / dt).round() as usize).min(trial.train[0].tau_load_nm.len() - 1);
