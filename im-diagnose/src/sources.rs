@@ -207,7 +207,7 @@ impl Sources {
         let tables = self.tables.iter().map(read).collect::<Result<Vec<_>, _>>()?;
         // Few rows are enough beside recordings.
         let mut noticed = tables::look(&motor, &tables);
-        noticed.retain(|f| self.train.is_empty() || f.kind != FindingKind::TooFewRows);
+        noticed.retain(|f| self.train.is_empty() || !matches!(f.kind, FindingKind::TooFewRows | FindingKind::OneVoltage));
         meaningful(&noticed, self.anyway)?;
         let (case, mut findings) = tables::case(motor, &tables).map_err(|e| Refused::fit(&self.label, &e))?;
         findings.extend(noticed);

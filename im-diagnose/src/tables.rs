@@ -37,7 +37,22 @@ pub fn look(motor: &MotorFile, tables: &[SteadyTable]) -> Vec<Finding> {
         let names: Vec<&str> = tables.iter().map(|t| t.name.as_str()).collect();
         out.push(Finding { recording: names.join(", "), ..finding });
     }
+    out.extend(one_voltage(tables));
     out
+}
+
+/// Rows that turn at nearly one voltage: what leaves through the iron and what through the shaft is one sum there.
+fn one_voltage(tables: &[SteadyTable]) -> Option<Finding> {
+    let turning: Vec<&SteadyTable> = tables.iter().filter(|t| t.kind != TableKind::Locked).collect();
+    let voltages = || turning.iter().flat_map(|t| &t.rows).map(|r| r.phase_voltage_rms_v);
+    let (low, high) = voltages().fold((f64::INFINITY, 0.0f64), |(l, h), u| (l.min(u), h.max(u)));
+    (low < high || voltages().count() > 1).then_some(())?;
+    (high < 1.15 * low).then(|| {
+        let text = "All turning rows are at one voltage: iron loss cannot be told from friction and windage, and friction may hold either".to_owned();
+        let advice = "A no-load row at half the voltage settles it.";
+        let names: Vec<&str> = turning.iter().map(|t| t.name.as_str()).collect();
+        Finding { recording: names.join(", "), ..Finding::new(FindingKind::OneVoltage, Severity::Note, text, advice) }
+    })
 }
 
 fn distinct(t: &SteadyTable) -> Vec<&SteadyRow> {

@@ -61,9 +61,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let (b, a, half) = (rounded(e.before), rounded(e.after), rounded(HALF_95 * e.std));
         writeln!(out, "{:<60} {b:>11} {a:>11} {half:>11} {}{note}", e.quantity.key(), e.quantity.unit())?;
     }
-    for q in HELD.map(|p| MachineQuantity::Parameter(ParameterId::Base(p))) {
-        let (b, a) = (rounded(q.of(&before.machine)), rounded(q.of(&after.machine)));
-        writeln!(out, "{:<60} {b:>11} {a:>11}  ratio held  {}", q.key(), q.unit())?;
+    for (p, std) in HELD.into_iter().zip(fitted.held_std()) {
+        let q = MachineQuantity::Parameter(ParameterId::Base(p));
+        let (b, a, half) = (rounded(q.of(&before.machine)), rounded(q.of(&after.machine)), rounded(HALF_95 * std));
+        writeln!(out, "{:<60} {b:>11} {a:>11} {half:>11} {}  ratio held", q.key(), q.unit())?;
     }
     for p in BaseParameter::ALL.map(ParameterId::Base).into_iter().filter(|id| !HELD.map(ParameterId::Base).contains(id)) {
         let q = MachineQuantity::Parameter(p);
@@ -73,7 +74,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     let ratio = before.machine.parameters().leakage_ratio();
-    let held = format!("\"ratio held\": follows from the inverse-Γ circuit with L_ls/L_lr = {} as given.", rounded(ratio));
+    let held = format!(
+        "\"ratio held\": follows from the inverse-Γ circuit with L_ls/L_lr = {} as given; the interval is that of a ratio known to 20 % (one \
+         standard deviation over the design classes).",
+        rounded(ratio)
+    );
     write!(out, "{}", wrapped("", &held))?;
     for (a, b, c) in estimates.correlated(0.98) {
         writeln!(out, "{} and {} are hardly distinguished by these recordings (correlation {c:.3})", a.key(), b.key())?;

@@ -46,6 +46,8 @@ pub enum FindingKind {
     SpeedScale,
     /// Fewer points than what is looked for needs.
     TooFewRows,
+    /// Tables of one voltage only.
+    OneVoltage,
     /// No load torque is known.
     MissingLoad,
     /// No speed is known.

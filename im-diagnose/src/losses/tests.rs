@@ -86,11 +86,11 @@ fn every_loss_is_that_of_the_machine() {
     let l = segregate(&motor(), &[no_load(&VOLTAGES), loads()], measured()).unwrap();
     assert_eq!((l.constant_by, l.stray_by, l.left_out), (ConstantBy::Voltages, StrayBy::Regression, None));
     assert!(l.correlation.unwrap() > 0.99, "{:?}", l.correlation);
+    let rated = row(M.rating.phase_voltage_peak_v, M.rating.torque_nm).0.active_power_w;
     for (p, t) in l.points.iter().zip(LOADS) {
         let (r, [copper, rotor, iron, braking]) = row(M.rating.phase_voltage_peak_v, t * M.rating.torque_nm);
-        let near = |e: Estimate, true_: f64, of_input: f64| {
-            assert!((e.value - true_).abs() < of_input * r.active_power_w, "{t}: {e:?}, {true_} W")
-        };
+        let near =
+            |e: Estimate, true_: f64, of_rated: f64| assert!((e.value - true_).abs() < of_rated * rated, "{t}: {e:?}, {true_} W");
         near(p.stator_w, copper, 1e-9);
         near(p.rotor_w, rotor, 5e-4);
         near(p.iron_w, iron, 3e-3);

@@ -71,6 +71,41 @@ fn bad_tables_are_refused_with_their_place() {
     }
 }
 
+/// Fourteen load points at one voltage, from no load on: a fit is the same in any order, and what one voltage cannot tell is said.
+#[test]
+fn the_order_of_rows_changes_nothing_and_one_voltage_is_said() {
+    let motor = motor();
+    let w = std::f64::consts::TAU * motor.rating.electrical_frequency_hz;
+    let u = 0.98 * motor.rating.phase_voltage_peak_v;
+    let row = |k: usize| {
+        let torque = motor.rating.torque_nm * k as f64 / 11.0;
+        let x = im_model::steady_state(&motor.machine, u, w / std::f64::consts::TAU, im_model::Held::Load(torque)).unwrap();
+        let i = im_model::Plant::new(&motor.machine).currents(&x).i_s;
+        let rpm = x.omega_m * 30.0 / std::f64::consts::PI;
+        format!("{},{},{},{rpm},{torque}\n", u * 1.5f64.sqrt(), i.norm() / 2f64.sqrt(), 1.5 * u * i.re)
+    };
+    let folder = Folder::new("order");
+    let fitted = |order: &[usize]| {
+        let rows: String = order.iter().map(|&k| row(k)).collect();
+        let t = SteadyTable::read(&folder.put("t.csv", format!("V_LL_V,I_A,P_3ph_W,n_rpm,T_Nm\n{rows}")), None).unwrap();
+        let noticed = im_diagnose::tables::look(&motor, std::slice::from_ref(&t));
+        assert!(noticed.iter().any(|f| f.kind == im_diagnose::intake::FindingKind::OneVoltage), "{noticed:?}");
+        let (case, _) = im_diagnose::tables::case(motor.clone(), &[t]).unwrap();
+        im_diagnose::fitted::Fitted::new(case, im_diagnose::search::Options::default()).unwrap()
+    };
+    let up: Vec<usize> = (0..14).collect();
+    let down: Vec<usize> = up.iter().rev().copied().collect();
+    let (a, b) = (fitted(&up), fitted(&down));
+    for (x, y) in a.estimates.list.iter().zip(&b.estimates.list) {
+        assert!((x.after / y.after - 1.0).abs() < 1e-6, "{:?}: {} {}", x.quantity, x.after, y.after);
+    }
+    // What the ratio of the leakages leaves open is in the intervals of the T circuit.
+    let [r, l_s, l_r, _] = a.held_std();
+    let p = a.after.machine.parameters();
+    assert!(r > 0.0 && (0.05..0.2).contains(&(l_s / p.stator_leakage_inductance_h)), "{r} {l_s}");
+    assert!((0.05..0.2).contains(&(l_r / p.rotor_leakage_inductance_h)), "{l_r}");
+}
+
 #[test]
 fn what_a_table_does_not_say_is_not_made_up() {
     let folder = Folder::new("unsaid");
