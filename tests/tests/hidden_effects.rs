@@ -130,3 +130,43 @@ fn an_electrical_effect_is_named_without_a_load_torque() {
     let inside = points.iter().filter(off).count();
     assert!(inside as f64 > 0.9 * points.len() as f64, "{inside} of {}", points.len());
 }
+
+/// A voltage that stands a row early is found as a delay of one sample: the first thing to check is what the mapping says of its instant.
+#[test]
+fn a_delay_of_whole_samples_says_to_check_the_instant() {
+    let mut trial = simulate(&TrialCase::new(2, &[], 33));
+    for t in trial.train.iter_mut().chain([&mut trial.holdout]) {
+        for u in [&mut t.u_alpha_v, &mut t.u_beta_v] {
+            u.rotate_left(1);
+            let last = u.len() - 1;
+            u[last] = u[last - 1];
+        }
+    }
+    let answer = diagnose(case_of(&trial), Options::default()).unwrap();
+    assert_eq!(answer.named(), [EffectId::VoltageDelay]);
+    assert!(answer.remarks()[0].starts_with("Check `instant`"), "{:?}", answer.remarks());
+}
+
+/// Noise that takes back in one row what it gave in the one before, as of a difference quotient, is rougher than it is large: an error below one
+/// is said to be suspicious.
+#[test]
+fn an_error_below_the_noise_is_suspicious() {
+    let noisy = TrialCase::new(2, &[], 34);
+    let clean = simulate(&TrialCase { noise: Noise { load: noisy.noise.load, ..Noise::NONE }, ..noisy.clone() });
+    let mut trial = simulate(&noisy);
+    let tables = trial.train.iter_mut().chain([&mut trial.holdout]).zip(clean.train.iter().chain([&clean.holdout]));
+    for (t, c) in tables {
+        let pairs = [
+            (&mut t.i_alpha_a, &c.i_alpha_a),
+            (&mut t.i_beta_a, &c.i_beta_a),
+            (&mut t.omega_m_rad_s, &c.omega_m_rad_s),
+        ];
+        for (x, clean) in pairs {
+            for k in (1..x.len()).rev() {
+                x[k] -= x[k - 1] - clean[k - 1];
+            }
+        }
+    }
+    let answer = diagnose(case_of(&trial), Options::default()).unwrap();
+    assert!(answer.remarks().iter().any(|r| r.contains("less than the noise alone")), "{:?}", answer.remarks());
+}

@@ -48,7 +48,7 @@ impl Diagnosis {
             let why = if self.case.train.iter().all(|e| e.is_table()) {
                 "the instruments are better than the class that was taken, 0.5 % where no `class` is given in a table.toml"
             } else {
-                "the noise was taken too large, as with signals that were filtered or rounded, or rows that stand twice"
+                "the noise was taken too large, as with signals that were rounded, or a speed that is a difference of angles"
             };
             format!("An error of {} σ rms is less than the noise alone makes: {why}", number(least.sqrt(), 2))
         })
