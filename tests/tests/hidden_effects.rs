@@ -156,11 +156,7 @@ fn an_error_below_the_noise_is_suspicious() {
     let mut trial = simulate(&noisy);
     let tables = trial.train.iter_mut().chain([&mut trial.holdout]).zip(clean.train.iter().chain([&clean.holdout]));
     for (t, c) in tables {
-        let pairs = [
-            (&mut t.i_alpha_a, &c.i_alpha_a),
-            (&mut t.i_beta_a, &c.i_beta_a),
-            (&mut t.omega_m_rad_s, &c.omega_m_rad_s),
-        ];
+        let pairs = [(&mut t.i_alpha_a, &c.i_alpha_a), (&mut t.i_beta_a, &c.i_beta_a), (&mut t.omega_m_rad_s, &c.omega_m_rad_s)];
         for (x, clean) in pairs {
             for k in (1..x.len()).rev() {
                 x[k] -= x[k - 1] - clean[k - 1];

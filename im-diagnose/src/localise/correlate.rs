@@ -52,11 +52,15 @@ pub(super) fn direction(r: &Row) -> Complex<f64> {
     if n > 1e-6 { r.flux.conj() / n } else { Complex::new(1.0, 0.0) }
 }
 
+/// Rows of the longest lag that is looked at: 50 ms, or a fifth of the longest run.
+pub(super) fn longest_lag(sample_s: f64, longest: usize) -> usize {
+    ((0.05 / sample_s).round() as usize).min(longest / 5).max(1)
+}
+
 fn one_memory(s: &Signals, q: Quantity) -> Option<Memory> {
     let sample = s.runs.first()?.sample_time_s;
     let longest = s.runs.iter().map(|r| r.rows.len()).max()?;
-    // Up to 50 ms, or a fifth of the longest run.
-    let reach = ((0.05 / sample).round() as usize).min(longest / 5).max(1);
+    let reach = longest_lag(sample, longest);
     let total: usize = s.runs.iter().map(|r| r.rows.len()).sum();
     // Every lag, or else an oscillation could hide between those looked at.
     let stride = (total * reach).div_ceil(PRODUCTS).max(1);

@@ -7,8 +7,9 @@ use im_model::Complex;
 use realfft::RealFftPlanner;
 use serde::Serialize;
 
-use super::correlate::direction;
+use super::correlate::{direction, longest_lag};
 use super::{Row, Signals, say};
+use crate::uncertainty::HALF_95;
 
 /// An error beside an input, one shifted against the other.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -25,12 +26,8 @@ pub struct InputCorrelation {
     pub conclusion: String,
 }
 
-/// Longest lag, s.
-const REACH: f64 = 0.05;
 /// Lags that are kept, on either side.
 const LAGS: usize = 200;
-/// Of the standard normal: 95 % lie within.
-const NORMAL_95: f64 = 1.96;
 
 type Value = fn(&Row) -> f64;
 
@@ -58,7 +55,7 @@ fn one(s: &Signals, (error, e): (&'static str, Value), (input, u): (&'static str
     let longest = s.runs.iter().map(|r| r.rows.len()).max()?;
     let (e, u) = (centred(s, e)?, centred(s, u)?);
     // Beyond a quarter of a run a correlation has too few products to be known.
-    let (known, reach) = (longest / 4, ((REACH / sample).round() as usize).min(longest / 5).max(1));
+    let (known, reach) = (longest / 4, longest_lag(sample, longest));
     let correlated = |a: &[Vec<f64>], b: &[Vec<f64>]| {
         let mut sum = vec![0.0; 2 * known + 1];
         for (a, b) in a.iter().zip(b) {
@@ -72,7 +69,7 @@ fn one(s: &Signals, (error, e): (&'static str, Value), (input, u): (&'static str
     // Tapered: far lags are chance themselves.
     let taper = |k: usize| 1.0 - (k as f64 - known as f64).abs() / (known + 1) as f64;
     let spread: f64 = (0..=2 * known).map(|k| taper(k) * ee[k] * uu[k]).sum::<f64>() / (pe * pu);
-    let chance = NORMAL_95 * (spread.max(1.0) / n as f64).sqrt();
+    let chance = HALF_95 * (spread.max(1.0) / n as f64).sqrt();
     let at = |k: usize| eu[k] / (pe * pu).sqrt();
     let stride = reach.div_ceil(LAGS);
     let lags = (0..=2 * (reach / stride)).map(|k| k as isize - (reach / stride) as isize).map(|k| k * stride as isize);
