@@ -1,5 +1,7 @@
 //! Numbers as people read them.
 
+use im_model::EffectId;
+
 /// A number with so many significant digits, without needless zeros: 0.0371, 12.4, 1.4·10⁻⁵.
 pub fn number(x: f64, digits: usize) -> String {
     if x == 0.0 {
@@ -91,6 +93,23 @@ pub fn percent_change(before: f64, after: f64) -> String {
     }
     let text = if p.abs() >= 10.0 { format!("{p:+.0}") } else { format!("{p:+.1}") };
     format!("{}\u{a0}%", text.replace('-', "−"))
+}
+
+/// An effect's name in a sentence: "main-flux saturation".
+pub fn effect_name(e: EffectId) -> String {
+    let title = e.card().title;
+    // A person's name keeps its capital.
+    if title.starts_with("Coulomb") {
+        return title.to_owned();
+    }
+    let mut c = title.chars();
+    c.next().map_or(String::new(), |f| f.to_lowercase().chain(c).collect())
+}
+
+/// A shorter one, without the parenthesis.
+pub fn short_effect_name(e: EffectId) -> String {
+    let name = effect_name(e);
+    name.split(" (").next().unwrap_or(&name).to_owned()
 }
 
 /// The first letter large.

@@ -9,7 +9,7 @@ mod verdict;
 use std::collections::BTreeMap;
 
 use im_identify::offline::{FitError, Free, Target};
-use im_model::{EffectId, MotorFile};
+use im_model::{EffectId, MotorFile, ParameterId};
 
 use crate::case::Case;
 use crate::learn::{Curve, continued};
@@ -42,6 +42,11 @@ impl ParameterChange {
     /// Whether the recordings leave it open.
     pub fn is_open(&self) -> bool {
         self.std.is_some_and(|std| is_open(self.after, std))
+    }
+
+    /// Whether it is one of the coefficients of a learned curve: the curve's band says how well that is known.
+    pub fn is_of_a_curve(&self) -> bool {
+        matches!(self.quantity, MachineQuantity::Parameter(ParameterId::Effect(e, _)) if e.free_form().is_some())
     }
 }
 

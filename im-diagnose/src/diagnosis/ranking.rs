@@ -1,5 +1,6 @@
 //! Every candidate, and what follows for it.
 
+use crate::format::short_effect_name;
 use im_model::EffectId;
 
 use super::Remainder;
@@ -57,7 +58,7 @@ pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, re
                 .map(|o| (o.effect, cosine(&s.signature, &o.signature)))
                 .max_by(|a, b| a.1.total_cmp(&b.1));
             let conclusion = if let Some(k) = last.effects.iter().position(|e| *e == s.effect) {
-                let rivals: Vec<&str> = course.stages[k + 1].rivals.iter().map(|e| e.name()).collect();
+                let rivals: Vec<String> = course.stages[k + 1].rivals.iter().map(|e| short_effect_name(*e)).collect();
                 if rivals.is_empty() { "added".into() } else { format!("added; confounded with {}", rivals.join(", ")) }
             } else if course.stages.iter().flat_map(|s| &s.rivals).any(|e| *e == s.effect) {
                 "explains the data as well as an effect added".into()

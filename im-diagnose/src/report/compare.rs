@@ -131,9 +131,14 @@ impl Comparison {
         &self.shown[0].place
     }
 
+    /// Whether the simulation does: there is no error then to look into.
+    fn diverges(&self) -> bool {
+        !self.total.chi2_per_sample.is_finite()
+    }
+
     fn said(&self) -> String {
         let x = self.total.chi2_per_sample;
-        if !x.is_finite() {
+        if self.diverges() {
             "The simulation of this model diverges on these recordings: check units, pole pairs and the sampling time.".into()
         } else if x < 1.1 {
             format!("The model is as good as the sensors can tell: its error is {} rms.", in_sigma(x))
@@ -184,7 +189,9 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
         sections.push(Section { id: "overlay", short: "signals", title: "Measured and modelled, over time", body });
         data = Some(overlay::data(&c.views, &models, w));
     }
-    sections.push(place::section(&c.shown));
+    if !c.diverges() {
+        sections.push(place::section(&c.shown));
+    }
     sections.extend(load_section(&c.loads, &c.motor));
     sections.extend(provenance::quality(meta));
     sections.extend(provenance::next_test(meta));
@@ -215,7 +222,9 @@ pub fn compare_terminal(c: &Comparison, meta: &Meta, width: usize) -> String {
         }
     }
     out.table(&rows, &[false, false, true, true, true]);
-    place_text(&mut out, &c.shown);
+    if !c.diverges() {
+        place_text(&mut out, &c.shown);
+    }
     loads_text(&mut out, &c.loads, &c.motor);
     for q in joined(meta.quality.as_deref().unwrap_or_default()) {
         out.paragraph("  ! ", &q.line());

@@ -313,10 +313,12 @@ pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> Markup {
     let nudged: Vec<String> = views.iter().filter(|v| v.nudged).map(label).collect();
     html! {
         p {
-            "The worst second is " (number(worst.from_s, 3)) " s to " (number(worst.to_s, 3)) " s of "
-            (label(&views[worst.run])) ": the error there is " (number(worst.level, 3)) " times the noise, against "
-            (number(worst.average, 3)) " times over all recordings. Drag across a picture to zoom, double-click to zoom out; "
-            "with the picture in focus the keys ←, →, + and − work too. The values under the pointer stand beside it."
+            @if worst.average.is_finite() {
+                "The worst second is " (number(worst.from_s, 3)) " s to " (number(worst.to_s, 3)) " s of "
+                (label(&views[worst.run])) ": the error there is " (number(worst.level, 3)) " times the noise, against "
+                (number(worst.average, 3)) " times over all recordings. "
+            }
+            "Drag across a picture to zoom, double-click to zoom out; with the picture in focus the keys ←, →, + and − work too. The values under the pointer stand beside it."
         }
         @if !nudged.is_empty() { p { (term("nudged_speed", "Nudged speed")) " for: " (nudged.join(", ")) "." } }
         (legend(&entries))

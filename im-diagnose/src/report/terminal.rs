@@ -2,7 +2,7 @@
 
 use super::load_words::words as load_words;
 use super::overlay::channel_words;
-use super::sections::{fall_rows, parameter_warning, parameters_note};
+use super::sections::{fall_rows, parameter_warnings, parameters_note};
 use super::story::{Shown, Story, candidates as by_interest, summary, verdict_words};
 use super::text_plot::{columns, log_bar, spark, wrapped};
 use super::words::{in_sigma, quantity_name, short_effect_name};
@@ -275,9 +275,7 @@ fn parameters(out: &mut Text, d: &Diagnosis) {
     }
     out.table(&table, &[false, true, true, true]);
     out.paragraph("  ", &parameters_note(d));
-    for p in &d.parameters {
-        if let Some(w) = parameter_warning(p, d) {
-            out.paragraph("  ! ", &sentence(&w));
-        }
+    for w in parameter_warnings(d) {
+        out.paragraph("  ! ", &w);
     }
 }

@@ -1,25 +1,9 @@
 //! Names of effects, parameters and channels as people read them.
 
 use crate::format::number;
+pub use crate::format::{effect_name, short_effect_name};
 use crate::uncertainty::MachineQuantity;
-use im_model::{BaseParameter, EffectId, ParameterId};
-
-/// An effect's name in a sentence: "main-flux saturation".
-pub fn effect_name(e: EffectId) -> String {
-    let title = e.card().title;
-    // A person's name keeps its capital.
-    if title.starts_with("Coulomb") {
-        return title.to_owned();
-    }
-    let mut c = title.chars();
-    c.next().map_or(String::new(), |f| f.to_lowercase().chain(c).collect())
-}
-
-/// A shorter one, without the parenthesis.
-pub fn short_effect_name(e: EffectId) -> String {
-    let name = effect_name(e);
-    name.split(" (").next().unwrap_or(&name).to_owned()
-}
+use im_model::{BaseParameter, ParameterId};
 
 /// A quantity's name, its symbol where it has one, and what it means.
 pub fn quantity_name(q: MachineQuantity) -> (String, String) {
@@ -119,6 +103,7 @@ pub fn in_sigma(chi2: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use im_model::EffectId;
 
     #[test]
     fn errors_keep_three_digits() {

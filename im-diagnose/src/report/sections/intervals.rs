@@ -22,8 +22,12 @@ fn across(ratio: f64) -> f64 {
 
 /// Nothing where no parameter has an interval.
 pub(crate) fn picture(d: &Diagnosis) -> Markup {
-    let shown: Vec<(&ParameterChange, f64)> =
-        d.parameters.iter().filter(|p| p.after != 0.0).filter_map(|p| Some((p, HALF_95 * p.std? / p.after.abs()))).collect();
+    let shown: Vec<(&ParameterChange, f64)> = d
+        .parameters
+        .iter()
+        .filter(|p| p.after != 0.0 && !p.is_of_a_curve())
+        .filter_map(|p| Some((p, HALF_95 * p.std? / p.after.abs())))
+        .collect();
     if shown.is_empty() {
         return html! {};
     }

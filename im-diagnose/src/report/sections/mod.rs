@@ -54,5 +54,5 @@ pub(super) fn whole(s: &Story) -> String {
 
 pub(super) use errors::{Fall, key as fall_key, rows as fall_rows, waterfall};
 pub(super) use load::section as load_section;
-pub(super) use parameters::{note as parameters_note, warning as parameter_warning};
+pub(super) use parameters::{note as parameters_note, warning as parameter_warning, warnings as parameter_warnings};
 pub(super) use top::head;

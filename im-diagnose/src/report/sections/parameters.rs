@@ -9,19 +9,35 @@ use super::super::story::Story;
 use super::super::words::quantity_name;
 use super::intervals;
 use crate::diagnosis::{Diagnosis, ParameterChange};
-use crate::format::{interval, percent_change, quantity};
+use crate::format::{interval, percent_change, quantity, sentence};
 use crate::uncertainty::{HALF_95, MachineQuantity};
 
 /// A base parameter that moved by more than this factor is suspicious: nameplates and catalogues are better than that.
 const SUSPICIOUS: f64 = 1.5;
 
+/// A parameter that the recordings leave open, with its interval.
+fn open(p: &ParameterChange) -> Option<String> {
+    let std = p.std.filter(|_| p.is_open() && p.after != 0.0 && !p.is_of_a_curve())?;
+    Some(format!("{} ({})", quantity_name(p.quantity).0, interval(p.after, HALF_95 * std, p.quantity.unit())))
+}
+
+/// All warnings; what the recordings leave open in one.
+pub(crate) fn warnings(d: &Diagnosis) -> Vec<String> {
+    let left: Vec<String> = d.parameters.iter().filter_map(open).collect();
+    let first = (!left.is_empty()).then(|| format!("hardly determined by these recordings: {}", left.join(", ")));
+    let others = d.parameters.iter().filter(|p| open(p).is_none()).filter_map(|p| warning(p, d));
+    first.into_iter().chain(others).map(|w| sentence(&w)).collect()
+}
+
 /// Why a change is suspicious, if it is.
 pub(crate) fn warning(p: &ParameterChange, s: &Diagnosis) -> Option<String> {
-    let (name, _) = quantity_name(p.quantity);
-    if let Some(std) = p.std.filter(|_| p.is_open() && p.after != 0.0) {
-        let shown = interval(p.after, HALF_95 * std, p.quantity.unit());
-        return Some(format!("{name} is hardly determined by these recordings ({shown})"));
+    if p.is_of_a_curve() {
+        return None;
     }
+    if let Some(open) = open(p) {
+        return Some(format!("hardly determined by these recordings: {open}"));
+    }
+    let (name, _) = quantity_name(p.quantity);
     let MachineQuantity::Parameter(id) = p.quantity else { return None };
     match id {
         ParameterId::Base(_) => {
@@ -96,7 +112,7 @@ pub(crate) fn section(s: &Story) -> Section {
     };
     let rows: Vec<Row> = d.parameters.iter().map(row).collect();
     let body = html! {
-        @for w in d.parameters.iter().filter_map(|p| warning(p, d)) { p.warn { "⚠ " (crate::format::sentence(&w)) } }
+        @for w in warnings(d) { p.warn { "⚠ " (w) } }
         @if let Some(absorbed) = absorbed(s) { p { (absorbed) } }
         p { (note(d)) }
         (intervals::picture(d))
