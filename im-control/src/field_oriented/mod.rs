@@ -177,7 +177,7 @@ impl<T: Scalar> Controller<T> for FieldOriented<T> {
         if is_finite(u)
             && self.state.flux_limit.is_finite()
             && is_finite(self.state.current_integral)
-            && self.state.discrete.is_finite()
+            && (self.law.gains.current_control == CurrentControl::Continuous || self.state.discrete.is_finite())
             && self.state.torque_nm.is_finite()
         {
             self.state.command = u;
@@ -198,17 +198,17 @@ struct Circuit<T> {
 }
 
 impl<T: Scalar> Law<T> {
-    /// At the rotor flux λ: the chord inductance, where iron that saturates is known.
+    /// At the rotor flux λ, where iron that saturates is known: with the chord inductance.
     #[inline]
-    fn circuit(&self, flux_vs: Complex<T>) -> Circuit<T> {
+    fn bent(&self, flux_vs: Complex<T>) -> Option<Circuit<T>> {
         let bend = match &self.gains.optimal_flux {
             Some(o) if o.iron.excess > T::zero() => o.iron.bend(norm(flux_vs)),
-            _ => return Circuit { current: self.current, model: self.model, k_r: self.k_r },
+            _ => return None,
         };
         let m = self.model.mutual_inductance_h / (T::one() + bend);
         let l_r = m + self.rotor_leakage_h;
         let k_r = m / l_r;
-        Circuit {
+        Some(Circuit {
             current: CurrentRegulator {
                 leakage_inductance_h: self.stator_leakage_h + k_r * self.rotor_leakage_h,
                 resistance_ohm: self.stator_resistance_ohm + k_r * k_r * self.rotor_resistance_ohm,
@@ -216,7 +216,7 @@ impl<T: Scalar> Law<T> {
             },
             model: RotorFluxModel { rotor_inductance_h: l_r, mutual_inductance_h: m, ..self.model },
             k_r,
-        }
+        })
     }
 }
 
@@ -229,10 +229,14 @@ impl<T: Scalar> FieldOriented<T> {
         let (t, omega_e) = (m.sample_time_s, law.model.pole_pairs * m.omega_m);
 
         // Where the flux is.
-        let Circuit { current, model, k_r } = law.circuit(s.rotor.flux_vs);
+        let bent = law.bent(s.rotor.flux_vs);
+        let (current, model, k_r) = match &bent {
+            Some(c) => (&c.current, &c.model, c.k_r),
+            None => (&law.current, &law.model, law.k_r),
+        };
         let iron_a = match &g.optimal_flux {
-            Some(o) => o.iron.conductance_s * s.omega_s * norm(s.rotor.flux_vs),
-            None => T::zero(),
+            Some(o) if o.iron.conductance_s > T::zero() => o.iron.conductance_s * s.omega_s * norm(s.rotor.flux_vs),
+            _ => T::zero(),
         };
         // The rotor does not see what the iron takes.
         let mut seen = m.i_s - j(s.direction) * iron_a;
@@ -331,7 +335,7 @@ impl<T: Scalar> FieldOriented<T> {
         let i_wanted = Complex::new(i_d, i_q + iron_a);
         let out = match g.current_control {
             CurrentControl::Continuous => current.step(&mut s.current_integral, &frame, i_wanted, i, emf),
-            CurrentControl::Discrete => s.discrete.step(&current, &frame, i_wanted, i, emf),
+            CurrentControl::Discrete => s.discrete.step(current, &frame, i_wanted, i, emf),
         };
         s.wanted_v = out.wanted_v;
         s.omega_s = frame.omega_s;
