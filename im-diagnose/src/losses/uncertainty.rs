@@ -47,9 +47,9 @@ pub(super) fn fill(losses: &mut Losses, readings: &Readings) {
         let rows = set.of(readings);
         for quantity in Quantity::ALL {
             let largest = rows.iter().filter_map(|r| quantity.of(r)).fold(0.0, |m: f64, x| m.max(x.abs()));
-            for k in 0..rows.len() {
-                let Some(present) = quantity.of(&rows[k]) else { continue };
-                let deviation = quantity.deviation(&rows[k], largest);
+            for (k, row) in rows.iter().enumerate() {
+                let Some(present) = quantity.of(row) else { continue };
+                let deviation = quantity.deviation(row, largest);
                 let mut changed = readings.clone();
                 quantity.set(&mut set.of_mut(&mut changed)[k], present + deviation);
                 add(changed, deviation);
