@@ -1,6 +1,6 @@
 //! Speed from the counts of an encoder.
 
-use super::signals::Trace;
+use super::trace::Trace;
 
 /// Over which the speed is the mean, to either side, s: a count is then some tenths of a radian per second.
 const HALF_WINDOW_S: f64 = 2.5e-3;

@@ -22,6 +22,7 @@ mod replay;
 pub mod signals;
 pub mod sniff;
 pub mod steady_table;
+mod trace;
 pub mod unit;
 
 use std::io::{BufReader, Read};

@@ -10,20 +10,8 @@ use super::load_plan::LoadPlan;
 use super::mapping::{Calibration, CurrentForm, Instant, Line, Load, Mapping, Offset, Signal, Speed, VoltageForm};
 use super::raw::{RawTable, place};
 use super::repair;
+use super::trace::Trace;
 use super::unit::{Quantity, in_name};
-
-/// One column in SI units.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Trace {
-    /// Its name in the file.
-    pub column: String,
-    /// One value per row.
-    pub values: Vec<f64>,
-    /// SI units per unit of the column, and what was subtracted from the column before.
-    pub gain: f64,
-    /// See `gain`.
-    pub offset: f64,
-}
 
 /// A current and what else shows it.
 #[derive(Clone, Debug, PartialEq)]

@@ -166,7 +166,9 @@ fn every(run: &Experiment, stride: usize) -> Experiment {
         start: run.start,
     };
     match &run.load {
-        Load::Unseen(found) => Experiment { load: Load::Unseen(found.every(stride, &thinned)), ..thinned },
+        Load::Unseen(found) => {
+            Experiment { load: Load::Unseen(found.every(stride, &thinned.channels, thinned.sample_time_s)), ..thinned }
+        }
         _ => thinned,
     }
 }

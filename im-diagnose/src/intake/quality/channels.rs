@@ -11,7 +11,8 @@ use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
 use crate::intake::load_plan::LoadPlan;
 use crate::intake::mapping::VoltageForm;
-use crate::intake::signals::{Signals, SpeedTrace, Trace};
+use crate::intake::signals::{Signals, SpeedTrace};
+use crate::intake::trace::Trace;
 use crate::intake::unit::UNITS;
 
 /// How far beyond the rating a value is beyond belief; and how far below it, for the largest of a recording.

@@ -21,7 +21,7 @@ pub fn check(s: &Signals) -> Checked {
         trusted[x] = vouched;
         out.findings.extend(finding);
     }
-    let chosen: Vec<&super::super::signals::Trace> = s
+    let chosen: Vec<&super::super::trace::Trace> = s
         .current
         .iter()
         .zip(&out.second)

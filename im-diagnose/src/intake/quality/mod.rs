@@ -13,7 +13,8 @@ use im_model::{Complex, MotorFile, space_vector::from_phases};
 
 use super::finding::Finding;
 use super::mapping::{CurrentForm, Instant};
-use super::signals::{Signals, SpeedTrace, Trace};
+use super::signals::{Signals, SpeedTrace};
+use super::trace::Trace;
 
 /// What the checks leave of the currents.
 #[derive(Clone, Debug, Default, PartialEq)]

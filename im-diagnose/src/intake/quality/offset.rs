@@ -6,7 +6,7 @@
 use super::steady::Steady;
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity};
-use crate::intake::signals::Trace;
+use crate::intake::trace::Trace;
 
 /// Means of steady stretches that differ by no more than this part of their median are one offset.
 const SAME: f64 = 0.3;

@@ -11,12 +11,10 @@ mod reference;
 
 use std::sync::Arc;
 
-use im_model::{Complex, Machine, Rating, Scalar, State};
+use im_model::{Complex, Scalar};
 use nalgebra::{SMatrix, SVector};
 
 use super::channel::{Channel, ChannelKind};
-use super::experiment::Experiment;
-use super::load::Load;
 use flux::{Electrical, Step};
 
 /// δψ_s, δψ_r (α and β each), δω and its slope.
@@ -57,18 +55,18 @@ struct Filter {
 impl Filter {
     /// Means and covariances at every row, before and after what was measured there, go to `keep`.
     fn new(
-        e: &Experiment,
+        channels: &[Channel],
         electrical: &Electrical,
         steps: Vec<Step>,
         intensity: f64,
         mut keep: impl FnMut(&Matrix, &Matrix),
     ) -> Self {
-        let shows: Vec<Vector> = e.channels.iter().map(|c| electrical.shown_by(c) / c.sigma).collect();
+        let shows: Vec<Vector> = channels.iter().map(|c| electrical.shown_by(c) / c.sigma).collect();
         let mut p = unknown_speed();
-        let mut gains = Vec::with_capacity(e.len());
+        let mut gains = Vec::with_capacity(steps.len());
         for (k, step) in steps.iter().enumerate() {
             let before = p;
-            let measured = e.channels.iter().zip(&shows).map(|(c, h)| {
+            let measured = channels.iter().zip(&shows).map(|(c, h)| {
                 (c.is_valid(k) && c.kind != ChannelKind::Speed).then(|| {
                     let ph = p * h;
                     let variance = h.dot(&ph) + 1.0;
@@ -80,7 +78,7 @@ impl Filter {
             keep(&before, &p);
             p = step.carried(&p, intensity);
         }
-        Self { sigma: e.channels.iter().map(|c| c.sigma).collect(), shows, steps, gains }
+        Self { sigma: channels.iter().map(|c| c.sigma).collect(), shows, steps, gains }
     }
 
     /// Runs over residuals in σ, given by channel and row, and puts the innovations in their place; `keep` sees the state after each row.
@@ -120,34 +118,13 @@ impl FoundSpeed {
         T::from_f64(self.omega_m[k.min(self.omega_m.len() - 1)])
     }
 
-    /// For `run`, which is the same on every so many rows.
-    pub(super) fn every(&self, stride: usize, run: &Experiment) -> Self {
+    /// For the same run on every so many rows, whose channels these are.
+    pub(super) fn every(&self, stride: usize, channels: &[Channel], sample_time_s: f64) -> Self {
         let thin = |x: &[f64]| x.iter().step_by(stride).copied().collect::<Vec<f64>>();
         let psi_r: Vec<_> = self.psi_r.iter().step_by(stride).copied().collect();
         let omega_m = thin(&self.omega_m);
-        let steps = self.electrical.steps(&omega_m, &psi_r, run.sample_time_s);
-        let filter = Arc::new(Filter::new(run, &self.electrical, steps, self.intensity, |_, _| ()));
+        let steps = self.electrical.steps(&omega_m, &psi_r, sample_time_s);
+        let filter = Arc::new(Filter::new(channels, &self.electrical, steps, self.intensity, |_, _| ()));
         Self { std: thin(&self.std), omega_m, psi_r, filter, ..self.clone() }
     }
 }
-
-impl Experiment {
-    /// The same run with neither speed nor load known: the speed that voltages and currents ask for drives `machine`. What a speed sensor
-    /// shows is left out.
-    pub fn with_unmeasured_speed(mut self, machine: &Machine<f64>, rating: &Rating) -> Self {
-        if self.is_table() || self.imposed_speed.is_some() {
-            return self;
-        }
-        self.channels.retain(|c| c.kind != ChannelKind::Speed);
-        let torque = rating.torque_nm / machine.parameters().inertia_kg_m2;
-        reference::first(self, machine, torque * torque * STEPS_PER_S)
-    }
-
-    /// The same run with its unmeasured speed as `machine` asks for it; nothing changes where it is measured.
-    pub fn with_speed_found_by(self, machine: &Machine<f64>, start: &State<f64>) -> Self {
-        if let Load::Unseen(_) = self.load { reference::refined(self, machine, start) } else { self }
-    }
-}
-
-/// Before the data: the torque wanders by the rated one in a twentieth of a second.
-const STEPS_PER_S: f64 = 20.0;

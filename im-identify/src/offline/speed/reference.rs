@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use im_model::{Bench, Complex, Machine, State};
+use im_model::{Bench, Complex, Machine, Rating, State};
 
 use super::flux::{Electrical, Fluxes};
 use super::{Filter, FoundSpeed, Matrix, SPEED, Vector, unknown_speed};
@@ -16,6 +16,27 @@ const MODEL_ERROR: f64 = 0.03;
 /// Rounds of smoothing at most, and the change, in standard deviations, that ends them.
 const ROUNDS: usize = 8;
 const SETTLED: f64 = 0.3;
+
+/// Before the data: the torque wanders by the rated one in a twentieth of a second.
+const STEPS_PER_S: f64 = 20.0;
+
+impl Experiment {
+    /// The same run with neither speed nor load known: the speed that voltages and currents ask for drives `machine`. What a speed sensor
+    /// shows is left out.
+    pub fn with_unmeasured_speed(mut self, machine: &Machine<f64>, rating: &Rating) -> Self {
+        if self.is_table() || self.imposed_speed.is_some() {
+            return self;
+        }
+        self.channels.retain(|c| c.kind != ChannelKind::Speed);
+        let torque = rating.torque_nm / machine.parameters().inertia_kg_m2;
+        first(self, machine, torque * torque * STEPS_PER_S)
+    }
+
+    /// The same run with its unmeasured speed as `machine` asks for it; nothing changes where it is measured.
+    pub fn with_speed_found_by(self, machine: &Machine<f64>, start: &State<f64>) -> Self {
+        if let Load::Unseen(_) = self.load { refined(self, machine, start) } else { self }
+    }
+}
 
 /// Means with their covariances before and after a row.
 struct Track {
@@ -53,7 +74,7 @@ impl Track {
 }
 
 /// The first speed of a run, and the state it begins in where that is not known.
-pub(super) fn first(mut e: Experiment, machine: &Machine<f64>, intensity: f64) -> Experiment {
+fn first(mut e: Experiment, machine: &Machine<f64>, intensity: f64) -> Experiment {
     let electrical = Electrical::of(machine);
     let n = e.len();
     let (track, psi_r) = rough(&e, &electrical, intensity);
@@ -130,7 +151,7 @@ fn field_speed(e: &Experiment) -> f64 {
 }
 
 /// Smooths the speed on the run of `machine` itself until it settles.
-pub(super) fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> Experiment {
+fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> Experiment {
     let mut best: Option<(f64, FoundSpeed)> = None;
     for _ in 0..ROUNDS {
         let Load::Unseen(found) = &e.load else { return e };
@@ -176,7 +197,7 @@ fn round(e: &Experiment, found: &FoundSpeed, machine: &Machine<f64>, start: &Sta
     let electrical = Electrical::of(machine);
     let steps = electrical.steps(&found.omega_m, &psi_r, e.sample_time_s);
     let (mut before, mut after) = (Vec::with_capacity(n), Vec::with_capacity(n));
-    let filter = Filter::new(e, &electrical, steps, found.intensity, |b, a| {
+    let filter = Filter::new(&e.channels, &electrical, steps, found.intensity, |b, a| {
         before.push((Vector::zeros(), *b));
         after.push((Vector::zeros(), *a));
     });
