@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::noise::sensor_whiteners;
-use crate::residuals::deviance;
+use crate::residuals::{deviance, difference};
 
 /// Standard deviation of the difference in form: a part of what an effect explains.
 const SIZE: f64 = 0.05;
@@ -113,14 +113,7 @@ pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: 
     let here: Change = experiments.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
     let change = |other: &Machine<f64>| -> Option<Change> {
         let there: Vec<_> = experiments.par_iter().zip(starts).map(|(e, x)| predict(other, e, x)).collect();
-        let mut out = Vec::new();
-        for ((e, a), b) in experiments.iter().zip(&here).zip(&there) {
-            let channel = |(c, (a, b)): (usize, (&Vec<f64>, &Vec<f64>))| -> Vec<f64> {
-                let channel = &e.channels[c];
-                (0..a.len()).map(|k| if channel.is_valid(k) { (b[k] - a[k]) / channel.sigma } else { 0.0 }).collect()
-            };
-            out.push(a.iter().zip(b).enumerate().map(channel).collect::<Vec<_>>());
-        }
+        let out: Change = experiments.iter().zip(here.iter().zip(&there)).map(|(e, (a, b))| difference(e, a, b)).collect();
         out.iter().flatten().flatten().all(|x| x.is_finite()).then_some(out)
     };
     let mut list = Vec::new();

@@ -7,13 +7,20 @@ use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 
 use crate::noise::white_sigma;
+use crate::residuals::difference;
 
 /// Draws of the noise: their mean square is right to a fifth.
 const DRAWS: u64 = 48;
 
-/// Changes of the outputs of one recording, in σ, each under one draw of noise as rough as that of its load torque. The torque moves the speed by
-/// what it sums up to, slowly: sample by sample, this looks like anything but noise. Empty where no torque is measured, or without noise.
-pub fn torque_noise(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Vec<Vec<Vec<f64>>> {
+/// What `seen` makes of the changes of the outputs of one recording, in σ, each under one draw of noise as rough as that of its load torque. The
+/// torque moves the speed by what it sums up to, slowly: sample by sample, this looks like anything but noise. Empty where no torque is measured,
+/// or without noise.
+pub fn torque_noise<R: Send>(
+    machine: &Machine<f64>,
+    e: &Experiment,
+    start: &State<f64>,
+    seen: impl Fn(&[Vec<f64>]) -> R + Sync,
+) -> Vec<R> {
     let sigma = white_sigma(&e.tau_load);
     if e.is_table() || e.imposed_speed.is_some() || sigma.is_nan() || sigma <= 0.0 {
         return Vec::new();
@@ -23,15 +30,10 @@ pub fn torque_noise(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) 
         let mut chance = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut rough = |t: &f64| if chance.random::<bool>() { t + sigma } else { t - sigma };
         let tau_load = e.tau_load.iter().map(&mut rough).collect();
-        let there = predict(machine, &Experiment { tau_load, ..e.clone() }, start);
-        let channel = |(c, (a, b)): (usize, (&Vec<f64>, &Vec<f64>))| -> Vec<f64> {
-            let channel = &e.channels[c];
-            (0..a.len()).map(|k| if channel.is_valid(k) { (b[k] - a[k]) / channel.sigma } else { 0.0 }).collect()
-        };
-        here.iter().zip(&there).enumerate().map(channel).collect::<Vec<_>>()
+        let change = difference(e, &here, &predict(machine, &Experiment { tau_load, ..e.clone() }, start));
+        change.iter().flatten().all(|x| x.is_finite()).then(|| seen(&change))
     };
-    let drawn: Vec<_> = (0..DRAWS).into_par_iter().map(draw).collect();
-    drawn.into_iter().filter(|d| d.iter().flatten().all(|x| x.is_finite())).collect()
+    (0..DRAWS).into_par_iter().filter_map(draw).collect()
 }
 
 #[cfg(test)]
@@ -60,15 +62,15 @@ mod tests {
             tau_load: Some(tau),
         };
         let e = Experiment::from_recording(&r, [1.0, 1.0], 1.0);
-        let changes = torque_noise(&machine, &e, &State::default());
+        let at = n - 1;
+        let changes = torque_noise(&machine, &e, &State::default(), |change| change[2][at]);
         assert_eq!(changes.len(), DRAWS as usize);
         let p = machine.parameters();
         let (step, forgets) = (sigma * h / p.inertia_kg_m2, p.viscous_friction_nm_s_per_rad / p.inertia_kg_m2);
-        let at = n - 1;
         let wanted = step * ((1.0 - (-2.0 * forgets * at as f64 * h).exp()) / (2.0 * forgets * h)).sqrt();
-        let seen = (changes.iter().map(|c| c[2][at] * c[2][at]).sum::<f64>() / DRAWS as f64).sqrt();
+        let seen = (changes.iter().map(|c| c * c).sum::<f64>() / DRAWS as f64).sqrt();
         assert!((seen / wanted - 1.0).abs() < 0.3, "{seen} {wanted}");
         let exact = Experiment { tau_load: vec![3.0; n], ..e };
-        assert!(torque_noise(&machine, &exact, &State::default()).is_empty());
+        assert!(torque_noise(&machine, &exact, &State::default(), |_| ()).is_empty());
     }
 }

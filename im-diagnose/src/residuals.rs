@@ -3,7 +3,7 @@
 use std::borrow::Borrow;
 use std::collections::BTreeMap;
 
-use im_identify::offline::{ChannelKind, Experiment, residuals};
+use im_identify::offline::{Channel, ChannelKind, Experiment, residuals};
 use im_model::{Machine, State};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -53,6 +53,14 @@ pub fn deviance<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(experiments: &[E], 
         }
     }
     sum
+}
+
+/// From one prediction of an experiment to another, in σ; zero at rows that do not count.
+pub fn difference(e: &Experiment, from: &[Vec<f64>], to: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let channel = |(c, (a, b)): (&Channel, (&Vec<f64>, &Vec<f64>))| -> Vec<f64> {
+        (0..a.len()).map(|k| if c.is_valid(k) { (b[k] - a[k]) / c.sigma } else { 0.0 }).collect()
+    };
+    e.channels.iter().zip(from.iter().zip(to)).map(channel).collect()
 }
 
 /// Mean squared residual of one experiment, in σ².

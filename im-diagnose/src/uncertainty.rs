@@ -272,11 +272,10 @@ impl Spread {
             hidden += &g * g.transpose();
         }
         for ((l, e), x) in linear.iter().zip(experiments).zip(starts) {
-            let changes = torque_noise(machine, e, x);
-            let each = 1.0 / changes.len().max(1) as f64;
-            for change in &changes {
-                let g = along(l, change);
-                modelled += &g * g.transpose() * each;
+            let drawn = torque_noise(machine, e, x, |change| along(l, change));
+            let each = 1.0 / drawn.len().max(1) as f64;
+            for g in &drawn {
+                modelled += g * g.transpose() * each;
             }
         }
         // What is known beforehand is as independent of the rest as a row more.
