@@ -5,7 +5,7 @@
 use im_model::{Plant, Scalar};
 
 use super::channel::Channel;
-use super::speed::FoundSpeed;
+use super::speed::{FoundSpeed, UnsureSpeed, Wandering};
 use super::trend::Trend;
 
 /// What is known of the load torque beside the column.
@@ -25,6 +25,17 @@ pub enum Load {
     Unknown(ShownSpeed),
     /// Nothing, nor is the speed: the rotor turns as voltages and currents ask for.
     Unseen(FoundSpeed),
+}
+
+impl Load {
+    /// What is not known of the speed, where that drives the machine.
+    pub(super) fn unsure_speed(&self) -> Option<&UnsureSpeed> {
+        match self {
+            Self::Unknown(shown) => shown.unsure.as_ref(),
+            Self::Unseen(found) => Some(&found.unsure),
+            Self::Known | Self::Law { .. } => None,
+        }
+    }
 }
 
 /// How large a part of a load is.
@@ -55,6 +66,10 @@ pub struct ShownSpeed {
     pub smooth: Vec<[f64; 3]>,
     /// −2 log L of what was measured, but for a constant.
     cost: f64,
+    /// What the noise of the sensor leaves of the speed.
+    pub(super) noise: Wandering,
+    /// What that does to the currents; once a machine is known.
+    pub(super) unsure: Option<UnsureSpeed>,
 }
 
 impl ShownSpeed {
@@ -83,17 +98,20 @@ impl ShownSpeed {
         };
         let rate: Vec<f64> = (0..n).map(|k| slope(&s.x, k)).collect();
         let smooth = (0..n).map(|k| [s.x[k], rate[k], slope(&rate, k)]).collect();
-        Self { channel, smooth, cost: s.cost }
+        let noise = Wandering::behind(s.intensity, channel.sigma, sample_time_s, n, |k| channel.is_valid(k));
+        Self { channel, smooth, cost: s.cost, noise, unsure: None }
     }
 
-    /// On every so many rows.
-    pub(super) fn every(&self, stride: usize) -> Self {
+    /// For the same run on every so many rows, whose channels these are.
+    pub(super) fn every(&self, stride: usize, channels: &[Channel], sample_time_s: f64) -> Self {
         let channel = Channel {
             values: self.channel.values.iter().step_by(stride).copied().collect(),
             valid: self.channel.valid.as_ref().map(|v| v.iter().step_by(stride).copied().collect()),
             ..self.channel.clone()
         };
-        Self { channel, smooth: self.smooth.iter().step_by(stride).copied().collect(), cost: self.cost }
+        let smooth: Vec<[f64; 3]> = self.smooth.iter().step_by(stride).copied().collect();
+        let unsure = self.unsure.as_ref().map(|u| u.every(stride, channels, smooth.iter().map(|w| w[0]), sample_time_s));
+        Self { channel, smooth, cost: self.cost, noise: self.noise.every(stride), unsure }
     }
 
     /// The rotor's own speed at row `k`, when its sensor shows this.

@@ -6,7 +6,6 @@ use rayon::prelude::*;
 use super::channel::ChannelKind;
 use super::experiment::{Experiment, Start};
 use super::free::{Free, Target, change_component};
-use super::load::Load;
 use super::steady;
 use super::stop;
 
@@ -83,7 +82,7 @@ fn sweep(machine: &Machine<f64>, experiment: &Experiment, start: &State<f64>, ro
 pub fn predict(machine: &Machine<f64>, experiment: &Experiment, start: &State<f64>) -> Vec<Vec<f64>> {
     let mut out = vec![vec![0.0; experiment.len()]; experiment.channels.len()];
     sweep(machine, experiment, start, experiment.len(), |k, c, y| out[c][k] = y);
-    if let Load::Unseen(_) = experiment.load {
+    if experiment.load.unsure_speed().is_some() {
         // With the likeliest speed up to each row: what the residual leaves of what was measured.
         let left = residuals(machine, experiment, start);
         for ((y, r), c) in out.iter_mut().zip(&left).zip(&experiment.channels) {
@@ -111,10 +110,10 @@ pub(super) fn residuals_to(machine: &Machine<f64>, experiment: &Experiment, star
     out
 }
 
-/// Where the speed is not known, only what no speed could explain counts.
+/// Where the speed is not known, or not without noise, only what no such speed could explain counts.
 fn whitened(experiment: &Experiment, r: &mut [Vec<f64>]) {
-    if let Load::Unseen(found) = &experiment.load {
-        found.whiten(r, &experiment.channels);
+    if let Some(unsure) = experiment.load.unsure_speed() {
+        unsure.whiten(r, &experiment.channels);
     }
 }
 

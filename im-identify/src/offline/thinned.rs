@@ -156,21 +156,19 @@ fn every(run: &Experiment, stride: usize) -> Experiment {
         supply_frequency_hz: None,
         u_s: of(|u| u.re).into_iter().zip(of(|u| u.im)).map(|(re, im)| Complex::new(re, im)).collect(),
         tau_load: held(&run.tau_load),
-        load: match &run.load {
-            Load::Unknown(shown) => Load::Unknown(shown.every(stride)),
-            known => known.clone(),
-        },
+        load: Load::Known,
         imposed_speed: run.imposed_speed.as_deref().map(thin),
         speed_nudge: run.speed_nudge.as_ref().map(|(w, rate)| (thin(w), *rate)),
         channels: run.channels.iter().map(channel).collect(),
         start: run.start,
     };
-    match &run.load {
-        Load::Unseen(found) => {
-            Experiment { load: Load::Unseen(found.every(stride, &thinned.channels, thinned.sample_time_s)), ..thinned }
-        }
-        _ => thinned,
-    }
+    let (channels, t) = (&thinned.channels, thinned.sample_time_s);
+    let load = match &run.load {
+        Load::Unknown(shown) => Load::Unknown(shown.every(stride, channels, t)),
+        Load::Unseen(found) => Load::Unseen(found.every(stride, channels, t)),
+        known => known.clone(),
+    };
+    Experiment { load, ..thinned }
 }
 
 #[cfg(test)]

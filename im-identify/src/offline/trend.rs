@@ -27,6 +27,8 @@ pub(super) struct Smoothed {
     pub s_std: Vec<f64>,
     /// σ: standard deviation of the measurement's noise.
     pub sigma: f64,
+    /// Intensity q c² of the wandering of the slope c s, per s³ times the square of what is measured.
+    pub intensity: f64,
     /// −2 log L of what was measured, but for a constant.
     pub cost: f64,
 }
@@ -48,7 +50,8 @@ impl Trend<'_> {
         let q = self.likeliest();
         let mut after = Vec::with_capacity(self.values.len());
         let (variance, cost) = self.filter(q, |b| after.push(b));
-        Smoothed { cost, ..self.backwards(q, &after, variance.sqrt()) }
+        let intensity = q * variance * self.coupling * self.coupling;
+        Smoothed { cost, intensity, ..self.backwards(q, &after, variance.sqrt()) }
     }
 
     /// q in units of σ², by golden section over its logarithm.
@@ -122,7 +125,7 @@ impl Trend<'_> {
 
     fn backwards(&self, q: f64, after: &[Belief], sigma: f64) -> Smoothed {
         let n = after.len();
-        let mut out = Smoothed { x: vec![0.0; n], s: vec![0.0; n], s_std: vec![0.0; n], sigma, cost: 0.0 };
+        let mut out = Smoothed { x: vec![0.0; n], s: vec![0.0; n], s_std: vec![0.0; n], sigma, intensity: 0.0, cost: 0.0 };
         let mut later: Option<Belief> = None;
         for k in (0..n).rev() {
             let here = after[k];

@@ -40,6 +40,26 @@ fn without_a_load_torque_the_electrical_parameters_are_found_and_the_load_with_t
 }
 
 #[test]
+fn the_noise_of_the_speed_sensor_is_no_error_of_the_currents() {
+    // A poor sensor of the speed.
+    let sensors = Sensors { speed_noise_rad_s: 1.0, ..scenario(true).sensors };
+    let r = Simulation::new(&truth(), &Scenario { sensors, ..scenario(true) }).run().unwrap().recording;
+    let raw = driven(&r).smoothed_by_torque(&truth(), &State::default());
+    let counted = raw.clone().with_speed_found_by(&truth(), &State::default());
+    // Mean square of means over 50 rows, in their standard deviation: 1 where nothing lasts.
+    let slow = |e: &Experiment| {
+        let r = residuals(&truth(), e, &State::default());
+        let means: Vec<f64> = r.iter().flat_map(|r| r.chunks_exact(50).map(|c| c.iter().sum::<f64>() / 50f64.sqrt())).collect();
+        means.iter().map(|x| x * x).sum::<f64>() / means.len() as f64
+    };
+    let (before, after) = (slow(&raw), slow(&counted));
+    assert!(before > 2.0 && (0.75..1.3).contains(&after), "{before} {after}");
+    let left = residuals(&truth(), &counted, &State::default());
+    let chi2 = left.iter().flatten().map(|r| r * r).sum::<f64>() / counted.count() as f64;
+    assert!((0.93..1.07).contains(&chi2), "{chi2}");
+}
+
+#[test]
 fn a_speed_as_its_sensor_shows_it_leads_back_to_the_speed_of_the_rotor() {
     let mut effects = *truth().effects();
     effects.speed_sensor_lag.time_constant_s = 0.01;

@@ -7,6 +7,7 @@
 use im_model::{Complex, Machine};
 
 use super::super::channel::{Channel, ChannelKind};
+use super::wandering::{Onward, Wandering};
 use super::{Matrix, SLOPE, SPEED, Vector};
 
 /// The linear circuit.
@@ -30,7 +31,8 @@ pub(super) struct Step {
     /// What a speed of 1 rad/s, and a slope of 1 rad/s², add to the fluxes.
     speed: Fluxes,
     slope: Fluxes,
-    sample_time_s: f64,
+    /// How speed and slope go on.
+    onward: Onward,
 }
 
 impl Electrical {
@@ -66,7 +68,7 @@ impl Electrical {
     }
 
     /// Over a sample at this speed and rotor flux.
-    pub fn step(&self, omega_m: f64, psi_r: Complex<f64>, t: f64) -> Step {
+    pub fn step(&self, omega_m: f64, psi_r: Complex<f64>, t: f64, onward: Onward) -> Step {
         let a = self.rates(omega_m);
         // e^{AT} and ∫e^{Aτ}dτ by their series: |A|T is below one half where a sample follows the currents.
         let zero = Complex::new(0.0, 0.0);
@@ -86,12 +88,12 @@ impl Electrical {
         }
         let turned = Complex::new(0.0, self.pole_pairs) * psi_r;
         let speed = [integral[0][1] * turned, integral[1][1] * turned];
-        Step { phi, speed, slope: speed.map(|x| x * (0.5 * t)), sample_time_s: t }
+        Step { phi, speed, slope: speed.map(|x| x * (0.5 * t)), onward }
     }
 
     /// Over all samples of a run.
-    pub fn steps(&self, omega_m: &[f64], psi_r: &[Complex<f64>], t: f64) -> Vec<Step> {
-        omega_m.iter().zip(psi_r).map(|(w, psi)| self.step(*w, *psi, t)).collect()
+    pub fn steps(&self, omega_m: impl Iterator<Item = f64>, psi_r: &[Complex<f64>], t: f64, wandering: &Wandering) -> Vec<Step> {
+        omega_m.zip(psi_r).enumerate().map(|(k, (w, psi))| self.step(w, *psi, t, *wandering.step(k))).collect()
     }
 
     /// Fluxes a sample later, at a held voltage.
@@ -119,7 +121,9 @@ impl Step {
         let [s, r] = [Complex::new(x[0], x[1]), Complex::new(x[2], x[3])];
         let row = |n: usize| self.phi[n][0] * s + self.phi[n][1] * r + self.speed[n] * x[SPEED] + self.slope[n] * x[SLOPE];
         let (s, r) = (row(0), row(1));
-        Vector::from([s.re, s.im, r.re, r.im, x[SPEED] + self.sample_time_s * x[SLOPE], x[SLOPE]])
+        let f = &self.onward.f;
+        let onward = |n: usize| f[(n, 0)] * x[SPEED] + f[(n, 1)] * x[SLOPE];
+        Vector::from([s.re, s.im, r.re, r.im, onward(0), onward(1)])
     }
 
     /// The same as a matrix.
@@ -133,15 +137,12 @@ impl Step {
         f
     }
 
-    /// The covariance a sample later, the slope wandering.
-    pub fn carried(&self, p: &Matrix, intensity: f64) -> Matrix {
+    /// The covariance a sample later.
+    pub fn carried(&self, p: &Matrix) -> Matrix {
         let f = self.matrix();
         let mut p = f * p * f.transpose();
-        let t = self.sample_time_s;
-        p[(SPEED, SPEED)] += intensity * t * t * t / 3.0;
-        p[(SPEED, SLOPE)] += intensity * t * t / 2.0;
-        p[(SLOPE, SPEED)] += intensity * t * t / 2.0;
-        p[(SLOPE, SLOPE)] += intensity * t;
+        let mut wandered = p.fixed_view_mut::<2, 2>(SPEED, SPEED);
+        wandered += self.onward.q;
         (p + p.transpose()) * 0.5
     }
 }

@@ -1,21 +1,24 @@
-//! The speed of a run that has neither a speed sensor nor a known load: a smooth unknown behind voltages and currents.
+//! The speed of a run whose load is not known: a smooth unknown behind voltages and currents, and behind the noise of its sensor where it has one.
 //!
-//! The rotor turns at ω₀(t) + δω(t), ω₀ the [reference](reference) that the currents ask for, δω a line whose slope wanders. What δω does to
-//! the currents is linear ([`flux`]), and Gaussian: the residual r of a run on ω₀ has the covariance σ²I + G Q Gᵀ. [`FoundSpeed::whiten`]
+//! The rotor turns at ω₀(t) + δω(t), ω₀ the smoothed measured speed or the [reference](reference) that the currents ask for, δω a line whose slope
+//! [wanders](wandering). What δω does to
+//! the currents is linear ([`flux`]), and Gaussian: the residual r of a run on ω₀ has the covariance σ²I + G Q Gᵀ. [`UnsureSpeed::whiten`]
 //! is the Kalman filter of δω; it leaves the innovations L⁻¹r, (I + G Q Gᵀ/σ²) = L Lᵀ, which are white where the machine is right. So every
 //! fit, score and likelihood is that over all speeds at once: what only another speed would show counts for nothing.
 //! Source: T. Kailath, An innovations approach to least-squares estimation, IEEE Trans. Autom. Control 13 (1968) 646.
 
 mod flux;
 mod reference;
+mod wandering;
 
 use std::sync::Arc;
 
 use im_model::{Complex, Scalar};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{Matrix2, SMatrix, SVector};
 
 use super::channel::{Channel, ChannelKind};
 use flux::{Electrical, Step};
+pub(super) use wandering::Wandering;
 
 /// δψ_s, δψ_r (α and β each), δω and its slope.
 type Vector = SVector<f64, 6>;
@@ -31,11 +34,16 @@ pub struct FoundSpeed {
     pub omega_m: Vec<f64>,
     /// Standard deviation by the noise of the current sensors, for the machine as it is, rad/s.
     pub std: Vec<f64>,
+    pub(super) unsure: UnsureSpeed,
+}
+
+/// What is not known of a speed that drives a machine, and what that does to the currents.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct UnsureSpeed {
     /// Rotor flux in a run on it, one per row.
     psi_r: Vec<Complex<f64>>,
     electrical: Electrical,
-    /// Intensity of the wandering of the slope, (rad/s²)²/s.
-    intensity: f64,
+    wandering: Wandering,
     filter: Arc<Filter>,
 }
 
@@ -58,11 +66,11 @@ impl Filter {
         channels: &[Channel],
         electrical: &Electrical,
         steps: Vec<Step>,
-        intensity: f64,
+        first: &Matrix2<f64>,
         mut keep: impl FnMut(&Matrix, &Matrix),
     ) -> Self {
         let shows: Vec<Vector> = channels.iter().map(|c| electrical.shown_by(c) / c.sigma).collect();
-        let mut p = unknown_speed();
+        let mut p = unknown_speed(first);
         let mut gains = Vec::with_capacity(steps.len());
         for (k, step) in steps.iter().enumerate() {
             let before = p;
@@ -76,7 +84,7 @@ impl Filter {
             });
             gains.push(measured.collect());
             keep(&before, &p);
-            p = step.carried(&p, intensity);
+            p = step.carried(&p);
         }
         Self { sigma: channels.iter().map(|c| c.sigma).collect(), shows, steps, gains }
     }
@@ -101,17 +109,41 @@ impl Filter {
     }
 }
 
-/// Before the first row: any speed and any slope, fluxes as the start has them.
-fn unknown_speed() -> Matrix {
-    Matrix::from_diagonal(&Vector::from([0.0, 0.0, 0.0, 0.0, 1e6, 1e10]))
+/// Before the first row: fluxes as the start has them.
+fn unknown_speed(first: &Matrix2<f64>) -> Matrix {
+    let mut p = Matrix::zeros();
+    p.fixed_view_mut::<2, 2>(SPEED, SPEED).copy_from(first);
+    p
 }
 
-impl FoundSpeed {
+impl UnsureSpeed {
+    /// Of a run on the speed `omega_m`, one per row, with this rotor flux; `keep` sees covariances at every row, before and after its currents.
+    fn new(
+        channels: &[Channel],
+        electrical: Electrical,
+        (omega_m, psi_r): (impl Iterator<Item = f64>, Vec<Complex<f64>>),
+        sample_time_s: f64,
+        wandering: Wandering,
+        keep: impl FnMut(&Matrix, &Matrix),
+    ) -> Self {
+        let steps = electrical.steps(omega_m, &psi_r, sample_time_s, &wandering);
+        let filter = Arc::new(Filter::new(channels, &electrical, steps, &wandering.first, keep));
+        Self { psi_r, electrical, wandering, filter }
+    }
+
     /// What is left of residuals in σ, per channel, when the likeliest speed up to each row is taken off: white where the machine is right.
-    pub(super) fn whiten(&self, r: &mut [Vec<f64>], channels: &[Channel]) {
+    pub fn whiten(&self, r: &mut [Vec<f64>], channels: &[Channel]) {
         self.filter.run(r, channels, |_| ());
     }
 
+    /// For the same run on every so many rows, whose channels and speeds these are.
+    pub fn every(&self, stride: usize, channels: &[Channel], omega_m: impl Iterator<Item = f64>, sample_time_s: f64) -> Self {
+        let psi_r = self.psi_r.iter().step_by(stride).copied().collect();
+        Self::new(channels, self.electrical, (omega_m, psi_r), sample_time_s, self.wandering.every(stride), |_, _| ())
+    }
+}
+
+impl FoundSpeed {
     /// The rotor's speed at row `k`.
     #[inline(always)]
     pub(super) fn at<T: Scalar>(&self, k: usize) -> T {
@@ -121,10 +153,8 @@ impl FoundSpeed {
     /// For the same run on every so many rows, whose channels these are.
     pub(super) fn every(&self, stride: usize, channels: &[Channel], sample_time_s: f64) -> Self {
         let thin = |x: &[f64]| x.iter().step_by(stride).copied().collect::<Vec<f64>>();
-        let psi_r: Vec<_> = self.psi_r.iter().step_by(stride).copied().collect();
         let omega_m = thin(&self.omega_m);
-        let steps = self.electrical.steps(&omega_m, &psi_r, sample_time_s);
-        let filter = Arc::new(Filter::new(channels, &self.electrical, steps, self.intensity, |_, _| ()));
-        Self { std: thin(&self.std), omega_m, psi_r, filter, ..self.clone() }
+        let unsure = self.unsure.every(stride, channels, omega_m.iter().copied(), sample_time_s);
+        Self { std: thin(&self.std), omega_m, unsure }
     }
 }

@@ -1,11 +1,10 @@
 //! The speed that voltages and currents ask for: an extended Kalman filter finds it roughly, linear smoothing on the machine's own run refines it.
 
-use std::sync::Arc;
-
-use im_model::{Bench, Complex, Machine, Rating, State};
+use im_model::{Bench, Complex, Machine, Plant, Rating, State};
 
 use super::flux::{Electrical, Fluxes};
-use super::{Filter, FoundSpeed, Matrix, SPEED, Vector, unknown_speed};
+use super::wandering::{Onward, Wandering};
+use super::{FoundSpeed, Matrix, SPEED, UnsureSpeed, Vector, unknown_speed};
 use crate::offline::channel::ChannelKind;
 use crate::offline::experiment::{Experiment, Start};
 use crate::offline::load::Load;
@@ -32,9 +31,25 @@ impl Experiment {
         first(self, machine, torque * torque * STEPS_PER_S)
     }
 
-    /// The same run with its unmeasured speed as `machine` asks for it; nothing changes where it is measured.
-    pub fn with_speed_found_by(self, machine: &Machine<f64>, start: &State<f64>) -> Self {
-        if let Load::Unseen(_) = self.load { refined(self, machine, start) } else { self }
+    /// The same run with its unmeasured speed as `machine` asks for it, or with what the noise of a measured speed does to the currents of `machine`
+    /// taken for noise. Nothing changes where the load is known.
+    pub fn with_speed_found_by(mut self, machine: &Machine<f64>, start: &State<f64>) -> Self {
+        match &self.load {
+            Load::Unseen(_) => refined(self, machine, start),
+            Load::Unknown(shown) => {
+                let mut shown = shown.clone();
+                shown.unsure = on_its_speed(&self, machine, start).map(|run| {
+                    let plant = Plant::new(machine);
+                    let omega_m = (0..self.len()).map(|k| shown.behind(&plant, k));
+                    let electrical = Electrical::of(machine);
+                    let speed = (omega_m, run.psi_r);
+                    UnsureSpeed::new(&self.channels, electrical, speed, self.sample_time_s, shown.noise.clone(), |_, _| ())
+                });
+                self.load = Load::Unknown(shown);
+                self
+            }
+            _ => self,
+        }
     }
 }
 
@@ -88,8 +103,10 @@ fn first(mut e: Experiment, machine: &Machine<f64>, intensity: f64) -> Experimen
         let psi = |k: usize| Complex::new(fluxes[k], fluxes[k + 1]);
         e.start = Start::Estimated(State { psi_s: psi(0), psi_r: psi(2), ..State::turning(omega_m[0]) });
     }
-    let filter = Filter { sigma: Vec::new(), shows: Vec::new(), steps: Vec::new(), gains: Vec::new() };
-    let found = FoundSpeed { std: vec![0.0; n], omega_m, psi_r, electrical, intensity, filter: Arc::new(filter) };
+    let wandering = Wandering::free(intensity, e.sample_time_s, n);
+    let speed = (omega_m.iter().copied(), psi_r);
+    let unsure = UnsureSpeed::new(&e.channels, electrical, speed, e.sample_time_s, wandering, |_, _| ());
+    let found = FoundSpeed { std: vec![0.0; n], omega_m, unsure };
     e.load = Load::Unseen(found);
     let start = e.start_state();
     refined(e, machine, &start)
@@ -106,7 +123,8 @@ fn rough(e: &Experiment, electrical: &Electrical, intensity: f64) -> (Track, Vec
         currents.map(|c| (electrical.shown_by(c), c.sigma.max(MODEL_ERROR * rms(&mut c.values.iter().map(|i| i * i))))).collect();
     let wandering = (MODEL_ERROR * voltage * t).powi(2);
     let moving = matches!(e.start, Start::Estimated(_));
-    let mut p = unknown_speed();
+    let free = Onward::free(intensity, t);
+    let mut p = unknown_speed(&Wandering::free(intensity, t, 0).first);
     let mut x = Vector::zeros();
     if moving {
         x[SPEED] = field_speed(e) / electrical.pole_pairs();
@@ -131,12 +149,12 @@ fn rough(e: &Experiment, electrical: &Electrical, intensity: f64) -> (Track, Vec
         after.push((x, p));
         let fluxes: Fluxes = [Complex::new(x[0], x[1]), Complex::new(x[2], x[3])];
         psi_r.push(fluxes[1]);
-        let step = electrical.step(x[SPEED], fluxes[1], t);
+        let step = electrical.step(x[SPEED], fluxes[1], t, free);
         let [s, r] = electrical.driven(fluxes, x[SPEED] + 0.5 * t * x[super::SLOPE], e.u_s[k], t);
         let omega = x[SPEED] + t * x[super::SLOPE];
         x = Vector::from([s.re, s.im, r.re, r.im, omega, x[super::SLOPE]]);
         steps.push(step.matrix());
-        p = step.carried(&p, intensity);
+        p = step.carried(&p);
         (0..4).for_each(|k| p[(k, k)] += wandering);
     }
     (Track { before, after, steps }, psi_r)
@@ -174,8 +192,16 @@ fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> Exp
     e
 }
 
-/// The filter around a speed, the sum of squared innovations, and how much the speed should change.
-fn round(e: &Experiment, found: &FoundSpeed, machine: &Machine<f64>, start: &State<f64>) -> Option<(f64, FoundSpeed, Vec<f64>)> {
+/// A run on the speed that drives it.
+struct Run {
+    /// Per channel and row, in σ.
+    residuals: Vec<Vec<f64>>,
+    /// Rotor flux, one per row.
+    psi_r: Vec<Complex<f64>>,
+}
+
+/// A run of `machine`; nothing where it runs away.
+fn on_its_speed(e: &Experiment, machine: &Machine<f64>, start: &State<f64>) -> Option<Run> {
     let n = e.len();
     let mut residuals = vec![vec![0.0; n]; e.channels.len()];
     let mut psi_r = Vec::with_capacity(n);
@@ -191,16 +217,22 @@ fn round(e: &Experiment, found: &FoundSpeed, machine: &Machine<f64>, start: &Sta
         let input = e.input(k, bench.plant());
         bench.advance(&input);
     }
-    if residuals.iter().flatten().any(|r| !r.is_finite()) {
-        return None;
-    }
-    let electrical = Electrical::of(machine);
-    let steps = electrical.steps(&found.omega_m, &psi_r, e.sample_time_s);
+    residuals.iter().flatten().all(|r| r.is_finite()).then_some(Run { residuals, psi_r })
+}
+
+/// The filter around a speed, the sum of squared innovations, and how much the speed should change.
+fn round(e: &Experiment, found: &FoundSpeed, machine: &Machine<f64>, start: &State<f64>) -> Option<(f64, FoundSpeed, Vec<f64>)> {
+    let n = e.len();
+    let Run { mut residuals, psi_r } = on_its_speed(e, machine, start)?;
     let (mut before, mut after) = (Vec::with_capacity(n), Vec::with_capacity(n));
-    let filter = Filter::new(&e.channels, &electrical, steps, found.intensity, |b, a| {
+    let keep = |b: &Matrix, a: &Matrix| {
         before.push((Vector::zeros(), *b));
         after.push((Vector::zeros(), *a));
-    });
+    };
+    let speed = (found.omega_m.iter().copied(), psi_r);
+    let wandering = found.unsure.wandering.clone();
+    let unsure = UnsureSpeed::new(&e.channels, Electrical::of(machine), speed, e.sample_time_s, wandering, keep);
+    let filter = &unsure.filter;
     let mut k = 0;
     filter.run(&mut residuals, &e.channels, |x| {
         after[k].0 = *x;
@@ -216,6 +248,5 @@ fn round(e: &Experiment, found: &FoundSpeed, machine: &Machine<f64>, start: &Sta
         change[k] = x[SPEED];
         std[k] = p[(SPEED, SPEED)].max(0.0).sqrt();
     });
-    let here = FoundSpeed { psi_r, std, electrical, filter: Arc::new(filter), ..found.clone() };
-    Some((cost, here, change))
+    Some((cost, FoundSpeed { std, unsure, ..found.clone() }, change))
 }
