@@ -48,7 +48,7 @@ fn machine(draw: &mut Draw) -> Result<(Machine<f64>, Rating), Failure> {
         speed_rpm: 3000.0 / pairs * (1.0 - 0.07 + 0.055 * size - 0.005 * spread),
         frequency_hz: 50.0,
         power_factor,
-        locked_rotor_current_ratio: None,
+        ..Nameplate::default()
     };
     let guess = nameplate.guess()?;
     Ok((Machine::base(guess.parameters, guess.pole_pairs)?, guess.rating))

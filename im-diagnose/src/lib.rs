@@ -22,6 +22,7 @@ pub mod diagnosis;
 pub mod fitted;
 pub mod form_error;
 pub mod format;
+pub mod held_ratio;
 mod input_noise;
 pub mod intake;
 pub mod learn;

@@ -82,13 +82,6 @@ impl MachineQuantity {
     }
 }
 
-/// Whether a parameter of the T circuit depends on the ratio of the leakages, which is held as given: it has no interval of its own.
-pub fn ratio_held(id: ParameterId) -> bool {
-    use BaseParameter as P;
-    let split = [P::RotorResistance, P::StatorLeakageInductance, P::RotorLeakageInductance, P::MagnetizingInductance];
-    matches!(id, ParameterId::Base(p) if split.contains(&p))
-}
-
 /// One quantity before and after.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate {

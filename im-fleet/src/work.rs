@@ -163,7 +163,7 @@ fn of_diagnosis(blank: Row, d: &Diagnosis) -> Row {
         base_rms_in_sigma: rms(first.train.chi2_per_sample),
         rms_in_sigma: rms(last.train.chi2_per_sample),
         holdout_rms_in_sigma: last.holdout.as_ref().and_then(|h| rms(h.chi2_per_sample)),
-        parameters: d.parameters.iter().map(|p| parameter(p.quantity.key(), p.after, p.std)).collect(),
+        parameters: d.parameters.iter().map(|p| parameter(p.quantity.key(), p.after, (!p.ratio_held).then_some(p.std))).collect(),
         ..blank
     }
 }

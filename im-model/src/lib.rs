@@ -72,7 +72,7 @@ pub use flux_map::Currents;
 pub use machine::{Machine, ParameterId, Rating};
 #[cfg(feature = "std")]
 pub use motor_file::{Known, MotorFile};
-pub use nameplate::{Nameplate, NameplateGuess};
+pub use nameplate::{DesignClass, Nameplate, NameplateGuess};
 pub use num_complex::Complex;
 pub use parameters::{
     BaseParameter, DerivedConstants, GammaParameters, InverseGammaParameters, KenneConstants, TParameters, WindingParameters,

@@ -78,7 +78,7 @@ const WIDEST_TOLERANCE: f64 = 10.0;
 
 /// By how much guesses by rules of thumb are off (0.5 to 2 times on the named machines; `nameplate.rs`), R_s, R_r, L_ls, L_lr, L_m, J.
 const BY_RULE: [f64; 6] = [1.0, 1.0, 1.0, 1.0, 1.0, 1.5];
-/// The same with the locked-rotor current.
+/// The same with the locked-rotor current or the breakdown torque.
 const BY_DATA_SHEET: [f64; 6] = [1.0, 0.2, 0.3, 0.3, 0.2, 1.5];
 /// Of a resistance between terminals, measured cold: the winding is warmer in use.
 const MEASURED: f64 = 0.3;
@@ -120,7 +120,8 @@ impl MotorFile {
         let [torque_nm, phase_voltage_peak_v, rotor_flux_vs] =
             [r.torque_nm, r.phase_voltage_peak_v, r.rotor_flux_vs].map(four_digits);
         let rating = Rating { torque_nm, phase_voltage_peak_v, rotor_flux_vs, ..r };
-        let mut tolerances = if plate.locked_rotor_current_ratio.is_some() { BY_DATA_SHEET } else { BY_RULE };
+        let data_sheet = plate.locked_rotor_current_ratio.or(plate.breakdown_torque_ratio).is_some();
+        let mut tolerances = if data_sheet { BY_DATA_SHEET } else { BY_RULE };
         if let Some(r) = terminal_resistance_ohm {
             // Star or delta: the star-equivalent phase has half of what two terminals show.
             p.stator_resistance_ohm = 0.5 * r;

@@ -6,7 +6,8 @@
 //! - copper of the stator: the losses √3 U_L I cos φ − P, less a fifth for iron and friction, less the rotor's s P_δ with
 //!   P_δ = P/(1 − s);
 //! - leakages: the locked-rotor current is I_A ≈ 6 I unless the data sheet says otherwise (catalogues of standard machines: 5 to 8,
-//!   below 1.5 kW about 4), so that X_σ = √((U/I_A)² − R²); half on either side (IEEE 112, designs A and D);
+//!   below 1.5 kW about 4), so that X_σ = √((U/I_A)² − R²); where the breakdown torque is given, those with which the circuit has it: its
+//!   currents saturate the leakage paths less. Shared between stator and rotor by [`DesignClass`];
 //! - rotor resistance: the air-gap power, E² (R_r/s)/((R_r/s)² + X_lr²) = P_δ/3 with E = |U − (R_s + jX_ls) I|;
 //! - magnetizing reactance: what is left of the current, I − E/(R_r/s + jX_lr), its reactive part;
 //! - inertia: ½ J Ω²/P ≈ 0.14 s, the middle of 0.08 to 0.3 s of the machines in [`machines`](crate::machines); friction: half a
@@ -24,13 +25,51 @@ use crate::scalar::Scalar;
 /// Locked-rotor over rated current when the data sheet does not say: of small machines, and from `SMALL_W` up.
 const LOCKED_ROTOR_CURRENT_RATIO: [f64; 2] = [4.0, 6.0];
 const SMALL_W: f64 = 1500.0;
+/// Leakages looked at for a breakdown torque, over that by the locked-rotor current.
+const LEAKAGES: [f64; 2] = [0.2, 5.0];
 /// Iron, friction and stray losses over all losses.
 const CONSTANT_LOSS_SHARE: f64 = 0.2;
 /// Kinetic energy at synchronous speed over rated power, s.
 const INERTIA_CONSTANT_S: f64 = 0.14;
 
-/// What stands on a motor's nameplate.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How the rotor of a machine is designed: by NEMA MG 1 (A to D) and IEC 60034-12 (N, H). Standard machines are B or N.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DesignClass {
+    /// Normal starting torque and current, low slip; also machines with a wound rotor.
+    #[default]
+    A,
+    /// Normal starting torque, low starting current; IEC design N.
+    B,
+    /// High starting torque; IEC design H.
+    C,
+    /// High slip.
+    D,
+}
+
+impl DesignClass {
+    /// By its letter, IEC's too.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "A" | "a" | "wound" => Self::A,
+            "B" | "b" | "N" | "n" => Self::B,
+            "C" | "c" | "H" | "h" => Self::C,
+            "D" | "d" => Self::D,
+            _ => return None,
+        })
+    }
+
+    /// L_ls/L_lr (IEEE 112, the impedance tests: 1.0, 0.67, 0.43 and 1.0).
+    pub fn leakage_ratio(self) -> f64 {
+        match self {
+            Self::A | Self::D => 1.0,
+            Self::B => 0.67,
+            Self::C => 0.43,
+        }
+    }
+}
+
+/// What stands on a motor's nameplate, and in its data sheet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Nameplate {
     /// Rated shaft power, W.
     pub power_w: f64,
@@ -46,6 +85,12 @@ pub struct Nameplate {
     pub power_factor: f64,
     /// Locked-rotor over rated current (I_A/I_N), where the data sheet gives it.
     pub locked_rotor_current_ratio: Option<f64>,
+    /// Locked-rotor over rated torque (T_A/T_N), where the data sheet gives it.
+    pub locked_rotor_torque_ratio: Option<f64>,
+    /// Breakdown over rated torque (T_K/T_N), where the data sheet gives it.
+    pub breakdown_torque_ratio: Option<f64>,
+    /// The design class; shares the leakage.
+    pub design: DesignClass,
 }
 
 /// What is guessed from a nameplate.
@@ -57,6 +102,73 @@ pub struct NameplateGuess {
     pub pole_pairs: u32,
     /// The rating, with the rotor flux of the guessed circuit at the rated point.
     pub rating: Rating,
+    /// Rotor resistance with the rotor locked over that at the rated point, where current and torque of the locked rotor are given: above one,
+    /// the bars are deep.
+    pub locked_rotor_resistance_ratio: Option<f64>,
+}
+
+/// The circuit per phase with the leakage as it is taken: what follows from the rated point.
+#[derive(Clone, Copy)]
+struct Circuit {
+    x_ls: f64,
+    x_lr: f64,
+    x_m: f64,
+    r_over_s: f64,
+    /// Voltage across the magnetizing branch, V.
+    e: Complex<f64>,
+    /// Current into the rotor branch, A.
+    i_r: Complex<f64>,
+}
+
+/// The rated point per phase.
+#[derive(Clone, Copy)]
+struct RatedPoint {
+    u: f64,
+    i_s: Complex<f64>,
+    r_s: f64,
+    /// Air-gap power, W.
+    gap: f64,
+    leakage_ratio: f64,
+}
+
+impl RatedPoint {
+    fn circuit(&self, x_sigma: f64) -> Circuit {
+        let x_ls = x_sigma * self.leakage_ratio / (1.0 + self.leakage_ratio);
+        let x_lr = x_sigma - x_ls;
+        let e = Complex::from(self.u) - Complex::new(self.r_s, x_ls) * self.i_s;
+        let e_squared = e.norm_sqr();
+        let root = e_squared * e_squared - 4.0 * self.gap * self.gap * x_lr * x_lr;
+        let r_over_s = (e_squared + Scalar::sqrt(root.max(0.0))) / (2.0 * self.gap);
+        let i_r = e / Complex::new(r_over_s, x_lr);
+        // Admittance of the magnetizing branch; at most 1.2, at least 0.1 of the rated admittance.
+        let rated = Scalar::sqrt(self.i_s.norm_sqr()) / self.u;
+        let y_m = (-((self.i_s - i_r) / e).im).clamp(0.1 * rated, 1.2 * rated);
+        Circuit { x_ls, x_lr, x_m: 1.0 / y_m, r_over_s, e, i_r }
+    }
+
+    /// Breakdown torque times synchronous speed, W: T_K = 3 U_t²/(2Ω (R_t + √(R_t² + (X_t + X_lr)²))), the source seen from the rotor branch.
+    fn breakdown_power(&self, c: &Circuit) -> f64 {
+        let stator = Complex::new(self.r_s, c.x_ls);
+        let divided = Complex::new(0.0, c.x_m) / (stator + Complex::new(0.0, c.x_m));
+        let z = stator * divided;
+        let u_squared = self.u * self.u * divided.norm_sqr();
+        let x = z.im + c.x_lr;
+        3.0 * u_squared / (2.0 * (z.re + Scalar::sqrt(z.re * z.re + x * x)))
+    }
+
+    /// The leakage reactance, a fifth to five times `about`, with which the circuit has a breakdown power.
+    fn leakage_for(&self, breakdown_power: f64, about: f64) -> f64 {
+        let (mut low, mut high) = (LEAKAGES[0] * about, LEAKAGES[1] * about);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if self.breakdown_power(&self.circuit(middle)) < breakdown_power {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        0.5 * (low + high)
+    }
 }
 
 impl Nameplate {
@@ -65,7 +177,8 @@ impl Nameplate {
     /// # Errors
     ///
     /// A quantity that is not positive, a speed that is no motor speed of 1 to 100 pole pairs with up to 20 % slip, a power factor or
-    /// an efficiency (shaft power over √3 U I cos φ) that is not below one, a locked-rotor current not between 2 and 15 times rated.
+    /// an efficiency (shaft power over √3 U I cos φ) that is not below one, a locked-rotor current not between 2 and 15 times rated, torques of
+    /// the data sheet outside 0.2 to 6 times rated, or a breakdown torque that no leakage gives.
     pub fn guess(&self) -> Result<NameplateGuess, ModelError> {
         for (quantity, x) in [
             ("power_w", self.power_w),
@@ -79,6 +192,12 @@ impl Nameplate {
         Bound::Within(0.2, 0.99).check("power_factor", self.power_factor)?;
         let ratio = self.locked_rotor_current_ratio.unwrap_or(LOCKED_ROTOR_CURRENT_RATIO[usize::from(self.power_w >= SMALL_W)]);
         Bound::Within(2.0, 15.0).check("locked_rotor_current_ratio", ratio)?;
+        for (quantity, x) in [
+            ("locked_rotor_torque_ratio", self.locked_rotor_torque_ratio),
+            ("breakdown_torque_ratio", self.breakdown_torque_ratio),
+        ] {
+            Bound::Within(0.2, 6.0).check(quantity, x.unwrap_or(1.0))?;
+        }
 
         let pole_pairs = 60.0 * self.frequency_hz / self.speed_rpm;
         Bound::Within(1.0, 100.999).check("pole pairs (60 frequency_hz/speed_rpm)", pole_pairs)?;
@@ -102,41 +221,49 @@ impl Nameplate {
         let locked = u / (ratio * current);
         // Roughly twice the stator's resistance stands beside the leakages.
         let x_sigma = Scalar::sqrt((locked * locked - 4.0 * r_s * r_s).max(0.25 * locked * locked));
-        let x_l = 0.5 * x_sigma;
 
         let sine = Scalar::sqrt(1.0 - self.power_factor * self.power_factor);
         let i_s = Complex::new(self.power_factor, -sine) * current;
-        let e = Complex::from(u) - Complex::new(r_s, x_l) * i_s;
-        let e_squared = e.norm_sqr();
-        let root = e_squared * e_squared - 4.0 * gap * gap * x_l * x_l;
-        let r_over_s = (e_squared + Scalar::sqrt(root.max(0.0))) / (2.0 * gap);
-        let i_r = e / Complex::new(r_over_s, x_l);
-        // Admittance of the magnetizing branch; at most 1.2, at least 0.1 of the rated admittance.
-        let rated = current / u;
-        let y_m = (-((i_s - i_r) / e).im).clamp(0.1 * rated, 1.2 * rated);
+        let point = RatedPoint { u, i_s, r_s, gap, leakage_ratio: self.design.leakage_ratio() };
+        let synchronous = omega / n_p;
+        let rated_torque = self.power_w / (self.speed_rpm * core::f64::consts::PI / 30.0);
+        let x_sigma = match self.breakdown_torque_ratio {
+            None => x_sigma,
+            Some(k) => {
+                let rated = rated_torque * synchronous;
+                let [most, least] = LEAKAGES.map(|x| point.breakdown_power(&point.circuit(x * x_sigma)) / rated);
+                Bound::Within(least, most).check("breakdown_torque_ratio", k)?;
+                point.leakage_for(k * rated, x_sigma)
+            }
+        };
+        let Circuit { x_ls, x_lr, x_m, r_over_s, e, i_r } = point.circuit(x_sigma);
+        let resistance_ratio = self.locked_rotor_torque_ratio.zip(self.locked_rotor_current_ratio).map(|(torque, ratio)| {
+            // Of the locked current, the magnetizing branch takes a part.
+            let rotor = ratio * current * x_m / (x_m + x_lr);
+            torque * rated_torque * synchronous / (3.0 * rotor * rotor) / (r_over_s * slip)
+        });
 
         let omega_m = self.speed_rpm * core::f64::consts::PI / 30.0;
         let torque = self.power_w / omega_m;
-        let synchronous = omega / n_p;
         let parameters = TParameters {
             stator_resistance_ohm: r_s,
             rotor_resistance_ohm: r_over_s * slip,
-            stator_leakage_inductance_h: x_l / omega,
-            rotor_leakage_inductance_h: x_l / omega,
-            magnetizing_inductance_h: 1.0 / (y_m * omega),
+            stator_leakage_inductance_h: x_ls / omega,
+            rotor_leakage_inductance_h: x_lr / omega,
+            magnetizing_inductance_h: x_m / omega,
             inertia_kg_m2: 2.0 * INERTIA_CONSTANT_S * self.power_w / (synchronous * synchronous),
             viscous_friction_nm_s_per_rad: 0.005 * torque / omega_m,
         };
         parameters.validate()?;
         // ψ_r = ψ_m − L_lr i_r', with i_r' the current into the rotor branch; peak.
-        let psi_r = (e - Complex::new(0.0, x_l) * i_r) / omega * core::f64::consts::SQRT_2;
+        let psi_r = (e - Complex::new(0.0, x_lr) * i_r) / omega * core::f64::consts::SQRT_2;
         let rating = Rating {
             torque_nm: torque,
             electrical_frequency_hz: self.frequency_hz,
             phase_voltage_peak_v: u * core::f64::consts::SQRT_2,
             rotor_flux_vs: Scalar::sqrt(psi_r.norm_sqr()),
         };
-        Ok(NameplateGuess { parameters, pole_pairs, rating })
+        Ok(NameplateGuess { parameters, pole_pairs, rating, locked_rotor_resistance_ratio: resistance_ratio })
     }
 }
 
@@ -148,7 +275,12 @@ mod tests {
 
     /// The nameplate that a machine's own circuit gives at its rated torque, and its locked-rotor current ratio.
     fn nameplate_of(m: &NamedMachine) -> (Nameplate, f64) {
-        let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+        of_circuit(m.parameters(), m)
+    }
+
+    /// The same with another circuit.
+    fn of_circuit(p: TParameters<f64>, m: &NamedMachine) -> (Nameplate, f64) {
+        let machine = Machine::base(p, m.pole_pairs).unwrap();
         let plant = Plant::new(&machine);
         let (u, f) = (m.rating.phase_voltage_peak_v, m.rating.electrical_frequency_hz);
         let x = steady_state(&machine, u, f, Held::Load(m.rating.torque_nm)).unwrap();
@@ -161,7 +293,7 @@ mod tests {
             speed_rpm: x.omega_m * 30.0 / std::f64::consts::PI,
             frequency_hz: f,
             power_factor: i.re / i.norm(),
-            locked_rotor_current_ratio: None,
+            ..Nameplate::default()
         };
         (plate, locked.norm() / i.norm())
     }
@@ -199,6 +331,43 @@ mod tests {
             let by_data_sheet = ratios(&known.guess().unwrap().parameters, &truth);
             assert!(by_data_sheet[1..4].iter().all(|r| (0.9..1.1).contains(r)), "{}: {by_data_sheet:?}", m.name);
         }
+    }
+
+    #[test]
+    fn a_data_sheet_leads_back_to_the_circuit_that_it_was_made_from() {
+        // Design B, with the torques that the circuit itself has.
+        let m = machines::MOTULATOR_2_2_KW;
+        let mut truth = m.parameters();
+        truth.rotor_leakage_inductance_h = truth.stator_leakage_inductance_h / DesignClass::B.leakage_ratio();
+        let (plate, locked) = of_circuit(truth, &m);
+        let (u, f, rated) = (m.rating.phase_voltage_peak_v, m.rating.electrical_frequency_hz, m.rating.torque_nm);
+        let synchronous = std::f64::consts::TAU * f / f64::from(m.pole_pairs);
+        // Torque with the rotor locked, and the most at any speed.
+        let torques = |p: TParameters<f64>| {
+            let machine = Machine::base(p, m.pole_pairs).unwrap();
+            let at = |part: f64| {
+                Plant::new(&machine).torque(&steady_state(&machine, u, f, Held::Speed(synchronous * part)).unwrap()) / rated
+            };
+            (at(0.0), (0..1000).map(|k| at(f64::from(k) * 1e-3)).fold(0.0, f64::max))
+        };
+        let (standing, breakdown) = torques(truth);
+        let sheet = Nameplate {
+            locked_rotor_current_ratio: Some(locked),
+            locked_rotor_torque_ratio: Some(standing),
+            breakdown_torque_ratio: Some(breakdown),
+            design: DesignClass::B,
+            ..plate
+        };
+        let guess = sheet.guess().unwrap();
+        let p = guess.parameters;
+        assert!((p.leakage_ratio() / 0.67 - 1.0).abs() < 1e-9);
+        let again = torques(p).1;
+        assert!((again / breakdown - 1.0).abs() < 0.01, "{again} {breakdown}");
+        // No deep bars: as much resistance locked as in use.
+        let rise = guess.locked_rotor_resistance_ratio.unwrap();
+        assert!((rise - 1.0).abs() < 0.1, "{rise}");
+        let e = Nameplate { breakdown_torque_ratio: Some(5.9), ..sheet }.guess().unwrap_err();
+        assert!(e.to_string().contains("breakdown_torque_ratio"), "{e}");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use im_diagnose::steady_curve::torque_speed;
 use im_model::{
-    BaseParameter, EffectId, Effects, GammaParameters, InverseGammaParameters, Machine, MotorFile, Nameplate, ParameterId,
+    BaseParameter, EffectId, Effects, GammaParameters, InverseGammaParameters, Machine, MotorFile, DesignClass, Nameplate, ParameterId,
     Rating, TParameters,
 };
 use numpy::PyArray1;
@@ -63,8 +63,12 @@ impl Motor {
         power_factor: f64,
         frequency_hz: f64,
         locked_rotor_current_ratio: Option<f64>,
+        breakdown_torque_ratio: Option<f64>,
+        design: &str,
         terminal_resistance_ohm: Option<f64>,
     ) -> PyResult<Self> {
+        let design = DesignClass::from_name(design)
+            .ok_or_else(|| refused(format!("design {design:?} is not known; it is A, B, C or D (NEMA), N or H (IEC), or wound")))?;
         let plate = Nameplate {
             power_w,
             line_voltage_rms_v,
@@ -73,6 +77,9 @@ impl Motor {
             frequency_hz,
             power_factor,
             locked_rotor_current_ratio,
+            breakdown_torque_ratio,
+            locked_rotor_torque_ratio: None,
+            design,
         };
         let file = MotorFile::from_nameplate(name, &plate, terminal_resistance_ohm);
         Ok(Self::new(file.map_err(|e| refused(format!("the nameplate: {e}")))?))

@@ -3,7 +3,8 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use im_diagnose::fitted::{Fitted, HELD};
+use im_diagnose::fitted::Fitted;
+use im_diagnose::held_ratio::{HELD, held_std, is_held};
 use im_diagnose::sources::by_fit;
 use im_diagnose::uncertainty::{HALF_95, MachineQuantity};
 use im_model::{BaseParameter, ParameterId};
@@ -61,12 +62,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let (b, a, half) = (rounded(e.before), rounded(e.after), rounded(HALF_95 * e.std));
         writeln!(out, "{:<60} {b:>11} {a:>11} {half:>11} {}{note}", e.quantity.key(), e.quantity.unit())?;
     }
-    for (p, std) in HELD.into_iter().zip(fitted.held_std()) {
+    for (p, std) in HELD.into_iter().zip(held_std(estimates, &after.machine)) {
         let q = MachineQuantity::Parameter(ParameterId::Base(p));
         let (b, a, half) = (rounded(q.of(&before.machine)), rounded(q.of(&after.machine)), rounded(HALF_95 * std));
         writeln!(out, "{:<60} {b:>11} {a:>11} {half:>11} {}  ratio held", q.key(), q.unit())?;
     }
-    for p in BaseParameter::ALL.map(ParameterId::Base).into_iter().filter(|id| !HELD.map(ParameterId::Base).contains(id)) {
+    for p in BaseParameter::ALL.map(ParameterId::Base).into_iter().filter(|&id| !is_held(id)) {
         let q = MachineQuantity::Parameter(p);
         if estimates.list.iter().all(|e| e.quantity != q) {
             let value = rounded(q.of(&before.machine));

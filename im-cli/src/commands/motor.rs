@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use im_model::{BaseParameter, MotorFile, Nameplate, ParameterId};
+use im_model::{BaseParameter, DesignClass, MotorFile, Nameplate, ParameterId};
 use serde_json::json;
 
 use crate::failure::Failure;
@@ -42,6 +42,15 @@ pub struct Args {
     /// Locked-rotor current over rated current, where the data sheet gives it
     #[arg(long, value_name = "RATIO")]
     locked_current: Option<f64>,
+    /// Locked-rotor torque over rated torque, where the data sheet gives it
+    #[arg(long, value_name = "RATIO", requires = "locked_current")]
+    locked_torque: Option<f64>,
+    /// Breakdown torque over rated torque, where the data sheet gives it
+    #[arg(long, value_name = "RATIO")]
+    breakdown_torque: Option<f64>,
+    /// Design of the rotor: A, B, C or D (NEMA), N or H (IEC), or wound; shares the leakage between stator and rotor
+    #[arg(long, value_name = "CLASS", default_value = "A", value_parser = design)]
+    design: DesignClass,
     /// Resistance between two terminals, measured with direct current, ohm
     #[arg(long, value_name = "OHM")]
     terminal_resistance_ohm: Option<f64>,
@@ -56,10 +65,13 @@ pub struct Args {
     json: bool,
 }
 
+fn design(name: &str) -> Result<DesignClass, String> {
+    DesignClass::from_name(name).ok_or_else(|| "expected A, B, C or D (NEMA), N or H (IEC), or wound".to_owned())
+}
+
 impl Args {
-    /// The motor file.
-    fn motor(&self) -> Result<MotorFile, Failure> {
-        let plate = Nameplate {
+    fn plate(&self) -> Nameplate {
+        Nameplate {
             power_w: self.power_w,
             line_voltage_rms_v: self.voltage_v,
             line_current_rms_a: self.current_a,
@@ -67,11 +79,21 @@ impl Args {
             frequency_hz: self.frequency_hz,
             power_factor: self.power_factor,
             locked_rotor_current_ratio: self.locked_current,
-        };
-        MotorFile::from_nameplate(&self.name, &plate, self.terminal_resistance_ohm)
+            locked_rotor_torque_ratio: self.locked_torque,
+            breakdown_torque_ratio: self.breakdown_torque,
+            design: self.design,
+        }
+    }
+
+    /// The motor file.
+    fn motor(&self) -> Result<MotorFile, Failure> {
+        MotorFile::from_nameplate(&self.name, &self.plate(), self.terminal_resistance_ohm)
             .map_err(|e| Failure::Input(format!("the nameplate: {e}")))
     }
 }
+
+/// Beyond what the guess may be off.
+const DEEP_BARS: f64 = 1.5;
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -111,5 +133,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         motor.machine.pole_pairs()
     );
     write!(out, "{}", wrapped("", &note))?;
+    if let Some(ratio) = args.plate().guess().ok().and_then(|g| g.locked_rotor_resistance_ratio) {
+        let means = if ratio > DEEP_BARS { ": deep bars. Expect rotor_skin_effect where a start is recorded" } else { "" };
+        let bars = format!("Locked, the rotor has {} times its resistance at the rated point{means}.", rounded(ratio));
+        write!(out, "{}", wrapped("", &bars))?;
+    }
     Ok(())
 }

@@ -42,8 +42,8 @@ impl Diagnosis {
                 "holdout": s.holdout.as_ref().map(Errors::to_json),
             })).collect::<Vec<_>>(),
             "parameters": self.parameters.iter().map(|p| (p.quantity.key(), json!({
-                "before": finite(p.before), "after": finite(p.after), "std": p.std.map(finite), "unit": p.quantity.unit(),
-                "leakage_ratio_held": p.std.is_none(),
+                "before": finite(p.before), "after": finite(p.after), "std": finite(p.std), "unit": p.quantity.unit(),
+                "leakage_ratio_held": p.ratio_held,
             }))).collect::<serde_json::Map<_, _>>(),
             "covariance": self.estimates.to_json(),
             "leftover": self.leftover.iter().take(6).map(|d| json!({

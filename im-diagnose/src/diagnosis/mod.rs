@@ -12,12 +12,13 @@ use im_identify::offline::{FitError, Free, Target};
 use im_model::{EffectId, MotorFile, ParameterId};
 
 use crate::case::Case;
+use crate::held_ratio::{HELD, held_std, is_held};
 use crate::learn::{Curve, continued};
 use crate::loads::Loads;
 use crate::residual_tests::Dependence;
 use crate::search::{Course, Learning, Model, Options, Refinement};
 use crate::steady_curve::RatedSupply;
-use crate::uncertainty::{Estimates, MachineQuantity, is_open, ratio_held};
+use crate::uncertainty::{Estimates, MachineQuantity, is_open};
 pub use ranking::Candidate;
 use ranking::ranking;
 pub use steps::Step;
@@ -34,14 +35,16 @@ pub struct ParameterChange {
     pub before: f64,
     /// As refined.
     pub after: f64,
-    /// Standard deviation; `None` where only the inverse-Γ circuit is determined ([`ratio_held`]).
-    pub std: Option<f64>,
+    /// Standard deviation.
+    pub std: f64,
+    /// Whether it follows from the inverse-Γ circuit with the ratio of the leakages as given, which is known to a fifth.
+    pub ratio_held: bool,
 }
 
 impl ParameterChange {
     /// Whether the recordings leave it open.
     pub fn is_open(&self) -> bool {
-        self.std.is_some_and(|std| is_open(self.after, std))
+        !self.ratio_held && is_open(self.after, self.std)
     }
 
     /// Whether it is one of the coefficients of a learned curve: the curve's band says how well that is known.
@@ -170,15 +173,21 @@ fn price_of_a_number(course: &Course) -> f64 {
 }
 
 fn changes(before: &MotorFile, after: &MotorFile, free: &[Free], estimates: &Estimates) -> Vec<ParameterChange> {
-    let determined = estimates.list.iter().map(|e| (e.quantity, Some(e.std)));
+    let (given, fitted) = (&before.machine, &after.machine);
+    let determined = estimates.list.iter().map(|e| (e.quantity, e.std, false));
     let moved = free.iter().filter_map(|f| match &f.target {
         Target::Machine(ids) => Some(ids),
         Target::Initial { .. } => None,
     });
-    let held = moved.flatten().filter(|id| ratio_held(**id)).map(|&id| (MachineQuantity::Parameter(id), None));
-    let (given, fitted) = (&before.machine, &after.machine);
+    let stds = held_std(estimates, fitted);
+    let std =
+        |id: ParameterId| HELD.into_iter().zip(stds).find(|(p, _)| ParameterId::Base(*p) == id).map_or(f64::NAN, |(_, std)| std);
+    let held = moved.flatten().filter(|id| is_held(**id)).map(|&id| (MachineQuantity::Parameter(id), std(id), true));
     determined
         .chain(held)
-        .map(|(quantity, std)| ParameterChange { quantity, before: quantity.of(given), after: quantity.of(fitted), std })
+        .map(|(quantity, std, ratio_held)| {
+            let (before, after) = (quantity.of(given), quantity.of(fitted));
+            ParameterChange { quantity, before, after, std, ratio_held }
+        })
         .collect()
 }

@@ -266,10 +266,7 @@ fn parameters(out: &mut Text, d: &Diagnosis) {
         table.push(vec![
             quantity_name(p.quantity).0,
             if new { "–".into() } else { quantity(p.before, unit, 4) },
-            p.std.map_or_else(
-                || format!("{}, ratio held", quantity(p.after, unit, 4)),
-                |std| interval(p.after, HALF_95 * std, unit),
-            ),
+            format!("{}{}", interval(p.after, HALF_95 * p.std, unit), if p.ratio_held { ", ratio held" } else { "" }),
             if new { "new".into() } else { percent_change(p.before, p.after) },
         ]);
     }

@@ -22,7 +22,7 @@ fn a_guessed_circuit_does_what_its_nameplate_says() {
         speed_rpm,
         frequency_hz: 50.0,
         power_factor: cos,
-        locked_rotor_current_ratio: None,
+        ..Nameplate::default()
     };
     for plate in [
         plate(1100.0, 400.0, 2.6, 1415.0, 0.77),

@@ -46,17 +46,31 @@ class Motor:
         power_factor: float,
         frequency_hz: float = 50.0,
         locked_current: float | None = None,
+        breakdown_torque: float | None = None,
+        design: str = "A",
         terminal_resistance_ohm: float | None = None,
         name: str = "motor",
     ) -> Motor:
         """A first motor from its nameplate, every parameter with the tolerance of such a guess, which fits respect.
 
         Voltage and current are line-to-line and line values, rms. ``locked_current`` is the locked-rotor over the rated
-        current; ``terminal_resistance_ohm``, measured between two terminals with direct current, replaces a guess.
+        current, ``breakdown_torque`` the breakdown over the rated torque; ``design`` (A, B, C, D, N, H or "wound") shares
+        the leakage between stator and rotor. ``terminal_resistance_ohm``, measured between two terminals with direct
+        current, replaces a guess.
         """
         return cls(
             _native.Motor.from_nameplate(
-                name, power_w, voltage_v, current_a, speed_rpm, power_factor, frequency_hz, locked_current, terminal_resistance_ohm
+                name,
+                power_w,
+                voltage_v,
+                current_a,
+                speed_rpm,
+                power_factor,
+                frequency_hz,
+                locked_current,
+                breakdown_torque,
+                design,
+                terminal_resistance_ohm,
             )
         )
 

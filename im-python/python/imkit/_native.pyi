@@ -58,6 +58,8 @@ class Motor:
         power_factor: float,
         frequency_hz: float,
         locked_rotor_current_ratio: float | None,
+        breakdown_torque_ratio: float | None,
+        design: str,
         terminal_resistance_ohm: float | None,
     ) -> Motor: ...
     @staticmethod

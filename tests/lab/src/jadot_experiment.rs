@@ -60,7 +60,7 @@ pub fn nameplate() -> RegulationParameters<f64> {
         speed_rpm: 1445.0,
         frequency_hz: 50.0,
         power_factor: 0.84,
-        locked_rotor_current_ratio: None,
+        ..Nameplate::default()
     };
     nameplate.guess().expect("a nameplate").parameters.inverse_gamma().into()
 }

@@ -26,7 +26,7 @@ pub(crate) fn picture(d: &Diagnosis) -> Markup {
         .parameters
         .iter()
         .filter(|p| p.after != 0.0 && !p.is_of_a_curve())
-        .filter_map(|p| Some((p, HALF_95 * p.std? / p.after.abs())))
+        .map(|p| (p, HALF_95 * p.std / p.after.abs()))
         .collect();
     if shown.is_empty() {
         return html! {};

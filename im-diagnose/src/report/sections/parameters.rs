@@ -17,8 +17,8 @@ const SUSPICIOUS: f64 = 1.5;
 
 /// A parameter that the recordings leave open, with its interval.
 fn open(p: &ParameterChange) -> Option<String> {
-    let std = p.std.filter(|_| p.is_open() && p.after != 0.0 && !p.is_of_a_curve())?;
-    Some(format!("{} ({})", quantity_name(p.quantity).0, interval(p.after, HALF_95 * std, p.quantity.unit())))
+    let open = p.is_open() && p.after != 0.0 && !p.is_of_a_curve();
+    open.then(|| format!("{} ({})", quantity_name(p.quantity).0, interval(p.after, HALF_95 * p.std, p.quantity.unit())))
 }
 
 /// All warnings; what the recordings leave open in one.
@@ -65,8 +65,7 @@ pub(crate) fn warning(p: &ParameterChange, s: &Diagnosis) -> Option<String> {
 
 /// What the intervals hold for.
 pub(crate) fn note(d: &Diagnosis) -> String {
-    let held =
-        "R_r, L_ls, L_lr and L_m follow from the inverse-Γ circuit with L_ls/L_lr as given, and carry no interval of their own.";
+    let held = "R_r, L_ls, L_lr and L_m follow from the inverse-Γ circuit with L_ls/L_lr as given; their intervals are those of a ratio known to 20 %.";
     if d.effects.is_empty() {
         return held.into();
     }
@@ -103,9 +102,9 @@ pub(crate) fn section(s: &Story) -> Section {
         if several {
             row.push(or_none(effect.is_none().then(|| p.quantity.of(base))));
         }
-        row.push(match p.std {
-            Some(std) => text(interval(p.after, HALF_95 * std, unit)),
-            None => html! { (quantity(p.after, unit, 4)) ", " (term("ratio", "ratio held as given")) },
+        row.push(html! {
+            (interval(p.after, HALF_95 * p.std, unit))
+            @if p.ratio_held { ", " (term("ratio", "ratio held as given")) }
         });
         row.push(text(if new { "new".to_owned() } else { percent_change(p.before, p.after) }));
         Row::new(row)
@@ -131,7 +130,7 @@ fn absorbed(s: &Story) -> Option<String> {
     let (p, moved) = d
         .parameters
         .iter()
-        .filter(|p| p.std.is_some() && !matches!(p.quantity, MachineQuantity::Parameter(ParameterId::Effect(..))))
+        .filter(|p| !p.ratio_held && !matches!(p.quantity, MachineQuantity::Parameter(ParameterId::Effect(..))))
         .map(|p| (p, (p.quantity.of(base) / p.after).ln()))
         .filter(|x| x.1.is_finite())
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;

@@ -28,7 +28,7 @@ pub fn any_machine() -> impl Strategy<Value = (Machine<f64>, Rating)> {
             speed_rpm: 3000.0 / f64::from(pairs) * (1.0 - slip),
             frequency_hz: 50.0,
             power_factor,
-            locked_rotor_current_ratio: None,
+            ..Nameplate::default()
         };
         let mut guess = nameplate.guess().unwrap();
         guess.parameters.inertia_kg_m2 *= inertia;
