@@ -25,15 +25,25 @@ pub(super) struct Use {
 pub(super) fn drive<T: Scalar>(
     plan: &CommissioningPlan,
     parameters: TParameters<f64>,
+    skin_effect: Option<[Found; 2]>,
     inverter: [f64; 2],
     purpose: Use,
 ) -> Result<CommissionedDrive<T>, ControlError> {
     let (f, rating) = (T::from_f64, &plan.rating);
-    let machine = Machine::base(parameters, plan.pole_pairs)?;
+    let machine = Machine::base(low_slip(parameters, skin_effect), plan.pole_pairs)?;
+    // What changes fast meets the leakage without the bars' part: with gains for the larger one every loop would be faster than meant by as much.
+    let fast = parameters.inverse_gamma().leakage_inductance_h / machine.parameters().inverse_gamma().leakage_inductance_h;
     let (flux, t) = (f(rating.rotor_flux_vs), f(plan.sample_time_s));
     let data: MachineData<T> = MachineData::of(&machine, plan.current_max_a).delayed(plan.voltage_delay_s).cast();
-    let gains = FieldOrientedGains { follows_torque: purpose.follows_torque, ..FieldOrientedGains::typical(&data, flux, t) };
+    let typical = FieldOrientedGains::typical(&data, flux, t);
+    let gains = FieldOrientedGains {
+        current_bandwidth_rad_s: typical.current_bandwidth_rad_s * f(fast),
+        follows_torque: purpose.follows_torque,
+        ..typical
+    };
     let mut observed = FullOrderGains::for_machine(&machine, rating);
+    observed.current_bandwidth_rad_s *= fast;
+    observed.speed_bandwidth_rad_s *= fast;
     if !purpose.learns_stator_resistance {
         observed.stator_resistance_per_s = 0.0;
     }
@@ -57,7 +67,7 @@ pub(super) fn dead_time<T: Scalar>(plan: &CommissioningPlan, [lost_v, soft_a]: [
 }
 
 /// What the flux follows, at low slip frequency: there the bars add kR_rτ to the rotor's leakage.
-pub(super) fn low_slip(p: TParameters<f64>, skin_effect: Option<[Found; 2]>) -> TParameters<f64> {
+fn low_slip(p: TParameters<f64>, skin_effect: Option<[Found; 2]>) -> TParameters<f64> {
     let added = skin_effect.map_or(0.0, |[k, tau]| k.value * p.rotor_resistance_ohm * tau.value);
     TParameters { rotor_leakage_inductance_h: p.rotor_leakage_inductance_h + added, ..p }
 }
@@ -70,11 +80,6 @@ impl Commissioned {
     /// A value that no drive can be made of.
     pub fn drive<T: Scalar>(&self, plan: &CommissioningPlan) -> Result<CommissionedDrive<T>, ControlError> {
         let inverter = [self.inverter_voltage_v.value, self.inverter_current_a.value];
-        drive(
-            plan,
-            low_slip(self.parameters(), self.skin_effect),
-            inverter,
-            Use { follows_torque: false, learns_stator_resistance: true },
-        )
+        drive(plan, self.parameters(), self.skin_effect, inverter, Use { follows_torque: false, learns_stator_resistance: true })
     }
 }

@@ -59,6 +59,9 @@ const RAMP_S: f64 = 0.02;
 const WINDOW_S: f64 = 0.2;
 const SETTLED: f64 = 3e-4;
 const LEVEL_S: f64 = 8.0;
+/// Standard deviations by which noise may tell two means apart; the most windows over which a settled voltage is averaged.
+const NOISE: f64 = 4.0;
+const SETTLED_WINDOWS: u32 = 6;
 /// A current further than this share of the rated one from its reference does not follow it.
 const FOLLOWED: f64 = 0.25;
 /// Lost samples that are bridged.
@@ -134,6 +137,9 @@ struct Settling {
     voltage_sum: f64,
     current_sum: f64,
     samples: f64,
+    /// Windows until it was seen to have settled, and the sum of their mean voltages since.
+    settled_after: Option<u32>,
+    settled_voltage_v: f64,
 }
 
 /// An alternating current: periods passed, and mean and square of the impedance.
@@ -505,20 +511,31 @@ impl<T: Scalar> Commissioning<T> {
         s.current_sum += i.re * n;
         s.samples += n;
         s.windows += 1;
-        let close = s.windows > 1 && (u.re - s.before).abs() < SETTLED * u.re.abs();
+        // What noise of the current moves a mean of the voltage by: no differential resistance is larger than u/i.
+        let noise = self.noise_a / Scalar::sqrt(n) * u.re.abs() / wanted;
+        let close = s.windows > 1 && (u.re - s.before).abs() < SETTLED * u.re.abs() + NOISE * noise;
         s.close = if close { s.close + 1 } else { 0 };
         let before = core::mem::replace(&mut s.before, u.re);
+        if s.settled_after.is_some() {
+            s.settled_voltage_v += u.re;
+        } else if s.close > 1 {
+            s.settled_after = Some(s.windows);
+        }
         let s = *s;
         self.sums = Sums::new();
         let off = (i.re - wanted).abs().max(i.im.abs()) > 0.05 * wanted + 4.0 * self.noise_a;
+        // As long again as it took to settle: an error of u_∞ is integrated over all that time.
+        let since = s.settled_after.map_or(0, |after| s.windows - after);
+        let enough = s.settled_after.is_some_and(|after| since >= after.min(SETTLED_WINDOWS));
         if s.windows > 3 && off {
             self.fail(CommissioningFault::CurrentNotReached);
-        } else if s.close > 1 || f64::from(s.windows) * WINDOW_S > LEVEL_S {
-            let voltage_v = 0.5 * (u.re + before);
+        } else if enough || f64::from(s.windows) * WINDOW_S > LEVEL_S {
+            let voltage_v = if since > 1 { s.settled_voltage_v / f64::from(since) } else { 0.5 * (u.re + before) };
             if let Some(level) = self.levels.get_mut(k) {
                 *level = Level {
                     current_a: i.re,
                     voltage_v,
+                    deviation_v: noise / Scalar::sqrt(f64::from(since.max(2))),
                     voltage_area_vs: (s.voltage_sum - s.samples * voltage_v) * t,
                     current_area_as: (s.current_sum - s.samples * i.re) * t,
                 };

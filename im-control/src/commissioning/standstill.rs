@@ -31,6 +31,8 @@ pub(super) const TONE_SAMPLES: f64 = 20.0;
 pub(super) struct Level {
     pub current_a: f64,
     pub voltage_v: f64,
+    /// Standard deviation that the noise of the current gives it, V.
+    pub deviation_v: f64,
     /// ∫(u − u_∞)dt, Vs, and ∫(i − i_∞)dt, As, since the level before.
     pub voltage_area_vs: f64,
     pub current_area_as: f64,
@@ -87,8 +89,11 @@ fn lost(i: f64, i_0: f64) -> [f64; 2] {
 /// R_s, U_d, I_0.
 fn direct(plan: &CommissioningPlan, levels: &[Level]) -> Option<[Found; 3]> {
     let largest = levels.iter().map(|l| l.voltage_v).fold(0.0, f64::max);
-    // The regulator leaves some parts in ten thousand; more shows in the residuals.
-    let weight = |l: &Level| 1.0 / (3e-4 * (l.voltage_v.abs() + 0.1 * largest));
+    // The regulator leaves some parts in ten thousand, noise what it does; more shows in the residuals.
+    let weight = |l: &Level| {
+        let left = 3e-4 * (l.voltage_v.abs() + 0.1 * largest);
+        1.0 / Scalar::sqrt(left * left + l.deviation_v * l.deviation_v)
+    };
     let current = |x: f64| x * plan.rated_current_a;
     let alone = fit([0.04 * plan.impedance_ohm()], levels.len(), |[r], k| {
         levels.get(k).map_or(0.0, |l| (r * l.current_a - l.voltage_v) * weight(l))

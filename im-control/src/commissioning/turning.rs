@@ -12,13 +12,15 @@
 //!
 //! **No load** at half the rated speed, at several levels of flux, in the frame of the flux:
 //!
-//! ψ_s = (u − u_lost − R_s i)/(jω_s),   ψ_m = ψ_s − L_l i,   i_m = Re(ψ̄_m i)/|ψ_m|,   Re((u − u_lost − R_s i) ī) = G ω_s²ψ_m² + P_0
+//! ψ_s = (u − u_lost − R_s i)/(jω_s),   ψ_m = ψ_s − L_l i,   i_m = Re(ψ̄_m i)/|ψ_m|,   Re((u − u_lost − R_s i) ī)/ω_s = G ω_sψ_m² + M_0
+//!
+//! with M_0 the friction of that speed: over ω_s, so that what the slip takes, which is the larger the less the flux, is no iron loss.
 
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::space_vector::{cross, dot, norm2};
 use im_model::{Complex, Scalar, TParameters};
 
-use super::drive::{CommissionedDrive as Drive, Use, dead_time, drive, low_slip};
+use super::drive::{CommissionedDrive as Drive, Use, dead_time, drive};
 use super::fit::{Found, Linear};
 use super::result::{CommissioningFault, CommissioningPlan, MagnetizingPoint, NO_LOAD_LEVELS, ON_LAW, magnetizing_laws};
 use super::standstill::AtStandstill;
@@ -157,7 +159,8 @@ fn drive_of<T: Scalar>(
     };
     drive(
         plan,
-        low_slip(parameters, still.skin_effect),
+        parameters,
+        still.skin_effect,
         still.inverter(),
         Use { follows_torque: inertia_kg_m2.is_none(), learns_stator_resistance: false },
     )
@@ -391,7 +394,7 @@ impl<T: Scalar> Turning<T> {
             let psi_m = Complex::new(e.im, -e.re) * (1.0 / l.omega_s) - l.i * l_l;
             let flux = Scalar::sqrt(norm2(psi_m));
             *point = MagnetizingPoint { flux_vs: flux, current_a: dot(psi_m, l.i) / flux };
-            losses.add([(l.omega_s * flux) * (l.omega_s * flux), 1.0], dot(e, l.i));
+            losses.add([l.omega_s * flux * flux, 1.0], dot(e, l.i) / l.omega_s);
         }
         // The points by a smooth curve through the flux of the plan.
         let wanted = self.plan.rating.rotor_flux_vs;
