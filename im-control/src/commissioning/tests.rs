@@ -187,6 +187,23 @@ fn deep_bars_and_iron_loss_are_seen() {
     assert!((found.coulomb_friction_nm.value - 0.5).abs() < 0.15, "{:?}", found.coulomb_friction_nm);
 }
 
+/// Bars that add to the leakage more than there is of it: with loops made for the sum the drive swings at 20 Hz, and inductance and inertia are those of a swinging drive.
+#[test]
+fn strong_bars_do_not_make_the_drive_swing() {
+    let m = machines::MOTULATOR_2_2_KW;
+    let machine = hidden(&m, |e| {
+        (e.rotor_skin_effect.resistance_rise, e.rotor_skin_effect.time_constant_s) = (4.0, 5e-3);
+        e.iron_loss.conductance_s = 3e-4;
+    });
+    let found = Rig::new(&machine, &m).run::<f64>().unwrap();
+    let [r_r, _, l_m] = found.inverse_gamma();
+    let g = machine.parameters().inverse_gamma();
+    assert!((l_m.value / g.magnetizing_inductance_h - 1.0).abs() < 0.02, "{l_m:?}");
+    assert!((r_r.value / g.rotor_resistance_ohm - 1.0).abs() < 0.05, "{r_r:?}");
+    assert!((found.inertia_kg_m2.value / machine.parameters().inertia_kg_m2 - 1.0).abs() < 0.03, "{:?}", found.inertia_kg_m2);
+    assert!((found.iron_conductance_s.value / 3e-4 - 1.0).abs() < 0.2, "{:?}", found.iron_conductance_s);
+}
+
 #[test]
 fn what_is_wrong_is_said_and_the_current_keeps_its_limit() {
     let m = machines::MOTULATOR_2_2_KW;
