@@ -63,12 +63,10 @@ impl<T: Scalar> Turning<T> {
         let ahead = self.omega_s * (self.sample_time_s * T::from_f64(0.5) + voltage_delay_s);
         let turn = self.direction * rotation(ahead);
         let (wanted, wanted_v) = (u * turn, crate::vector::norm(u));
-        // Within the circle, or, where nothing is beyond it in the steady state, within the hexagon.
-        let inside = if self.overmodulates && self.dc_voltage_v > T::zero() {
-            wanted_v <= self.dc_voltage_v * T::from_f64(0.577_35)
-        } else {
-            within_hexagon(wanted, self.dc_voltage_v) == wanted
-        };
+        // Within the circle, or, where something beyond it is left to the transients, within the hexagon.
+        let inside = self.dc_voltage_v <= T::zero()
+            || wanted_v <= self.dc_voltage_v * T::from_f64(0.577_35)
+            || !self.overmodulates && within_hexagon(wanted, self.dc_voltage_v) == wanted;
         if inside {
             return Regulated { u_s: wanted, u, wanted_v, limited: false };
         }

@@ -29,13 +29,13 @@ use crate::error::ControlError;
 use crate::field_oriented::FieldOrientedGains;
 use crate::flux::{RotorFlux, RotorFluxModel};
 use crate::flying_start::{BeginsAt, Caught};
-use crate::guard::{self, no_reference};
+use crate::guard::{self, Sampled, no_reference};
 use crate::machine_data::MachineData;
 use crate::reference::{ReferenceShaper, Shaped};
 use crate::speed_regulator::SpeedRegulator;
 use crate::stator_flux::StatorFlux;
 use crate::status::{DriveStatus, Reports};
-use crate::vector::{clamp, is_finite, norm, rotation};
+use crate::vector::{clamp, norm, rotation};
 
 /// Share of the flux wanted from which on there is torque, and below which there is none any more.
 const MAGNETIZED: [f64; 2] = [0.8, 0.25];
@@ -293,27 +293,39 @@ impl<T: Scalar> DirectTorque<T> {
     }
 }
 
+impl<T: Scalar> Sampled<T> for DirectTorque<T> {
+    #[inline]
+    fn current_max_a(&self) -> T {
+        self.current_max_a
+    }
+
+    #[inline]
+    fn last(&mut self) -> (&mut Reference<T>, &mut Complex<T>, &mut DriveStatus) {
+        let s = &mut self.state;
+        (&mut s.reference, &mut s.command, &mut s.status)
+    }
+
+    #[inline]
+    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
+        self.follow(m, reference)
+    }
+
+    #[inline]
+    fn is_finite(&self) -> bool {
+        let s = &self.state;
+        let flux = norm2(s.stator.rotor_flux_vs()) + norm2(s.rotor.flux_vs);
+        flux.is_finite() && s.torque_nm.is_finite() && s.speed_integral.is_finite()
+    }
+
+    fn begin_anew(&mut self) {
+        self.state = self.first;
+    }
+}
+
 impl<T: Scalar> Controller<T> for DirectTorque<T> {
-    /// A sample that cannot be computed with leaves the last command standing; should the state leave the finite range all the same, it
-    /// begins anew.
     #[inline]
     fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
-        self.state.reference = guard::numbers(reference, &self.state.reference);
-        if !guard::is_usable(m, self.current_max_a) {
-            self.state.status = DriveStatus::OK.and(DriveStatus::CURRENT_LOST);
-            return Command::Voltage(guard::held(self.state.command));
-        }
-        let reference = self.state.reference;
-        let u = self.follow(m, &reference);
-        let s = &self.state;
-        let finite = is_finite(u) && s.torque_nm.is_finite() && s.speed_integral.is_finite();
-        if finite && norm2(s.stator.rotor_flux_vs()).is_finite() && norm2(s.rotor.flux_vs).is_finite() {
-            self.state.command = u;
-        } else {
-            self.state = State { reference, ..self.first };
-            self.state.status = DriveStatus::OK.and(DriveStatus::RESTARTED);
-        }
-        Command::Voltage(self.state.command)
+        guard::step(self, m, reference)
     }
 }
 

@@ -46,11 +46,39 @@ impl<T: Scalar> RotorFluxModel<T> {
     /// Brings the flux to the instant at which `i_s` and `omega_m` were measured, a sample after the last.
     #[inline]
     pub fn step(&self, state: &mut RotorFlux<T>, rotor_resistance_ohm: T, i_s: Complex<T>, omega_m: T, sample_time_s: T) {
-        let half = T::from_f64(0.5);
-        let x = rotor_resistance_ohm / self.rotor_inductance_h * sample_time_s;
-        let decay = (T::one() - half * x) / (T::one() + half * x);
-        let transition = rotation(self.pole_pairs * half * (state.omega_m + omega_m) * sample_time_s) * decay;
-        state.flux_vs = transition * state.flux_vs + (transition * state.current_a + i_s) * (half * x * self.mutual_inductance_h);
+        self.sampled(rotor_resistance_ohm, sample_time_s).step(state, i_s, omega_m);
+    }
+
+    /// The model over a sampling time.
+    #[inline]
+    pub(crate) fn sampled(&self, rotor_resistance_ohm: T, sample_time_s: T) -> SampledFlux<T> {
+        let half = T::from_f64(0.5) * sample_time_s;
+        let x = rotor_resistance_ohm / self.rotor_inductance_h * half;
+        SampledFlux {
+            decay: (T::one() - x) / (T::one() + x),
+            gain_h: x * self.mutual_inductance_h,
+            half_angle_s: self.pole_pairs * half,
+        }
+    }
+}
+
+/// The current model over a sampling time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SampledFlux<T> {
+    /// |e^{aT}|.
+    decay: T,
+    /// ½ηMT.
+    gain_h: T,
+    /// ½n_pT: of the speeds at both ends.
+    half_angle_s: T,
+}
+
+impl<T: Scalar> SampledFlux<T> {
+    /// λ⁺ = e^{aT}(λ + ½ηMT i) + ½ηMT i⁺.
+    #[inline]
+    pub fn step(&self, state: &mut RotorFlux<T>, i_s: Complex<T>, omega_m: T) {
+        let transition = rotation(self.half_angle_s * (state.omega_m + omega_m)) * self.decay;
+        state.flux_vs = transition * (state.flux_vs + state.current_a * self.gain_h) + i_s * self.gain_h;
         (state.current_a, state.omega_m) = (i_s, omega_m);
     }
 }

@@ -47,7 +47,8 @@ impl<T: Scalar> ReferenceShaper<T> {
     pub fn step(&self, x: &mut Shaped<T>, wanted: T, sample_time_s: T) {
         let (w, t) = (self.bandwidth_rad_s, sample_time_s);
         // Implicit in the rate: stable for every sampling time.
-        let rate = (x.rate + w * w * t * (wanted - x.speed)) / (T::one() + (w + w) * t + w * w * t * t);
+        let d = T::one() + w * t;
+        let rate = (x.rate + w * (w * t) * (wanted - x.speed)) / (d * d);
         let rate = clamp(rate, -self.acceleration_max_rad_s2, self.acceleration_max_rad_s2);
         x.second = (rate - x.rate) / t;
         x.rate = rate;

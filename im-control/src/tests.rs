@@ -1,6 +1,6 @@
-//! What the tests of the baselines share.
+//! What the tests of the controllers share.
 
-use im_model::simulation::{Command, Controller, Measured, Reference};
+use im_model::simulation::{Command, Controller, Inverter, Load, Measured, Profile, Reference, References, Scenario, Source};
 use im_model::{Bench, Complex, Machine, PlantInput, State, machines};
 use proptest::prelude::*;
 
@@ -8,6 +8,26 @@ use crate::MachineData;
 
 const M: machines::NamedMachine = machines::JADOT_TABLE_I;
 const T: f64 = 1e-4;
+
+/// A controller that follows a speed at a flux, sampled every 100 µs.
+pub(crate) fn scenario(speed: Profile, flux: f64, load: Profile, duration_s: f64, dc_voltage_v: Option<f64>) -> Scenario {
+    Scenario {
+        source: Source::Controller {
+            name: "the one of the test".into(),
+            observer: None,
+            references: References { speed_rad_s: speed, rotor_flux_vs: flux.into(), torque_nm: 0.0.into() },
+        },
+        inverter: Inverter::Averaged { dc_voltage_v },
+        load: Load { torque_nm: load, quadratic_nm_s2: 0.0 },
+        ..Scenario::direct_on_line(0.0, 50.0, duration_s)
+    }
+}
+
+/// The same through points of speed and load, at 0.9 Vs and 560 V.
+pub(crate) fn through(speed: &[[f64; 2]], load: &[[f64; 2]], duration_s: f64) -> Scenario {
+    let [speed, load] = [speed, load].map(|p| Profile::points(p).unwrap());
+    scenario(speed, 0.9, load, duration_s, Some(560.0))
+}
 
 /// Numbers as a fault leaves them, and some good ones.
 pub(crate) fn anything() -> impl Strategy<Value = f64> {

@@ -23,7 +23,7 @@ use im_model::{Bound, Complex, ModelError, Scalar};
 use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::error::ControlError;
 use crate::flying_start::{BeginsAt, Caught};
-use crate::guard::{self, no_reference};
+use crate::guard::{self, Sampled, no_reference};
 use crate::machine_data::MachineData;
 use crate::reference::{ReferenceShaper, Shaped};
 use crate::status::{DriveStatus, Reports};
@@ -245,28 +245,40 @@ impl<T: Scalar> VoltsPerHertz<T> {
     }
 }
 
+impl<T: Scalar> Sampled<T> for VoltsPerHertz<T> {
+    #[inline]
+    fn current_max_a(&self) -> T {
+        self.current_max_a
+    }
+
+    #[inline]
+    fn last(&mut self) -> (&mut Reference<T>, &mut Complex<T>, &mut DriveStatus) {
+        let s = &mut self.state;
+        (&mut s.reference, &mut s.command, &mut s.status)
+    }
+
+    #[inline]
+    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
+        self.follow(m, reference)
+    }
+
+    #[inline]
+    fn is_finite(&self) -> bool {
+        let s = &self.state;
+        let scalars = s.omega_s + s.shaped.speed + s.rotor_flux;
+        is_finite(s.current) && is_finite(s.direction) && scalars.is_finite()
+    }
+
+    fn begin_anew(&mut self) {
+        self.state = self.first;
+    }
+}
+
 impl<T: Scalar> Controller<T> for VoltsPerHertz<T> {
-    /// A sample that cannot be computed with leaves the last command standing; should the state leave the finite range all the same, it
-    /// begins anew. The measured speed is not looked at.
+    /// The measured speed is not looked at.
     #[inline]
     fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
-        self.state.reference = guard::numbers(reference, &self.state.reference);
-        let m = &Measured { omega_m: T::zero(), ..*m };
-        if !guard::is_usable(m, self.current_max_a) {
-            self.state.status = DriveStatus::OK.and(DriveStatus::CURRENT_LOST);
-            return Command::Voltage(guard::held(self.state.command));
-        }
-        let reference = self.state.reference;
-        let u = self.follow(m, &reference);
-        let s = &self.state;
-        let finite = is_finite(u) && is_finite(s.current) && is_finite(s.direction) && s.omega_s.is_finite();
-        if finite && s.shaped.speed.is_finite() && s.rotor_flux.is_finite() {
-            self.state.command = u;
-        } else {
-            self.state = State { reference, ..self.first };
-            self.state.status = DriveStatus::OK.and(DriveStatus::RESTARTED);
-        }
-        Command::Voltage(self.state.command)
+        guard::step(self, &Measured { omega_m: T::zero(), ..*m }, reference)
     }
 }
 

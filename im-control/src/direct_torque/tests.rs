@@ -1,6 +1,7 @@
 use super::*;
+use crate::tests::through;
 use im_model::machines::{self, NamedMachine};
-use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Simulation, Source};
+use im_model::simulation::{Profile, Scenario, Simulation, Source};
 use im_model::space_vector::unit;
 use im_model::{Effects, Machine};
 use proptest::prelude::*;
@@ -19,21 +20,7 @@ fn drive(known: &MachineData<f64>, sample_time_s: f64) -> DirectTorque<f64> {
 }
 
 fn scenario(speed: &[[f64; 2]], load: &[[f64; 2]], duration_s: f64) -> Scenario {
-    Scenario {
-        source: Source::Controller {
-            name: "direct_torque".into(),
-            observer: None,
-            references: References {
-                speed_rad_s: Profile::points(speed).unwrap(),
-                rotor_flux_vs: 0.9.into(),
-                torque_nm: 0.0.into(),
-            },
-        },
-        inverter: Inverter::Averaged { dc_voltage_v: Some(560.0) },
-        load: Load { torque_nm: Profile::points(load).unwrap(), quadratic_nm_s2: 0.0 },
-        sample_time_s: H,
-        ..Scenario::direct_on_line(0.0, 50.0, duration_s)
-    }
+    Scenario { sample_time_s: H, ..through(speed, load, duration_s) }
 }
 
 /// Every direction lies in the sector of the nearest vector.

@@ -14,9 +14,9 @@ use im_model::{Complex, Scalar};
 use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::discrete_current::{CurrentControl, DiscreteCurrent};
 use crate::error::ControlError;
-use crate::flux::{RotorFlux, RotorFluxModel};
+use crate::flux::{RotorFlux, RotorFluxModel, SampledFlux};
 use crate::flying_start::{BeginsAt, Caught};
-use crate::guard::{self, no_reference};
+use crate::guard::{self, Sampled, no_reference};
 use crate::machine_data::MachineData;
 use crate::optimal_flux::Operation;
 use crate::reference::Shaped;
@@ -43,15 +43,14 @@ pub struct FieldOriented<T> {
 #[derive(Clone, Copy, Debug)]
 struct Law<T> {
     gains: FieldOrientedGains<T>,
-    current: CurrentRegulator<T>,
     speed: SpeedRegulator<T>,
-    model: RotorFluxModel<T>,
+    pole_pairs: T,
+    voltage_delay_s: T,
     rotor_resistance_ohm: T,
     stator_resistance_ohm: T,
+    mutual_inductance_h: T,
     inverse_inertia: T,
     current_max_a: T,
-    /// M/L_r: from the flux of references to that of the inverse-Γ form.
-    k_r: T,
     stator_leakage_h: T,
     rotor_leakage_h: T,
     /// (3/2) n_p.
@@ -60,6 +59,7 @@ struct Law<T> {
 
 #[derive(Clone, Copy, Debug)]
 struct State<T> {
+    circuit: Circuit<T>,
     rotor: RotorFlux<T>,
     stator: StatorFlux<T>,
     /// Direction of the flux; kept turning with the rotor where there is none.
@@ -92,32 +92,23 @@ impl<T: Scalar> FieldOriented<T> {
         machine.validate()?;
         gains.validate()?;
         let w = &machine.windings;
-        let k_r = w.mutual_inductance_h / w.rotor_inductance_h;
         let law = Law {
             gains: *gains,
-            current: CurrentRegulator {
-                bandwidth_rad_s: gains.current_bandwidth_rad_s,
-                leakage_inductance_h: w.stator_inductance_h - k_r * w.mutual_inductance_h,
-                resistance_ohm: w.stator_resistance_ohm + k_r * k_r * w.rotor_resistance_ohm,
-                voltage_delay_s: machine.voltage_delay_s,
-            },
             speed: SpeedRegulator { bandwidth_rad_s: gains.speed_bandwidth_rad_s, inertia_kg_m2: w.inertia_kg_m2 },
-            model: RotorFluxModel {
-                rotor_inductance_h: w.rotor_inductance_h,
-                mutual_inductance_h: w.mutual_inductance_h,
-                pole_pairs: machine.n_p(),
-            },
+            pole_pairs: machine.n_p(),
+            voltage_delay_s: machine.voltage_delay_s,
+            mutual_inductance_h: w.mutual_inductance_h,
             rotor_resistance_ohm: w.rotor_resistance_ohm,
             stator_resistance_ohm: w.stator_resistance_ohm,
             inverse_inertia: T::one() / w.inertia_kg_m2,
             current_max_a: machine.current_max_a,
-            k_r,
             stator_leakage_h: w.stator_inductance_h - w.mutual_inductance_h,
             rotor_leakage_h: w.rotor_inductance_h - w.mutual_inductance_h,
             torque_factor: T::from_f64(1.5) * machine.n_p(),
         };
         let (o, z) = (T::zero(), Complex::new(T::zero(), T::zero()));
         let state = State {
+            circuit: law.circuit(law.mutual_inductance_h, T::from_f64(1e-4)),
             rotor: RotorFlux::default(),
             stator: StatorFlux::default(),
             direction: Complex::new(T::one(), o),
@@ -144,6 +135,9 @@ impl<T: Scalar> FieldOriented<T> {
     pub fn set_rotor_resistance_ohm(&mut self, rotor_resistance_ohm: T) {
         if rotor_resistance_ohm > T::zero() && rotor_resistance_ohm.is_finite() {
             self.law.rotor_resistance_ohm = rotor_resistance_ohm;
+            for s in [&mut self.state, &mut self.first] {
+                s.circuit = self.law.circuit(self.law.mutual_inductance_h, s.circuit.sample_time_s);
+            }
         }
     }
 
@@ -151,7 +145,7 @@ impl<T: Scalar> FieldOriented<T> {
     pub fn rotor_flux_vs(&self) -> Complex<T> {
         match self.law.gains.orientation {
             Orientation::Indirect => self.state.rotor.flux_vs,
-            Orientation::Direct { .. } => self.state.stator.rotor_flux_vs() / self.law.k_r,
+            Orientation::Direct { .. } => self.state.stator.rotor_flux_vs() / self.state.circuit.k_r,
         }
     }
 
@@ -161,62 +155,87 @@ impl<T: Scalar> FieldOriented<T> {
     }
 }
 
-impl<T: Scalar> Controller<T> for FieldOriented<T> {
-    /// A sample that cannot be computed with leaves the last command standing, and the state as it is; should the state leave the finite
-    /// range all the same, it begins anew. One sample later everything is as before.
+impl<T: Scalar> Sampled<T> for FieldOriented<T> {
     #[inline]
-    fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
+    fn current_max_a(&self) -> T {
+        self.law.current_max_a
+    }
+
+    #[inline]
+    fn last(&mut self) -> (&mut Reference<T>, &mut Complex<T>, &mut DriveStatus) {
         let s = &mut self.state;
-        s.reference = guard::numbers(reference, &s.reference);
-        if !guard::is_usable(m, self.law.current_max_a) {
-            s.status = DriveStatus::OK.and(DriveStatus::CURRENT_LOST);
-            return Command::Voltage(guard::held(s.command));
-        }
-        let reference = s.reference;
-        let u = self.follow(m, &reference);
-        if is_finite(u)
-            && self.state.flux_limit.is_finite()
-            && is_finite(self.state.current_integral)
-            && (self.law.gains.current_control == CurrentControl::Continuous || self.state.discrete.is_finite())
-            && self.state.torque_nm.is_finite()
-        {
-            self.state.command = u;
-        } else {
-            self.state = State { reference, ..self.first };
-            self.state.status = DriveStatus::OK.and(DriveStatus::RESTARTED);
-        }
-        Command::Voltage(self.state.command)
+        (&mut s.reference, &mut s.command, &mut s.status)
+    }
+
+    #[inline]
+    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
+        self.follow(m, reference)
+    }
+
+    #[inline]
+    fn is_finite(&self) -> bool {
+        let s = &self.state;
+        let discrete = if self.law.gains.current_control == CurrentControl::Discrete { s.discrete.is_finite() } else { true };
+        // What is no number in one of them is none in the sum.
+        discrete && is_finite(s.current_integral + Complex::new(s.flux_limit, s.torque_nm))
+    }
+
+    fn begin_anew(&mut self) {
+        self.state = self.first;
     }
 }
 
-/// The circuit at a flux.
-#[derive(Clone, Copy)]
+impl<T: Scalar> Controller<T> for FieldOriented<T> {
+    #[inline]
+    fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
+        guard::step(self, m, reference)
+    }
+}
+
+/// The circuit at a flux, over a sampling time.
+#[derive(Clone, Copy, Debug)]
 struct Circuit<T> {
+    sample_time_s: T,
     current: CurrentRegulator<T>,
-    model: RotorFluxModel<T>,
+    flux: SampledFlux<T>,
+    /// M/L_r: from the flux of references to that of the inverse-Γ form.
     k_r: T,
+    /// R_R = k_r²R_r.
+    rotor_resistance_ohm: T,
+    inverse_t_r: T,
 }
 
 impl<T: Scalar> Law<T> {
-    /// At the rotor flux λ, where iron that saturates is known: with the chord inductance.
-    #[inline]
-    fn bent(&self, flux_vs: Complex<T>) -> Option<Circuit<T>> {
-        let bend = match &self.gains.optimal_flux {
-            Some(o) if o.iron.excess > T::zero() => o.iron.bend(norm(flux_vs)),
-            _ => return None,
-        };
-        let m = self.model.mutual_inductance_h / (T::one() + bend);
+    /// With a mutual inductance M.
+    fn circuit(&self, m: T, sample_time_s: T) -> Circuit<T> {
         let l_r = m + self.rotor_leakage_h;
         let k_r = m / l_r;
-        Some(Circuit {
+        let rotor_resistance_ohm = k_r * k_r * self.rotor_resistance_ohm;
+        let model = RotorFluxModel { rotor_inductance_h: l_r, mutual_inductance_h: m, pole_pairs: self.pole_pairs };
+        Circuit {
+            sample_time_s,
             current: CurrentRegulator {
+                bandwidth_rad_s: self.gains.current_bandwidth_rad_s,
                 leakage_inductance_h: self.stator_leakage_h + k_r * self.rotor_leakage_h,
-                resistance_ohm: self.stator_resistance_ohm + k_r * k_r * self.rotor_resistance_ohm,
-                ..self.current
+                resistance_ohm: self.stator_resistance_ohm + rotor_resistance_ohm,
+                voltage_delay_s: self.voltage_delay_s,
             },
-            model: RotorFluxModel { rotor_inductance_h: l_r, mutual_inductance_h: m, ..self.model },
+            flux: model.sampled(self.rotor_resistance_ohm, sample_time_s),
             k_r,
-        })
+            rotor_resistance_ohm,
+            inverse_t_r: self.rotor_resistance_ohm / l_r,
+        }
+    }
+
+    /// Brings the circuit to a flux λ, where iron that saturates is known, with the chord inductance; and to a sampling time.
+    #[inline]
+    fn renew(&self, circuit: &mut Circuit<T>, flux_vs: Complex<T>, sample_time_s: T) {
+        let iron = self.gains.optimal_flux.as_ref().map(|o| &o.iron).filter(|i| i.excess > T::zero());
+        if let Some(iron) = iron {
+            *circuit = self.circuit(self.mutual_inductance_h / (T::one() + iron.bend(norm(flux_vs))), sample_time_s);
+        } else if sample_time_s != circuit.sample_time_s {
+            *circuit = self.circuit(self.mutual_inductance_h, sample_time_s);
+        }
     }
 }
 
@@ -226,14 +245,11 @@ impl<T: Scalar> FieldOriented<T> {
     fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
         let (law, s) = (&self.law, &mut self.state);
         let g = &law.gains;
-        let (t, omega_e) = (m.sample_time_s, law.model.pole_pairs * m.omega_m);
+        let (t, omega_e) = (m.sample_time_s, law.pole_pairs * m.omega_m);
 
         // Where the flux is.
-        let bent = law.bent(s.rotor.flux_vs);
-        let (current, model, k_r) = match &bent {
-            Some(c) => (&c.current, &c.model, c.k_r),
-            None => (&law.current, &law.model, law.k_r),
-        };
+        law.renew(&mut s.circuit, s.rotor.flux_vs, t);
+        let Circuit { current, k_r, rotor_resistance_ohm: r_r, inverse_t_r, .. } = s.circuit;
         let iron_a = match &g.optimal_flux {
             Some(o) if o.iron.conductance_s > T::zero() => o.iron.conductance_s * s.omega_s * norm(s.rotor.flux_vs),
             _ => T::zero(),
@@ -245,7 +261,7 @@ impl<T: Scalar> FieldOriented<T> {
             let x = s.omega_s * t;
             seen -= s.rotor.flux_vs * (k_r * x * x / (T::from_f64(12.0) * current.leakage_inductance_h));
         }
-        model.step(&mut s.rotor, law.rotor_resistance_ohm, seen, m.omega_m, t);
+        s.circuit.flux.step(&mut s.rotor, seen, m.omega_m);
         let psi = match g.orientation {
             Orientation::Indirect => s.rotor.flux_vs * k_r,
             Orientation::Direct { crossover_rad_s } => {
@@ -258,7 +274,6 @@ impl<T: Scalar> FieldOriented<T> {
         };
         let size = norm(psi);
         let asked = reference.rotor_flux_vs.max(T::zero());
-        let r_r = k_r * k_r * law.rotor_resistance_ohm;
         let optimal = match &g.optimal_flux {
             None => asked,
             Some(o) => {
@@ -269,7 +284,7 @@ impl<T: Scalar> FieldOriented<T> {
                     omega_s: s.omega_s,
                     stator_resistance_ohm: law.stator_resistance_ohm,
                     rotor_resistance_ohm: r_r,
-                    mutual_inductance_h: law.model.mutual_inductance_h,
+                    mutual_inductance_h: law.mutual_inductance_h,
                 };
                 o.step(&mut s.optimal_flux, asked, &operation, t)
             }
@@ -282,7 +297,6 @@ impl<T: Scalar> FieldOriented<T> {
             turned * (T::from_f64(1.5) - norm2(turned) * T::from_f64(0.5))
         };
         let i = m.i_s * s.direction.conj();
-        let inverse_t_r = law.rotor_resistance_ohm / model.rotor_inductance_h;
         s.torque_nm = law.torque_factor * size * (i.im - iron_a);
 
         // The flux to be had, and the current for it.
@@ -335,7 +349,7 @@ impl<T: Scalar> FieldOriented<T> {
         let i_wanted = Complex::new(i_d, i_q + iron_a);
         let out = match g.current_control {
             CurrentControl::Continuous => current.step(&mut s.current_integral, &frame, i_wanted, i, emf),
-            CurrentControl::Discrete => s.discrete.step(current, &frame, i_wanted, i, emf),
+            CurrentControl::Discrete => s.discrete.step(&current, &frame, i_wanted, i, emf),
         };
         s.wanted_v = out.wanted_v;
         s.omega_s = frame.omega_s;
@@ -351,10 +365,10 @@ impl<T: Scalar> FieldOriented<T> {
 impl<T: Scalar> BeginsAt<T> for FieldOriented<T> {
     fn begin_at(&mut self, caught: &Caught<T>) {
         let (law, s) = (&self.law, &mut self.state);
-        let psi = caught.rotor_flux_vs * law.k_r;
+        let psi = caught.rotor_flux_vs * s.circuit.k_r;
         s.rotor = RotorFlux::of(caught);
-        s.stator = StatorFlux::at(psi, law.current.leakage_inductance_h, caught.i_s, caught.u_s);
-        s.omega_s = law.model.pole_pairs * caught.omega_m;
+        s.stator = StatorFlux::at(psi, s.circuit.current.leakage_inductance_h, caught.i_s, caught.u_s);
+        s.omega_s = law.pole_pairs * caught.omega_m;
         // Flux that is there is within what the voltage allows.
         s.flux_limit = norm(psi);
         s.wanted_v = norm(psi) * s.omega_s.abs();

@@ -1,23 +1,8 @@
 use super::*;
+use crate::tests::scenario;
 use im_model::machines::{self, NamedMachine};
-use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Sensors, Simulation, Source, Start};
+use im_model::simulation::{Profile, Simulation, Source, Start};
 use im_model::{Effects, Machine};
-
-fn scenario(speed: Profile, flux: f64, load: Profile, duration_s: f64, dc: Option<f64>) -> Scenario {
-    Scenario {
-        source: Source::Controller {
-            name: "field_oriented".into(),
-            observer: None,
-            references: References { speed_rad_s: speed, rotor_flux_vs: flux.into(), torque_nm: 0.0.into() },
-        },
-        inverter: Inverter::Averaged { dc_voltage_v: dc },
-        load: Load { torque_nm: load, quadratic_nm_s2: 0.0 },
-        start: Start::Rest,
-        sensors: Sensors::default(),
-        duration_s,
-        ..Scenario::direct_on_line(0.0, 50.0, duration_s)
-    }
-}
 
 fn data(m: &NamedMachine, overload: f64) -> (Machine<f64>, MachineData<f64>) {
     let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
@@ -56,7 +41,7 @@ fn speed_and_flux_are_followed_from_zero_flux_through_a_load_step() {
         assert!((drive.state.omega_s - 240.0 - slip).abs() < 0.05 * slip, "{} {slip}", drive.state.omega_s - 240.0);
         // With the right parameters the integral is aL_σ i alone, what active damping takes; a wrong R_σ would leave ΔR i there.
         let i = *run.recording.i_s.last().unwrap() * drive.state.direction.conj();
-        let law = drive.law.current;
+        let law = drive.state.circuit.current;
         let left = drive.state.current_integral - i * (law.bandwidth_rad_s * law.leakage_inductance_h);
         assert!(left.norm() < 0.02 * law.resistance_ohm * i.norm() + 0.5, "{left}");
     }
@@ -157,7 +142,7 @@ fn torque_once_there_stays_until_a_quarter_of_the_flux() {
         for share in [before, then] {
             drive.begin_at(&caught(share));
             // The voltage sets no limit yet.
-            drive.state.flux_limit = 0.9 * drive.law.k_r;
+            drive.state.flux_limit = 0.9 * drive.state.circuit.k_r;
             drive.step(&sample(0.0, caught(share).i_s), &Reference { omega_m: 0.0, rotor_flux_vs: 0.9, torque_nm: 0.0 });
         }
         drive.status().has(DriveStatus::MAGNETIZING)
@@ -213,7 +198,7 @@ fn torque_stops_before_the_pull_out() {
     references.torque_nm = 2000.0.into();
     let run = Simulation::new(&machine, &s).controlled_by(&mut drive).with_internals().run().unwrap();
     let w = known.windings;
-    let (psi, l) = (0.9 * w.mutual_inductance_h / w.rotor_inductance_h, drive.law.current.leakage_inductance_h);
+    let (psi, l) = (0.9 * w.mutual_inductance_h / w.rotor_inductance_h, drive.state.circuit.current.leakage_inductance_h);
     let expected = 1.5 * 2.0 * psi * 0.9 * (psi / l + 0.9 / w.mutual_inductance_h);
     let torque = *run.internals.unwrap().torque_nm.last().unwrap();
     assert!((torque / expected - 1.0).abs() < 0.03, "{torque} {expected}");

@@ -29,7 +29,7 @@ use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::error::ControlError;
 use crate::flux::{RotorFlux, RotorFluxModel};
 use crate::flying_start::{BeginsAt, Caught};
-use crate::guard::{self, no_reference};
+use crate::guard::{self, Sampled, no_reference};
 use crate::load_torque::{LoadTorqueEstimate, LoadTorqueObserver};
 use crate::machine_data::MachineData;
 use crate::reference::Shaped;
@@ -175,30 +175,38 @@ impl<T: Scalar> Kenne<T> {
     }
 }
 
+impl<T: Scalar> Sampled<T> for Kenne<T> {
+    #[inline]
+    fn current_max_a(&self) -> T {
+        self.current_max_a
+    }
+
+    #[inline]
+    fn last(&mut self) -> (&mut Reference<T>, &mut Complex<T>, &mut DriveStatus) {
+        let s = &mut self.state;
+        (&mut s.reference, &mut s.command, &mut s.status)
+    }
+
+    #[inline]
+    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
+        self.follow(m, reference)
+    }
+
+    #[inline]
+    fn is_finite(&self) -> bool {
+        let s = &self.state;
+        is_finite(s.current_integral) && s.flux_limit.is_finite() && s.torque_nm.is_finite()
+    }
+
+    fn begin_anew(&mut self) {
+        self.state = self.first;
+    }
+}
+
 impl<T: Scalar> Controller<T> for Kenne<T> {
-    /// A sample that cannot be computed with leaves the last command standing, and the state as it is; should the state leave the finite
-    /// range all the same, it begins anew. One sample later everything is as before.
     #[inline]
     fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
-        let s = &mut self.state;
-        s.reference = guard::numbers(reference, &s.reference);
-        if !guard::is_usable(m, self.current_max_a) {
-            s.status = DriveStatus::OK.and(DriveStatus::CURRENT_LOST);
-            return Command::Voltage(guard::held(s.command));
-        }
-        let reference = s.reference;
-        let u = self.follow(m, &reference);
-        if is_finite(u)
-            && self.state.flux_limit.is_finite()
-            && is_finite(self.state.current_integral)
-            && self.state.torque_nm.is_finite()
-        {
-            self.state.command = u;
-        } else {
-            self.state = State { reference, ..self.first };
-            self.state.status = DriveStatus::OK.and(DriveStatus::RESTARTED);
-        }
-        Command::Voltage(self.state.command)
+        guard::step(self, m, reference)
     }
 }
 

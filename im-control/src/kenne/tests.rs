@@ -1,20 +1,8 @@
 use super::*;
+use crate::tests::scenario;
 use im_model::machines;
-use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Simulation, Source};
+use im_model::simulation::{Profile, Simulation, Source};
 use im_model::{Effects, Machine};
-
-fn scenario(speed: Profile, flux: f64, load: Profile, duration_s: f64, dc: Option<f64>) -> Scenario {
-    Scenario {
-        source: Source::Controller {
-            name: "kenne".into(),
-            observer: None,
-            references: References { speed_rad_s: speed, rotor_flux_vs: flux.into(), torque_nm: 0.0.into() },
-        },
-        inverter: Inverter::Averaged { dc_voltage_v: dc },
-        load: Load { torque_nm: load, quadratic_nm_s2: 0.0 },
-        ..Scenario::direct_on_line(0.0, 50.0, duration_s)
-    }
-}
 
 #[test]
 fn speed_and_flux_are_followed_from_zero_flux_through_a_load_step() {

@@ -1,6 +1,7 @@
 use super::*;
+use crate::tests::through;
 use im_model::machines::{self, NamedMachine};
-use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Simulation, Source};
+use im_model::simulation::Simulation;
 use im_model::{Effects, Machine};
 use proptest::prelude::*;
 
@@ -17,28 +18,11 @@ fn drive(known: &MachineData<f64>, slip_share: f64) -> VoltsPerHertz<f64> {
     VoltsPerHertz::try_new(known, &gains, 1e-4).unwrap()
 }
 
-fn scenario(speed: &[[f64; 2]], load: &[[f64; 2]], duration_s: f64) -> Scenario {
-    Scenario {
-        source: Source::Controller {
-            name: "volts_per_hertz".into(),
-            observer: None,
-            references: References {
-                speed_rad_s: Profile::points(speed).unwrap(),
-                rotor_flux_vs: 0.9.into(),
-                torque_nm: 0.0.into(),
-            },
-        },
-        inverter: Inverter::Averaged { dc_voltage_v: Some(560.0) },
-        load: Load { torque_nm: Profile::points(load).unwrap(), quadratic_nm_s2: 0.0 },
-        ..Scenario::direct_on_line(0.0, 50.0, duration_s)
-    }
-}
-
 /// The slip of a load is taken out, exactly with the right parameters; without compensation it is there, R_R τ/((3/2) n_p ψ_R²) to the drop of ψ_R.
 #[test]
 fn the_slip_of_a_load_is_compensated() {
     let (machine, known) = data();
-    let s = scenario(&[[0.0, 0.0], [0.5, 0.0], [0.5, 100.0]], &[[0.0, 0.0], [2.0, 0.0], [2.2, 20.0]], 4.0);
+    let s = through(&[[0.0, 0.0], [0.5, 0.0], [0.5, 100.0]], &[[0.0, 0.0], [2.0, 0.0], [2.2, 20.0]], 4.0);
     let speed = |share: f64| {
         let mut d = drive(&known, share);
         let run = Simulation::new(&machine, &s).controlled_by(&mut d).run().unwrap();
@@ -60,7 +44,7 @@ fn the_slip_of_a_load_is_compensated() {
 fn an_overload_slows_it_down_and_does_not_stall_it() {
     let (machine, known) = data();
     for (load, slowed) in [(35.0, 100.0), (50.0, 95.0)] {
-        let s = scenario(
+        let s = through(
             &[[0.0, 0.0], [0.5, 0.0], [0.5, 100.0]],
             &[[0.0, 0.0], [2.0, 0.0], [2.2, load], [2.25, load], [2.35, 5.0]],
             5.0,
@@ -79,7 +63,7 @@ fn an_overload_slows_it_down_and_does_not_stall_it() {
 #[test]
 fn without_droop_it_swings() {
     let (machine, known) = data();
-    let s = scenario(&[[0.0, 0.0], [0.5, 0.0], [0.5, 50.0]], &[[0.0, 0.0]], 6.0);
+    let s = through(&[[0.0, 0.0], [0.5, 0.0], [0.5, 50.0]], &[[0.0, 0.0]], 6.0);
     let swing = |droop: f64| {
         let gains = VoltsPerHertzGains { droop, ..VoltsPerHertzGains::typical(&known, 0.9) };
         let mut d = VoltsPerHertz::try_new(&known, &gains, 1e-4).unwrap();
@@ -100,7 +84,7 @@ fn it_is_damped_at_light_load_with_effects_that_it_does_not_know() {
     e.voltage_delay.delay_s = 1e-4;
     let machine = Machine::try_new(M.parameters(), M.pole_pairs, e).unwrap();
     for speed in [15.0, 40.0, 80.0] {
-        let s = scenario(&[[0.0, 0.0], [0.5, 0.0], [0.5, speed]], &[[0.0, 0.0]], 4.0);
+        let s = through(&[[0.0, 0.0], [0.5, 0.0], [0.5, speed]], &[[0.0, 0.0]], 4.0);
         let mut d = drive(&known.delayed(1e-4), 1.0);
         let run = Simulation::new(&machine, &s).controlled_by(&mut d).run().unwrap();
         let end = &run.recording.omega_m[35_000..];
@@ -112,7 +96,7 @@ fn it_is_damped_at_light_load_with_effects_that_it_does_not_know() {
 #[test]
 fn above_the_voltage_the_flux_gives_way() {
     let (machine, known) = data();
-    let s = scenario(&[[0.0, 0.0], [0.5, 0.0], [0.5, 300.0]], &[[0.0, 0.0], [3.0, 0.0], [3.2, 4.0]], 6.0);
+    let s = through(&[[0.0, 0.0], [0.5, 0.0], [0.5, 300.0]], &[[0.0, 0.0], [3.0, 0.0], [3.2, 4.0]], 6.0);
     let mut d = drive(&known, 1.0);
     let run = Simulation::new(&machine, &s).controlled_by(&mut d).run().unwrap();
     assert!((run.state.omega_m - 300.0).abs() < 3.0, "{}", run.state.omega_m);
