@@ -40,14 +40,14 @@ pub struct Bench<T> {
 
 impl<T: Scalar> Bench<T> {
     /// Puts a machine on the bench in a state. Commands before the start are taken as zero.
-    pub fn new(machine: &Machine<T>, state: State<T>, sample_time_s: f64) -> Self {
+    pub fn new(machine: &Machine<T>, state: State<T>, sample_time_s: T) -> Self {
         let plant = Plant::new(machine);
-        let substeps = plant.substeps(sample_time_s);
+        let substeps = plant.substeps(sample_time_s.value());
         let delay = plant.effects().transport_delay(plant.on(), T::zero());
         Self {
             state,
-            sample_time: T::from_f64(sample_time_s),
-            substep: sample_time_s / f64::from(substeps),
+            sample_time: sample_time_s,
+            substep: sample_time_s.value() / f64::from(substeps),
             substeps,
             commands: [Complex::zero(); HISTORY],
             filters: [state.omega_m; FILTER_STATES],

@@ -73,7 +73,7 @@ fn sensorless<O: Named<f32>>(machine: &Machine<f64>) -> Option<Sensorless<f32, F
 
 /// A loaded drive at speed: what it measured over a thousand samples, and the drive before them.
 fn recorded<C: Controller<f32> + Clone>(machine: &Machine<f64>, drive: &mut C, samples: &mut Samples) -> (C, f32) {
-    let mut bench = Bench::new(&machine.cast::<f32>(), State::default(), T);
+    let mut bench = Bench::new(&machine.cast::<f32>(), State::default(), T as f32);
     let mut u_s = Complex::new(0.0, 0.0);
     let mut before = drive.clone();
     for k in 0..9000 + STEPS {

@@ -38,7 +38,7 @@ fn run_up() -> Option<f32> {
     e.rotor_asymmetry.unbalance_direct = 0.02;
     e.coulomb_friction.torque_nm = 0.2;
     let machine = Machine::try_new(m.parameters(), m.pole_pairs, e).ok()?.cast::<f32>();
-    let mut bench = Bench::new(&machine, State::default(), 1e-4);
+    let mut bench = Bench::new(&machine, State::default(), 1e-4f32);
     let turn = im_model::space_vector::unit(0.031_415_927_f32);
     let mut u = Complex::new(326.6, 0.0);
     for _ in 0..10_000 {
@@ -71,7 +71,7 @@ fn observed() -> Option<f32> {
 
 /// The error of one after a second and a half; infinite when the estimate is not valid.
 fn error(machine: &Machine<f64>, observer: &impl Observer<f32>) -> f32 {
-    let mut bench = Bench::new(&machine.cast::<f32>(), State::default(), 1e-4);
+    let mut bench = Bench::new(&machine.cast::<f32>(), State::default(), 1e-4f32);
     let turn = im_model::space_vector::unit(0.031_415_927_f32);
     let mut state = Default::default();
     let mut u = Complex::new(326.6, 0.0);
@@ -97,7 +97,7 @@ fn identified() -> Option<f32> {
     let identifier =
         KenneRotorResistance::try_new(&windings, m.pole_pairs, &KenneSettings { start_ohm: 0.5 * truth, ..settings }, 1e-4)
             .ok()?;
-    let mut bench = Bench::new(&machine, State::default(), 1e-4);
+    let mut bench = Bench::new(&machine, State::default(), 1e-4f32);
     let turn = im_model::space_vector::unit(0.031_415_927_f32);
     let mut state = identifier.start();
     let mut u_s = Complex::new(326.6, 0.0);
@@ -119,7 +119,7 @@ fn controlled<C: Controller<f32> + BeginsAt<f32> + Reports + Clone>(
 ) -> Option<f32> {
     let controller = FlyingStart::try_new(controller, known, 1e-4).ok()?;
     let mut drive = Drive::try_new(controller, &DriveLimits::generous(known, 157.0, 0.9)).ok()?;
-    let mut bench = Bench::new(machine, State::default(), 1e-4);
+    let mut bench = Bench::new(machine, State::default(), 1e-4f32);
     let mut u_s = Complex::new(0.0, 0.0);
     for _ in 0..10_000 {
         let shown = bench.output();

@@ -25,7 +25,8 @@ The commissioning knows the motor's rating, rated current, pole pairs and voltag
 commanded voltages and the dc link. The bench is a bridge at 10 kHz with 2 us of dead time and 1 V of drop, current \
 noise of 0.4 % and a converter's step of 0.2 % of the rated current; --scenario gives another inverter, sensors, load and \
 sampling time. An interval holds the truth in 95 of 100 cases for what the data show; errors of the sensors' gain are not \
-in it. The recording has a row for each millisecond, with the speed of the bench's own sensor.")]
+in it. The recording holds the three seconds in which the shaft begins to turn, at every sample, with \
+the speed of the bench's own sensor.")]
 pub struct Args {
     /// The machine that is to be found: a motor.toml with its effects
     #[arg(long, value_name = "FILE")]
@@ -54,7 +55,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.record.as_deref().map_or(Ok(()), |path| outputs.file(path))?;
     let motor = MotorFile::read(&args.motor)?;
     let mut scenario = args.scenario.as_ref().map_or_else(|| Ok(bench(&motor)), Scenario::read)?;
-    scenario.record_every = (1e-3 / scenario.sample_time_s).round().max(1.0) as u32;
+    scenario.record_every = 1;
     if let Some(seed) = args.seed {
         scenario.sensors.seed = seed;
     }
@@ -65,13 +66,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let input = |e: &dyn std::fmt::Display| Failure::Input(format!("{}: {e}", args.motor.display()));
     let done = result.map_err(|e| input(&e))?;
     if let (Err(_), Some(path)) = (&done.outcome, &args.record) {
-        done.run.recording.write_csv(path)?;
+        done.record().write_csv(path)?;
     }
     let found = done.outcome.map_err(|fault| input(&format!("the commissioning ended early: {fault}")))?;
     let file = found.motor_file(&motor.name, &done.plan).map_err(|e| input(&e))?;
     together(|| {
         file.write(&args.output)?;
-        args.record.as_deref().map_or(Ok(()), |path| done.run.recording.write_csv(path))
+        args.record.as_deref().map_or(Ok(()), |path| done.record().write_csv(path))
     })?;
     let rows = done.comparisons(&found, &motor.machine, &scenario.inverter);
     Ok(if args.json { as_json(args, &done, &found, &rows) } else { table(args, &done, &found, &rows) }?)
@@ -127,7 +128,7 @@ fn table(args: &Args, done: &SimulatedCommissioning, found: &Commissioned, rows:
             out,
             "{}: {} rows; im diagnose --motor {} --train {}",
             path.display(),
-            done.run.recording.len(),
+            done.record().len(),
             args.output.display(),
             path.display()
         )?;

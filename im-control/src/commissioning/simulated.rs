@@ -7,7 +7,7 @@ use im_model::simulation::{
     Bridge, CarrierPwm, Command, Controller, Inverter, Load, Measured, Profile, Reference, References, Run, Scenario, Sensors,
     Simulation, SimulationError, Source,
 };
-use im_model::{Machine, MotorFile, TParameters};
+use im_model::{Machine, MotorFile, Recording, TParameters};
 
 use super::{Commissioned, Commissioning, CommissioningFault, CommissioningPlan, CommissioningStage, Found, LONGEST_S};
 
@@ -47,7 +47,8 @@ impl Comparison {
 }
 
 /// The bench that a motor is commissioned on where no scenario describes another: a bridge of 1.05 times what the rated voltage needs, 10 kHz, 2 µs of dead time,
-/// 1 V of drop, noise of 0.4 % and a converter's step of 0.2 % of the rated current.
+/// 1 V of drop, noise of 0.4 % and a converter's step of 0.2 % of the rated current, and a speed sensor, which the commissioning does not look at, with noise of 0.05 % of
+/// the synchronous speed.
 pub fn bench(motor: &MotorFile) -> Scenario {
     let rated = motor.rating.current_peak_a(motor.machine.parameters(), motor.machine.pole_pairs());
     let bridge = Bridge {
@@ -58,7 +59,13 @@ pub fn bench(motor: &MotorFile) -> Scenario {
     };
     Scenario {
         inverter: Inverter::CarrierPwm(CarrierPwm { half_period_s: 5e-5 }, bridge),
-        sensors: Sensors { current_noise_a: 0.004 * rated, current_step_a: 0.002 * rated, seed: 1, ..Sensors::default() },
+        sensors: Sensors {
+            current_noise_a: 0.004 * rated,
+            current_step_a: 0.002 * rated,
+            speed_noise_rad_s: 5e-4 * motor.rating.synchronous_speed_rad_s(motor.machine.pole_pairs()),
+            seed: 1,
+            ..Sensors::default()
+        },
         load: Load { torque_nm: 0.0.into(), quadratic_nm_s2: 0.0 },
         ..Scenario::direct_on_line(1.0, 50.0, LONGEST_S)
     }
@@ -107,7 +114,31 @@ pub fn commission(
     Ok(SimulatedCommissioning { plan, run, outcome, peak_current_a })
 }
 
+/// The part of the run that is kept: so long, s, and so much of it before the shaft moves.
+const KEPT_S: f64 = 3.0;
+const KEPT_BEFORE_S: f64 = 0.2;
+
 impl SimulatedCommissioning {
+    /// What `im diagnose` gets: three seconds at every sample, from just before the shaft begins to turn; where it did not, the last three. What standstill shows is in
+    /// the values found; and over a row of several samples the voltage of a turning machine is no constant.
+    pub fn record(&self) -> Recording {
+        let all = &self.run.recording;
+        let rows = |seconds: f64| (seconds / all.sample_time_s) as usize;
+        let slow = 0.02 * self.plan.rating.synchronous_speed_rad_s(self.plan.pole_pairs);
+        let moves = all.omega_m.iter().position(|omega| omega.abs() > slow);
+        let first = moves.unwrap_or(all.len()).saturating_sub(rows(KEPT_BEFORE_S)).min(all.len().saturating_sub(rows(KEPT_S)));
+        let kept = first..all.len().min(first + rows(KEPT_S));
+        Recording {
+            name: all.name.clone(),
+            start_s: 0.0,
+            sample_time_s: all.sample_time_s,
+            u_s: all.u_s[kept.clone()].to_vec(),
+            i_s: all.i_s[kept.clone()].to_vec(),
+            omega_m: all.omega_m[kept.clone()].to_vec(),
+            tau_load: all.tau_load.as_ref().map(|tau| tau[kept].to_vec()),
+        }
+    }
+
     /// What was found beside what the motor has. Of the leakage only what shows at the terminals; friction over that which takes rated torque at rated speed.
     pub fn comparisons(&self, found: &Commissioned, machine: &Machine<f64>, inverter: &Inverter) -> Vec<Comparison> {
         let (p, e, rating) = (machine.parameters(), machine.effects(), &self.plan.rating);

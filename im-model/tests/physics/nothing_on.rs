@@ -8,7 +8,7 @@ use crate::lab::{self, Supply};
 
 /// Currents and speeds of a start with a load step.
 fn start<T: Scalar>(m: &Machine<T>, samples: usize) -> Vec<[f64; 3]> {
-    let mut bench = Bench::new(m, State::default(), lab::T);
+    let mut bench = Bench::new(m, State::default(), T::from_f64(lab::T));
     let supply = Supply::rated_flux(50.0);
     let each = |k| {
         let u = supply.mean(k);

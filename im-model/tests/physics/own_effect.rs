@@ -111,7 +111,7 @@ impl<T: Scalar> Hooks<T> for Warm<T> {
 register_effect!(pub WarmEffect: Warm);
 
 fn start<T: Scalar>(m: &Machine<T>) -> (Vec<[T; 3]>, f64) {
-    let mut bench = Bench::new(m, State::default(), lab::T);
+    let mut bench = Bench::new(m, State::default(), T::from_f64(lab::T));
     let plant = *bench.plant();
     let mut ledger = Ledger::new(&plant, bench.state());
     let supply = lab::Supply::rated_flux(50.0);

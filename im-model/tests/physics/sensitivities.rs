@@ -9,7 +9,7 @@ const SAMPLES: usize = 250;
 
 /// What the sensors show during a start, a reversal of the load and a step of the voltage, with a fixed number of steps.
 fn outputs<T: Scalar>(m: &Machine<T>, substeps: u32) -> Vec<[T; 3]> {
-    let mut bench = Bench::new(m, State::default(), lab::T).with_substeps(substeps);
+    let mut bench = Bench::new(m, State::default(), T::from_f64(lab::T)).with_substeps(substeps);
     assert_eq!(bench.substeps(), substeps, "finite differences need the same steps");
     let supply = Supply::rated_flux(50.0);
     let each = |k| {

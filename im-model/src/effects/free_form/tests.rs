@@ -74,7 +74,7 @@ fn derivatives_by_the_coefficients_are_exact() {
                 (0..300).for_each(|_| bench.advance(&PlantInput::new(Complex::new(200.0, 30.0), 2.0)));
                 bench.output()
             };
-            let mut bench = Bench::new(&seeded, State::turning(Dual::constant(100.0)), T);
+            let mut bench = Bench::new(&seeded, State::turning(Dual::constant(100.0)), Dual::constant(T));
             let c = Dual::constant;
             (0..300).for_each(|_| bench.advance(&PlantInput::new(Complex::new(c(200.0), c(30.0)), c(2.0))));
             let h = 1e-5 * id.parameters()[0].typical.1;

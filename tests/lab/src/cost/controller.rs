@@ -54,7 +54,7 @@ fn looped<T: Scalar, C: Controller<T>>(controller: C, closed: bool) -> Loop<T, C
     let start = State::turning(c(120.0));
     let mut l = Loop {
         controller,
-        bench: Some(Bench::new(&machine(), start, 1e-4)),
+        bench: Some(Bench::new(&machine(), start, T::from_f64(1e-4))),
         measured: Measured {
             i_s: Complex::new(T::zero(), T::zero()),
             omega_m: c(120.0),

@@ -65,7 +65,7 @@ fn running_as<T: Scalar>(m: &Machine<f64>, seed: impl Fn(f64, usize) -> T) -> Be
         let place = [0, 1, 2, 4, 5, 6].iter().position(|&k| id == ParameterId::Base(BaseParameter::ALL[k]));
         place.map_or(T::from_f64(value), |k| seed(value, k))
     });
-    Bench::new(&seeded, x.map(|x| T::from_f64(*x)), SAMPLE_TIME_S)
+    Bench::new(&seeded, x.map(|x| T::from_f64(*x)), T::from_f64(SAMPLE_TIME_S))
 }
 
 /// N base parameters seeded with relative slopes.

@@ -46,7 +46,7 @@ fn works<T: Scalar>(machine: &Machine<T>) -> bool {
     let g = machine.parameters().inverse_gamma();
     let constants =
         [d.sigma, d.eta, d.beta, d.gamma, d.mu, d.sigma_l_s, d.eta_l_m, g.leakage_inductance_h, g.rotor_resistance_ohm];
-    let mut bench = Bench::new(machine, State::default(), H);
+    let mut bench = Bench::new(machine, State::default(), T::from_f64(H));
     let followed = bench.plant().followed(H).is_ok();
     for _ in 0..3 {
         bench.advance(&PlantInput::new(vector(300.0, -50.0), T::from_f64(1.0)));
