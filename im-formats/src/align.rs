@@ -165,8 +165,8 @@ fn to_one_axis(format: Format, groups: &mut [Group]) -> Result<(), FormatError> 
     Ok(())
 }
 
-/// Straight lines between the samples `(time, values)`, at the times of `axis`, which lie within.
-fn drawn(time: &[f64], values: &[f64], axis: &[f64]) -> Vec<f64> {
+/// Straight lines between the samples `(time, values)`, at the times of `axis`, which increase and lie within.
+pub fn drawn(time: &[f64], values: &[f64], axis: &[f64]) -> Vec<f64> {
     let mut k = 0;
     let at = |t: &f64| {
         while k + 2 < time.len() && time[k + 1] <= *t {

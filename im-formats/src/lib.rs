@@ -34,6 +34,7 @@ mod numbers;
 mod tdms;
 mod zlib;
 
+pub use align::drawn;
 pub use error::FormatError;
 
 /// The example of the README is a test.

@@ -6,6 +6,7 @@ use im_identify::offline::Size;
 use im_model::TextFormat;
 use serde::Deserialize;
 
+use super::also::Also;
 use super::unit::Quantity;
 
 /// A column of the file.
@@ -257,6 +258,8 @@ pub struct Mapping {
     pub label: String,
     /// Data files it belongs to, relative to it; empty: those named like it, or beside it.
     pub files: Vec<String>,
+    /// Files of the same run by other instruments.
+    pub also: Vec<Also>,
     /// How the text is written.
     pub format: TextFormat,
     /// Time.

@@ -11,6 +11,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
 use toml::Spanned;
 
+use super::also::{Also, Clock};
 use super::mapping::{
     Begin, Calibration, Column, CurrentForm, Instant, Line, Load, Mapping, Offset, Signal, Speed, Time, Voltage, VoltageForm,
 };
@@ -45,6 +46,24 @@ struct MappingToml {
     frame: Option<Spanned<FrameToml>>,
     speed: Option<Spanned<SpeedToml>>,
     load: Option<Spanned<LoadToml>>,
+    #[serde(default)]
+    also: Vec<Spanned<AlsoToml>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AlsoToml {
+    file: String,
+    time: ColumnToml,
+    shift_s: Option<Number>,
+    align: Option<AlignToml>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AlignToml {
+    column: ColumnToml,
+    with: ColumnToml,
 }
 
 /// One name, or a list of them.
@@ -407,6 +426,7 @@ impl Mapping {
         };
         Ok(Self {
             label: label.to_owned(),
+            also: m.also.into_iter().map(|t| also(&toml, t, files.len())).collect::<Result<_, _>>()?,
             files,
             angle,
             format: m.text.map_or_else(TextFormat::default, TextFormat::from),
@@ -445,6 +465,27 @@ impl From<TextToml> for TextFormat {
             skip_after_header: t.skip_after_header.unwrap_or_default().0 as usize,
         }
     }
+}
+
+fn also(toml: &TomlText<'_>, table: Spanned<AlsoToml>, files: usize) -> Result<Also, FileError> {
+    let (at, t) = (table.span(), table.into_inner());
+    if files > 1 {
+        return Err(toml.refused(
+            at,
+            "file",
+            "given beside several files",
+            "a mapping of its own for each run that has other files",
+        ));
+    }
+    let clock = match (t.shift_s, t.align) {
+        (Some(_), Some(_)) => return Err(toml.refused(at, "shift_s", "given beside align", "one of them")),
+        (shift, None) => Clock::Shift(shift.map_or(0.0, |s| s.0)),
+        (None, Some(a)) => {
+            Clock::Alike { column: Box::new(plain_signal(toml, a.column)?), with: Box::new(plain_signal(toml, a.with)?) }
+        }
+    };
+    let time = signal(toml, t.time, Some(Quantity::Time), &PLAIN)?;
+    Ok(Also { file: t.file, time, clock, line: toml.line(at.start) })
 }
 
 fn time(toml: &TomlText<'_>, table: Spanned<TimeToml>) -> Result<Time, FileError> {

@@ -2,6 +2,7 @@
 //!
 //! file → [`raw`] columns → ([`mapping`]) → [`signals`] in SI units → ([`quality`]) → [`Intake`].
 
+pub mod also;
 pub mod columns;
 mod decimate;
 pub mod draft;
@@ -9,6 +10,7 @@ mod encoder;
 mod error;
 pub mod finding;
 mod instant;
+mod lag;
 mod load_plan;
 pub mod mapping;
 mod mapping_file;
@@ -113,6 +115,12 @@ impl Origin<'_> {
 }
 
 fn read_one(origin: Origin<'_>, mapping: Option<Mapping>, motor: &MotorFile) -> Result<Intake, IntakeError> {
+    if let (Origin::File(path), Some(m)) = (origin, &mapping)
+        && !m.also.is_empty()
+    {
+        let joined = also::join(path, m)?;
+        return read_one(Origin::Columns(&joined), joined.mapping.clone(), motor);
+    }
     let label = origin.label();
     let format = mapping.as_ref().map_or_else(TextFormat::default, |m| m.format);
     let mut rows = origin.rows(&label, format)?;
@@ -190,6 +198,7 @@ fn guess(origin: Origin<'_>, label: &str, motor: &MotorFile) -> Result<(Mapping,
 pub fn files(path: &Path, mapping: Option<&Path>) -> Result<Vec<PathBuf>, FileError> {
     let mut files = vec![path.to_path_buf()];
     for (data, mapping) in sources(path, mapping)? {
+        files.extend(mapping.iter().flat_map(|m| also::files(&data, m)));
         files.push(data);
         files.extend(mapping.map(|m| PathBuf::from(m.label)));
     }
@@ -255,6 +264,7 @@ fn canonical<R: std::io::BufRead>(rows: &mut Rows<'_, R>, label: &str) -> Result
     Ok(Mapping {
         label: label.to_owned(),
         files: Vec::new(),
+        also: Vec::new(),
         format: TextFormat::default(),
         time: Time {
             signal: Some(signal(found.time)),

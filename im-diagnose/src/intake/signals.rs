@@ -311,7 +311,12 @@ impl Read<'_> {
 }
 
 /// The unit of a signal in SI: as the mapping says, else as the column's name says.
-fn unit_of(signal: &Signal, table: &RawTable, mapping: &Mapping, quantity: Option<Quantity>) -> Result<f64, FileError> {
+pub(super) fn unit_of(
+    signal: &Signal,
+    table: &RawTable,
+    mapping: &Mapping,
+    quantity: Option<Quantity>,
+) -> Result<f64, FileError> {
     let Some(quantity) = quantity else { return Ok(signal.unit.unwrap_or(1.0)) };
     if let Some(unit) = signal.unit {
         return Ok(unit);

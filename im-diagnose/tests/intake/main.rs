@@ -1,5 +1,6 @@
 //! Recordings as laboratories have them.
 
+mod also;
 mod draft;
 mod findings;
 mod formats;
