@@ -3,6 +3,7 @@
 use crate::air_gap::AirGapSaturation;
 use crate::effects::{EffectId, Effects, ParameterInfo, ScaleOf};
 use crate::error::{Bound, ModelError};
+use crate::nameplate::INERTIA_CONSTANT_S;
 use crate::parameters::{BaseParameter, TParameters};
 use crate::scalar::Scalar;
 
@@ -194,15 +195,15 @@ impl Rating {
         Self::BOUNDS.into_iter().zip(values).try_for_each(|((key, bound), x)| bound.check(key, x))
     }
 
-    /// A plausible rating when none is given: 50 Hz, one volt-second of flux scaled so that the magnetizing current is a third of
-    /// the current at rated slip, and the torque of a slip of R_r at 4 %.
+    /// A plausible rating when none is given, of the size that the inertia tells: 50 Hz, the torque that brings it to synchronous speed with
+    /// a kinetic energy of 0.14 s times the power (as the guess from a [`Nameplate`](crate::Nameplate)), and the rotor flux that makes this torque at a slip of
+    /// 4 %. A load's inertia in the file makes it as much too large.
     pub fn guess(p: &TParameters<f64>, pole_pairs: u32) -> Self {
+        let n_p = f64::from(pole_pairs);
         let w = 2.0 * core::f64::consts::PI * 50.0;
-        // Rated flux such that the slip current at 4 % is about twice the magnetizing current is a property of the machine's
-        // size, not of its parameters; 0.95 Vs is that of 400-V machines at 50 Hz.
-        let flux = 0.95;
+        let torque = p.inertia_kg_m2 * (w / n_p) / (2.0 * INERTIA_CONSTANT_S);
         let slip = 0.04 * w;
-        let torque = 1.5 * f64::from(pole_pairs) * flux * flux * slip / p.rotor_resistance_ohm;
+        let flux = Scalar::sqrt(torque * p.rotor_resistance_ohm / (1.5 * n_p * slip));
         Self { torque_nm: torque, electrical_frequency_hz: 50.0, phase_voltage_peak_v: flux * w * 1.08, rotor_flux_vs: flux }
     }
 

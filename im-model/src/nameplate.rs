@@ -30,7 +30,7 @@ const LEAKAGES: [f64; 2] = [0.2, 5.0];
 /// Iron, friction and stray losses over all losses.
 const CONSTANT_LOSS_SHARE: f64 = 0.2;
 /// Kinetic energy at synchronous speed over rated power, s.
-const INERTIA_CONSTANT_S: f64 = 0.14;
+pub(crate) const INERTIA_CONSTANT_S: f64 = 0.14;
 
 /// How the rotor of a machine is designed: by NEMA MG 1 (A to D) and IEC 60034-12 (N, H). Standard machines are B or N.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

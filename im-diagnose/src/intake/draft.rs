@@ -371,10 +371,7 @@ const TIME_UNIT: &str = "# unit of time\n";
 
 /// Currents that fit the motor only when they are turned round have the other sign.
 fn current_sign(text: &mut String, d: &mut Draft, steady: &steady::Steady, motor: &MotorFile) {
-    let z = steady.u / steady.i;
-    let z = if steady.omega < 0.0 { z.conj() } else { z };
-    let model = steady::Impedances::of(&motor.machine, steady.u.norm(), steady.omega.abs());
-    let (as_is, turned) = (model.fit(z).off, model.fit(-z).off);
+    let (as_is, turned) = (impedance_fit(steady, 1.0, motor).off, impedance_fit(steady, -1.0, motor).off);
     if as_is > 0.5 && turned < 0.4 * as_is && turned < 0.5 {
         d.guesses.push("The currents point the other way against the voltages: turned back they fit the motor".to_owned());
         *text =
@@ -473,10 +470,33 @@ fn twin(x: &[f64], y: &[f64]) -> bool {
     xx > 0.0 && yy > 0.0 && xy / (xx * yy).sqrt() > 0.98 && (0.5..2.0).contains(&(xy / xx))
 }
 
+/// Whether the machine draws at reduced voltage what it draws with its rotor locked: beyond breakdown no machine runs steadily.
+fn stands(steady: &steady::Steady, motor: &MotorFile) -> bool {
+    let fit = impedance_fit(steady, 1.0, motor);
+    steady.u.norm() < REDUCED * motor.rating.phase_voltage_peak_v && fit.slip > BREAKDOWN && fit.off < 0.5
+}
+
+/// Share of the rated voltage up to which rotors are locked, and a slip beyond that of breakdown.
+const REDUCED: f64 = 0.6;
+const BREAKDOWN: f64 = 0.4;
+
+/// How voltage over current, times a sign, fits the motor.
+fn impedance_fit(steady: &steady::Steady, sign: f64, motor: &MotorFile) -> steady::ImpedanceFit {
+    let z = steady.u / steady.i;
+    let z = if steady.omega < 0.0 { z.conj() } else { z };
+    steady::Impedances::of(&motor.machine, steady.u.norm(), steady.omega.abs()).fit(z * sign)
+}
+
 fn speed_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turning: Option<&steady::Steady>, motor: &MotorFile) {
     let speeds = (0..seen.len()).filter(|&k| !seen[k].taken && seen[k].quantity == Some(Quantity::Speed));
     let Some(k) = speeds.filter(|&k| seen[k].origin <= Origin::Filter).min_by_key(|&k| seen[k].origin) else {
         d.guesses.push("No column looks like a speed: the currents alone are compared".to_owned());
+        if turning.is_some_and(|t| stands(t, motor)) {
+            d.guesses.push(
+                "The impedance is that of a rotor that stands, at reduced voltage: if it was locked, say locked = true in [speed]"
+                    .to_owned(),
+            );
+        }
         let _ = writeln!(text, "# [speed]                      # column = …, unit = \"rpm\"; or locked = true\n");
         return;
     };

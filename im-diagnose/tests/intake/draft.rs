@@ -1,8 +1,13 @@
 //! Files that nobody described.
 
-use im_diagnose::intake::IntakeError;
+use std::path::Path;
 
-use crate::simulated::{Folder, column, columns, csv, start, take, taken};
+use im_diagnose::intake::IntakeError;
+use im_model::simulation::{Scenario, Simulation};
+use im_model::space_vector::to_phases;
+use im_model::{Complex, Machine};
+
+use crate::simulated::{Folder, column, columns, csv, motor, start, take, taken};
 
 #[test]
 fn a_foreign_file_is_guessed_and_read_as_if_it_had_been_described() {
@@ -233,4 +238,32 @@ fn counts_delays_and_measured_voltages_are_said_by_the_mapping() {
     assert!(!t.measured_voltage);
     assert!(taken("metered", &with, &mapping("measured = true\n")).measured_voltage);
     assert!(taken("sampled", &with, &mapping("instant = \"sample\"\n")).measured_voltage);
+}
+
+/// A locked rotor at a fifth of the voltage, no load and a start, without a column of the speed: the first alone is taken for a standing rotor.
+#[test]
+fn a_standing_rotor_is_suggested_by_its_impedance() {
+    let said = |name: &str, peak_v: f64, locked: bool| {
+        let scenario = format!(
+            "[scenario]\nduration_s = 0.8\nsample_time_s = 2e-4\n[mains]\nvoltage_peak_v = {peak_v}\nfrequency_hz = 50\n[sensors]\nseed = 1\n"
+        );
+        let scenario = Scenario::parse(&scenario, "scenario.toml", Path::new("")).unwrap();
+        let mut p = *motor().machine.parameters();
+        if locked {
+            // What no torque of a test moves.
+            p.inertia_kg_m2 = 1e4;
+        }
+        let machine = Machine::base(p, 2).unwrap();
+        let r = Simulation::new(&machine, &scenario).run().unwrap().recording;
+        let phases = |x: &[Complex<f64>], k: usize| x.iter().map(|v| to_phases(*v)[k]).collect::<Vec<f64>>();
+        let mut all = vec![("t_s", (0..r.len()).map(|k| r.time_s(k)).collect())];
+        all.extend(["u1_V", "u2_V", "u3_V"].into_iter().enumerate().map(|(k, n)| (n, phases(&r.u_s, k))));
+        all.extend(["i1_A", "i2_A", "i3_A"].into_iter().enumerate().map(|(k, n)| (n, phases(&r.i_s, k))));
+        let folder = Folder::new(name);
+        take(&folder.put("run.csv", csv(&all))).unwrap().draft.unwrap().guesses.join("\n")
+    };
+    let (locked, free) = (said("locked", 65.0, true), said("free", 326.6, false));
+    assert!(locked.contains("locked = true"), "{locked}");
+    assert!(!free.contains("locked = true"), "{free}");
+    assert!(!said("reduced", 150.0, false).contains("locked = true"));
 }
