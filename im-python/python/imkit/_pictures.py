@@ -14,7 +14,7 @@ def axes(ax: Any, rows: int = 1, share: bool = True) -> Any:
     try:
         from matplotlib import pyplot
     except ImportError as e:
-        raise ImportError("plot() needs Matplotlib: pip install 'imkit[plot]'") from e
+        raise ImportError("plot() needs Matplotlib: pip install matplotlib") from e
     return pyplot.subplots(rows, 1, sharex=share, squeeze=False, figsize=(8, 2.2 * rows + 1))[1][:, 0]
 
 

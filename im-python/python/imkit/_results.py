@@ -288,6 +288,8 @@ class NextTest:
         return self._answer
 
     def __repr__(self) -> str:
+        if not self.open:
+            return "NextTest(nothing is open: no rivals, no suspect, every effect seen)"
         return f"NextTest(open={self.open}, {self.what!r})"
 
 

@@ -235,7 +235,7 @@ class _RayActors:
         try:
             import ray
         except ImportError as e:
-            raise ImportError("the engine ray needs Ray: pip install 'imkit[ray]'") from e
+            raise ImportError("the engine ray needs Ray: pip install ray") from e
         if not ray.is_initialized():
             ray.init(log_to_driver=False)
         self._ray = ray

@@ -1,4 +1,4 @@
-"""MAT files in and out, by SciPy, those of version 7.3 by h5py (``pip install 'imkit[mat]'``)."""
+"""MAT files in and out, by SciPy, those of version 7.3 by h5py (``pip install scipy h5py``)."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def _read_hdf5(path: str) -> list[tuple[str, np.ndarray]]:
     try:
         import h5py
     except ImportError as e:
-        raise ImportError(f"{path}: MAT version 7.3, which needs h5py: pip install 'imkit[mat]', or save(..., '-v7') in MATLAB") from e
+        raise ImportError(f"{path}: MAT version 7.3, which needs h5py: pip install h5py, or save(..., '-v7') in MATLAB") from e
     found: list[tuple[str, np.ndarray]] = []
 
     def take(name: str, item: Any) -> None:
@@ -105,5 +105,5 @@ def _scipy() -> Any:
     try:
         import scipy.io
     except ImportError as e:
-        raise ImportError("MAT files need SciPy: pip install 'imkit[mat]'") from e
+        raise ImportError("MAT files need SciPy: pip install scipy") from e
     return scipy.io
