@@ -1,10 +1,15 @@
 //! What a mapping says is what is read, and what is wrong with it is said with line and key.
 
+use std::path::Path;
+
 use im_diagnose::intake::mapping::Mapping;
 use im_identify::offline::Experiment;
+use im_model::Complex;
+use im_model::simulation::{Scenario, Simulation};
+use im_model::space_vector::to_phases;
 use proptest::prelude::*;
 
-use crate::simulated::{Folder, MAPPING, columns, csv, start, take, taken};
+use crate::simulated::{Folder, MAPPING, columns, csv, motor, start, take, taken};
 
 fn error(text: &str) -> String {
     Mapping::parse(text, "run.recording.toml").unwrap_err().to_string()
@@ -164,6 +169,49 @@ fn same(a: &Experiment, b: &Experiment) -> Result<(), TestCaseError> {
         }
     }
     Ok(())
+}
+
+/// Three currents through one converter, 50 µs after one another, and the period of an encoder's pulses in ticks of 100 ns, with lines lost.
+#[test]
+fn late_channels_and_periods_are_read_as_what_they_show() {
+    const FINE: &str = "[scenario]\nduration_s = 0.5\nsample_time_s = 5e-5\n[mains]\nvoltage_peak_v = 326.6\nfrequency_hz = 50\n[load]\ntorque_nm = 5\n";
+    let scenario = Scenario::parse(FINE, "scenario.toml", Path::new("")).unwrap();
+    let r = Simulation::new(&motor().machine, &scenario).run().unwrap().recording;
+    let rows: Vec<usize> = (0..r.len() - 4).step_by(4).collect();
+    let phase = |x: &[Complex<f64>], p: usize, late: usize| rows.iter().map(|&k| to_phases(x[k + late])[p]).collect::<Vec<f64>>();
+    let held: Vec<Complex<f64>> = rows.iter().map(|&k| r.u_s[k..k + 4].iter().sum::<Complex<f64>>() / 4.0).collect();
+    let mut all = vec![("t_s", rows.iter().map(|&k| r.time_s(k)).collect::<Vec<f64>>())];
+    for (p, name) in ["u1_V", "u2_V", "u3_V"].into_iter().enumerate() {
+        all.push((name, held.iter().map(|u| to_phases(*u)[p]).collect()));
+    }
+    all.extend(["i1_A", "i2_A", "i3_A"].into_iter().enumerate().map(|(p, name)| (name, phase(&r.i_s, p, p))));
+    // 1024 lines a turn; a counter that waited too long shows nothing.
+    let ticks = |w: f64| if w < 0.5 { 0.0 } else { (std::f64::consts::TAU / 1024.0 / w * 1e7).round() };
+    let mut period: Vec<f64> = rows.iter().map(|&k| ticks(r.omega_m[k])).collect();
+    for k in [900, 1300, 1700] {
+        period[k] *= 2.0;
+    }
+    all.push(("period", period));
+    let read = |delays: [&str; 2], name: &str| {
+        let [b, c] = delays;
+        let mapping = format!(
+            "[time]\ncolumn = \"t_s\"\n[voltage]\na = \"u1_V\"\nb = \"u2_V\"\nc = \"u3_V\"\n[current]\na = \"i1_A\"\n\
+             b = {{ column = \"i2_A\"{b} }}\nc = {{ column = \"i3_A\"{c} }}\n[speed]\ncolumn = \"period\"\nreciprocal = true\n\
+             gain = {}\nunit = \"rad/s\"\nspikes = true\n[load]\nconstant = 5\n",
+            std::f64::consts::TAU / 1024.0 * 1e7
+        );
+        taken(name, &all, &mapping).experiment
+    };
+    let rms = |e: &Experiment, c: usize, truth: &dyn Fn(usize) -> f64| {
+        let values = &e.channels[c].values;
+        (values.iter().enumerate().map(|(k, x)| (x - truth(k)).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
+    };
+    let beta = |k: usize| r.i_s[rows[k]].im;
+    let (late, right) = (read(["", ""], "late"), read([", delay_s = 50e-6", ", delay_s = 100e-6"], "right"));
+    let (before, after) = (rms(&late, 1, &beta), rms(&right, 1, &beta));
+    assert!(after < 0.02 && before > 20.0 * after, "{before} A, {after} A");
+    let speed = rms(&right, 2, &|k| r.omega_m[rows[k]]);
+    assert!(speed < 0.2, "{speed} rad/s");
 }
 
 proptest! {
