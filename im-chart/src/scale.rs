@@ -17,7 +17,11 @@ pub(crate) fn bounds(values: impl Iterator<Item = f64>) -> [f64; 2] {
 pub fn ticks([low, high]: [f64; 2], wanted: f64) -> Vec<(f64, String)> {
     let rough = (high - low) / wanted.max(1.0);
     let power = 10f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].map(|s| s * power).into_iter().find(|s| *s >= rough).unwrap_or(10.0 * power);
+    let count = |step: f64| (high / step + 1e-6).floor() - (low / step - 1e-6).ceil() + 1.0;
+    let steps = [0.5, 1.0, 2.0, 5.0, 10.0].map(|s| s * power);
+    let large = steps.iter().position(|s| *s >= rough).unwrap_or(steps.len() - 1);
+    // One tick is no scale: then the next smaller step.
+    let step = steps[if large > 0 && count(steps[large]) < 2.0 { large - 1 } else { large }];
     let place = (step.log10() + 1e-9).floor();
     let most = low.abs().max(high.abs());
     // Large and small numbers as powers; what differs in a late place, with that place.

@@ -57,8 +57,8 @@ impl Outputs {
     fn distinct(&mut self, path: &Path) -> Result<(), Failure> {
         let same = |other: &&PathBuf| is_same_file(path, other).unwrap_or_else(|_| resolved(path) == resolved(other));
         if let Some(read) = self.read.iter().find(same) {
-            let file = read.display();
-            return Err(Failure::Input(format!("{}: this is {file}, which is read; write to another file", path.display())));
+            let known = if path == read { "is".to_owned() } else { format!("this is {}, which is", read.display()) };
+            return Err(Failure::Input(format!("{}: {known} read by this command; write to another file", path.display())));
         }
         if let Some(other) = self.written.iter().find(same) {
             let file = other.display();

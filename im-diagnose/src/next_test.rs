@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use crate::diagnosis::{NOT_EXCITED, SUSPECTED};
 use crate::residuals::nudged;
 use crate::search::Options;
 use crate::search::score::{Score, ScoreContext, closest};
@@ -89,9 +90,12 @@ pub fn open_after(diagnosis: &Value) -> Vec<EffectId> {
         }
     }
     if open.is_empty() {
-        let unseen = |c: &&Value| c["conclusion"].as_str().is_some_and(|s| s.starts_with("not excited"));
+        let concludes = |c: &&Value| {
+            let unsettled = [NOT_EXCITED, SUSPECTED];
+            c["conclusion"].as_str().is_some_and(|s| unsettled.iter().any(|u| s.starts_with(u)))
+        };
         let ranking = diagnosis["ranking"].as_array().into_iter().flatten();
-        open.extend(ranking.filter(unseen).filter_map(|c| EffectId::from_name(c["effect"].as_str()?)));
+        open.extend(ranking.filter(concludes).filter_map(|c| EffectId::from_name(c["effect"].as_str()?)));
     }
     open
 }

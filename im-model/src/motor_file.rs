@@ -203,6 +203,12 @@ impl MotorFile {
         let p = self.machine.parameters();
         // Writing to a string cannot fail.
         let _ = writeln!(out, "# star-equivalent, T circuit, SI units");
+        if !self.known.is_empty() {
+            let _ = writeln!(
+                out,
+                "# tolerance: in 95 of 100 cases the value is within a factor of 1 + tolerance; measured: of this value instead, known before a fit"
+            );
+        }
         let _ = writeln!(out, "[machine]\nname = {}\npole_pairs = {}\n", quoted(&self.name), self.machine.pole_pairs());
         let _ = writeln!(out, "[machine.parameters]");
         for (parameter, x) in BaseParameter::ALL.into_iter().zip(p.values()) {

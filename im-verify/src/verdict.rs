@@ -1,5 +1,16 @@
 //! What a claim says of a case.
 
+/// Six digits, as powers of ten only where plain digits are long.
+fn say(x: f64) -> String {
+    let plain = (1e-3..1e6).contains(&x.abs()) || x == 0.0;
+    if !plain {
+        return format!("{x:.5e}");
+    }
+    let decimals = (5 - x.abs().max(1e-300).log10().floor() as i32).clamp(0, 8) as usize;
+    let text = format!("{x:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
 /// The answer of a property.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
@@ -27,7 +38,7 @@ impl Verdict {
             return Self::Holds { margin };
         }
         // A number in place of NaN, which files of results cannot hold.
-        Self::Violated { margin: margin.max(-1e300), why: format!("{what}: {is:.6e}, allowed {allowed:.6e}") }
+        Self::Violated { margin: margin.max(-1e300), why: format!("{what}: {}, allowed {}", say(is), say(allowed)) }
     }
 
     /// is ≥ needed, both positive.
@@ -36,7 +47,7 @@ impl Verdict {
         if margin >= 0.0 {
             return Self::Holds { margin };
         }
-        Self::Violated { margin: margin.max(-1e300), why: format!("{what}: {is:.6e}, needed {needed:.6e}") }
+        Self::Violated { margin: margin.max(-1e300), why: format!("{what}: {}, needed {}", say(is), say(needed)) }
     }
 
     /// Something that could not be set up for a case in range: the claim is not shown to hold there.

@@ -89,5 +89,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for path in written.iter().chain(&args.signals) {
         writeln!(out, "\n{}", path.display())?;
     }
+    let page = if written.is_none() { "--out DIR writes this as a page with pictures; " } else { "" };
+    write!(out, "\n{}", wrapped("", &format!("{page}im diagnose fits the motor and names what is missing.")))?;
     Ok(())
 }

@@ -67,7 +67,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if args.json {
             return Ok(writeln!(out, "{}", to_json(&[], &[]))?);
         }
-        writeln!(out, "Nothing is open: the diagnosis left no rivals and saw every effect. Name some with --effect to go on.")?;
+        writeln!(
+            out,
+            "Nothing is open: the diagnosis left no rivals and no suspect, and saw every effect. Name some with --effect to go on."
+        )?;
         return Ok(());
     }
     let limits = Limits { current: args.max_current, speed: args.max_speed, torque: args.max_torque };

@@ -32,7 +32,7 @@ fn no_output_is_an_input() {
         (vec!["design", "kubota", "--motor", &motor, "--region", &region, "-o", &region], "region.toml"),
     ] {
         let message = refused(&args);
-        assert!(message.contains("which is read; write to another file") && message.contains(destroyed), "{message}");
+        assert!(message.contains("read by this command; write to another file") && message.contains(destroyed), "{message}");
     }
     let _ = &region;
     assert!(before(&motor) == kept_motor && before(&run) == kept_run);
@@ -51,7 +51,7 @@ fn the_same_file_is_known_by_every_name() {
     symlink(dir.path("sub"), dir.path("folder")).unwrap();
     for name in ["sub/../motor.toml", "folder/../motor.toml", "link.toml", "hard.toml"] {
         let message = refused(&["add", "--motor", &motor, "--effect", "iron_loss", "-o", &dir.path(name)]);
-        assert!(message.contains("which is read"), "{name}: {message}");
+        assert!(message.contains("read by this command"), "{name}: {message}");
     }
     symlink(dir.path("nowhere.toml"), dir.path("dangling.toml")).unwrap();
     let message = refused(&["add", "--motor", &motor, "--effect", "iron_loss", "-o", &dir.path("dangling.toml")]);

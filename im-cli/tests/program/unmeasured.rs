@@ -50,7 +50,7 @@ fn compare_writes_every_sample_and_refuses_a_file_that_it_reads() {
     done(&["compare", "--motor", &motor, "--data", &data, "--signals", &f.path("s.csv")]);
     assert!(f.read("s.csv").starts_with("recording,t_s,i_alpha_A_measured,i_alpha_A_modelled,i_alpha_A_residual,"));
     let message = refused(&["compare", "--motor", &motor, "--data", &data, "--signals", &data]);
-    assert!(message.contains("which is read"), "{message}");
+    assert!(message.contains("read by this command"), "{message}");
 }
 
 #[test]

@@ -21,6 +21,7 @@ use crate::steady_curve::RatedSupply;
 use crate::uncertainty::{Estimates, MachineQuantity, is_open};
 pub use ranking::Candidate;
 use ranking::ranking;
+pub(crate) use ranking::{NOT_EXCITED, SUSPECTED};
 pub use steps::Step;
 use steps::{Found, steps};
 use verdict::{Left, caused, remainder, unexplained, verdict};

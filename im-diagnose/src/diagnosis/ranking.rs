@@ -8,6 +8,11 @@ use crate::search::score::{LEAST_EXPLAINED_SHARE, Score, strengths};
 use crate::search::{Course, Refinement, Refusal};
 use crate::statistics::{cosine, threshold};
 
+/// How the conclusion begins on an effect that may be missing beside what was found.
+pub(crate) const SUSPECTED: &str = "may be missing, too";
+/// How the conclusion begins on an effect that the recordings cannot show.
+pub(crate) const NOT_EXCITED: &str = "not excited";
+
 /// How a candidate stands after the first round.
 #[derive(Clone, Debug)]
 pub struct Candidate {
@@ -63,9 +68,9 @@ pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, re
             } else if course.stages.iter().flat_map(|s| &s.rivals).any(|e| *e == s.effect) {
                 "explains the data as well as an effect added".into()
             } else if remainder.is_some_and(|r| r.suspect == Some(s.effect)) {
-                "may be missing, too: explains part of what is left, but is not confirmed".into()
+                format!("{SUSPECTED}: explains part of what is left, but is not confirmed")
             } else if !shown(s, usual, threshold) {
-                "not excited: these recordings cannot show it at any usual size".into()
+                format!("{NOT_EXCITED}: these recordings cannot show it at any usual size")
             } else if !first.significant.contains(&s.effect) {
                 "not needed".into()
             } else if !loop_.possible(s) {

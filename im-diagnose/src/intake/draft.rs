@@ -113,6 +113,7 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
     let rest: Vec<&str> = seen.iter().filter(|s| !s.taken).map(|s| s.name).collect();
     if !rest.is_empty() {
         let _ = writeln!(text, "# Not used: {}", rest.join(", "));
+        d.guesses.push(format!("Not used: {}", rest.join(", ")));
     }
     if !sniffed.left_out.is_empty() {
         let _ = writeln!(text, "# Not read: {}", sniffed.left_out.join(", ").replace(char::is_control, "?"));

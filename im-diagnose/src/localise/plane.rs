@@ -75,7 +75,7 @@ pub(super) fn plane(s: &Signals, q: Quantity) -> Option<Plane> {
         format!("the {name} error is much the same at every speed and torque ({} to {} {unit})", say(least), say(worst))
     } else {
         format!(
-            "the {name} error is largest around {} rad/s and {} Nm ({} {unit}, against {} {unit} where it is least)",
+            "over speed and torque the {name} error is largest around {} rad/s and {} Nm ({} {unit}, against {} {unit} where it is least)",
             say(0.5 * (speed_edges[c] + speed_edges[c + 1])),
             say(0.5 * (torque_edges[l] + torque_edges[l + 1])),
             say(worst),

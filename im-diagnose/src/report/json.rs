@@ -13,7 +13,7 @@ impl Story<'_> {
     pub fn to_json(&self) -> Value {
         let said = summary(self);
         let mut all = self.d.to_json();
-        all["summary"] = json!({"cause": said.cause, "sure": said.sure, "would_refute": said.refute});
+        all["summary"] = json!({"cause": said.cause, "beside": said.beside, "sure": said.sure, "would_refute": said.refute});
         all["given"] = self.given.as_ref().map_or(
             Value::Null,
             |(train, holdout)| json!({"train": train.to_json(), "holdout": holdout.as_ref().map(Errors::to_json)}),

@@ -43,13 +43,13 @@ pub(crate) fn words(f: &FoundLoad) -> String {
             let unit = if matches!(f.found, Found::Speed(_)) { "rad/s" } else { "Nm" };
             let (low, high) = f.found.range().unwrap_or_default();
             let mean = quantity(f.found.mean().unwrap_or_default(), unit, 3);
-            format!("{}: {mean} on average, between {} and {}", f.recording, quantity(low, unit, 3), quantity(high, unit, 3))
+            format!("{}: {mean} on average, between {} and {}.", f.recording, quantity(low, unit, 3), quantity(high, unit, 3))
         }
         Found::Law { constant_nm, fan_nm_s2 } => {
             let constant = constant_nm.map(|x| format!("a constant torque of {}", quantity(x, "Nm", 3)));
             let fan = fan_nm_s2.map(|x| format!("a fan's torque of {} times ω²", quantity(x, "Nm s²/rad²", 3)));
             let parts: Vec<String> = constant.into_iter().chain(fan).collect();
-            format!("{}: {}", f.recording, if parts.is_empty() { "as given".into() } else { join(&parts) })
+            format!("{}: {}.", f.recording, if parts.is_empty() { "as given".into() } else { join(&parts) })
         }
     }
 }

@@ -287,6 +287,11 @@ pub(crate) fn label(v: &View) -> String {
     if v.held_out { format!("{name} (held out)") } else { name }
 }
 
+/// The recordings that are judged with the speed nudged.
+pub(crate) fn nudged(views: &[View]) -> String {
+    views.iter().filter(|v| v.nudged).map(label).collect::<Vec<_>>().join(", ")
+}
+
 /// The zoomable picture with its buttons. What stands in it before the script runs is the worst second, still.
 pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> Markup {
     let mut entries = vec![("measured", text("measured"))];
@@ -310,17 +315,16 @@ pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> Markup {
         ("left", "◀ earlier"),
         ("right", "later ▶"),
     ];
-    let nudged: Vec<String> = views.iter().filter(|v| v.nudged).map(label).collect();
     html! {
         p {
             @if worst.average.is_finite() {
-                "The worst second is " (number(worst.from_s, 3)) " s to " (number(worst.to_s, 3)) " s of "
+                "The worst second is " (format!("{:.2}", worst.from_s)) " s to " (format!("{:.2}", worst.to_s)) " s of "
                 (label(&views[worst.run])) ": the error there is " (number(worst.level, 3)) " times the noise, against "
                 (number(worst.average, 3)) " times over all recordings. "
             }
             "Drag across a picture to zoom, double-click to zoom out; with the picture in focus the keys ←, →, + and − work too. The values under the pointer stand beside it."
         }
-        @if !nudged.is_empty() { p { (term("nudged_speed", "Nudged speed")) " for: " (nudged.join(", ")) "." } }
+        @if views.iter().any(|v| v.nudged) { p { (term("nudged_speed", "Nudged speed")) " for: " (nudged(views)) "." } }
         (legend(&entries))
         div #runs .tools.no-print {
             @for (k, v) in views.iter().enumerate() { button data-run=(k) aria-pressed="false" { (label(v)) } }

@@ -202,6 +202,8 @@ pub(crate) fn verdict_words(v: Verdict) -> (&'static str, &'static str) {
 pub(crate) struct Summary {
     /// The cause, in one sentence.
     pub cause: String,
+    /// What has to be said beside it.
+    pub beside: Option<String>,
     /// How sure.
     pub sure: Vec<String>,
     /// What would refute it.
@@ -251,11 +253,10 @@ pub(crate) fn summary(s: &Story) -> Summary {
     let cause = match d.verdict {
         Verdict::MissingEffects => {
             format!(
-                "{} {} missing from the model: adding {} {fall}{}",
+                "{} {} missing from the model: adding {} {fall}",
                 names(&d.effects),
                 is(d.effects.len()),
-                if d.effects.len() == 1 { "it" } else { "them" },
-                rest(d)
+                if d.effects.len() == 1 { "it" } else { "them" }
             )
         }
         Verdict::Confounded => {
@@ -268,26 +269,15 @@ pub(crate) fn summary(s: &Story) -> Summary {
                     if all.len() > 1 { format!("either {}", all.join(" or ")) } else { all[0].clone() }
                 })
                 .collect();
-            let single = d.alternatives.iter().filter(|a| !a.is_empty()).count() == 1;
             format!(
-                "something is missing that these recordings do not let us name alone: {}. Adding {} {fall}{}",
+                "something is missing that these recordings do not let us name alone: {}. Adding {} {fall}",
                 join(&sets),
-                if single { "any one of them" } else { "one of each" },
-                rest(d)
+                if d.effects.len() == 1 { "any one of them" } else { "them, with one of the rivals," }
             )
         }
         Verdict::Unexplained => {
             let found = main_leftover(d).map_or("it shows no simple dependence".into(), dependence_words);
-            if d.effects.is_empty() {
-                format!("something is missing that the library of effects does not hold: {found}")
-            } else {
-                let imitates = if d.effects.len() == 1 { "it may" } else { "they may" };
-                format!(
-                    "something is missing that the library of effects does not hold ({found}). Adding {} {fall}, but beside an unknown \
-                     cause {imitates} only imitate it",
-                    names(&d.effects)
-                )
-            }
+            format!("something is missing that the library of effects does not hold: {found}")
         }
         Verdict::Inconclusive => format!(
             "these recordings cannot decide: nothing is seen to be missing ({which} error {} rms), but {} of {} effects would not have shown in them at any usual size",
@@ -301,6 +291,14 @@ pub(crate) fn summary(s: &Story) -> Summary {
                 in_sigma(after)
             )
         }
+    };
+    let beside = match d.verdict {
+        Verdict::Unexplained if !d.effects.is_empty() => {
+            let imitates = if d.effects.len() == 1 { "it may" } else { "they may" };
+            Some(format!("adding {} {fall}; beside an unknown cause {imitates} only imitate it", names(&d.effects)))
+        }
+        Verdict::MissingEffects | Verdict::Confounded => rest(d),
+        _ => None,
     };
     sure.extend(likelihood(d));
     for (k, &e) in d.effects.iter().enumerate() {
@@ -398,7 +396,13 @@ pub(crate) fn summary(s: &Story) -> Summary {
         }
         _ => {}
     }
-    Summary { cause: crate::format::sentence(&cause), sure: sure.iter().map(|t| crate::format::sentence(t)).collect(), refute }
+    let sentence = crate::format::sentence;
+    Summary {
+        cause: sentence(&cause),
+        beside: beside.map(|t| sentence(&t)),
+        sure: sure.iter().map(|t| sentence(t)).collect(),
+        refute,
+    }
 }
 
 /// How sure the data are of the effects named, among the sets tried.
@@ -411,7 +415,13 @@ fn likelihood(d: &Diagnosis) -> Option<String> {
         _ => format!("; the next, {}, has {}", names(&s.effects), probability(s.probability)),
     });
     let (tried, own) = (posterior.sets.len(), probability(own.probability));
-    Some(format!("of {tried} sets of effects tried, this one has a probability of {own}{next}"))
+    let rivals = match d.verdict {
+        Verdict::Confounded => {
+            "; rivals fit as well: where their probability is lower, it is for the parameters that they have more"
+        }
+        _ => "",
+    };
+    Some(format!("of {tried} sets of effects tried, this one has a probability of {own}{next}{rivals}"))
 }
 
 /// A probability in words of a few digits; certainty is never claimed.
@@ -419,15 +429,15 @@ pub(crate) fn probability(p: f64) -> String {
     if p > 0.999 { "more than 0.999".into() } else { format!("{p:.3}") }
 }
 
-/// Said after what was found, where the error that stays is more than noise.
-fn rest(d: &Diagnosis) -> String {
-    let Some(r) = &d.remainder else { return String::new() };
+/// Said beside what was found, where the error that stays is more than noise.
+fn rest(d: &Diagnosis) -> Option<String> {
+    let r = d.remainder.as_ref()?;
     let suspect = r.suspect.map_or("no effect of the library stands out as its cause".into(), |e| {
         format!("the next suspect, not confirmed, is {} ({} rms in training with it)", effect_name(e), in_sigma(r.with_suspect))
     });
-    format!(
-        ". What stays is still more than noise: something smaller is missing, or what was added has another form in the machine; {suspect}"
-    )
+    Some(format!(
+        "what stays is still more than noise: something smaller is missing, or what was added has another form in the machine; {suspect}"
+    ))
 }
 
 fn test_of(e: EffectId) -> String {

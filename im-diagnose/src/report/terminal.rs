@@ -23,7 +23,7 @@ pub fn terminal(s: &Story, width: usize) -> String {
     out.line(&format!("{} — {sign} {word}", s.title()));
     out.gap();
     let a = summary(s);
-    out.paragraph("", &a.cause);
+    out.paragraph("", &a.beside.map_or(a.cause.clone(), |t| format!("{} {t}", a.cause)));
     for t in &d.remarks() {
         out.paragraph("  ! ", &sentence(t));
     }
@@ -204,7 +204,7 @@ pub(super) fn loads(out: &mut Text, loads: &Loads, motor: &MotorFile) {
     }
     out.heading("Load torque, found");
     for f in &loads.found {
-        out.paragraph("  - ", &sentence(&load_words(f)));
+        out.paragraph("  - ", &load_words(f));
     }
     if let Some(note) = loads.note(motor) {
         out.paragraph("  ", &note);

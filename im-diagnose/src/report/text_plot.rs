@@ -30,35 +30,37 @@ pub(crate) fn wrapped(text: &str, width: usize, indent: usize) -> String {
     textwrap::fill(&words.join(" "), textwrap::Options::new(width).subsequent_indent(&rest).break_words(false))
 }
 
-/// A table in columns; `right` marks columns of numbers. Where it is wider than `most` the first column is cut; a last column of words may be longer.
+/// A table in columns; `right` marks columns of numbers. Where it is wider than `most`, the first column and a last one of words take more lines.
 pub(crate) fn columns(rows: &[Vec<String>], right: &[bool], most: usize) -> Vec<String> {
     const LEAST: usize = 16;
+    let last = right.len() - 1;
     let mut widths: Vec<usize> =
-        (0..right.len()).map(|k| rows.iter().filter_map(|r| r.get(k)).map(|c| c.chars().count()).max().unwrap_or(0)).collect();
-    let counted = if right.last() == Some(&true) { widths.len() } else { widths.len().saturating_sub(1) };
+        (0..=last).map(|k| rows.iter().filter_map(|r| r.get(k)).map(|c| c.chars().count()).max().unwrap_or(0)).collect();
+    let counted = if right[last] { last + 1 } else { last };
     let excess = (widths[..counted].iter().sum::<usize>() + 2 * counted).saturating_sub(most + 2);
     widths[0] = widths[0].min(widths[0].saturating_sub(excess).max(LEAST));
-    let cut = |r: &Vec<String>| {
-        let mut r = r.clone();
-        if r[0].chars().count() > widths[0] {
-            r[0] = r[0].chars().take(widths[0] - 1).chain(['…']).collect();
-        }
-        r
+    if !right[last] && last > 0 {
+        let before = widths[..last].iter().sum::<usize>() + 2 * last;
+        widths[last] = widths[last].min(most.saturating_sub(before).max(LEAST));
+    }
+    let lines_of = |k: usize, cell: &String| -> Vec<String> {
+        let breaks = (k == 0 || k == last && !right[last]) && cell.chars().count() > widths[k];
+        let text = if breaks { wrapped(cell, widths[k], if k == 0 { 2 } else { 0 }) } else { cell.clone() };
+        text.lines().map(str::to_owned).collect()
     };
-    rows.iter()
-        .map(cut)
-        .map(|r| {
-            let cells: Vec<String> = r
-                .iter()
-                .enumerate()
-                .map(|(k, c)| {
-                    let gap = " ".repeat(widths[k] - c.chars().count());
-                    if right[k] { format!("{gap}{c}") } else { format!("{c}{gap}") }
-                })
-                .collect();
-            cells.join("  ").trim_end().to_owned()
-        })
-        .collect()
+    let mut out = Vec::new();
+    for row in rows {
+        let cells: Vec<Vec<String>> = row.iter().enumerate().map(|(k, c)| lines_of(k, c)).collect();
+        for line in 0..cells.iter().map(Vec::len).max().unwrap_or(0).max(1) {
+            let cells = cells.iter().enumerate().map(|(k, lines)| {
+                let text = lines.get(line).map_or("", String::as_str);
+                let gap = " ".repeat(widths[k].saturating_sub(text.chars().count()));
+                if right[k] { format!("{gap}{text}") } else { format!("{text}{gap}") }
+            });
+            out.push(cells.collect::<Vec<_>>().join("  ").trim_end().to_owned());
+        }
+    }
+    out
 }
 
 #[cfg(test)]
@@ -75,9 +77,11 @@ mod tests {
             columns(&[vec!["a".into(), "1".into()], vec!["bb".into(), "10".into()]], &[false, true], 9),
             ["a    1", "bb  10"]
         );
-        // Only where there is no room a name is cut.
+        // Only where there is no room a name, or words at the end, take another line.
         let row = || [vec!["a name that is long".to_owned(), "10".to_owned()]];
         assert_eq!(columns(&row(), &[false, true], 23), ["a name that is long  10"]);
-        assert_eq!(columns(&row(), &[false, true], 20), ["a name that is …  10"]);
+        assert_eq!(columns(&row(), &[false, true], 20), ["a name that is    10", "  long"]);
+        let row = [vec!["a".to_owned(), "10".to_owned(), "more words than there is room for".to_owned()]];
+        assert_eq!(columns(&row, &[false, true, false], 25), ["a  10  more words than", "       there is room for"]);
     }
 }

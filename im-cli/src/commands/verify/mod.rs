@@ -9,7 +9,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use im_model::{MotorFile, Shard, write_atomically};
-use im_verify::{Block, Campaign, Claim, Journal, Machines, Outcome, Paper, Row, Subject, case_file, claims, page, shrunk};
+use im_verify::{
+    Block, Campaign, Claim, Journal, Machines, Outcome, Paper, Point, Row, Subject, case_file, claims, page, shrunk,
+};
 
 use serde::de::DeserializeOwned;
 
@@ -273,8 +275,13 @@ fn shrink(campaign: &Campaign, rows: &[Row], keep: usize) -> Vec<Found> {
         // The worst of all cases and the first ones.
         let worst = row.worst.filter(|_| row.violated > 0).map(|(_, index)| index);
         let first = row.violating.iter().copied().filter(|index| Some(*index) != worst);
+        let mut seen: Vec<Point> = Vec::new();
         for index in &worst.into_iter().chain(first).take(keep).collect::<Vec<_>>() {
             let point = shrunk(claim, &claim.draw(campaign.seed, *index, &campaign.machines), &campaign.machines);
+            // Several cases often become the same one when made simple.
+            if seen.contains(&point) {
+                continue;
+            }
             let why = match claim.verdict(&point, &campaign.machines) {
                 im_verify::Verdict::Violated { why, .. } => why,
                 _ => String::new(),
@@ -286,6 +293,7 @@ fn shrink(campaign: &Campaign, rows: &[Row], keep: usize) -> Vec<Found> {
                 why,
                 worst: Some(*index) == worst,
             });
+            seen.push(point);
         }
     }
     found

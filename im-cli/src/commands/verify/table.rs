@@ -29,9 +29,13 @@ pub fn text(out: &mut impl Write, campaign: &Campaign, rows: &[Row], found: &[Fo
             r.outcome.words()
         )?;
     }
+    writeln!(
+        out,
+        "\nrate: of violations, with its 95 % interval; margin: the smallest of 1 - (what is)/(what is allowed), below 0 violated."
+    )?;
     let outside: u64 = rows.iter().map(|r| r.outside).sum();
     if outside > 0 {
-        writeln!(out, "\n{outside} cases did not meet their claim's assumptions and are not counted.")?;
+        writeln!(out, "{outside} cases did not meet their claim's assumptions and are not counted.")?;
     }
     if !found.is_empty() {
         writeln!(out, "\nCounterexamples, made as simple as they come:")?;

@@ -110,7 +110,7 @@
   const panel = (label, height, width, [lo, hi], body) => {
     const y = (v) => TOP + (1 - (v - lo) / (hi - lo)) * (height - TOP - BOTTOM);
     const id = `clip${clip++}`;
-    let s = `<svg viewBox="0 0 ${width} ${height}" width="${width}" height="${height}" role="img" aria-label="${label}"><clipPath id="${id}"><rect x="${LEFT}" y="${TOP - 2}" width="${width - LEFT - RIGHT}" height="${height - TOP - BOTTOM + 4}"/></clipPath>`;
+    let s = `<svg viewBox="0 0 ${width} ${height}" width="${width}" height="${height}" role="img" aria-label="${label.replace(/<[^>]*>/g, "")}"><clipPath id="${id}"><rect x="${LEFT}" y="${TOP - 2}" width="${width - LEFT - RIGHT}" height="${height - TOP - BOTTOM + 4}"/></clipPath>`;
     s += `<text class="axis" x="2" y="12">${label}</text><text class="axis" x="${width - RIGHT}" y="${height - 3}" text-anchor="end">time, s</text>`;
     for (const [v, t] of ticks(lo, hi, Math.max(3, (height - TOP - BOTTOM) / 34))) s += `<path class="grid" d="M${LEFT} ${n1(y(v))}H${width - RIGHT}"/><text class="tick" x="${LEFT - 4}" y="${n1(y(v) + 4)}" text-anchor="end">${t}</text>`;
     for (const [v, t] of ticks(view.from, view.to, width / 90)) {
@@ -141,13 +141,14 @@
     });
     data.runs[view.run].drives.forEach((drive, k) => {
       const lines = l.drives[k].map((v) => columns(l, v, inner));
-      const key = drive.lines.length > 1 ? ` (${drive.lines.map((d) => d.name).join(", ")})` : "";
+      const key = drive.lines.length > 1 ? ` (${drive.lines.map((d) => `<tspan class="word ${d.class}">${d.name}</tspan>`).join(", ")})` : "";
       html += `<h3>${drive.name}</h3>`;
       html += panel(`${drive.name}${key}, ${drive.unit}`, 130, width, extent(lines, 0, 0), (y) =>
         lines.map((v, i) => `<path class="line ${drive.lines[i].class}" d="${line(v, y)}"/>`).join(""));
     });
     box.innerHTML = html;
-    document.getElementById("span").textContent = `${data.runs[view.run].name}, ${format(view.from, 4)} s to ${format(view.to, 4)} s` +
+    const place = Math.max(0, 2 - Math.floor(Math.log10(view.to - view.from) + 1e-9));
+    document.getElementById("span").textContent = `${data.runs[view.run].name}, ${view.from.toFixed(place)} s to ${view.to.toFixed(place)} s` +
       (l.decimated ? " (extremes of short stretches; zoom in for every sample)" : "");
     document.querySelectorAll("[data-run]").forEach((b) => b.setAttribute("aria-pressed", String(+b.dataset.run === view.run)));
   };

@@ -42,8 +42,9 @@ pub(crate) fn section(s: &Story) -> Section {
     let said = match significant {
         0 => "No effect of the library is needed: no score is above its threshold.".to_owned(),
         _ => format!(
-            "Before anything was added, {significant} of {} effects scored above their threshold. Effects resemble each other, so the leading ones were refitted and judged by what they leave, on the held-out recording too; scores then fall.",
-            d.ranking.len()
+            "Before anything was added, {significant} of {} effects scored above their threshold. Effects resemble each other, so the leading ones were refitted and judged by what they leave{}; scores then fall.",
+            d.ranking.len(),
+            if d.case.holdout.is_some() { ", on the held-out recording too" } else { "" }
         ),
     };
     let order = "In the order of score over threshold; what was added stands first.";

@@ -3,7 +3,7 @@
 use im_chart::short;
 use maud::{Markup, html};
 
-use super::super::overlay::channel_words;
+use super::super::overlay::{channel_words, nudged};
 use super::super::page::{Row, Section, figure, legend, numbers, table, term, text, words};
 use super::super::story::Story;
 use super::super::words::{in_sigma, short_effect_name};
@@ -38,18 +38,20 @@ pub(crate) fn section(s: &Story) -> Section {
         .iter()
         .map(|(name, t, h)| Fall { name: name.clone(), train: t.chi2_per_sample, holdout: h.as_ref().map(|h| h.chi2_per_sample) })
         .collect();
-    let caption = html! { "Error, rms in units of the " (term("noise", "sensor noise σ")) ", on a logarithmic scale: what each step removes is dashed." };
+    let caption = html! { "Error, rms in units of the " (term("noise", "sensor noise σ")) ", on a logarithmic scale: what each step removes is dashed."
+    @if s.views.iter().any(|v| v.nudged) { " Judged with the " (term("nudged_speed", "speed nudged")) " in: " (nudged(&s.views)) "." } };
     let (before, after, which) = s.fall();
-    let said = if s.d.steps.len() > 1 {
+    let (from, to) = (in_sigma(before), in_sigma(after));
+    let said = if s.d.steps.len() > 1 && from == to {
+        format!("The {which} error stays at {to} rms; 1 σ is as good as the sensors can tell.")
+    } else if s.d.steps.len() > 1 {
         format!(
-            "The {which} error falls from {} to {} rms; 1 σ is as good as the sensors can tell.",
-            in_sigma(before),
-            in_sigma(after)
+            "The {which} error {} from {from} to {to} rms; 1 σ is as good as the sensors can tell.",
+            if after < before { "falls" } else { "rises" }
         )
     } else {
         format!(
-            "With its parameters refitted the model leaves a {which} error of {} rms; 1 σ is as good as the sensors can tell.",
-            in_sigma(after)
+            "With its parameters refitted the model leaves a {which} error of {to} rms; 1 σ is as good as the sensors can tell."
         )
     };
     Section {
@@ -89,7 +91,7 @@ fn error_table(rows: &[(String, Errors, Option<Errors>)], s: &Story) -> Markup {
                 e.and_then(|e| e.rmse.get(&c.name)).map_or("–".into(), |x| format!("{}\u{a0}{unit}", number(*x, 3)))
             };
             let percent = hold.as_ref().unwrap_or(train).fit_percent.get(&c.name);
-            let fit = percent.map_or("–".into(), |x| format!("{}\u{a0}%", number(*x, 4)));
+            let fit = percent.map_or("–".into(), |x| format!("{x:.2}\u{a0}%").replace('-', "−"));
             let mut cells = vec![step.clone(), value(Some(train))];
             cells.extend(held_out.then(|| value(hold.as_ref())));
             cells.push(fit);

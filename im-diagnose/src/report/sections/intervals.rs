@@ -49,7 +49,7 @@ fn lines(d: &Diagnosis, shown: &[(&ParameterChange, f64)]) -> Markup {
     html! {
         svg.chart viewBox={ "0 0 " (short(RIGHT)) " " (short(height)) } role="img" aria-label="parameters with their intervals" {
             @for tick in [0.0, 0.5, 1.0, 1.5, 2.0] {
-                path.line.zero d={ "M" (short(across(tick))) " 4L" (short(across(tick))) " " (short(height - 20.0)) } {}
+                path.grid d={ "M" (short(across(tick))) " 4L" (short(across(tick))) " " (short(height - 20.0)) } {}
                 text.tick x=(short(across(tick))) y=(short(height - 6.0)) text-anchor="middle" { (short(tick)) }
             }
             @for (k, (p, half)) in shown.iter().enumerate() {

@@ -6,7 +6,6 @@ use maud::html;
 
 use super::super::load_words::words;
 use super::super::page::{Section, drawn, figure};
-use crate::format::sentence;
 use crate::loads::{Found, FoundLoad, Loads};
 
 fn picture(f: &FoundLoad) -> Option<Chart> {
@@ -33,8 +32,8 @@ pub(crate) fn section(loads: &Loads, motor: &MotorFile) -> Option<Section> {
         @if let Some(note) = loads.note(motor) { p { (note) } }
         @for f in &loads.found {
             @match picture(f) {
-                Some(picture) => (figure(drawn(picture), sentence(&words(f)))),
-                None => p { (sentence(&words(f))) },
+                Some(picture) => (figure(drawn(picture), words(f))),
+                None => p { (words(f)) },
             }
         }
     };

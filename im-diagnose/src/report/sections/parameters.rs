@@ -100,7 +100,7 @@ pub(crate) fn section(s: &Story) -> Section {
         }];
         row.push(or_none((!new).then_some(p.before)));
         if several {
-            row.push(or_none(effect.is_none().then(|| p.quantity.of(base))));
+            row.push(or_none((!new).then(|| p.quantity.of(base))));
         }
         row.push(html! {
             (interval(p.after, HALF_95 * p.std, unit))

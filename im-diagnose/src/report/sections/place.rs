@@ -184,7 +184,11 @@ fn correlations(shown: &[Shown]) -> Markup {
     let c = &shown[0].place.correlations;
     let head: Vec<_> = [words("error in")].into_iter().chain(c.signals.iter().map(numbers)).collect();
     let coefficient = |v: &f64| {
-        let text = if v.is_finite() { format!("{v:+.2}").replace('-', "−") } else { "–".into() };
+        let text = match *v {
+            v if !v.is_finite() => "–".into(),
+            v if v.abs() < 0.005 => "0.00".into(),
+            v => format!("{v:+.2}").replace('-', "−"),
+        };
         html! { @if v.abs() > 0.3 { b { (text) } } @else { (text) } }
     };
     let row = |(name, line): (&&str, &Vec<f64>)| Row::new([text(name)].into_iter().chain(line.iter().map(coefficient)));

@@ -16,6 +16,7 @@ pub(crate) fn top(s: &Story) -> Markup {
     html! {
         (head(&s.title(), Some(&format!("{sign} {word}"))))
         h1 { (a.cause) }
+        @if let Some(t) = &a.beside { p.say { (t) } }
         @for remark in s.d.remarks() { p.warn { "⚠ " (sentence(&remark)) } }
         dl.sure {
             (part("How sure", &a.sure))
