@@ -3,7 +3,6 @@
 use crate::air_gap::AirGapSaturation;
 use crate::effects::{EffectId, Effects, ParameterInfo, ScaleOf};
 use crate::error::{Bound, ModelError};
-use crate::nameplate::INERTIA_CONSTANT_S;
 use crate::parameters::{BaseParameter, TParameters};
 use crate::scalar::Scalar;
 
@@ -179,6 +178,9 @@ pub struct Rating {
     /// Rotor flux linkage, Vs.
     pub rotor_flux_vs: f64,
 }
+
+/// Kinetic energy at synchronous speed over rated power, s.
+pub(crate) const INERTIA_CONSTANT_S: f64 = 0.14;
 
 impl Rating {
     /// Keys in files, in the order of the fields, with what machines have.

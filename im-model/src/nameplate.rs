@@ -18,7 +18,7 @@
 use num_complex::Complex;
 
 use crate::error::{Bound, ModelError};
-use crate::machine::Rating;
+use crate::machine::{INERTIA_CONSTANT_S, Rating};
 use crate::parameters::TParameters;
 use crate::scalar::Scalar;
 
@@ -29,8 +29,6 @@ const SMALL_W: f64 = 1500.0;
 const LEAKAGES: [f64; 2] = [0.2, 5.0];
 /// Iron, friction and stray losses over all losses.
 const CONSTANT_LOSS_SHARE: f64 = 0.2;
-/// Kinetic energy at synchronous speed over rated power, s.
-pub(crate) const INERTIA_CONSTANT_S: f64 = 0.14;
 
 /// How the rotor of a machine is designed: by NEMA MG 1 (A to D) and IEC 60034-12 (N, H). Standard machines are B or N.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

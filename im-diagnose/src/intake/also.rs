@@ -9,38 +9,11 @@ use im_model::{FileError, Problem, TextFormat};
 
 use super::columns::Columns;
 use super::lag::{Lag, lag};
-use super::mapping::{Column, Mapping, Signal};
+use super::mapping::{Also, Clock, Column, Mapping, Signal};
 use super::raw::{RawTable, find, open};
 use super::signals::unit_of;
 use super::sniff::sniff;
 use super::unit::Quantity;
-
-/// Another file of the same run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Also {
-    /// Its name; it lies beside the recording.
-    pub file: String,
-    /// Its column of time.
-    pub time: Signal,
-    /// How its clock stands to that of the recording.
-    pub clock: Clock,
-    /// Line of the mapping that names it.
-    pub line: usize,
-}
-
-/// How two clocks stand to each other.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Clock {
-    /// Its time and so many seconds are the recording's.
-    Shift(f64),
-    /// The shift is that by which its column is like one of the recording.
-    Alike {
-        /// Its column.
-        column: Box<Signal>,
-        /// The recording's.
-        with: Box<Signal>,
-    },
-}
 
 /// The other files of a recording.
 pub fn files<'a>(path: &'a Path, mapping: &'a Mapping) -> impl Iterator<Item = PathBuf> + 'a {

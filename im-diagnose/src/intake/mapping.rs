@@ -6,7 +6,6 @@ use im_identify::offline::Size;
 use im_model::TextFormat;
 use serde::Deserialize;
 
-use super::also::Also;
 use super::unit::Quantity;
 
 /// A column of the file.
@@ -81,6 +80,33 @@ impl Signal {
             line: None,
         }
     }
+}
+
+/// Another file of the same run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Also {
+    /// Its name; it lies beside the recording.
+    pub file: String,
+    /// Its column of time.
+    pub time: Signal,
+    /// How its clock stands to that of the recording.
+    pub clock: Clock,
+    /// Line of the mapping that names it.
+    pub line: usize,
+}
+
+/// How two clocks stand to each other.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Clock {
+    /// Its time and so many seconds are the recording's.
+    Shift(f64),
+    /// The shift is that by which its column is like one of the recording.
+    Alike {
+        /// Its column.
+        column: Box<Signal>,
+        /// The recording's.
+        with: Box<Signal>,
+    },
 }
 
 /// How the voltage stands in the file.

@@ -11,9 +11,9 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
 use toml::Spanned;
 
-use super::also::{Also, Clock};
 use super::mapping::{
-    Begin, Calibration, Column, CurrentForm, Instant, Line, Load, Mapping, Offset, Signal, Speed, Time, Voltage, VoltageForm,
+    Also, Begin, Calibration, Clock, Column, CurrentForm, Instant, Line, Load, Mapping, Offset, Signal, Speed, Time, Voltage,
+    VoltageForm,
 };
 use super::unit::{Quantity, UNITS, named};
 
