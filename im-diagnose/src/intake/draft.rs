@@ -372,7 +372,8 @@ const TIME_UNIT: &str = "# unit of time\n";
 
 /// Currents that fit the motor only when they are turned round have the other sign.
 fn current_sign(text: &mut String, d: &mut Draft, steady: &steady::Steady, motor: &MotorFile) {
-    let (as_is, turned) = (impedance_fit(steady, 1.0, motor).off, impedance_fit(steady, -1.0, motor).off);
+    let (z, model) = impedances(steady, motor);
+    let (as_is, turned) = (model.fit(z).off, model.fit(-z).off);
     if as_is > 0.5 && turned < 0.4 * as_is && turned < 0.5 {
         d.guesses.push("The currents point the other way against the voltages: turned back they fit the motor".to_owned());
         *text =
@@ -473,7 +474,8 @@ fn twin(x: &[f64], y: &[f64]) -> bool {
 
 /// Whether the machine draws at reduced voltage what it draws with its rotor locked: beyond breakdown no machine runs steadily.
 fn stands(steady: &steady::Steady, motor: &MotorFile) -> bool {
-    let fit = impedance_fit(steady, 1.0, motor);
+    let (z, model) = impedances(steady, motor);
+    let fit = model.fit(z);
     steady.u.norm() < REDUCED * motor.rating.phase_voltage_peak_v && fit.slip > BREAKDOWN && fit.off < 0.5
 }
 
@@ -481,11 +483,11 @@ fn stands(steady: &steady::Steady, motor: &MotorFile) -> bool {
 const REDUCED: f64 = 0.6;
 const BREAKDOWN: f64 = 0.4;
 
-/// How voltage over current, times a sign, fits the motor.
-fn impedance_fit(steady: &steady::Steady, sign: f64, motor: &MotorFile) -> steady::ImpedanceFit {
+/// Voltage over current, and the motor's impedances on that supply.
+fn impedances(steady: &steady::Steady, motor: &MotorFile) -> (Complex<f64>, steady::Impedances) {
     let z = steady.u / steady.i;
     let z = if steady.omega < 0.0 { z.conj() } else { z };
-    steady::Impedances::of(&motor.machine, steady.u.norm(), steady.omega.abs()).fit(z * sign)
+    (z, steady::Impedances::of(&motor.machine, steady.u.norm(), steady.omega.abs()))
 }
 
 fn speed_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turning: Option<&steady::Steady>, motor: &MotorFile) {
