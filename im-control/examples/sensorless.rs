@@ -2,8 +2,6 @@
 //!
 //!     cargo run --release -p im-control --example sensorless -- sensorless.svg
 
-use std::collections::BTreeMap;
-
 use im_chart::{Panel, Series, panels};
 use im_control::Reports;
 use im_control::commissioning::{bench, commission};
@@ -15,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let machine = Machine::base(M.parameters(), M.pole_pairs)?;
     let (torque, speed) = (M.rating.torque_nm, M.rating.synchronous_speed_rad_s(M.pole_pairs));
     // Inverter with dead time, sensors with noise.
-    let motor = MotorFile { name: M.name.into(), machine, rating: M.rating, known: BTreeMap::default() };
+    let motor = MotorFile::new(M.name, machine, M.rating);
     let rig = bench(&motor);
     let commissioned = commission(&motor, &rig, &mut |_, _| ())?;
     let found = commissioned.outcome?;

@@ -100,7 +100,7 @@ fn commissioned(
     let p = truth.parameters();
     let cold = truth.with_parameters(TParameters { stator_resistance_ohm: p.stator_resistance_ohm / 1.2, ..*p })?;
     let rated = plan.rated_current_a;
-    let motor = MotorFile { name: "random".into(), machine: cold, rating: plan.rating, known: BTreeMap::default() };
+    let motor = MotorFile::new("random", cold, plan.rating);
     let bench = Scenario {
         inverter: Inverter::Averaged { dc_voltage_v: Some(1.05 * 3f64.sqrt() * plan.rating.phase_voltage_peak_v) },
         sensors: Sensors { current_noise_a: 0.004 * rated, current_step_a: 0.002 * rated, seed, ..Sensors::default() },

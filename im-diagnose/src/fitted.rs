@@ -48,7 +48,7 @@ impl Fitted {
 
     /// What `im fit --json` prints, but for the quality of the data.
     pub fn to_json(&self) -> Value {
-        let held = HELD.into_iter().zip(held_std(&self.estimates, &self.after.machine));
+        let held = HELD.into_iter().zip(held_std(&self.estimates, &self.after));
         let held =
             held.map(|(p, std)| (MachineQuantity::Parameter(ParameterId::Base(p)), None, Some(std).filter(|s| s.is_finite())));
         let all = self.estimates.list.iter().map(|e| (e.quantity, Some(e), Some(e.std))).chain(held);

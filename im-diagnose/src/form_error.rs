@@ -20,7 +20,7 @@ use crate::residuals::{deviance, difference};
 const SIZE: f64 = 0.05;
 
 /// Standard deviation of the logarithm of L_ls/L_lr as given.
-pub(crate) const RATIO_ERROR: f64 = 0.2;
+const RATIO_ERROR: f64 = 0.2;
 
 /// Rows that are enough to find how much of each change is in a residual.
 const ROWS: usize = 30_000;

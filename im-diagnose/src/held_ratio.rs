@@ -1,8 +1,7 @@
 //! How well the T circuit is known, of which terminals show the inverse-Γ circuit alone: the ratio of the leakages is held as given.
 
-use im_model::{BaseParameter, InverseGammaParameters, Machine, ParameterId};
+use im_model::{BaseParameter, DesignClass, InverseGammaParameters, MotorFile, ParameterId};
 
-use crate::form_error::RATIO_ERROR;
 use crate::uncertainty::{Estimates, MachineQuantity};
 
 /// Parameters of the T circuit that depend on the ratio of the leakages.
@@ -18,14 +17,14 @@ pub fn is_held(id: ParameterId) -> bool {
     matches!(id, ParameterId::Base(p) if HELD.contains(&p))
 }
 
-/// Standard deviations of the parameters of [`HELD`]: by those of the inverse-Γ circuit, and by the ratio of the leakages, which is known to a
-/// fifth over the design classes of cage rotors. NaN where the recordings determine no such circuit.
-pub fn held_std(estimates: &Estimates, machine: &Machine<f64>) -> [f64; 4] {
+/// Standard deviations of the parameters of [`HELD`]: by those of the inverse-Γ circuit, and by the ratio of the leakages, which is known as
+/// well as the design of the rotor is ([`DesignClass::leakage_ratio_std`]). NaN where the recordings determine no such circuit.
+pub fn held_std(estimates: &Estimates, motor: &MotorFile) -> [f64; 4] {
     let of = |q: MachineQuantity| estimates.list.iter().position(|e| e.quantity == q);
     let circuit =
         [MachineQuantity::RotorResistance, MachineQuantity::LeakageInductance, MachineQuantity::MagnetizingInductance].map(of);
     let [Some(r), Some(l), Some(m)] = circuit else { return [f64::NAN; 4] };
-    let given = machine.parameters();
+    let given = motor.machine.parameters();
     let at = [r, l, m].map(|k| estimates.list[k].after);
     let t = |x: [f64; 4]| {
         let circuit = InverseGammaParameters {
@@ -45,7 +44,7 @@ pub fn held_std(estimates: &Estimates, machine: &Machine<f64>) -> [f64; 4] {
         std::array::from_fn(|p| (high[p] - low[p]) / (2.0 * step))
     });
     let covariance = |a: usize, b: usize| match (a, b) {
-        (3, 3) => (RATIO_ERROR * x[3]).powi(2),
+        (3, 3) => (DesignClass::leakage_ratio_std(motor.design, x[3]) * x[3]).powi(2),
         (3, _) | (_, 3) => 0.0,
         _ => estimates.covariance[([r, l, m][a], [r, l, m][b])],
     };

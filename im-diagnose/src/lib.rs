@@ -24,6 +24,7 @@ pub mod form_error;
 pub mod format;
 pub mod held_ratio;
 mod input_noise;
+mod instruments;
 pub mod intake;
 pub mod learn;
 pub mod loads;
@@ -42,6 +43,7 @@ pub mod table_file;
 pub mod tables;
 pub mod uncertainty;
 pub mod validation;
+mod winding;
 pub mod worst_case;
 
 /// The example of the README is a test.

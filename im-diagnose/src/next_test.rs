@@ -344,7 +344,7 @@ mod tests {
         for named in machines::ALL {
             let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
             let rating = Rating::guess(machine.parameters(), named.pole_pairs);
-            let motor = MotorFile { name: named.name.to_owned(), machine, rating, known: Default::default() };
+            let motor = MotorFile::new(named.name, machine, rating);
             for m in manoeuvres(&motor, (0.01, 0.1), &Limits::default()) {
                 let text = m.scenario.to_toml().unwrap();
                 let back = Scenario::parse(&text, m.name, std::path::Path::new("")).unwrap_or_else(|e| panic!("{e}\n{text}"));

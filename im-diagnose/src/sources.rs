@@ -12,6 +12,7 @@ use crate::intake::quality::convention;
 use crate::intake::{self, Columns, Draft, Finding, FindingKind, Intake, IntakeError, SteadyTable};
 use crate::search::Options;
 use crate::tables;
+use crate::winding;
 
 /// Why the work cannot begin, or ended early: one message that says what is wrong and what to do.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -178,7 +179,7 @@ impl Sources {
                     "{held}: held out from tables alone it says nothing; give recordings with --train"
                 )));
             }
-            return self.tables(motor);
+            return self.tables(motor).map(with_temperatures);
         }
         let mut train = Vec::new();
         for source in &self.train {
@@ -198,7 +199,7 @@ impl Sources {
             findings.extend(noticed);
         }
         meaningful(&findings, self.anyway)?;
-        Ok((case, findings))
+        Ok(with_temperatures((case, findings)))
     }
 
     /// The tables as a case.
@@ -213,6 +214,12 @@ impl Sources {
         findings.extend(noticed);
         Ok((case, findings))
     }
+}
+
+/// A case with what its temperatures ask for.
+fn with_temperatures((mut case, mut findings): (Case, Vec<Finding>)) -> (Case, Vec<Finding>) {
+    findings.extend(winding::settle(&mut case.motor, &case.train));
+    (case, findings)
 }
 
 /// That the motor of this name can be simulated at a recording's sampling time.

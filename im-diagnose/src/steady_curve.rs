@@ -114,7 +114,7 @@ mod tests {
         let named = im_model::machines::MOTULATOR_2_2_KW;
         let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
         let rating = im_model::Rating::guess(&named.parameters(), named.pole_pairs);
-        let mut motor = MotorFile { name: "m".into(), machine, rating, known: Default::default() };
+        let mut motor = MotorFile::new("m", machine, rating);
         let breakdown = RatedSupply::of(&motor).curve.iter().map(|p| p[1]).fold(0.0, f64::max);
         motor.rating.torque_nm = 1.1 * breakdown;
         assert_eq!(RatedLoad::of(&motor), None);

@@ -167,7 +167,7 @@ pub(crate) fn decided(motor: &MotorFile, tables: &[SteadyTable]) -> Vec<SteadyTa
 }
 
 /// The rows whose torque is known as steady states under it; those of a load test without a torque as such at the speed that they show.
-fn experiments(motor: &MotorFile, t: &SteadyTable) -> Vec<Experiment> {
+pub(crate) fn experiments(motor: &MotorFile, t: &SteadyTable) -> Vec<Experiment> {
     let driven = |r: &SteadyRow| t.kind == TableKind::Load && r.torque_nm.is_none() && r.omega_m_rad_s.is_some();
     let (driven, known): (Vec<SteadyRow>, Vec<SteadyRow>) = t.rows.iter().partition(|r| driven(r));
     let parts = [(known, false), (driven, true)];
@@ -205,9 +205,20 @@ fn experiment(motor: &MotorFile, t: &SteadyTable, rows: &[SteadyRow], driven: bo
         load: Load::Known,
         imposed_speed: held.or(shown),
         speed_nudge: None,
+        warmth: warmth(motor, rows),
         channels,
         start: Start::Rest,
     }
+}
+
+/// What the temperatures make of the resistances, row by row; a row without one is as warm as the last before it. Empty where there is none.
+fn warmth(motor: &MotorFile, rows: &[SteadyRow]) -> Vec<[f64; 2]> {
+    let Some(mut winding_c) = rows.iter().find_map(|r| r.winding_c) else { return Vec::new() };
+    let mut of = |r: &SteadyRow| {
+        winding_c = r.winding_c.unwrap_or(winding_c);
+        motor.warmth(winding_c, r.rotor_c.unwrap_or(winding_c))
+    };
+    rows.iter().map(&mut of).collect()
 }
 
 /// Speed shown over speed predicted without load, at the voltages from half the largest on; `None` without such rows.

@@ -9,7 +9,8 @@
 //! Σ is the covariance of the noise: an autoregressive model per channel fitted to the residuals, and what the noise of the measured load torque
 //! does (`input_noise`). What it does not know (a residual that is larger where more happens) shows in the sums of Jᵀr over stretches of the
 //! recordings: where their spread asks for a wider interval, that is taken. d_m are changes of the outputs that the model cannot follow and
-//! the residual hardly shows: the curve of each effect, bent by 5 % of what it explains, and the ratio of the leakages, off by 20 % (`form_error`).
+//! the residual hardly shows: the curve of each effect, bent by 5 % of what it explains, the ratio of the leakages, off by 20 % (`form_error`), and the
+//! scales of a table's instruments (`instruments`).
 
 pub use im_identify::offline::HALF_95;
 use im_identify::offline::{Experiment, Fit, Free, Linearized, Target, inverse_of_normal, linearize, prior_terms, smoothness};
@@ -19,6 +20,7 @@ use rayon::prelude::*;
 
 use crate::form_error::{at_low_slip, disturbances};
 use crate::input_noise::torque_noise;
+use crate::instruments::scale_errors;
 use crate::noise::whiteners;
 
 /// A quantity that recordings can determine.
@@ -121,6 +123,8 @@ pub struct Estimates {
     pub free: Vec<Free>,
     /// The covariance of its search variables, by the noise alone: an error of form moves parameters, and the signals hardly.
     pub search: DMatrix<f64>,
+    /// What all of it follows from.
+    spread: Spread,
 }
 
 impl Estimates {
@@ -134,7 +138,9 @@ impl Estimates {
     ) -> Self {
         let quantities = quantities(free);
         let spread = Spread::new(machine, starts, experiments, free);
-        let covariance = spread.covariance(&slopes_of(&quantities, machine, free));
+        let here: Vec<f64> = quantities.iter().map(|q| q.of(machine)).collect();
+        let covariance =
+            spread.covariance(&slopes_along(free, machine, &here, |m| Some(quantities.iter().map(|q| q.of(m)).collect())));
         let search = spread.by_noise(&DMatrix::identity(free.len(), free.len()));
         let estimate = |(k, &quantity): (usize, &MachineQuantity)| Estimate {
             quantity,
@@ -142,7 +148,14 @@ impl Estimates {
             after: quantity.of(machine),
             std: covariance[(k, k)].max(0.0).sqrt(),
         };
-        Self { list: quantities.iter().enumerate().map(estimate).collect(), covariance, free: free.to_vec(), search }
+        Self { list: quantities.iter().enumerate().map(estimate).collect(), covariance, free: free.to_vec(), search, spread }
+    }
+
+    /// Standard deviations of numbers that follow from the machine, which are `here` with `machine`, its form taken as right.
+    pub fn std_of(&self, machine: &Machine<f64>, here: &[f64], of: impl Fn(&Machine<f64>) -> Option<Vec<f64>>) -> Vec<f64> {
+        let t = slopes_along(&self.free, machine, here, of);
+        let covariance = self.spread.by_noise(&t) + self.spread.from(&t, &self.spread.scales);
+        covariance.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect()
     }
 
     /// Of a fit to `experiments`.
@@ -204,23 +217,28 @@ fn quantities(free: &[Free]) -> Vec<MachineQuantity> {
     out
 }
 
-/// Derivatives of the quantities with respect to the search variables, by central differences.
-fn slopes_of(quantities: &[MachineQuantity], machine: &Machine<f64>, free: &[Free]) -> DMatrix<f64> {
+/// Derivatives of numbers that follow from a machine, `here` for this one, with respect to the search variables, by central differences.
+fn slopes_along(
+    free: &[Free],
+    machine: &Machine<f64>,
+    here: &[f64],
+    of: impl Fn(&Machine<f64>) -> Option<Vec<f64>>,
+) -> DMatrix<f64> {
     const STEP: f64 = 1e-4;
-    let mut t = DMatrix::zeros(quantities.len(), free.len());
+    let mut t = DMatrix::zeros(here.len(), free.len());
     for (column, f) in free.iter().enumerate() {
         let Target::Machine(ids) = &f.target else { continue };
         // Limits do not count: the slope is that of the law.
         let unlimited = Free { limits: (f64::NEG_INFINITY, f64::INFINITY), ..f.clone() };
         let moved = |v: f64| {
             let set: Vec<_> = ids.iter().map(|&id| (id, unlimited.value(machine.get(id), v))).collect();
-            machine.with(&set).ok()
+            machine.with(&set).ok().and_then(|m| of(&m))
         };
         let (low, high) = (moved(-STEP), moved(STEP));
         let width = STEP * (f64::from(u8::from(low.is_some())) + f64::from(u8::from(high.is_some())));
-        let (low, high) = (low.as_ref().unwrap_or(machine), high.as_ref().unwrap_or(machine));
-        for (row, q) in quantities.iter().enumerate() {
-            t[(row, column)] = if width > 0.0 { (q.of(high) - q.of(low)) / width } else { 0.0 };
+        let (low, high) = (low.as_deref().unwrap_or(here), high.as_deref().unwrap_or(here));
+        for (row, (low, high)) in low.iter().zip(high).enumerate() {
+            t[(row, column)] = if width > 0.0 { (high - low) / width } else { 0.0 };
         }
     }
     t
@@ -230,13 +248,16 @@ fn slopes_of(quantities: &[MachineQuantity], machine: &Machine<f64>, free: &[Fre
 const STRETCHES: usize = 32;
 
 /// What is known of the search variables.
+#[derive(Clone, Debug)]
 struct Spread {
     /// N⁻¹.
     inverse: DMatrix<f64>,
     /// JᵀΣJ with the noise model, and as the stretches show it.
     noise: [DMatrix<f64>; 2],
-    /// Σ g gᵀ of what the residual does not show.
+    /// Σ g gᵀ of what the residual does not show: errors of form, and of the scales of instruments.
     hidden: DMatrix<f64>,
+    /// The part of the scales.
+    scales: DMatrix<f64>,
 }
 
 impl Spread {
@@ -259,11 +280,12 @@ impl Spread {
         let sums: Vec<DVector<f64>> = linear.iter().zip(experiments).flat_map(|(l, e)| stretch_sums(l, e, p)).collect();
         let lost = sums.len() as f64 / (sums.len() as f64 - p as f64).max(1.0);
         let shown = sums.iter().map(|s| s * s.transpose()).fold(DMatrix::zeros(p, p), |a, b| a + b) * lost;
-        let mut hidden = DMatrix::zeros(p, p);
-        for change in disturbances(machine, starts, experiments).list {
-            let g: DVector<f64> = linear.iter().zip(&change).map(|(l, d)| along(l, d)).sum();
-            hidden += &g * g.transpose();
-        }
+        let spread_by = |changes: &[Vec<Vec<Vec<f64>>>]| {
+            let all = changes.iter().map(|change| linear.iter().zip(change).map(|(l, d)| along(l, d)).sum());
+            all.fold(DMatrix::zeros(p, p), |sum, g: DVector<f64>| sum + &g * g.transpose())
+        };
+        let scales = spread_by(&scale_errors(machine, experiments));
+        let hidden = spread_by(&disturbances(machine, starts, experiments).list) + &scales;
         for ((l, e), x) in linear.iter().zip(experiments).zip(starts) {
             let drawn = torque_noise(machine, e, x, |change| along(l, change));
             let each = 1.0 / drawn.len().max(1) as f64;
@@ -281,7 +303,7 @@ impl Spread {
             normal += &smooth.information;
             modelled += &smooth.information;
         }
-        Self { inverse: inverse_of_normal(&normal), noise: [modelled, shown], hidden }
+        Self { inverse: inverse_of_normal(&normal), noise: [modelled, shown], hidden, scales }
     }
 
     /// Covariance of quantities with the slopes `t`: of both views of the noise, each quantity has the wider one.
@@ -344,7 +366,9 @@ mod tests {
         let list = vec![of(Q::RotorResistance, 0.1), of(Q::LeakageInductance, 0.2), of(Q::MagnetizingInductance, 0.0)];
         let covariance =
             DMatrix::from_row_slice(3, 3, &[0.01, 0.0199, 1e-9, 0.0199, 0.04, f64::INFINITY, 1e-9, f64::INFINITY, 0.0]);
-        let none = Estimates { list, covariance, free: Vec::new(), search: DMatrix::zeros(0, 0) };
+        let nothing = || DMatrix::zeros(0, 0);
+        let spread = Spread { inverse: nothing(), noise: [nothing(), nothing()], hidden: nothing(), scales: nothing() };
+        let none = Estimates { list, covariance, free: Vec::new(), search: nothing(), spread };
         let pairs = none.correlated(0.98);
         assert_eq!(pairs.len(), 1, "{pairs:?}");
         assert!((pairs[0].2 - 0.995).abs() < 1e-12 && (pairs[0].0, pairs[0].1) == (Q::LeakageInductance, Q::RotorResistance));

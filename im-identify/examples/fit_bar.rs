@@ -38,6 +38,7 @@ fn main() {
         load: Load::Known,
         imposed_speed: None,
         speed_nudge: None,
+        warmth: Vec::new(),
         supply_frequency_hz: None,
         channels: vec![
             channel("i_alpha_A", current(0.0), 3, 0.05),

@@ -58,6 +58,8 @@ mod steady_state;
 mod text_file;
 #[cfg(feature = "std")]
 pub mod toml_text;
+#[cfg(feature = "std")]
+mod winding;
 
 pub use air_gap::AirGapSaturation;
 #[cfg(feature = "std")]
@@ -71,7 +73,7 @@ pub use file_error::{FileError, Problem};
 pub use flux_map::Currents;
 pub use machine::{Machine, ParameterId, Rating};
 #[cfg(feature = "std")]
-pub use motor_file::{Known, MotorFile};
+pub use motor_file::{Known, MotorFile, TerminalResistance, WARMER_IN_USE, WINDING_C};
 pub use nameplate::{DesignClass, Nameplate, NameplateGuess};
 pub use num_complex::Complex;
 pub use parameters::{
@@ -91,6 +93,8 @@ pub use state::{LoadLaw, State};
 pub use steady_state::{Held, steady_state};
 #[cfg(feature = "std")]
 pub use text_file::read_text;
+#[cfg(feature = "std")]
+pub use winding::Conductor;
 
 /// The example of the README is a test.
 #[cfg(doctest)]

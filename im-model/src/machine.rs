@@ -78,6 +78,14 @@ impl<T: Scalar> Machine<T> {
         }
     }
 
+    /// The same machine with windings that are warmer or colder: R_s and R_r times a positive factor each.
+    pub fn warmed(&self, [stator, rotor]: [f64; 2]) -> Self {
+        let mut warm = *self;
+        warm.parameters.stator_resistance_ohm = self.parameters.stator_resistance_ohm.scale(stator);
+        warm.parameters.rotor_resistance_ohm = self.parameters.rotor_resistance_ohm.scale(rotor);
+        warm
+    }
+
     /// A copy in another scalar type, with `f` giving every parameter: how sensitivities are seeded.
     pub fn map<U: Scalar>(&self, mut f: impl FnMut(ParameterId, f64) -> U) -> Machine<U> {
         let mut values = [U::zero(); 7];

@@ -10,14 +10,15 @@ use toml::Spanned;
 
 use crate::air_gap::AirGapSaturation;
 use crate::atomic_file::write_atomically;
-use crate::effects::{CustomId, EffectId, Effects, FreeForm, MAX_CUSTOM};
+use crate::effects::{CustomId, EffectId, Effects, FreeForm, MAX_CUSTOM, Role};
 use crate::error::{Bound, ModelError};
 use crate::file_error::FileError;
 use crate::machine::{Machine, ParameterId, Rating};
-use crate::nameplate::Nameplate;
+use crate::nameplate::{DesignClass, Nameplate, NameplateGuess};
 use crate::parameters::{BaseParameter, TParameters};
 use crate::text_file::read_text;
-use crate::toml_text::{TomlText, Whole, exact, quoted};
+use crate::toml_text::{TomlText, Whole, Within, exact, quoted};
+use crate::winding::Conductor;
 
 /// The content of a `motor.toml`.
 ///
@@ -25,6 +26,8 @@ use crate::toml_text::{TomlText, Whole, exact, quoted};
 /// [machine]
 /// name = "pump drive 7"
 /// pole_pairs = 2
+/// winding_c = 25.0                      # may be left out: the temperature of the windings, °C, at which R_s and R_r are those below
+/// design = "B"                          # may be left out: A, B, C, D (NEMA), N, H (IEC) or wound; how well L_ls/L_lr is known
 ///
 /// [machine.parameters]                  # star-equivalent, T circuit; all seven
 /// stator_resistance_ohm = 1.5
@@ -62,6 +65,10 @@ pub struct MotorFile {
     pub rating: Rating,
     /// What is known of parameters beside their values here.
     pub known: BTreeMap<ParameterId, Known>,
+    /// Temperature of stator winding and rotor at which R_s and R_r hold, °C, where it is known.
+    pub winding_c: Option<f64>,
+    /// Design of the rotor, where it is known.
+    pub design: Option<DesignClass>,
 }
 
 /// What is known of a parameter before any recording: measured, from a data sheet, or of such machines in general.
@@ -81,7 +88,15 @@ const BY_RULE: [f64; 6] = [1.0, 1.0, 1.0, 1.0, 1.0, 1.5];
 /// The same with the locked-rotor current or the breakdown torque.
 const BY_DATA_SHEET: [f64; 6] = [1.0, 0.2, 0.3, 0.3, 0.2, 1.5];
 /// Of a resistance between terminals, measured cold: the winding is warmer in use.
-const MEASURED: f64 = 0.3;
+pub const WARMER_IN_USE: f64 = 0.3;
+/// The same at a temperature that is known: instruments, and two kelvin.
+const MEASURED: f64 = 0.02;
+/// Temperatures of windings, °C.
+pub const WINDING_C: Bound = Bound::Within(-100.0, 300.0);
+/// A machine that has not run, °C: what standards refer resistances to.
+const COLD_C: f64 = 25.0;
+/// A motor's rotor at its rated point, °C: the reference of thermal class 130 (B), as warm as most are used (IEC 60034-2-1).
+const RATED_C: f64 = 95.0;
 
 /// Numbers by key; which keys there are is in the registry of effects and parameters.
 type Numbers = Spanned<BTreeMap<Spanned<String>, Spanned<toml::Value>>>;
@@ -99,6 +114,8 @@ struct MotorToml {
 struct Head {
     name: Option<String>,
     pole_pairs: Whole<1, 100>,
+    winding_c: Option<Within<-100, 300>>,
+    design: Option<Spanned<String>>,
     parameters: Numbers,
     rating: Option<Numbers>,
     air_gap: Option<Numbers>,
@@ -106,13 +123,42 @@ struct Head {
 
 const RATING: [&str; 4] = ["torque_nm", "electrical_frequency_hz", "phase_voltage_peak_v", "rotor_flux_vs"];
 
+/// A resistance between two terminals, measured with direct current.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TerminalResistance {
+    /// Ω.
+    pub ohm: f64,
+    /// Temperature of the winding then, °C, where it is known.
+    pub at_c: Option<f64>,
+}
+
 impl MotorFile {
-    /// A first motor from its nameplate, every parameter with the tolerance of such a guess; `terminal_resistance_ohm`, measured with direct
-    /// current between two terminals, replaces the guess of the stator resistance.
+    /// A motor of which nothing is known beside its parameters and its rating.
+    pub fn new(name: impl Into<String>, machine: Machine<f64>, rating: Rating) -> Self {
+        Self { name: name.into(), machine, rating, known: BTreeMap::new(), winding_c: None, design: None }
+    }
+
+    /// The temperature at which R_s and R_r hold: where none is known, that of a cold machine.
+    pub fn reference_c(&self) -> f64 {
+        self.winding_c.unwrap_or(COLD_C)
+    }
+
+    /// R_s and R_r with windings of these temperatures, over those of the machine.
+    pub fn warmth(&self, stator_c: f64, rotor_c: f64) -> [f64; 2] {
+        let from = self.reference_c();
+        [Conductor::Copper.warmed(from, stator_c), Conductor::Aluminium.warmed(from, rotor_c)]
+    }
+
+    /// A first motor from its nameplate, every parameter with the tolerance of such a guess, and the guess itself; a measured `resistance`
+    /// replaces that of the stator.
     ///
     /// # Errors
-    /// As [`Nameplate::guess`].
-    pub fn from_nameplate(name: &str, plate: &Nameplate, terminal_resistance_ohm: Option<f64>) -> Result<Self, ModelError> {
+    /// As [`Nameplate::guess`]; a resistance or a temperature that no machine has.
+    pub fn from_nameplate(
+        name: &str,
+        plate: &Nameplate,
+        resistance: Option<TerminalResistance>,
+    ) -> Result<(Self, NameplateGuess), ModelError> {
         let guess = plate.guess()?;
         // More digits than a guess has would say that it is more.
         let mut p = TParameters::from_values(guess.parameters.values().map(four_digits));
@@ -122,15 +168,36 @@ impl MotorFile {
         let rating = Rating { torque_nm, phase_voltage_peak_v, rotor_flux_vs, ..r };
         let data_sheet = plate.locked_rotor_current_ratio.or(plate.breakdown_torque_ratio).is_some();
         let mut tolerances = if data_sheet { BY_DATA_SHEET } else { BY_RULE };
-        if let Some(r) = terminal_resistance_ohm {
+        let winding_c = resistance.and_then(|r| r.at_c);
+        if let Some(r) = resistance {
+            BaseParameter::StatorResistance.bound().check("terminal_resistance_ohm", r.ohm)?;
             // Star or delta: the star-equivalent phase has half of what two terminals show.
-            p.stator_resistance_ohm = 0.5 * r;
-            tolerances[0] = MEASURED;
+            p.stator_resistance_ohm = 0.5 * r.ohm;
+            tolerances[0] = if winding_c.is_some() { MEASURED } else { WARMER_IN_USE };
+        }
+        if let Some(at_c) = winding_c {
+            WINDING_C.check("temperature of the winding, °C,", at_c)?;
+            // The rated point is a warm one.
+            p.rotor_resistance_ohm = four_digits(p.rotor_resistance_ohm * Conductor::Aluminium.warmed(RATED_C, at_c));
         }
         let machine = Machine::try_new(p, guess.pole_pairs, Effects::scaled(&rating, &p, guess.pole_pairs))?;
         let known = BaseParameter::ALL.into_iter().zip(p.values()).zip(tolerances);
         let known = known.map(|((id, value), tolerance)| (ParameterId::Base(id), Known { value, tolerance })).collect();
-        Ok(Self { name: name.to_owned(), machine, rating, known })
+        Ok((Self { known, winding_c, design: plate.design, ..Self::new(name, machine, rating) }, guess))
+    }
+
+    /// The same motor with an effect at the geometric middle of its usual sizes.
+    ///
+    /// # Errors
+    /// That is none which the machine can have.
+    pub fn with_usual(&self, effect: EffectId) -> Result<Self, ModelError> {
+        let mut machine = self.machine;
+        for (k, info) in effect.parameters().iter().enumerate().filter(|(_, p)| p.role == Role::Strength) {
+            let unit = self.rating.unit_of(info.scale, machine.parameters(), machine.pole_pairs());
+            let middle = (info.typical.0 * info.typical.1).sqrt() * unit;
+            machine = machine.with(&[(ParameterId::Effect(effect, k), middle)])?;
+        }
+        Ok(Self { machine, ..self.clone() })
     }
 
     /// Reads a file.
@@ -193,8 +260,13 @@ impl MotorFile {
         read_effects(&toml, &tables, &mut effects, &mut known)?;
         let gap = head.air_gap.as_ref().map(|table| air_gap(&toml, table)).transpose()?;
         let machine = Machine::try_new(p, pole_pairs, effects).and_then(|m| m.with_air_gap(gap)).map_err(|e| toml.value(e))?;
+        let design = head.design.map(|name| {
+            let class = DesignClass::from_name(name.get_ref());
+            class.ok_or_else(|| toml.unexpected(name.span(), None, DesignClass::NAMES))
+        });
         let name = head.name.unwrap_or_else(|| "motor".to_owned());
-        Ok(Self { name, machine, rating, known })
+        let winding_c = head.winding_c.map(|c| c.0);
+        Ok(Self { name, machine, rating, known, winding_c, design: design.transpose()? })
     }
 
     /// The file's text. Reading it gives the same machine, bit for bit, with effects that are off at their defaults.
@@ -209,8 +281,14 @@ impl MotorFile {
                 "# tolerance: in 95 of 100 cases the value is within a factor of 1 + tolerance; measured: of this value instead, known before a fit"
             );
         }
-        let _ = writeln!(out, "[machine]\nname = {}\npole_pairs = {}\n", quoted(&self.name), self.machine.pole_pairs());
-        let _ = writeln!(out, "[machine.parameters]");
+        let _ = writeln!(out, "[machine]\nname = {}\npole_pairs = {}", quoted(&self.name), self.machine.pole_pairs());
+        if let Some(at_c) = self.winding_c {
+            let _ = writeln!(out, "winding_c = {}", exact(at_c));
+        }
+        if let Some(design) = self.design {
+            let _ = writeln!(out, "design = {}", quoted(design.name()));
+        }
+        let _ = writeln!(out, "\n[machine.parameters]");
         for (parameter, x) in BaseParameter::ALL.into_iter().zip(p.values()) {
             let _ = writeln!(out, "{} = {}", parameter.key(), self.number(ParameterId::Base(parameter), x));
         }
@@ -424,7 +502,6 @@ fn read_effects(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::Role;
     use proptest::prelude::*;
 
     const GOOD: &str = "[machine]\nname = \"m\"\npole_pairs = 2\n\n[machine.parameters]\nstator_resistance_ohm = 1.5\n\
@@ -561,7 +638,9 @@ mod tests {
                 let value = if k % 2 == 0 { values[k] } else { 1.1 * values[k] };
                 known.insert(ParameterId::Base(p), Known { value, tolerance: f64::from(k as u8) * 0.01 });
             }
-            let file = MotorFile { name, machine, rating, known };
+            let winding_c = (on & 1 == 1).then_some(100.0 * run_up_s.sin());
+            let design = [None, Some(DesignClass::B), Some(DesignClass::C)][on as usize % 3];
+            let file = MotorFile { name, machine, rating, known, winding_c, design };
             let text = file.to_toml();
             let back = MotorFile::parse(&text, "again").map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;
             prop_assert_eq!(&back, &file);

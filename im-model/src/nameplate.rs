@@ -7,7 +7,7 @@
 //!   P_δ = P/(1 − s);
 //! - leakages: the locked-rotor current is I_A ≈ 6 I unless the data sheet says otherwise (catalogues of standard machines: 5 to 8,
 //!   below 1.5 kW about 4), so that X_σ = √((U/I_A)² − R²); where the breakdown torque is given, those with which the circuit has it: its
-//!   currents saturate the leakage paths less. Shared between stator and rotor by [`DesignClass`];
+//!   currents saturate the leakage paths less. Shared between stator and rotor by [`DesignClass`], alike where that is not known;
 //! - rotor resistance: the air-gap power, E² (R_r/s)/((R_r/s)² + X_lr²) = P_δ/3 with E = |U − (R_s + jX_ls) I|;
 //! - magnetizing reactance: what is left of the current, I − E/(R_r/s + jX_lr), its reactive part;
 //! - inertia: ½ J Ω²/P ≈ 0.14 s, the middle of 0.08 to 0.3 s of the machines in [`machines`](crate::machines); friction: half a
@@ -31,10 +31,9 @@ const LEAKAGES: [f64; 2] = [0.2, 5.0];
 const CONSTANT_LOSS_SHARE: f64 = 0.2;
 
 /// How the rotor of a machine is designed: by NEMA MG 1 (A to D) and IEC 60034-12 (N, H). Standard machines are B or N.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DesignClass {
     /// Normal starting torque and current, low slip; also machines with a wound rotor.
-    #[default]
     A,
     /// Normal starting torque, low starting current; IEC design N.
     B,
@@ -45,6 +44,16 @@ pub enum DesignClass {
 }
 
 impl DesignClass {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::A, Self::B, Self::C, Self::D];
+    /// What [`from_name`](Self::from_name) takes.
+    pub const NAMES: &'static str = "A, B, C or D (NEMA), N or H (IEC), or wound";
+
+    /// Its letter.
+    pub fn name(self) -> &'static str {
+        ["A", "B", "C", "D"][self as usize]
+    }
+
     /// By its letter, IEC's too.
     pub fn from_name(name: &str) -> Option<Self> {
         Some(match name {
@@ -63,6 +72,17 @@ impl DesignClass {
             Self::B => 0.67,
             Self::C => 0.43,
         }
+    }
+
+    /// Standard deviation of ln(L_ls/L_lr) where a machine is said to have the ratio `given`. A class is known by its ratio when that is nearer
+    /// to its own than to the next one's, which is half again as large or as small: within a factor √1.5, in 95 of 100 cases. Without a class
+    /// all of them are possible: to the farther end of theirs in 95 of 100 cases.
+    pub fn leakage_ratio_std(class: Option<Self>, given: f64) -> f64 {
+        let within = match class {
+            Some(_) => 0.5 * Scalar::ln(1.5f64),
+            None => Self::ALL.iter().fold(0.0, |far: f64, c| far.max(Scalar::ln(c.leakage_ratio() / given).abs())),
+        };
+        within / 1.96
     }
 }
 
@@ -87,8 +107,8 @@ pub struct Nameplate {
     pub locked_rotor_torque_ratio: Option<f64>,
     /// Breakdown over rated torque (T_K/T_N), where the data sheet gives it.
     pub breakdown_torque_ratio: Option<f64>,
-    /// The design class; shares the leakage.
-    pub design: DesignClass,
+    /// The design class, which shares the leakage between stator and rotor; alike where it is not known.
+    pub design: Option<DesignClass>,
 }
 
 /// What is guessed from a nameplate.
@@ -176,7 +196,7 @@ impl Nameplate {
     ///
     /// A quantity that is not positive, a speed that is no motor speed of 1 to 100 pole pairs with up to 20 % slip, a power factor or
     /// an efficiency (shaft power over √3 U I cos φ) that is not below one, a locked-rotor current not between 2 and 15 times rated, torques of
-    /// the data sheet outside 0.2 to 6 times rated, or a breakdown torque that no leakage gives.
+    /// the data sheet outside 0.2 to 6 times rated, or a breakdown torque that no leakage gives or that is less than the locked-rotor torque.
     pub fn guess(&self) -> Result<NameplateGuess, ModelError> {
         for (quantity, x) in [
             ("power_w", self.power_w),
@@ -195,6 +215,10 @@ impl Nameplate {
             ("breakdown_torque_ratio", self.breakdown_torque_ratio),
         ] {
             Bound::Within(0.2, 6.0).check(quantity, x.unwrap_or(1.0))?;
+        }
+
+        if let (Some(locked), Some(breakdown)) = (self.locked_rotor_torque_ratio, self.breakdown_torque_ratio) {
+            Bound::Within(0.2, breakdown).check("locked_rotor_torque_ratio", locked)?;
         }
 
         let pole_pairs = 60.0 * self.frequency_hz / self.speed_rpm;
@@ -222,7 +246,7 @@ impl Nameplate {
 
         let sine = Scalar::sqrt(1.0 - self.power_factor * self.power_factor);
         let i_s = Complex::new(self.power_factor, -sine) * current;
-        let point = RatedPoint { u, i_s, r_s, gap, leakage_ratio: self.design.leakage_ratio() };
+        let point = RatedPoint { u, i_s, r_s, gap, leakage_ratio: self.design.map_or(1.0, DesignClass::leakage_ratio) };
         let synchronous = omega / n_p;
         let rated_torque = self.power_w / (self.speed_rpm * core::f64::consts::PI / 30.0);
         let x_sigma = match self.breakdown_torque_ratio {
@@ -353,7 +377,7 @@ mod tests {
             locked_rotor_current_ratio: Some(locked),
             locked_rotor_torque_ratio: Some(standing),
             breakdown_torque_ratio: Some(breakdown),
-            design: DesignClass::B,
+            design: Some(DesignClass::B),
             ..plate
         };
         let guess = sheet.guess().unwrap();
@@ -389,6 +413,10 @@ mod tests {
             (Nameplate { power_w: 4000.0, ..good }, "efficiency"),
             (Nameplate { line_current_rms_a: f64::NAN, ..good }, "line_current_rms_a"),
             (Nameplate { locked_rotor_current_ratio: Some(0.5), ..good }, "locked_rotor_current_ratio"),
+            (
+                Nameplate { locked_rotor_torque_ratio: Some(2.5), breakdown_torque_ratio: Some(2.4), ..good },
+                "locked_rotor_torque_ratio",
+            ),
         ] {
             let text = bad.guess().unwrap_err().to_string();
             assert!(text.starts_with(name), "{text}");

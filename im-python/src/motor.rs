@@ -1,12 +1,11 @@
 //! A motor: the content of a `motor.toml`.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use im_diagnose::steady_curve::torque_speed;
 use im_model::{
-    BaseParameter, EffectId, Effects, GammaParameters, InverseGammaParameters, Machine, MotorFile, DesignClass, Nameplate, ParameterId,
-    Rating, TParameters,
+    BaseParameter, DesignClass, EffectId, Effects, GammaParameters, InverseGammaParameters, Machine, MotorFile, Nameplate, ParameterId,
+    Rating, TParameters, TerminalResistance,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -34,7 +33,7 @@ impl Motor {
         let rating = Rating::guess(&p, pole_pairs);
         let effects = Effects::scaled(&rating, &p, pole_pairs);
         let machine = Machine::try_new(p, pole_pairs, effects).map_err(refused)?;
-        Ok(Self::new(MotorFile { name: name.to_owned(), machine, rating, known: BTreeMap::new() }))
+        Ok(Self::new(MotorFile::new(name, machine, rating)))
     }
 }
 
@@ -64,11 +63,16 @@ impl Motor {
         frequency_hz: f64,
         locked_rotor_current_ratio: Option<f64>,
         breakdown_torque_ratio: Option<f64>,
-        design: &str,
+        design: Option<&str>,
         terminal_resistance_ohm: Option<f64>,
+        resistance_at_c: Option<f64>,
     ) -> PyResult<Self> {
-        let design = DesignClass::from_name(design)
-            .ok_or_else(|| refused(format!("design {design:?} is not known; it is A, B, C or D (NEMA), N or H (IEC), or wound")))?;
+        let class = |name| {
+            DesignClass::from_name(name)
+                .ok_or_else(|| refused(format!("design {name:?} is not known; it is {}", DesignClass::NAMES)))
+        };
+        let design = design.map(class).transpose()?;
+        let resistance = terminal_resistance_ohm.map(|ohm| TerminalResistance { ohm, at_c: resistance_at_c });
         let plate = Nameplate {
             power_w,
             line_voltage_rms_v,
@@ -81,8 +85,8 @@ impl Motor {
             locked_rotor_torque_ratio: None,
             design,
         };
-        let file = MotorFile::from_nameplate(name, &plate, terminal_resistance_ohm);
-        Ok(Self::new(file.map_err(|e| refused(format!("the nameplate: {e}")))?))
+        let made = MotorFile::from_nameplate(name, &plate, resistance);
+        Ok(Self::new(made.map_err(|e| refused(format!("the nameplate: {e}")))?.0))
     }
 
     /// R_s, R_r, L_ls, L_lr, L_m, J, D.

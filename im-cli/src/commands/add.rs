@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let file = args.motor.display();
         return Err(Failure::Input(format!("{file}: {effect} is on already; edit [effects.{effect}] or fit it with im fit")));
     }
-    let sized = at_usual_size(&motor, effect)?;
+    let sized = motor.with_usual(effect).map_err(|e| Failure::Input(e.to_string()))?;
     if args.train.is_empty() {
         sized.write(&args.output)?;
         return print(args, &sized.machine, None, &[]);
@@ -108,17 +108,6 @@ fn print(args: &Args, machine: &Machine<f64>, fitted: Option<(&Model, &Model)>, 
     let how = if fitted.is_some() { "" } else { " at a usual size; edit it, or give --train to fit it" };
     writeln!(out, "{}: the motor with {effect}{how}", args.output.display())?;
     Ok(())
-}
-
-/// The effect at the geometric middle of its usual sizes.
-fn at_usual_size(motor: &MotorFile, effect: EffectId) -> Result<MotorFile, Failure> {
-    let mut machine = motor.machine;
-    for (k, info) in effect.parameters().iter().enumerate().filter(|(_, p)| p.role == Role::Strength) {
-        let unit = motor.rating.unit_of(info.scale, machine.parameters(), machine.pole_pairs());
-        let middle = (info.typical.0 * info.typical.1).sqrt() * unit;
-        machine = machine.with(&[(ParameterId::Effect(effect, k), middle)]).map_err(|e| Failure::Input(e.to_string()))?;
-    }
-    Ok(MotorFile { machine, ..motor.clone() })
 }
 
 /// The sized effect on the fitted base parameters.

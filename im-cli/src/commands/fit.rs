@@ -7,7 +7,7 @@ use im_diagnose::fitted::Fitted;
 use im_diagnose::held_ratio::{HELD, held_std, is_held};
 use im_diagnose::sources::by_fit;
 use im_diagnose::uncertainty::{HALF_95, MachineQuantity};
-use im_model::{BaseParameter, ParameterId};
+use im_model::{BaseParameter, DesignClass, ParameterId};
 use serde_json::json;
 
 use super::inputs::{Data, refused};
@@ -62,7 +62,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let (b, a, half) = (rounded(e.before), rounded(e.after), rounded(HALF_95 * e.std));
         writeln!(out, "{:<60} {b:>11} {a:>11} {half:>11} {}{note}", e.quantity.key(), e.quantity.unit())?;
     }
-    for (p, std) in HELD.into_iter().zip(held_std(estimates, &after.machine)) {
+    for (p, std) in HELD.into_iter().zip(held_std(estimates, after)) {
         let q = MachineQuantity::Parameter(ParameterId::Base(p));
         let (b, a, half) = (rounded(q.of(&before.machine)), rounded(q.of(&after.machine)), rounded(HALF_95 * std));
         writeln!(out, "{:<60} {b:>11} {a:>11} {half:>11} {}  ratio held", q.key(), q.unit())?;
@@ -75,10 +75,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     let ratio = before.machine.parameters().leakage_ratio();
+    let half = (HALF_95 * DesignClass::leakage_ratio_std(after.design, ratio)).exp();
+    let known = match after.design {
+        Some(class) => format!("as well as design {} says", class.name()),
+        None => "over all design classes; design = \"B\" in [machine] narrows it".to_owned(),
+    };
     let held = format!(
-        "\"ratio held\": follows from the inverse-Γ circuit with L_ls/L_lr = {} as given; the interval is that of a ratio known to 20 % (one \
-         standard deviation over the design classes).",
-        rounded(ratio)
+        "\"ratio held\": follows from the inverse-Γ circuit with L_ls/L_lr = {} as given; the interval is that of a ratio from {} to {}, {known}.",
+        rounded(ratio),
+        rounded(ratio / half),
+        rounded(ratio * half)
     );
     write!(out, "{}", wrapped("", &held))?;
     for (a, b, c) in estimates.correlated(0.98) {

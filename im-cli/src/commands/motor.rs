@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use im_model::{BaseParameter, DesignClass, MotorFile, Nameplate, ParameterId};
+use im_model::{BaseParameter, DesignClass, ModelError, MotorFile, Nameplate, NameplateGuess, ParameterId, TerminalResistance};
 use serde_json::json;
 
 use crate::failure::Failure;
@@ -48,12 +48,15 @@ pub struct Args {
     /// Breakdown torque over rated torque, where the data sheet gives it
     #[arg(long, value_name = "RATIO")]
     breakdown_torque: Option<f64>,
-    /// Design of the rotor: A, B, C or D (NEMA), N or H (IEC), or wound; shares the leakage between stator and rotor
-    #[arg(long, value_name = "CLASS", default_value = "A", value_parser = design)]
-    design: DesignClass,
+    /// Design of the rotor: A, B, C or D (NEMA), N or H (IEC), or wound; shares the leakage between stator and rotor, alike without
+    #[arg(long, value_name = "CLASS", value_parser = design)]
+    design: Option<DesignClass>,
     /// Resistance between two terminals, measured with direct current, ohm
     #[arg(long, value_name = "OHM")]
     terminal_resistance_ohm: Option<f64>,
+    /// Temperature of the winding at that measurement; R_s and R_r of the motor file are then those at it
+    #[arg(long, value_name = "CELSIUS", requires = "terminal_resistance_ohm", allow_negative_numbers = true)]
+    resistance_at_c: Option<f64>,
     /// What the machine is called
     #[arg(long, value_name = "NAME", default_value = "motor")]
     name: String,
@@ -66,7 +69,7 @@ pub struct Args {
 }
 
 fn design(name: &str) -> Result<DesignClass, String> {
-    DesignClass::from_name(name).ok_or_else(|| "expected A, B, C or D (NEMA), N or H (IEC), or wound".to_owned())
+    DesignClass::from_name(name).ok_or_else(|| format!("expected {}", DesignClass::NAMES))
 }
 
 impl Args {
@@ -85,11 +88,57 @@ impl Args {
         }
     }
 
-    /// The motor file.
-    fn motor(&self) -> Result<MotorFile, Failure> {
-        MotorFile::from_nameplate(&self.name, &self.plate(), self.terminal_resistance_ohm)
-            .map_err(|e| Failure::Input(format!("the nameplate: {e}")))
+    /// The motor file, and the guess that it was made from.
+    fn motor(&self) -> Result<(MotorFile, NameplateGuess), Failure> {
+        let resistance = self.terminal_resistance_ohm.map(|ohm| TerminalResistance { ohm, at_c: self.resistance_at_c });
+        MotorFile::from_nameplate(&self.name, &self.plate(), resistance).map_err(|e| refused(&e))
     }
+}
+
+/// The options that the guess's quantities come from, and what to look at where one is not possible.
+const OPTIONS: [(&str, &str, &str); 13] = [
+    ("power_w", "--power-w", "the shaft power in W"),
+    ("line_voltage_rms_v", "--voltage-v", "line to line, V rms"),
+    ("line_current_rms_a", "--current-a", "of the line, A rms"),
+    ("speed_rpm", "--speed-rpm", "the rated speed in rpm"),
+    ("frequency_hz", "--frequency-hz", "of the supply"),
+    ("power_factor", "--power-factor", "cos φ at the rated point, 0.83 for 83 %"),
+    ("locked_rotor_current_ratio", "--locked-current", "over the rated current, as data sheets give it (I_A/I_N)"),
+    (
+        "locked_rotor_torque_ratio",
+        "--locked-torque",
+        "over the rated torque (T_A/T_N), and no more than the breakdown torque where that is given",
+    ),
+    (
+        "breakdown_torque_ratio",
+        "--breakdown-torque",
+        "over the rated torque (T_K/T_N); the range is that of leakages a fifth to five times as usual",
+    ),
+    ("terminal_resistance_ohm", "--terminal-resistance-ohm", "between two terminals"),
+    ("temperature", "--resistance-at-c", "of the winding when its resistance was measured"),
+    (
+        "pole pairs",
+        "--speed-rpm and --frequency-hz",
+        "no machine turns faster than 60 times the frequency: is the speed in rpm, and the frequency right?",
+    ),
+    (
+        "slip",
+        "--speed-rpm and --frequency-hz",
+        "give the rated speed, a little under the synchronous one, and the frequency that belongs to it",
+    ),
+];
+const EFFICIENCY: &str = "--power-w, --voltage-v, --current-a and --power-factor contradict each other: power is the shaft's, voltage and current are the \
+                          line's, of one connection (star or delta)";
+
+/// A nameplate that is not possible: which option, and what to look at.
+fn refused(e: &ModelError) -> Failure {
+    let said = e.to_string();
+    let place = OPTIONS.iter().find(|(quantity, ..)| said.starts_with(quantity));
+    Failure::Input(match place {
+        Some((_, option, what)) => format!("{option}: {said}; {what}"),
+        None if said.starts_with("efficiency") => format!("{said}; {EFFICIENCY}"),
+        None => format!("the nameplate: {said}"),
+    })
 }
 
 /// Beyond what the guess may be off.
@@ -100,7 +149,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.output {
         Outputs::default().file(path)?;
     }
-    let motor = args.motor()?;
+    let (motor, guess) = args.motor()?;
     if let Some(path) = &args.output {
         motor.write(path)?;
     }
@@ -112,7 +161,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             (p.key().to_owned(), json!({"value": value, "tolerance": tolerance, "unit": p.unit()}))
         };
         let parameters: serde_json::Map<_, _> = values.map(one).collect();
-        writeln!(out, "{}", json!({"schema": 1, "pole_pairs": motor.machine.pole_pairs(), "parameters": parameters}))?;
+        let report = json!({
+            "schema": 1, "pole_pairs": motor.machine.pole_pairs(), "parameters": parameters, "winding_c": motor.winding_c,
+            "design": motor.design.map(DesignClass::name), "locked_rotor_resistance_ratio": guess.locked_rotor_resistance_ratio,
+        });
+        writeln!(out, "{report}")?;
         return Ok(());
     }
     let Some(path) = &args.output else {
@@ -133,7 +186,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         motor.machine.pole_pairs()
     );
     write!(out, "{}", wrapped("", &note))?;
-    if let Some(ratio) = args.plate().guess().ok().and_then(|g| g.locked_rotor_resistance_ratio) {
+    if let Some(ratio) = guess.locked_rotor_resistance_ratio {
         let means = if ratio > DEEP_BARS { ": deep bars. Expect rotor_skin_effect where a start is recorded" } else { "" };
         let bars = format!("Locked, the rotor has {} times its resistance at the rated point{means}.", rounded(ratio));
         write!(out, "{}", wrapped("", &bars))?;

@@ -87,6 +87,6 @@ impl Commissioned {
         }
         e.voltage_delay = VoltageDelay { delay_s: plan.voltage_delay_s };
         let machine = Machine::try_new(p, plan.pole_pairs, e)?;
-        Ok(MotorFile { name: name.to_owned(), machine, rating: plan.rating, known })
+        Ok(MotorFile { known, ..MotorFile::new(name, machine, plan.rating) })
     }
 }

@@ -263,15 +263,11 @@ fn a_shaft_that_turns_with_flux_is_not_at_rest() {
 fn a_switching_bridge_is_no_obstacle() {
     let m = machines::JADOT_TABLE_I;
     for delay_s in [0.0, H] {
-        let motor = im_model::MotorFile {
-            name: m.name.into(),
-            machine: hidden(&m, |e| {
-                (e.inverter_nonlinearity.voltage_v, e.voltage_delay.delay_s) = (0.0, delay_s);
-                e.iron_loss.conductance_s = 1e-3;
-            }),
-            rating: m.rating,
-            known: std::collections::BTreeMap::default(),
-        };
+        let machine = hidden(&m, |e| {
+            (e.inverter_nonlinearity.voltage_v, e.voltage_delay.delay_s) = (0.0, delay_s);
+            e.iron_loss.conductance_s = 1e-3;
+        });
+        let motor = im_model::MotorFile::new(m.name, machine, m.rating);
         let rig = bench(&motor);
         let done = commission(&motor, &rig, &mut |_, _| ()).unwrap();
         let found = done.outcome.unwrap();

@@ -62,6 +62,7 @@ impl Diagnosis {
             })).collect::<Vec<_>>(),
             "loads": self.loads.to_json(),
             "torque_speed": steady_curve::to_json(&[("before", &self.rated[0]), ("after", &self.rated[1])]),
+            "losses": self.losses,
             "noise": self.noise,
             "remarks": self.remarks(),
         })

@@ -15,6 +15,7 @@ use crate::case::Case;
 use crate::held_ratio::{HELD, held_std, is_held};
 use crate::learn::{Curve, continued};
 use crate::loads::Loads;
+use crate::losses::{ModelPoint, by_model};
 use crate::residual_tests::Dependence;
 use crate::search::{Course, Learning, Model, Options, Refinement};
 use crate::steady_curve::RatedSupply;
@@ -81,6 +82,8 @@ pub struct Diagnosis {
     pub remainder: Option<Remainder>,
     /// What the motor does on its rated supply, as given and as refined.
     pub rated: [RatedSupply; 2],
+    /// Losses of the refined motor in the rows of tables.
+    pub losses: Vec<ModelPoint>,
     /// Curves among the effects that no formula of the library gives.
     pub learned: Vec<Curve>,
     /// Noise per channel, in its unit.
@@ -142,6 +145,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     let estimates = Estimates::new(&before, machine, starts, &judged, &free);
     let parameters = changes(&before, &refined, &free, &estimates);
     let rated = [&before, &refined].map(RatedSupply::of);
+    let losses = by_model::points(&estimates, machine, &case.train);
     let case = loop_.case().clone();
     let noise = case.train.iter().flat_map(|e| &e.channels).map(|c| (c.name.clone(), c.sigma)).collect();
     let with_rivals = last.effects.iter().zip(course.alternatives());
@@ -160,6 +164,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         loads,
         remainder,
         rated,
+        losses,
         learned,
         noise,
         case,
@@ -180,7 +185,7 @@ fn changes(before: &MotorFile, after: &MotorFile, free: &[Free], estimates: &Est
         Target::Machine(ids) => Some(ids),
         Target::Initial { .. } => None,
     });
-    let stds = held_std(estimates, fitted);
+    let stds = held_std(estimates, after);
     let std =
         |id: ParameterId| HELD.into_iter().zip(stds).find(|(p, _)| ParameterId::Base(*p) == id).map_or(f64::NAN, |(_, std)| std);
     let held = moved.flatten().filter(|id| is_held(**id)).map(|&id| (MachineQuantity::Parameter(id), std(id), true));

@@ -11,9 +11,8 @@ use super::columns::Columns;
 use super::lag::{Lag, lag};
 use super::mapping::{Also, Clock, Column, Mapping, Signal};
 use super::raw::{RawTable, find, open};
-use super::signals::unit_of;
+use super::signals::{seconds, time_of};
 use super::sniff::sniff;
-use super::unit::Quantity;
 
 /// The other files of a recording.
 pub fn files<'a>(path: &'a Path, mapping: &'a Mapping) -> impl Iterator<Item = PathBuf> + 'a {
@@ -32,7 +31,7 @@ pub fn join(path: &Path, mapping: &Mapping) -> Result<Columns, FileError> {
         Clock::Shift(_) => None,
     });
     let mut own = taken(path, &label, mapping.format, &asked.iter().copied().chain(with).collect::<Vec<_>>())?;
-    let time = own_time(&own, mapping)?;
+    let time = time_of(&own, mapping)?;
     let (mut from, mut to) = ends(&time);
     let mut others = Vec::new();
     for also in &mapping.also {
@@ -110,32 +109,6 @@ fn taken(path: &Path, label: &str, format: TextFormat, signals: &[&Signal]) -> R
     asked.dedup();
     asked.iter().for_each(|&k| rows.require(k));
     RawTable::from_rows(rows, label, &asked, usize::MAX)
-}
-
-fn own_time(table: &RawTable, mapping: &Mapping) -> Result<Vec<f64>, FileError> {
-    match (&mapping.time.signal, mapping.time.sample_time_s) {
-        (Some(s), _) => seconds(table, s, mapping),
-        (None, dt) => Ok((0..table.len()).map(|k| k as f64 * dt.unwrap_or(1.0)).collect()),
-    }
-}
-
-/// A column of time, s.
-fn seconds(table: &RawTable, time: &Signal, mapping: &Mapping) -> Result<Vec<f64>, FileError> {
-    let unit = unit_of(time, table, mapping, Some(Quantity::Time))?;
-    let k = find(&table.names, time, &mapping.label)?;
-    let t: Vec<f64> = table.columns[k].iter().map(|t| t * unit).collect();
-    match (1..t.len()).find(|&k| !matches!(t[k - 1].partial_cmp(&t[k]), Some(std::cmp::Ordering::Less))) {
-        None => Ok(t),
-        Some(k) => {
-            let problem = Problem::TimeNotForward { before_s: t[k - 1], now_s: t[k] };
-            Err(FileError::new(
-                &table.label,
-                table.line_of(k),
-                Some(&table.names[find(&table.names, time, &mapping.label)?]),
-                problem,
-            ))
-        }
-    }
 }
 
 fn ends(time: &[f64]) -> (f64, f64) {

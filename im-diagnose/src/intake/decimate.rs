@@ -65,6 +65,7 @@ mod tests {
             load: Load::Known,
             imposed_speed: None,
             speed_nudge: None,
+            warmth: Vec::new(),
             channels: vec![Channel {
                 name: "omega_m_rad_s".into(),
                 kind: ChannelKind::Speed,

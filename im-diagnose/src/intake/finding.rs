@@ -48,6 +48,8 @@ pub enum FindingKind {
     TooFewRows,
     /// Tables of one voltage only.
     OneVoltage,
+    /// Temperatures of windings that are not said, of the motor or of its evidence.
+    WindingTemperature,
     /// No load torque is known.
     MissingLoad,
     /// No speed is known.

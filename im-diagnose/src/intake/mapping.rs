@@ -302,6 +302,8 @@ pub struct Mapping {
     pub load: Load,
     /// Start.
     pub begin: Begin,
+    /// Temperature of the windings, °C.
+    pub winding_c: Option<f64>,
 }
 
 impl VoltageForm {

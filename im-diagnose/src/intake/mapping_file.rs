@@ -39,6 +39,7 @@ struct MappingToml {
     file: Option<String>,
     files: Option<Files>,
     start: Option<Begin>,
+    winding_c: Option<Within<-100, 300>>,
     text: Option<TextToml>,
     time: Spanned<TimeToml>,
     voltage: Spanned<VoltageToml>,
@@ -436,6 +437,7 @@ impl Mapping {
             speed: m.speed.map_or(Ok(Speed::Absent), |t| speed(&toml, t))?,
             load: m.load.map_or(Ok(Load::Unstated), |t| load(&toml, t))?,
             begin: m.start.unwrap_or_default(),
+            winding_c: m.winding_c.map(|c| c.0),
         })
     }
 }

@@ -168,6 +168,7 @@ fn read_one(origin: Origin<'_>, mapping: Option<Mapping>, motor: &MotorFile) -> 
     // The instant may have been chosen by now.
     let measured_voltage = Voltage { instant: signals.instant, ..mapping.voltage.clone() }.is_measured();
     let mut taken = Intake { draft, measured_voltage, ..assemble(&signals, checked, mapping.begin) };
+    taken.experiment.warmth = mapping.winding_c.map(|c| motor.warmth(c, c)).into_iter().collect();
     if let Some(mut finding) = decimate::decimate(&mut taken.experiment, motor.rating.electrical_frequency_hz) {
         finding.recording.clone_from(&signals.name);
         taken.findings.push(finding);
@@ -279,6 +280,7 @@ fn canonical<R: std::io::BufRead>(rows: &mut Rows<'_, R>, label: &str) -> Result
         speed: Speed::Measured { signal: signal(found.omega_m), electrical: false },
         load: found.tau_load.map_or(Load::Unstated, |k| Load::Measured { signal: signal(k), times: None }),
         begin: Begin::Auto,
+        winding_c: None,
     })
 }
 
@@ -330,6 +332,7 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         tau_load: s.tau_load.as_ref().map_or_else(|| vec![0.0; n], |t| t.values[..n].to_vec()),
         imposed_speed: matches!(s.speed, SpeedTrace::Locked).then(|| vec![0.0; n]),
         speed_nudge: None,
+        warmth: Vec::new(),
         supply_frequency_hz: None,
         channels,
         start: Start::Rest,

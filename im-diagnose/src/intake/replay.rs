@@ -69,6 +69,7 @@ mod tests {
             load: Load::Known,
             imposed_speed: None,
             speed_nudge: None,
+            warmth: Vec::new(),
             channels,
             start: Start::Rest,
         };

@@ -74,22 +74,9 @@ impl Signals {
     /// without rows.
     pub fn new(table: &mut RawTable, mapping: &Mapping, pole_pairs: u32) -> Result<Self, FileError> {
         let n = table.len();
-        let (mut time, time_line) = match (&mapping.time.signal, mapping.time.sample_time_s) {
-            (Some(s), _) => {
-                let unit = unit_of(s, table, mapping, Some(Quantity::Time))?;
-                let k = place(&table.names, s, mapping)?;
-                (table.columns[k].iter().map(|t| t * unit).collect::<Vec<f64>>(), Some(table.names[k].clone()))
-            }
-            (None, dt) => {
-                let dt = dt.unwrap_or(1.0);
-                ((0..n).map(|k| k as f64 * dt).collect(), None)
-            }
-        };
-        let name = time_line.as_deref().unwrap_or("time");
+        let mut time = time_of(table, mapping)?;
+        let name = mapping.time.signal.as_ref().map_or(Ok("time"), |s| Ok(&table.names[place(&table.names, s, mapping)?]))?;
         let at = |k: usize, problem| FileError::new(&table.label, table.line_of(k), Some(name), problem);
-        if let Some(k) = (1..n).find(|&k| time[k] <= time[k - 1]) {
-            return Err(at(k, Problem::TimeNotForward { before_s: time[k - 1], now_s: time[k] }));
-        }
         let from = time.partition_point(|t| *t < mapping.time.from_s);
         let to = time.partition_point(|t| *t < mapping.time.to_s);
         if to - from < 2 {
@@ -307,6 +294,28 @@ impl Read<'_> {
             values = repair::earlier(&values, signal.delay_s / self.grid.sample_time_s);
         }
         Ok(Trace { column: self.table.names[k].clone(), values, gain, offset })
+    }
+}
+
+/// The time of every row, s: of the mapping's column, or by its sampling time.
+pub(super) fn time_of(table: &RawTable, mapping: &Mapping) -> Result<Vec<f64>, FileError> {
+    match (&mapping.time.signal, mapping.time.sample_time_s) {
+        (Some(s), _) => seconds(table, s, mapping),
+        (None, dt) => Ok((0..table.len()).map(|k| k as f64 * dt.unwrap_or(1.0)).collect()),
+    }
+}
+
+/// A column of time, s, which goes forward.
+pub(super) fn seconds(table: &RawTable, time: &Signal, mapping: &Mapping) -> Result<Vec<f64>, FileError> {
+    let unit = unit_of(time, table, mapping, Some(Quantity::Time))?;
+    let column = place(&table.names, time, mapping)?;
+    let t: Vec<f64> = table.columns[column].iter().map(|t| t * unit).collect();
+    match (1..t.len()).find(|&k| !matches!(t[k - 1].partial_cmp(&t[k]), Some(std::cmp::Ordering::Less))) {
+        None => Ok(t),
+        Some(k) => {
+            let problem = Problem::TimeNotForward { before_s: t[k - 1], now_s: t[k] };
+            Err(FileError::new(&table.label, table.line_of(k), Some(&table.names[column]), problem))
+        }
     }
 }
 

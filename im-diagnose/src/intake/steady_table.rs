@@ -1,8 +1,8 @@
 //! Tables of steady states, as no-load, locked-rotor and load tests are written down: one row per point.
 //!
-//! `V_LL_V,I_A,P_3ph_W,Q_3ph_var,n_rpm,T_Nm,winding_C`: line-to-line voltage and line current, rms; active and reactive power of the three phases;
-//! speed; torque at the shaft; temperature of the stator winding. `Q_3ph_var` and what follows may be missing, or empty where a row was not
-//! measured so far. A mapping (`no_load.table.toml` beside `no_load.csv`, or `table.toml` for every table of a folder) names foreign columns:
+//! `V_LL_V,I_A,P_3ph_W,Q_3ph_var,n_rpm,T_Nm,winding_C,rotor_C`: line-to-line voltage and line current, rms; active and reactive power of the three phases;
+//! speed; torque at the shaft; temperatures of the stator winding and of the rotor. `Q_3ph_var` and what follows may be missing, or empty where a
+//! row was not measured so far. A mapping (`no_load.table.toml` beside `no_load.csv`, or `table.toml` for every table of a folder) names foreign columns:
 //!
 //! ```toml
 //! [table]
@@ -12,11 +12,12 @@
 //! current = { column = "I", unit = "mA" }
 //! power = "P (kW)"
 //! speed = "n_rpm"
+//! winding_c = 78                         # where no column says it
 //! ```
 
 use std::path::{Path, PathBuf};
 
-use im_model::toml_text::{Positive, TomlText};
+use im_model::toml_text::{Positive, TomlText, Within};
 use im_model::{FileError, Problem, TextFormat, read_text};
 use serde::{Deserialize, Serialize};
 
@@ -58,6 +59,8 @@ pub struct SteadyRow {
     pub torque_nm: Option<f64>,
     /// Temperature of the stator winding, °C.
     pub winding_c: Option<f64>,
+    /// Temperature of the rotor, °C, where it is not the stator winding's.
+    pub rotor_c: Option<f64>,
 }
 
 /// A table of steady states.
@@ -73,7 +76,7 @@ pub struct SteadyTable {
     pub rows: Vec<SteadyRow>,
 }
 
-const CANONICAL: [&str; 8] = ["V_LL_V", "V_ph_V", "I_A", "P_3ph_W", "Q_3ph_var", "n_rpm", "T_Nm", "winding_C"];
+const CANONICAL: [&str; 9] = ["V_LL_V", "V_ph_V", "I_A", "P_3ph_W", "Q_3ph_var", "n_rpm", "T_Nm", "winding_C", "rotor_C"];
 
 /// Class of instruments where nobody says.
 const USUAL_CLASS_PERCENT: f64 = 0.5;
@@ -100,6 +103,8 @@ struct TableToml {
     speed: Option<ColumnToml>,
     torque: Option<ColumnToml>,
     winding: Option<ColumnToml>,
+    rotor: Option<ColumnToml>,
+    winding_c: Option<Within<-100, 300>>,
 }
 
 /// How the columns of a table stand in a file: by the order of [`CANONICAL`].
@@ -107,6 +112,8 @@ struct TableMapping {
     label: String,
     kind: Option<TableKind>,
     class_percent: f64,
+    /// Temperature of the windings where no column says it, °C.
+    winding_c: Option<f64>,
     /// How the text is written, where somebody says.
     format: Option<TextFormat>,
     signals: [Option<(Signal, f64)>; CANONICAL.len()],
@@ -185,7 +192,8 @@ impl SteadyTable {
                 reactive_power_var: get(4),
                 omega_m_rad_s: get(5),
                 torque_nm: get(6),
-                winding_c: get(7),
+                winding_c: get(7).or(mapping.winding_c),
+                rotor_c: get(8),
             });
         }
         if points.is_empty() {
@@ -254,7 +262,8 @@ impl TableMapping {
             let name = CANONICAL[k];
             names.iter().any(|n| n == name).then(|| (Signal::plain(name), rpm(k)))
         });
-        Self { label: label.to_owned(), kind: None, class_percent: USUAL_CLASS_PERCENT, format: None, signals }
+        let class_percent = USUAL_CLASS_PERCENT;
+        Self { label: label.to_owned(), kind: None, class_percent, winding_c: None, format: None, signals }
     }
 
     fn read(path: &Path) -> Result<Self, FileError> {
@@ -271,13 +280,15 @@ impl TableMapping {
             ("speed", t.speed),
             ("torque", t.torque),
             ("winding", t.winding),
+            ("rotor", t.rotor),
         ];
         let mut signals: [Option<(Signal, f64)>; CANONICAL.len()] = std::array::from_fn(|_| None);
         for (signal, (key, given)) in signals.iter_mut().zip(columns) {
             *signal = given.map(|c| column(&toml, key, c)).transpose()?;
         }
         let class_percent = t.class.map_or(USUAL_CLASS_PERCENT, |c| c.0);
-        Ok(Self { label, kind: t.kind, class_percent, format: text.map(TextFormat::from), signals })
+        let winding_c = t.winding_c.map(|c| c.0);
+        Ok(Self { label, kind: t.kind, class_percent, winding_c, format: text.map(TextFormat::from), signals })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use im_identify::offline::Experiment;
 use im_model::effects::{Acts, FreeForm, Over};
-use im_model::{Bench, Complex, EffectId, Machine, State};
+use im_model::{Complex, EffectId, Machine, State};
 
 use crate::residual_tests::{Dependence, Part, Variable};
 
@@ -24,7 +24,7 @@ impl Reach {
         let runs = || experiments.iter().zip(starts).filter(|(e, _)| !e.is_table());
         let mut rows: Vec<[f64; 5]> = Vec::new();
         for (e, start) in runs() {
-            let mut bench = Bench::new(machine, *start, e.sample_time_s);
+            let mut bench = e.bench(machine, start);
             for k in 0..e.len() {
                 let x = *bench.state();
                 let c = bench.plant().currents(&x);

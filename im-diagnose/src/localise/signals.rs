@@ -1,7 +1,7 @@
 //! What a model got wrong, row by row, beside what the machine was doing at the time.
 
 use im_identify::offline::{ChannelKind, Experiment, residuals};
-use im_model::{Bench, Complex, Machine, State};
+use im_model::{Complex, Machine, State};
 
 /// One row of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,7 +81,7 @@ pub fn slip_hz(machine: &Machine<f64>, x: &State<f64>, i_r: Complex<f64>) -> f64
 fn run(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Run {
     let errors = residuals(machine, e, start);
     let speed = e.channels.iter().position(|c| c.kind == ChannelKind::Speed);
-    let mut bench = Bench::new(machine, *start, e.sample_time_s);
+    let mut bench = e.bench(machine, start);
     let mut rows = Vec::with_capacity(e.len());
     for (k, &voltage) in e.u_s.iter().enumerate() {
         let x = *bench.state();

@@ -12,12 +12,14 @@
 //! Where one is missing: without torques P_LL is the allowance of the standard (8.2.2.5.3), with no load at one voltage only P_fw + P_fe is known and its
 //! share is open, without a no-load test it is B.
 
+pub mod by_model;
 mod line;
 mod readings;
 mod uncertainty;
 
 use serde::Serialize;
 
+pub use by_model::{ByModel, ModelPoint};
 use line::Line;
 pub use readings::{Readings, Resistance};
 pub use uncertainty::Estimate;

@@ -1,6 +1,7 @@
 //! What the instruments showed, row by row, with the resistance at the temperature of each.
 
-use im_model::MotorFile;
+use im_identify::offline::HALF_95;
+use im_model::{BaseParameter, Conductor, MotorFile, ParameterId};
 
 use super::LossesError;
 use crate::intake::steady_table::{SteadyRow, SteadyTable, TableKind};
@@ -19,8 +20,17 @@ pub struct Resistance {
     pub class_percent: f64,
 }
 
-/// Resistance of copper: ∝ (235 °C + θ), of IEC 60034-2-1.
-const COPPER_C: f64 = 235.0;
+impl Resistance {
+    /// As a motor file has it, where that says its temperature.
+    fn of(motor: &MotorFile) -> Option<Self> {
+        let at_c = motor.winding_c?;
+        let known = motor.known.get(&ParameterId::Base(BaseParameter::StatorResistance));
+        let terminal_ohm = 2.0 * known.map_or(motor.machine.parameters().stator_resistance_ohm, |k| k.value);
+        // A tolerance is twice the standard deviation, a class √3 times.
+        let class_percent = known.map_or(5.0, |k| 100.0 * k.tolerance * 3f64.sqrt() / HALF_95);
+        Some(Self { terminal_ohm, at_c, warm_c: at_c, class_percent })
+    }
+}
 
 /// One row.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,13 +75,14 @@ pub struct Readings {
 impl Readings {
     pub(super) fn of(motor: &MotorFile, tables: &[SteadyTable], resistance: Option<Resistance>) -> Result<Self, LossesError> {
         let mut remarks = Vec::new();
-        let cold = resistance.unwrap_or_else(|| {
+        let cold = resistance.or_else(|| Resistance::of(motor)).unwrap_or_else(|| {
             let ohm = 2.0 * motor.machine.parameters().stator_resistance_ohm;
             remarks.push(format!(
                 "The stator resistance is that of the motor file, {ohm:.4} Ω between two terminals, taken as warm as in the tests and known to 5 %; give \
                  the measured one with --terminal-resistance-ohm and its temperature."
             ));
-            Resistance { terminal_ohm: ohm, at_c: 25.0, warm_c: 25.0, class_percent: 5.0 }
+            let at_c = motor.reference_c();
+            Resistance { terminal_ohm: ohm, at_c, warm_c: at_c, class_percent: 5.0 }
         });
         let mut me = Self {
             no_load: Vec::new(),
@@ -91,7 +102,7 @@ impl Readings {
                     power_w: r.active_power_w,
                     omega_m: r.omega_m_rad_s,
                     torque_nm: r.torque_nm,
-                    resistance_ohm: cold.terminal_ohm * (COPPER_C + winding_c) / (COPPER_C + cold.at_c),
+                    resistance_ohm: cold.terminal_ohm * Conductor::Copper.warmed(cold.at_c, winding_c),
                     winding_c,
                     class_percent: t.class_percent,
                 }

@@ -56,6 +56,7 @@ fn row(u: f64, torque: f64) -> (SteadyRow, [f64; 4]) {
         omega_m_rad_s: Some(x.omega_m),
         torque_nm: Some(torque),
         winding_c: None,
+        rotor_c: None,
     };
     (row, [copper, rotor, iron, (plant.torque(&x) - torque) * x.omega_m])
 }

@@ -2,7 +2,7 @@
 
 use super::load_words::words as load_words;
 use super::overlay::channel_words;
-use super::sections::{fall_rows, parameter_warnings, parameters_note};
+use super::sections::{LOSSES_HEAD, fall_rows, losses_cells, parameter_warnings, parameters_note};
 use super::story::{Shown, Story, candidates as by_interest, summary, verdict_words};
 use super::text_plot::{columns, log_bar, spark, wrapped};
 use super::words::{in_sigma, quantity_name, short_effect_name};
@@ -43,6 +43,7 @@ pub fn terminal(s: &Story, width: usize) -> String {
     learned(&mut out, d);
     candidates(&mut out, d);
     parameters(&mut out, d);
+    losses(&mut out, d);
     loads(&mut out, &s.d.loads, &d.case.motor);
     let hidden = s.unexcited();
     if !hidden.is_empty() && d.verdict != Verdict::Inconclusive {
@@ -208,6 +209,23 @@ pub(super) fn loads(out: &mut Text, loads: &Loads, motor: &MotorFile) {
     }
     if let Some(note) = loads.note(motor) {
         out.paragraph("  ", &note);
+    }
+}
+
+/// Rows of a terminal at most.
+const ROWS: usize = 12;
+
+/// Where the power of tables goes.
+fn losses(out: &mut Text, d: &Diagnosis) {
+    if d.losses.is_empty() {
+        return;
+    }
+    out.heading("Losses in the rows that turn (± 95 %)");
+    let rows = d.losses.iter().take(ROWS).map(|p| losses_cells(p).to_vec());
+    let table: Vec<Vec<String>> = [LOSSES_HEAD.map(str::to_owned).to_vec()].into_iter().chain(rows).collect();
+    out.table(&table, &LOSSES_HEAD.map(|name| name != LOSSES_HEAD[0]));
+    if d.losses.len() > ROWS {
+        out.line(&format!("  … and {} more in diagnosis.json", d.losses.len() - ROWS));
     }
 }
 

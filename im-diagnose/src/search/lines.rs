@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use im_identify::offline::{ChannelKind, Experiment};
-use im_model::{Bench, Machine, State};
+use im_model::{Machine, State};
 use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
@@ -97,7 +97,7 @@ pub(super) fn orders(
 
 /// The angle of the rotor at each row, rad.
 fn angles(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Vec<f64> {
-    let mut bench = Bench::new(machine, *start, e.sample_time_s);
+    let mut bench = e.bench(machine, start);
     let step = |k: usize| {
         let theta = bench.state().theta_m;
         bench.advance(&e.input(k, bench.plant()));

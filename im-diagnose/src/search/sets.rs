@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use im_identify::offline::{FitError, FitOptions};
+use im_identify::offline::{Experiment, FitError, FitOptions};
 use im_model::{EffectId, Machine, State};
 use rayon::prelude::*;
 use statrs::function::gamma::ln_gamma;
@@ -156,7 +156,10 @@ impl Search<'_> {
     fn dispersion(&self) -> f64 {
         let n = self.samples();
         let least = self.known.values().map(|k| k.deviance).fold(f64::INFINITY, f64::min);
-        1.0 + n * FORM_ERROR * (((self.nothing().deviance - least) / n).exp_m1() + LEAST_EXCESS)
+        let dispersion = 1.0 + n * FORM_ERROR * (((self.nothing().deviance - least) / n).exp_m1() + LEAST_EXCESS);
+        // The few rows of tables would count for less than one sample: a parameter then costs no less than Akaike's two.
+        let of_tables = self.loop_.nudged().iter().all(Experiment::is_table);
+        if of_tables { dispersion.min((n * (-2f64).exp()).max(1.0)) } else { dispersion }
     }
 
     /// k ln(N/λ) + 2 ln C(m, |S|).

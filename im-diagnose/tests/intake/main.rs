@@ -10,3 +10,4 @@ mod measured;
 mod parquet;
 mod simulated;
 mod tables;
+mod type_test;

@@ -100,7 +100,7 @@ fn the_order_of_rows_changes_nothing_and_one_voltage_is_said() {
         assert!((x.after / y.after - 1.0).abs() < 1e-6, "{:?}: {} {}", x.quantity, x.after, y.after);
     }
     // What the ratio of the leakages leaves open is in the intervals of the T circuit.
-    let [r, l_s, l_r, _] = im_diagnose::held_ratio::held_std(&a.estimates, &a.after.machine);
+    let [r, l_s, l_r, _] = im_diagnose::held_ratio::held_std(&a.estimates, &a.after);
     let p = a.after.machine.parameters();
     assert!(r > 0.0 && (0.05..0.2).contains(&(l_s / p.stator_leakage_inductance_h)), "{r} {l_s}");
     assert!((0.05..0.2).contains(&(l_r / p.rotor_leakage_inductance_h)), "{l_r}");

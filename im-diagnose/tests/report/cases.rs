@@ -66,12 +66,7 @@ fn answer_with(machine: &Machine<f64>, ripple: f64, most_effects: usize) -> Diag
     given.stator_resistance_ohm *= 1.1;
     given.rotor_resistance_ohm *= 0.93;
     given.inertia_kg_m2 *= 1.1;
-    let motor = MotorFile {
-        name: "2.2 kW <test> & \"co\"".into(),
-        machine: Machine::base(given, m.pole_pairs).unwrap(),
-        rating: m.rating,
-        known: Default::default(),
-    };
+    let motor = MotorFile::new("2.2 kW <test> & \"co\"", Machine::base(given, m.pole_pairs).unwrap(), m.rating);
     let train = [recording(machine, "first.csv", 1, ripple), recording(machine, "second.csv", 2, ripple)];
     let holdout = recording(machine, "third.csv", 3, ripple);
     let candidates =

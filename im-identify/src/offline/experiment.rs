@@ -1,6 +1,6 @@
 //! One run as the fitting sees it.
 
-use im_model::{Complex, LoadLaw, Plant, PlantInput, Recording, Scalar, State};
+use im_model::{Bench, Complex, LoadLaw, Machine, Plant, PlantInput, Recording, Scalar, State};
 use thiserror::Error;
 
 use super::channel::{Channel, ChannelKind};
@@ -47,6 +47,9 @@ pub struct Experiment {
     pub imposed_speed: Option<Vec<f64>>,
     /// Nudges the simulated speed towards these values, rad/s, at a rate, 1/s ([`PlantInput::speed_nudge`](im_model::PlantInput)).
     pub speed_nudge: Option<(Vec<f64>, f64)>,
+    /// R_s and R_r over those of the machine, by the temperature of the windings: for each row of a table, or once for a whole run; empty where
+    /// nothing is known of it.
+    pub warmth: Vec<[f64; 2]>,
     /// What was measured.
     pub channels: Vec<Channel>,
     /// How it starts.
@@ -100,6 +103,7 @@ impl Experiment {
             load: Load::Known,
             imposed_speed: None,
             speed_nudge: None,
+            warmth: Vec::new(),
             channels: vec![
                 channel("i_alpha_A", current(0.0), r.i_s.iter().map(|i| i.re).collect(), sigma_current_a[0]),
                 channel(
@@ -180,6 +184,17 @@ impl Experiment {
         input
     }
 
+    /// The machine with its windings as warm as at a row.
+    #[inline(always)]
+    pub fn warmed<T: Scalar>(&self, machine: &Machine<T>, row: usize) -> Machine<T> {
+        self.warmth.get(row).or(self.warmth.last()).map_or(*machine, |w| machine.warmed(*w))
+    }
+
+    /// A machine at the start of the run, its windings as warm as they were.
+    pub fn bench(&self, machine: &Machine<f64>, start: &State<f64>) -> Bench<f64> {
+        Bench::new(&self.warmed(machine, 0), *start, self.sample_time_s)
+    }
+
     /// Whether the rows are steady states of their own, not samples of one run.
     pub fn is_table(&self) -> bool {
         self.supply_frequency_hz.is_some()
@@ -217,6 +232,9 @@ impl Experiment {
         }
         if let Some((w, _)) = &self.speed_nudge {
             length("nudged speed", w.len())?;
+        }
+        if self.warmth.len() > 1 {
+            length("temperature of the windings", self.warmth.len())?;
         }
         if let Load::Unknown(shown) = &self.load {
             length("shown speed", shown.smooth.len())?;

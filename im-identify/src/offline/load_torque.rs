@@ -3,7 +3,7 @@
 //! J dω/dt = τ_e(u, ω) − friction − τ_L:   with ω given, the electrical side needs no torque balance, and what is left of the balance is the
 //! load, a random walk behind the noise of the speed sensor ([`trend`](super::trend)).
 
-use im_model::{Bench, Machine, Plant, State};
+use im_model::{Machine, Plant, State};
 
 use super::experiment::Experiment;
 use super::load::Load;
@@ -20,7 +20,7 @@ pub struct LoadEstimate {
 
 /// The change of the speed over each sample by the torques that `machine` knows, rad/s, while the measured speed drives it.
 fn known_changes(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Vec<f64> {
-    let mut bench = Bench::new(machine, *start, e.sample_time_s);
+    let mut bench = e.bench(machine, start);
     let change = |k: usize| {
         let input = e.input(k, bench.plant());
         let mut sum = 0.0;

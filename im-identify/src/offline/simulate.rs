@@ -19,7 +19,7 @@ fn run<T: Scalar>(
     mut sink: impl FnMut(usize, usize, T),
 ) {
     stop::check();
-    let mut bench = Bench::new(machine, start, T::from_f64(experiment.sample_time_s));
+    let mut bench = Bench::new(&experiment.warmed(machine, 0), start, T::from_f64(experiment.sample_time_s));
     let imposed = experiment.speed_is_imposed();
     let directions: Vec<Option<(f64, f64)>> = experiment
         .channels

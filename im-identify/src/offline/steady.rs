@@ -14,8 +14,9 @@ pub(super) fn run(
     rows: usize,
     mut sink: impl FnMut(usize, usize, f64),
 ) {
-    let plant = Plant::new(machine);
     for k in 0..rows {
+        let machine = &experiment.warmed(machine, k);
+        let plant = Plant::new(machine);
         let u = experiment.u_s[k].norm();
         let held = match &experiment.imposed_speed {
             Some(w) => Held::Speed(w[k]),

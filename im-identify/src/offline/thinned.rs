@@ -159,6 +159,7 @@ fn every(run: &Experiment, stride: usize) -> Experiment {
         load: Load::Known,
         imposed_speed: run.imposed_speed.as_deref().map(thin),
         speed_nudge: run.speed_nudge.as_ref().map(|(w, rate)| (thin(w), *rate)),
+        warmth: run.warmth.clone(),
         channels: run.channels.iter().map(channel).collect(),
         start: run.start,
     };

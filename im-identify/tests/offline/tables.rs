@@ -25,6 +25,7 @@ fn a_table_of_steady_states_shows_the_circuit_and_gives_it_back() {
             load: im_identify::offline::Load::Known,
             imposed_speed: locked.then(|| vec![0.0; rows.len()]),
             speed_nudge: None,
+            warmth: Vec::new(),
             channels: kinds
                 .map(|(name, kind, sigma)| Channel { name: name.into(), kind, values: vec![0.0; rows.len()], valid: None, sigma })
                 .to_vec(),
@@ -92,6 +93,7 @@ pub(crate) fn shown(machine: &Machine<f64>, loads: &[f64], speed: Option<f64>) -
         load: im_identify::offline::Load::Known,
         imposed_speed: speed.map(|w| vec![w; n]),
         speed_nudge: None,
+        warmth: Vec::new(),
         channels: kinds.map(channel).to_vec(),
         start: Start::Rest,
     };

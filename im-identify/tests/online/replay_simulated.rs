@@ -40,7 +40,7 @@ fn motor(rotor: f64, stator: f64) -> MotorFile {
             of(BaseParameter::StatorResistance, stator * p.stator_resistance_ohm),
         ])
         .unwrap();
-    MotorFile { name: "given".into(), machine, rating: m.rating, known: Default::default() }
+    MotorFile::new("given", machine, m.rating)
 }
 
 #[test]

@@ -47,8 +47,9 @@ class Motor:
         frequency_hz: float = 50.0,
         locked_current: float | None = None,
         breakdown_torque: float | None = None,
-        design: str = "A",
+        design: str | None = None,
         terminal_resistance_ohm: float | None = None,
+        resistance_at_c: float | None = None,
         name: str = "motor",
     ) -> Motor:
         """A first motor from its nameplate, every parameter with the tolerance of such a guess, which fits respect.
@@ -56,7 +57,7 @@ class Motor:
         Voltage and current are line-to-line and line values, rms. ``locked_current`` is the locked-rotor over the rated
         current, ``breakdown_torque`` the breakdown over the rated torque; ``design`` (A, B, C, D, N, H or "wound") shares
         the leakage between stator and rotor. ``terminal_resistance_ohm``, measured between two terminals with direct
-        current, replaces a guess.
+        current at a winding of ``resistance_at_c``, replaces a guess.
         """
         return cls(
             _native.Motor.from_nameplate(
@@ -71,6 +72,7 @@ class Motor:
                 breakdown_torque,
                 design,
                 terminal_resistance_ohm,
+                resistance_at_c,
             )
         )
 

@@ -59,8 +59,9 @@ class Motor:
         frequency_hz: float,
         locked_rotor_current_ratio: float | None,
         breakdown_torque_ratio: float | None,
-        design: str,
+        design: str | None,
         terminal_resistance_ohm: float | None,
+        resistance_at_c: float | None,
     ) -> Motor: ...
     @staticmethod
     def from_t(name: str, pole_pairs: int, values: list[float]) -> Motor: ...

@@ -6,6 +6,7 @@ mod cards;
 mod errors;
 mod intervals;
 mod load;
+mod losses;
 mod meaning;
 mod parameters;
 pub(super) mod place;
@@ -43,6 +44,7 @@ pub(super) fn whole(s: &Story) -> String {
     sections.push(candidates::section(s));
     sections.push(parameters::section(s));
     sections.extend(meaning::section(s));
+    sections.extend(losses::section(s));
     sections.extend(load::section(&s.d.loads, &s.d.case.motor));
     sections.extend(cards::section(s));
     sections.extend(cards::unexcited(s));
@@ -54,5 +56,6 @@ pub(super) fn whole(s: &Story) -> String {
 
 pub(super) use errors::{Fall, key as fall_key, rows as fall_rows, waterfall};
 pub(super) use load::section as load_section;
+pub(super) use losses::{HEAD as LOSSES_HEAD, cells as losses_cells};
 pub(super) use parameters::{note as parameters_note, warning as parameter_warning, warnings as parameter_warnings};
 pub(super) use top::head;

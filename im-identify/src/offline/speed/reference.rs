@@ -1,6 +1,6 @@
 //! The speed that voltages and currents ask for: an extended Kalman filter finds it roughly, linear smoothing on the machine's own run refines it.
 
-use im_model::{Bench, Complex, Machine, Plant, Rating, State};
+use im_model::{Complex, Machine, Plant, Rating, State};
 
 use super::flux::{Electrical, Fluxes};
 use super::wandering::{Onward, Wandering};
@@ -41,7 +41,7 @@ impl Experiment {
                 shown.unsure = on_its_speed(&self, machine, start).map(|run| {
                     let plant = Plant::new(machine);
                     let omega_m = (0..self.len()).map(|k| shown.behind(&plant, k));
-                    let electrical = Electrical::of(machine);
+                    let electrical = Electrical::of(&self.warmed(machine, 0));
                     let speed = (omega_m, run.psi_r);
                     UnsureSpeed::new(&self.channels, electrical, speed, self.sample_time_s, shown.noise.clone(), |_, _| ())
                 });
@@ -90,7 +90,7 @@ impl Track {
 
 /// The first speed of a run, and the state it begins in where that is not known.
 fn first(mut e: Experiment, machine: &Machine<f64>, intensity: f64) -> Experiment {
-    let electrical = Electrical::of(machine);
+    let electrical = Electrical::of(&e.warmed(machine, 0));
     let n = e.len();
     let (track, psi_r) = rough(&e, &electrical, intensity);
     let mut omega_m = vec![0.0; n];
@@ -205,7 +205,7 @@ fn on_its_speed(e: &Experiment, machine: &Machine<f64>, start: &State<f64>) -> O
     let n = e.len();
     let mut residuals = vec![vec![0.0; n]; e.channels.len()];
     let mut psi_r = Vec::with_capacity(n);
-    let mut bench = Bench::new(machine, *start, e.sample_time_s);
+    let mut bench = e.bench(machine, start);
     for k in 0..n {
         let i = bench.output().i_s;
         psi_r.push(bench.state().psi_r);
@@ -231,7 +231,7 @@ fn round(e: &Experiment, found: &FoundSpeed, machine: &Machine<f64>, start: &Sta
     };
     let speed = (found.omega_m.iter().copied(), psi_r);
     let wandering = found.unsure.wandering.clone();
-    let unsure = UnsureSpeed::new(&e.channels, Electrical::of(machine), speed, e.sample_time_s, wandering, keep);
+    let unsure = UnsureSpeed::new(&e.channels, Electrical::of(&e.warmed(machine, 0)), speed, e.sample_time_s, wandering, keep);
     let filter = &unsure.filter;
     let mut k = 0;
     filter.run(&mut residuals, &e.channels, |x| {

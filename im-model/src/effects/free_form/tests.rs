@@ -97,7 +97,7 @@ fn derivatives_by_the_coefficients_are_exact() {
 #[test]
 fn a_learned_curve_reads_back_from_a_motor_file() {
     for (id, with) in every() {
-        let file = MotorFile { name: "m".into(), machine: with, rating: M.rating, known: Default::default() };
+        let file = MotorFile::new("m", with, M.rating);
         let back = MotorFile::parse(&file.to_toml(), "motor.toml").unwrap();
         assert_eq!(run(&back.machine), run(&with), "{id}");
         assert_eq!(back.to_toml(), file.to_toml());
@@ -107,7 +107,7 @@ fn a_learned_curve_reads_back_from_a_motor_file() {
 #[test]
 fn a_file_must_say_where_the_curve_lies() {
     let (id, with) = every().remove(0);
-    let text = MotorFile { name: "m".into(), machine: with, rating: M.rating, known: Default::default() }.to_toml();
+    let text = MotorFile::new("m", with, M.rating).to_toml();
     let without = text.lines().filter(|l| !l.starts_with("to_rad_s")).collect::<Vec<_>>().join("\n");
     let error = MotorFile::parse(&without, "motor.toml").unwrap_err().to_string();
     assert!(error.contains("to_rad_s is missing") && error.contains(id.name()), "{error}");
