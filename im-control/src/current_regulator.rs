@@ -10,7 +10,7 @@ use im_model::{Complex, Scalar};
 
 use crate::machine_data::MachineData;
 use crate::overmodulation::{SIX_STEP, overmodulated};
-use crate::vector::{clamp, rotation, within_hexagon};
+use crate::vector::{norm, rotation, within, within_hexagon};
 use im_model::space_vector::j;
 
 /// The regulator's data.
@@ -62,25 +62,33 @@ impl<T: Scalar> Turning<T> {
     pub fn to_stator(&self, u: Complex<T>, voltage_delay_s: T) -> Regulated<T> {
         let ahead = self.omega_s * (self.sample_time_s * T::from_f64(0.5) + voltage_delay_s);
         let turn = self.direction * rotation(ahead);
-        let (wanted, wanted_v) = (u * turn, crate::vector::norm(u));
-        // Within the circle, or, where something beyond it is left to the transients, within the hexagon.
-        let inside = self.dc_voltage_v <= T::zero()
-            || wanted_v <= self.dc_voltage_v * T::from_f64(0.577_35)
-            || !self.overmodulates && within_hexagon(wanted, self.dc_voltage_v) == wanted;
-        if inside {
+        let (wanted, wanted_v) = (u * turn, norm(u));
+        let within_circle = wanted_v <= self.dc_voltage_v * T::from_f64(0.577_35) || self.dc_voltage_v <= T::zero();
+        if within_circle {
             return Regulated { u_s: wanted, u, wanted_v, limited: false };
+        }
+        let (u_s, u, limited) = self.limited(u, wanted_v, turn);
+        Regulated { u_s, u, wanted_v, limited }
+    }
+
+    /// What is beyond the circle, brought into it or, where something beyond it is left to the transients, into the hexagon: in the stator frame, in this one, and
+    /// whether that was less.
+    #[cold]
+    fn limited(&self, u: Complex<T>, wanted_v: T, turn: Complex<T>) -> (Complex<T>, Complex<T>, bool) {
+        let wanted = u * turn;
+        if !self.overmodulates && within_hexagon(wanted, self.dc_voltage_v) == wanted {
+            return (wanted, u, false);
         }
         // A hair inside the circle, so that rounding does not leave the hexagon.
         let reach = if self.overmodulates { SIX_STEP } else { 1.0 };
         let most = self.dc_voltage_v * T::from_f64(0.577_35 * reach);
-        let d = clamp(u.re, -most, most);
+        let d = within(u.re, most);
         let q_most = (most * most - d * d).max(T::zero()).sqrt();
-        let u = Complex::new(d, clamp(u.im, -q_most, q_most));
+        let u = Complex::new(d, within(u.im, q_most));
         if self.overmodulates {
-            let limited = wanted_v > most;
-            return Regulated { u_s: overmodulated(u * turn, self.dc_voltage_v), u, wanted_v, limited };
+            return (overmodulated(u * turn, self.dc_voltage_v), u, wanted_v > most);
         }
-        Regulated { u_s: u * turn, u, wanted_v, limited: true }
+        (u * turn, u, true)
     }
 
     /// A vector of the stator frame seen from this one.
@@ -120,12 +128,12 @@ impl<T: Scalar> CurrentRegulator<T> {
     ) -> Regulated<T> {
         let (a, l) = (self.bandwidth_rad_s, self.leakage_inductance_h);
         let e = wanted - i;
-        let u = e * (a * l) - i * (a * l - self.resistance_ohm) + j(i) * (frame.omega_s * l) + emf + *integral;
+        let (al, at) = (a * l, a * frame.sample_time_s);
+        let u = e * al - i * (al - self.resistance_ohm) + j(i) * (frame.omega_s * l) + emf + *integral;
         let out = frame.to_stator(u, self.voltage_delay_s);
-        let t = frame.sample_time_s;
-        *integral += e * (a * a * l * t);
+        *integral += e * (al * at);
         if out.limited {
-            *integral += (out.u - u) * (a * t);
+            *integral += (out.u - u) * at;
         }
         out
     }

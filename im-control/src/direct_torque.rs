@@ -29,7 +29,7 @@ use crate::error::ControlError;
 use crate::field_oriented::FieldOrientedGains;
 use crate::flux::{RotorFlux, RotorFluxModel};
 use crate::flying_start::{BeginsAt, Caught};
-use crate::guard::{self, Sampled, no_reference};
+use crate::guard::{self, Sampled, Standing};
 use crate::machine_data::MachineData;
 use crate::reference::{ReferenceShaper, Shaped};
 use crate::speed_regulator::SpeedRegulator;
@@ -125,9 +125,7 @@ struct State<T> {
     torque_level: i8,
     flux_lacks: bool,
     torque_nm: T,
-    status: DriveStatus,
-    reference: Reference<T>,
-    command: Complex<T>,
+    standing: Standing<T>,
 }
 
 /// The sector of a vector: 60° about each of [`VECTORS`].
@@ -162,7 +160,7 @@ impl<T: Scalar> DirectTorque<T> {
         gains.validate()?;
         let w = &machine.windings;
         let k_r = w.mutual_inductance_h / w.rotor_inductance_h;
-        let (o, z) = (T::zero(), Complex::new(T::zero(), T::zero()));
+        let o = T::zero();
         let state = State {
             rotor: RotorFlux::default(),
             stator: StatorFlux::default(),
@@ -172,9 +170,7 @@ impl<T: Scalar> DirectTorque<T> {
             torque_level: 0,
             flux_lacks: true,
             torque_nm: o,
-            status: DriveStatus::OK,
-            reference: no_reference(),
-            command: z,
+            standing: Standing::new(machine.current_max_a),
         };
         Ok(Self {
             gains: *gains,
@@ -201,9 +197,16 @@ impl<T: Scalar> DirectTorque<T> {
     pub fn torque_nm(&self) -> T {
         self.state.torque_nm
     }
+}
+
+impl<T: Scalar> Sampled<T> for DirectTorque<T> {
+    #[inline]
+    fn standing(&mut self) -> &mut Standing<T> {
+        &mut self.state.standing
+    }
 
     #[inline]
-    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
+    fn follow(&mut self, m: &Measured<T>) -> Complex<T> {
         let (g, s) = (&self.gains, &mut self.state);
         let (t, l) = (m.sample_time_s, self.leakage_h);
         let dc = if m.dc_voltage_v > T::zero() { m.dc_voltage_v } else { g.dc_voltage_v };
@@ -222,14 +225,14 @@ impl<T: Scalar> DirectTorque<T> {
         let slip = self.k_r * self.k_r * self.rotor_resistance_ohm * cross(psi_r, m.i_s) / (size_r * size_r).max(least);
         let omega_s = self.model.pole_pairs * m.omega_m + if s.magnetized { slip } else { zero };
         let d = self.voltage_delay_s;
-        let psi_s = psi_r + m.i_s * l + (s.command - m.i_s * r_s) * d;
+        let psi_s = psi_r + m.i_s * l + (s.standing.command - m.i_s * r_s) * d;
         let psi_r = psi_r * rotation(omega_s * d);
         let size = norm(psi_s);
         let torque = self.torque_factor * cross(psi_r, psi_s) / l;
 
         // The flux to be had: of the voltage, and while there is little of it of the current.
         let ratio = one + l / self.magnetizing_h;
-        let asked = (reference.rotor_flux_vs * self.k_r).max(zero);
+        let asked = (s.standing.reference.rotor_flux_vs * self.k_r).max(zero);
         let u_max = g.voltage_share * dc * T::from_f64(0.5 / ROOT3_HALF);
         let flux_r = asked.min(u_max / (omega_s.abs().max(T::from_f64(1e-3)) * ratio));
         let i_d = (flux_r / self.magnetizing_h).min(self.current_max_a * T::from_f64(0.9));
@@ -244,14 +247,14 @@ impl<T: Scalar> DirectTorque<T> {
         let i_q_max = i_q_max.min(size_r * ratio / l * T::from_f64(0.9));
         let torque_max = if s.magnetized { self.torque_factor * size_r * i_q_max } else { zero };
         let wanted = if g.follows_torque {
-            clamp(reference.torque_nm, -torque_max, torque_max)
+            clamp(s.standing.reference.torque_nm, -torque_max, torque_max)
         } else if s.magnetized {
             let shaped = s.shaped.get_or_insert(Shaped::at(m.omega_m));
             let shaper = ReferenceShaper {
                 acceleration_max_rad_s2: g.reference.acceleration_max_rad_s2.min(torque_max / self.speed.inertia_kg_m2),
                 ..g.reference
             };
-            shaper.step(shaped, reference.omega_m, t);
+            shaper.step(shaped, s.standing.reference.omega_m, t);
             self.speed.step(&mut s.speed_integral, shaped, m.omega_m, torque_max, t)
         } else {
             (s.shaped, s.speed_integral) = (None, zero);
@@ -285,36 +288,17 @@ impl<T: Scalar> DirectTorque<T> {
             (_, true) if slow || !s.magnetized => vector(k, dc),
             _ => Complex::new(zero, zero),
         };
-        s.status = DriveStatus::OK
+        s.standing.status = DriveStatus::OK
             .and_if(!s.magnetized, DriveStatus::MAGNETIZING)
             .and_if(s.magnetized && wanted.abs() >= torque_max, DriveStatus::CURRENT_LIMITED)
             .and_if(flux_r < asked * T::from_f64(0.98), DriveStatus::FIELD_WEAKENING);
         u
     }
-}
-
-impl<T: Scalar> Sampled<T> for DirectTorque<T> {
-    #[inline]
-    fn current_max_a(&self) -> T {
-        self.current_max_a
-    }
 
     #[inline]
-    fn last(&mut self) -> (&mut Reference<T>, &mut Complex<T>, &mut DriveStatus) {
-        let s = &mut self.state;
-        (&mut s.reference, &mut s.command, &mut s.status)
-    }
-
-    #[inline]
-    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
-        self.follow(m, reference)
-    }
-
-    #[inline]
-    fn is_finite(&self) -> bool {
+    fn sum(&self) -> T {
         let s = &self.state;
-        let flux = norm2(s.stator.rotor_flux_vs()) + norm2(s.rotor.flux_vs);
-        flux.is_finite() && s.torque_nm.is_finite() && s.speed_integral.is_finite()
+        norm2(s.stator.rotor_flux_vs()) + norm2(s.rotor.flux_vs) + s.torque_nm + s.speed_integral
     }
 
     fn begin_anew(&mut self) {
@@ -334,13 +318,13 @@ impl<T: Scalar> BeginsAt<T> for DirectTorque<T> {
         let s = &mut self.state;
         s.rotor = RotorFlux::of(caught);
         s.stator = StatorFlux::at(caught.rotor_flux_vs * self.k_r, self.leakage_h, caught.i_s, caught.u_s);
-        s.command = caught.u_s;
+        s.standing.command = caught.u_s;
     }
 }
 
 impl<T: Scalar> Reports for DirectTorque<T> {
     fn status(&self) -> DriveStatus {
-        self.state.status
+        self.state.standing.status
     }
 }
 

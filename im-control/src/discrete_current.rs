@@ -18,7 +18,7 @@
 use im_model::{Complex, Scalar};
 
 use crate::current_regulator::{CurrentRegulator, Regulated, Turning};
-use crate::vector::{is_finite, rotation};
+use crate::vector::rotation;
 
 /// How the current is regulated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,9 +58,9 @@ struct Over<T> {
 }
 
 impl<T: Scalar> DiscreteCurrent<T> {
-    /// Numbers all through.
-    pub(crate) fn is_finite(&self) -> bool {
-        is_finite(self.disturbance) && is_finite(self.u_before) && self.predicted.is_none_or(is_finite)
+    /// Of what it carries: no number where a part of it is none.
+    pub(crate) fn sum(&self) -> Complex<T> {
+        self.disturbance + self.u_before + self.predicted.unwrap_or(Complex::new(T::zero(), T::zero()))
     }
 
     /// One sample of `regulator` in this law: `i` and `wanted` in the turning frame, A; `emf` is e there, V. The delay is at most a sample.

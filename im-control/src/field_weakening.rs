@@ -41,9 +41,9 @@ impl<T: Scalar> FieldWeakening<T> {
             return wanted;
         }
         let u_max = self.voltage_share * dc_voltage_v * T::from_f64(1.0 / 1.732_050_807_568_877_2);
-        // Below this frequency the flux has little part in the voltage.
-        let floor = u_max / wanted.max(T::from_f64(1e-6)) * T::from_f64(0.3);
-        let rate = self.bandwidth_per_s * (u_max - voltage) / omega_s.abs().max(floor);
+        // At less than 0.3 of the voltage the flux has little part in it.
+        let induced = (omega_s.abs() * wanted).max(u_max * T::from_f64(0.3));
+        let rate = self.bandwidth_per_s * (u_max - voltage) * wanted / induced;
         *limit = clamp(*limit + rate * sample_time_s, wanted * T::from_f64(0.05), wanted);
         *limit
     }

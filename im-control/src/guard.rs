@@ -38,14 +38,23 @@ pub(crate) fn is_sample_time<T: Scalar>(t: T) -> bool {
 
 /// Whether a sample can be computed with: numbers, of sizes that machines have. What is not a number fails every comparison.
 pub(crate) fn is_usable<T: Scalar>(m: &Measured<T>, current_max_a: T) -> bool {
-    let within = |z: Complex<T>, most: T| norm2(z) <= most * most;
-    let voltage = T::from_f64(VOLTAGE_V);
-    is_sample_time(m.sample_time_s)
-        && within(m.i_s, current_max_a * T::from_f64(CURRENT))
-        && within(m.u_s, voltage)
-        && m.omega_m.abs() <= T::from_f64(SPEED_RAD_S)
-        && m.dc_voltage_v >= T::zero()
-        && m.dc_voltage_v <= voltage
+    is_sample_time(m.sample_time_s) && is_of_machines(m, current_weight(current_max_a))
+}
+
+/// 1/A²: what squared currents count in [`is_of_machines`], for the largest current of a machine.
+fn current_weight<T: Scalar>(current_max_a: T) -> T {
+    let most = current_max_a * T::from_f64(CURRENT);
+    T::one() / (most * most)
+}
+
+/// Whether the squares of all that was measured, each over that of its bound, are one together at most; and the dc voltage is none below zero.
+#[inline]
+fn is_of_machines<T: Scalar>(m: &Measured<T>, current_weight: T) -> bool {
+    let per_square = |most: f64| T::from_f64(1.0 / (most * most));
+    let size = norm2(m.i_s) * current_weight
+        + (norm2(m.u_s) + m.dc_voltage_v * m.dc_voltage_v) * per_square(VOLTAGE_V)
+        + m.omega_m * m.omega_m * per_square(SPEED_RAD_S);
+    size <= T::one() && m.dc_voltage_v >= T::zero()
 }
 
 /// What in a sample is no number, or of no size that machines have, is NaN.
@@ -68,34 +77,83 @@ pub(crate) fn without_voltages<T: Scalar>(m: &Measured<T>) -> Measured<T> {
     Measured { u_s: Complex::new(T::zero(), T::zero()), dc_voltage_v: T::zero(), ..*m }
 }
 
-/// A reference with what is no number in it taken from the one before.
-pub(crate) fn numbers<T: Scalar>(r: &Reference<T>, before: &Reference<T>) -> Reference<T> {
-    if (r.omega_m + r.rotor_flux_vs + r.torque_nm).is_finite() {
-        return *r;
-    }
-    let one = |x: T, before: T| if x.is_finite() { x } else { before };
-    Reference {
-        omega_m: one(r.omega_m, before.omega_m),
-        rotor_flux_vs: one(r.rotor_flux_vs, before.rotor_flux_vs),
-        torque_nm: one(r.torque_nm, before.torque_nm),
-    }
-}
-
 /// The reference before the first.
 pub(crate) fn no_reference<T: Scalar>() -> Reference<T> {
     Reference { omega_m: T::zero(), rotor_flux_vs: T::zero(), torque_nm: T::zero() }
 }
 
-/// A law that is computed in sampled time, and what stands between two samples.
+/// What stands between two samples, whatever the law.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Standing<T> {
+    /// The last reference in numbers, the last command, and what was said of it.
+    pub reference: Reference<T>,
+    pub command: Complex<T>,
+    pub status: DriveStatus,
+    /// [`current_weight`].
+    current_weight: T,
+    /// The last sampling time that was one.
+    sample_time_s: T,
+}
+
+impl<T: Scalar> Standing<T> {
+    /// Before the first sample, for a machine with a largest current.
+    pub fn new(current_max_a: T) -> Self {
+        let o = T::zero();
+        Self {
+            reference: no_reference(),
+            command: Complex::new(o, o),
+            status: DriveStatus::OK,
+            current_weight: current_weight(current_max_a),
+            sample_time_s: T::zero(),
+        }
+    }
+
+    /// Whether a sampling time is one; mostly it is that of the sample before.
+    #[inline]
+    fn has_time(&mut self, sample_time_s: T) -> bool {
+        sample_time_s == self.sample_time_s || self.takes_time(sample_time_s)
+    }
+
+    #[cold]
+    fn takes_time(&mut self, sample_time_s: T) -> bool {
+        let is = is_sample_time(sample_time_s);
+        if is {
+            self.sample_time_s = sample_time_s;
+        }
+        is
+    }
+
+    /// Takes a reference; what is no number in it stays as it was.
+    #[inline]
+    fn take(&mut self, r: &Reference<T>) {
+        if (r.omega_m + r.rotor_flux_vs + r.torque_nm).is_finite() {
+            self.reference = *r;
+        } else {
+            self.take_numbers(r);
+        }
+    }
+
+    #[cold]
+    fn take_numbers(&mut self, r: &Reference<T>) {
+        let last = &mut self.reference;
+        for (last, new) in
+            [(&mut last.omega_m, r.omega_m), (&mut last.rotor_flux_vs, r.rotor_flux_vs), (&mut last.torque_nm, r.torque_nm)]
+        {
+            if new.is_finite() {
+                *last = new;
+            }
+        }
+    }
+}
+
+/// A law that is computed in sampled time.
 pub(crate) trait Sampled<T: Scalar> {
-    /// Currents far beyond this are not computed with, A.
-    fn current_max_a(&self) -> T;
-    /// The last reference in numbers, the last command and the status.
-    fn last(&mut self) -> (&mut Reference<T>, &mut Complex<T>, &mut DriveStatus);
-    /// The law for a sample that is one.
-    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T>;
-    /// Whether the state is.
-    fn is_finite(&self) -> bool;
+    /// What stands of the sample before.
+    fn standing(&mut self) -> &mut Standing<T>;
+    /// The law for a sample that is one, with the reference that stands.
+    fn follow(&mut self, m: &Measured<T>) -> Complex<T>;
+    /// A sum of the state: no number where a part of it is none.
+    fn sum(&self) -> T;
     /// Back to the state before the first sample.
     fn begin_anew(&mut self);
 }
@@ -104,23 +162,22 @@ pub(crate) trait Sampled<T: Scalar> {
 /// One sample later everything is as before.
 #[inline]
 pub(crate) fn step<T: Scalar>(law: &mut impl Sampled<T>, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
-    let usable = is_usable(m, law.current_max_a());
-    let (last, command, status) = law.last();
-    *last = numbers(reference, last);
-    let reference = *last;
-    if !usable {
-        *status = DriveStatus::OK.and(DriveStatus::CURRENT_LOST);
-        return Command::Voltage(held(*command));
+    let standing = law.standing();
+    standing.take(reference);
+    if !(is_of_machines(m, standing.current_weight) && standing.has_time(m.sample_time_s)) {
+        standing.status = DriveStatus::OK.and(DriveStatus::CURRENT_LOST);
+        return Command::Voltage(held(standing.command));
     }
-    let u = law.follow(m, &reference);
-    if is_finite(u) && law.is_finite() {
-        *law.last().1 = u;
+    let u = law.follow(m);
+    if (u.re + u.im + law.sum()).is_finite() {
+        law.standing().command = u;
         return Command::Voltage(u);
     }
+    let reference = law.standing().reference;
     law.begin_anew();
-    let (last, command, status) = law.last();
-    (*last, *status) = (reference, DriveStatus::OK.and(DriveStatus::RESTARTED));
-    Command::Voltage(*command)
+    let standing = law.standing();
+    (standing.reference, standing.status) = (reference, DriveStatus::OK.and(DriveStatus::RESTARTED));
+    Command::Voltage(standing.command)
 }
 
 /// The last command, when it is one.

@@ -3,7 +3,7 @@
 use im_model::{ModelError, Scalar};
 
 use crate::guard;
-use crate::vector::clamp;
+use crate::vector::within;
 
 /// ẍ = ω_n²(r − x) − 2ω_n ẋ with |ẋ| ≤ a: a critically damped filter whose acceleration is limited.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +49,7 @@ impl<T: Scalar> ReferenceShaper<T> {
         // Implicit in the rate: stable for every sampling time.
         let d = T::one() + w * t;
         let rate = (x.rate + w * (w * t) * (wanted - x.speed)) / (d * d);
-        let rate = clamp(rate, -self.acceleration_max_rad_s2, self.acceleration_max_rad_s2);
+        let rate = within(rate, self.acceleration_max_rad_s2);
         x.second = (rate - x.rate) / t;
         x.rate = rate;
         x.speed += rate * t;

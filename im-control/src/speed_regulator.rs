@@ -8,7 +8,7 @@ use im_model::{ModelError, Scalar};
 
 use crate::guard;
 use crate::reference::Shaped;
-use crate::vector::clamp;
+use crate::vector::within;
 
 /// The regulator's data.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +35,7 @@ impl<T: Scalar> SpeedRegulator<T> {
         let (a, j) = (self.bandwidth_rad_s, self.inertia_kg_m2);
         let e = (wanted.speed - omega_m) * (a * j);
         let torque = wanted.rate * j + e + e + *integral;
-        let limited = clamp(torque, -limit, limit);
+        let limited = within(torque, limit);
         *integral += a * (e + (limited - torque) * T::from_f64(0.5)) * sample_time_s;
         limited
     }

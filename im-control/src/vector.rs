@@ -7,7 +7,20 @@ pub(crate) use space_vector::norm;
 /// x within [low, high].
 #[inline]
 pub(crate) fn clamp<T: Scalar>(x: T, low: T, high: T) -> T {
-    x.max(low).min(high)
+    if x > high {
+        high
+    } else if x < low {
+        low
+    } else {
+        x
+    }
+}
+
+/// x within ±`most`.
+#[inline]
+pub(crate) fn within<T: Scalar>(x: T, most: T) -> T {
+    // What is no number stays so.
+    if x.abs() > most { if x > T::zero() { most } else { -most } } else { x }
 }
 
 /// e^{jx}: by its series for the angles that a frame turns in a sample (to 1e-7 at 0.3 rad), else by sine and cosine.

@@ -23,11 +23,11 @@ use im_model::{Bound, Complex, ModelError, Scalar};
 use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::error::ControlError;
 use crate::flying_start::{BeginsAt, Caught};
-use crate::guard::{self, Sampled, no_reference};
+use crate::guard::{self, Sampled, Standing};
 use crate::machine_data::MachineData;
 use crate::reference::{ReferenceShaper, Shaped};
 use crate::status::{DriveStatus, Reports};
-use crate::vector::{clamp, is_finite, norm, rotation, shortened};
+use crate::vector::{clamp, norm, rotation, shortened};
 
 /// Share of the flux wanted at which the magnetizing ends.
 const MAGNETIZED: f64 = 0.9;
@@ -104,9 +104,7 @@ struct State<T> {
     rotor_flux: T,
     magnetized: bool,
     omega_s: T,
-    status: DriveStatus,
-    reference: Reference<T>,
-    command: Complex<T>,
+    standing: Standing<T>,
 }
 
 impl<T: Scalar> VoltsPerHertz<T> {
@@ -128,9 +126,7 @@ impl<T: Scalar> VoltsPerHertz<T> {
             rotor_flux: o,
             magnetized: false,
             omega_s: o,
-            status: DriveStatus::OK,
-            reference: no_reference(),
-            command: z,
+            standing: Standing::new(machine.current_max_a),
         };
         Ok(Self {
             gains: *gains,
@@ -157,13 +153,32 @@ impl<T: Scalar> VoltsPerHertz<T> {
         T::from_f64(1.5) * self.pole_pairs * psi_s * self.state.current.im
     }
 
+    fn made(&self, m: &Measured<T>, u: Complex<T>) -> crate::Regulated<T> {
+        let s = &self.state;
+        let frame = Turning {
+            direction: s.direction,
+            omega_s: s.omega_s,
+            dc_voltage_v: m.dc_voltage_v,
+            sample_time_s: m.sample_time_s,
+            overmodulates: false,
+        };
+        frame.to_stator(u, self.current.voltage_delay_s)
+    }
+}
+
+impl<T: Scalar> Sampled<T> for VoltsPerHertz<T> {
     #[inline]
-    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
+    fn standing(&mut self) -> &mut Standing<T> {
+        &mut self.state.standing
+    }
+
+    #[inline]
+    fn follow(&mut self, m: &Measured<T>) -> Complex<T> {
         let (g, s) = (&self.gains, &mut self.state);
         let (t, half) = (m.sample_time_s, T::from_f64(0.5));
         let (l_sigma, l_m) = (self.current.leakage_inductance_h, self.magnetizing_inductance_h);
         let alpha = self.rotor_resistance_ohm / l_m;
-        let wanted = (reference.rotor_flux_vs * self.k_r).max(T::zero());
+        let wanted = (s.standing.reference.rotor_flux_vs * self.k_r).max(T::zero());
 
         // The frame goes on as it turned, and with it what was filtered.
         s.direction *= rotation(s.omega_s * t);
@@ -178,7 +193,7 @@ impl<T: Scalar> VoltsPerHertz<T> {
             let rate = self.rotor_resistance_ohm * i.re.max(T::zero()) - alpha * s.rotor_flux;
             s.rotor_flux = (s.rotor_flux + rate * t).max(T::zero());
             s.magnetized = wanted > T::zero() && s.rotor_flux >= wanted * T::from_f64(MAGNETIZED);
-            s.status = DriveStatus::OK.and(DriveStatus::MAGNETIZING);
+            s.standing.status = DriveStatus::OK.and(DriveStatus::MAGNETIZING);
             s.omega_s = T::zero();
             let wanted = Complex::new(d, T::zero());
             let u = wanted * self.stator_resistance_ohm + (wanted - i) * (l_sigma * self.current.bandwidth_rad_s);
@@ -213,7 +228,7 @@ impl<T: Scalar> VoltsPerHertz<T> {
         // The ramp, which waits and runs back where the current is at its limit.
         let excess = norm(i) - self.current_max_a;
         let limited = excess > T::zero();
-        g.reference.step(&mut s.shaped, reference.omega_m, t);
+        g.reference.step(&mut s.shaped, s.standing.reference.omega_m, t);
         if limited {
             let back = g.run_back_rad_s2_per_a * excess * t;
             let moved = s.shaped.rate * t;
@@ -225,48 +240,17 @@ impl<T: Scalar> VoltsPerHertz<T> {
         let mut u = steady * self.stator_resistance_ohm + j(Complex::new(flux, T::zero())) * s.omega_s;
         u -= (i - shortened(i, self.current_max_a)) * (l_sigma * self.current.bandwidth_rad_s);
         let out = self.made(m, u);
-        self.state.status = DriveStatus::OK
+        self.state.standing.status = DriveStatus::OK
             .and_if(out.limited, DriveStatus::VOLTAGE_LIMITED)
             .and_if(limited, DriveStatus::CURRENT_LIMITED)
             .and_if(weakened, DriveStatus::FIELD_WEAKENING);
         out.u_s
     }
 
-    fn made(&self, m: &Measured<T>, u: Complex<T>) -> crate::Regulated<T> {
+    #[inline]
+    fn sum(&self) -> T {
         let s = &self.state;
-        let frame = Turning {
-            direction: s.direction,
-            omega_s: s.omega_s,
-            dc_voltage_v: m.dc_voltage_v,
-            sample_time_s: m.sample_time_s,
-            overmodulates: false,
-        };
-        frame.to_stator(u, self.current.voltage_delay_s)
-    }
-}
-
-impl<T: Scalar> Sampled<T> for VoltsPerHertz<T> {
-    #[inline]
-    fn current_max_a(&self) -> T {
-        self.current_max_a
-    }
-
-    #[inline]
-    fn last(&mut self) -> (&mut Reference<T>, &mut Complex<T>, &mut DriveStatus) {
-        let s = &mut self.state;
-        (&mut s.reference, &mut s.command, &mut s.status)
-    }
-
-    #[inline]
-    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
-        self.follow(m, reference)
-    }
-
-    #[inline]
-    fn is_finite(&self) -> bool {
-        let s = &self.state;
-        let scalars = s.omega_s + s.shaped.speed + s.rotor_flux;
-        is_finite(s.current) && is_finite(s.direction) && scalars.is_finite()
+        s.omega_s + s.shaped.speed + s.rotor_flux + s.current.re + s.current.im + s.direction.re + s.direction.im
     }
 
     fn begin_anew(&mut self) {
@@ -299,7 +283,7 @@ impl<T: Scalar> BeginsAt<T> for VoltsPerHertz<T> {
 
 impl<T: Scalar> Reports for VoltsPerHertz<T> {
     fn status(&self) -> DriveStatus {
-        self.state.status
+        self.state.standing.status
     }
 }
 

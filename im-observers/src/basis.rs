@@ -77,6 +77,7 @@ pub struct Basis<T> {
     pub(crate) friction_rate: T,
     pub(crate) sample_time_s: T,
     pub(crate) limits: Limits<T>,
+    pub(crate) squares: Squares<T>,
     settle_samples: u32,
     saturation: Option<Saturation<T>>,
     inverter: Option<InverterNonlinearity<T>>,
@@ -92,18 +93,20 @@ impl<T: Scalar> Basis<T> {
         rating.validate()?;
         let p = machine.parameters();
         let f = T::from_f64;
+        let limits = Limits::of(machine, rating);
         let basis = Self {
             nominal: Electrical::new(p, machine.pole_pairs()),
             n_p: f(f64::from(machine.pole_pairs())),
             inverse_inertia: f(1.0 / p.inertia_kg_m2),
             friction_rate: f(p.viscous_friction_nm_s_per_rad / p.inertia_kg_m2),
             sample_time_s: f(sample_time_s),
-            limits: Limits::of(machine, rating).cast(),
+            limits: limits.cast(),
+            squares: Squares::of(&limits),
             settle_samples: 0,
             saturation: None,
             inverter: None,
         };
-        basis.with_limits(Limits::of(machine, rating))
+        basis.with_limits(limits)
     }
 
     /// With other limits.
@@ -113,6 +116,7 @@ impl<T: Scalar> Basis<T> {
     pub fn with_limits(mut self, limits: Limits<f64>) -> Result<Self, ObserverError> {
         limits.validate()?;
         self.limits = limits.cast();
+        self.squares = Squares::of(&limits);
         self.settle_samples = (limits.settling_s / self.sample_time_s.value()) as u32;
         Ok(self)
     }
@@ -162,17 +166,17 @@ impl<T: Scalar> Basis<T> {
     /// Looks at an input: what is unusable is replaced by what is best known, and named.
     #[inline(always)]
     pub(crate) fn admit(&self, watch: &Watch<T>, input: &Input<T>, i_hat: Complex<T>) -> Sample<T> {
-        let mut status = ObserverStatus::VALID;
-        // A NaN fails the comparison too.
-        let current_ok = norm2(input.i_s) <= self.limits.current_max_a * self.limits.current_max_a;
-        status.add_if(!current_ok, ObserverStatus::CURRENT_LOST);
-        let (i_s, i_before) = if current_ok { (input.i_s, watch.i_s) } else { (i_hat, i_hat) };
-        let limit = self.limits.voltage_max_v;
-        let mut u_s = input.u_s;
-        let voltage_ok = norm2(u_s) <= limit * limit;
-        if !voltage_ok {
+        let (mut i_s, mut i_before, mut u_s) = (input.i_s, watch.i_s, input.u_s);
+        let (mut measured, mut status) = (true, ObserverStatus::VALID);
+        // A NaN fails the comparisons, too.
+        if !(norm2(i_s) <= self.squares.current && norm2(u_s) <= self.squares.voltage) {
+            measured = norm2(i_s) <= self.squares.current;
+            if !measured {
+                (i_s, i_before) = (i_hat, i_hat);
+                status = ObserverStatus::CURRENT_LOST;
+            }
             let reason;
-            (u_s, reason) = usable(u_s, limit, watch.u_s);
+            (u_s, reason) = self.usable(u_s, watch.u_s);
             status = status.and(reason);
         }
         let i_mean = (i_before + i_s).scale(T::from_f64(0.5));
@@ -180,7 +184,20 @@ impl<T: Scalar> Basis<T> {
             None => u_s,
             Some(inverter) => inverter.applied_voltage(u_s, i_mean),
         };
-        Sample { u_s: u_machine, u_commanded: u_s, i_s, i_before, i_mean, measured: current_ok, status }
+        Sample { u_s: u_machine, u_commanded: u_s, i_s, i_before, i_mean, measured, status }
+    }
+
+    /// A voltage beyond its limit, cut; one that is not finite, replaced by the one before.
+    #[cold]
+    fn usable(&self, u_s: Complex<T>, before: Complex<T>) -> (Complex<T>, ObserverStatus) {
+        let square = norm2(u_s);
+        if !square.is_finite() {
+            (before, ObserverStatus::VOLTAGE_LOST)
+        } else if square > self.squares.voltage {
+            (shortened(u_s, self.limits.voltage_max_v), ObserverStatus::VOLTAGE_LIMITED)
+        } else {
+            (u_s, ObserverStatus::VALID)
+        }
     }
 
     /// Holds states within their limits and makes the estimate. `false` when a state is not finite: the caller starts again.
@@ -195,13 +212,13 @@ impl<T: Scalar> Basis<T> {
         omega_m: &mut T,
     ) -> (Estimate<T>, bool) {
         let mut status = sample.status;
-        let limits = &self.limits;
-        let flux2 = norm2(*lambda);
-        let within = (flux2 <= limits.flux_max_vs * limits.flux_max_vs)
-            & (norm2(*i_hat) <= limits.current_max_a * limits.current_max_a)
-            & (omega_m.abs() < limits.speed_max_rad_s);
+        let squares = &self.squares;
+        let within =
+            (norm2(*lambda) <= squares.flux) & (norm2(*i_hat) <= squares.current) & (omega_m.abs() < self.limits.speed_max_rad_s);
         if !within {
-            status = status.and(self.restrain(lambda, i_hat, omega_m));
+            let restrained = self.restrained(*lambda, *i_hat, *omega_m);
+            (*lambda, *i_hat, *omega_m) = restrained.0;
+            status = status.and(restrained.1);
             if status.contains(ObserverStatus::RESTARTED) {
                 *watch = Watch::default();
                 let zero = Complex::zero();
@@ -212,39 +229,38 @@ impl<T: Scalar> Basis<T> {
                 );
             }
         }
-        status.add_if(flux2 < limits.flux_min_vs * limits.flux_min_vs, ObserverStatus::FLUX_LOW);
+        status.add_if(norm2(*lambda) < squares.flux_min, ObserverStatus::FLUX_LOW);
         // A current that was lost is what the observer predicts.
         let i_s = if sample.measured { sample.i_s } else { *i_hat };
         let residual_a = i_s - *i_hat;
-        status.add_if(norm2(residual_a) > limits.residual_max_a * limits.residual_max_a, ObserverStatus::RESIDUAL);
-        watch.good_samples = if status.is_fault() { 0 } else { watch.good_samples.saturating_add(1) };
+        status.add_if(norm2(residual_a) > squares.residual, ObserverStatus::RESIDUAL);
+        if status.is_fault() {
+            watch.good_samples = 0;
+        } else if watch.good_samples < self.settle_samples {
+            watch.good_samples += 1;
+        }
         status.add_if(watch.good_samples < self.settle_samples, ObserverStatus::SETTLING);
         (watch.i_s, watch.u_s) = (i_s, sample.u_commanded);
         let torque_nm = constants.torque * cross(*lambda, i_s);
         (Estimate { rotor_flux_vs: *lambda, omega_m: *omega_m, torque_nm, residual_a, status }, true)
     }
 
-    /// Cuts what is beyond its limit, or asks for a new start where something is not finite.
-    #[cold]
-    fn restrain(&self, lambda: &mut Complex<T>, i_hat: &mut Complex<T>, omega_m: &mut T) -> ObserverStatus {
-        if !(norm2(*lambda) + norm2(*i_hat) + *omega_m).is_finite() {
-            return ObserverStatus::RESTARTED;
-        }
+    /// A speed within the limits.
+    #[inline(always)]
+    pub(crate) fn within_speeds(&self, omega_m: T) -> T {
         let top = self.limits.speed_max_rad_s;
-        *lambda = shortened(*lambda, self.limits.flux_max_vs);
-        *i_hat = shortened(*i_hat, self.limits.current_max_a);
-        *omega_m = omega_m.min(top).max(-top);
-        ObserverStatus::LIMITED
+        if omega_m.abs() > top { if omega_m > T::zero() { top } else { -top } } else { omega_m }
     }
-}
 
-/// A voltage beyond its limit, cut; one that is not finite, replaced by the one before.
-#[cold]
-fn usable<T: Scalar>(u_s: Complex<T>, limit: T, before: Complex<T>) -> (Complex<T>, ObserverStatus) {
-    if norm2(u_s).is_finite() {
-        (shortened(u_s, limit), ObserverStatus::VOLTAGE_LIMITED)
-    } else {
-        (before, ObserverStatus::VOLTAGE_LOST)
+    /// λ̂, î and ω̂, cut where they are beyond their limits; or the demand for a new start where something is not finite.
+    #[cold]
+    fn restrained(&self, lambda: Complex<T>, i_hat: Complex<T>, omega_m: T) -> ((Complex<T>, Complex<T>, T), ObserverStatus) {
+        if !(norm2(lambda) + norm2(i_hat) + omega_m).is_finite() {
+            return ((lambda, i_hat, omega_m), ObserverStatus::RESTARTED);
+        }
+        let lambda = shortened(lambda, self.limits.flux_max_vs);
+        let i_hat = shortened(i_hat, self.limits.current_max_a);
+        ((lambda, i_hat, self.within_speeds(omega_m)), ObserverStatus::LIMITED)
     }
 }
 
@@ -266,6 +282,29 @@ impl Limits<f64> {
             speed_max_rad_s: f(self.speed_max_rad_s),
             residual_max_a: f(self.residual_max_a),
             settling_s: f(self.settling_s),
+        }
+    }
+}
+
+/// The limits that are compared with squares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Squares<T> {
+    voltage: T,
+    current: T,
+    flux: T,
+    pub flux_min: T,
+    residual: T,
+}
+
+impl<T: Scalar> Squares<T> {
+    fn of(limits: &Limits<f64>) -> Self {
+        let square = |x: f64| T::from_f64(x * x);
+        Self {
+            voltage: square(limits.voltage_max_v),
+            current: square(limits.current_max_a),
+            flux: square(limits.flux_max_vs),
+            flux_min: square(limits.flux_min_vs),
+            residual: square(limits.residual_max_a),
         }
     }
 }

@@ -219,7 +219,7 @@ impl<T: Scalar> Observer<T> for Derdiyok<T> {
         // ν is the mean over the sample; so must λ̂ be: its value at the middle.
         let middle = s.lambda - (sample.i_mean.scale(c.eta_l_m) - nu).scale(h * T::from_f64(0.5));
         s.lambda_filtered += (middle - s.lambda_filtered).scale(self.filter);
-        let least = b.limits.flux_min_vs * b.limits.flux_min_vs;
+        let least = b.squares.flux_min;
         let inverse = T::one() / norm2(s.lambda_filtered).max(least);
         s.eta = dot(s.nu_filtered, s.lambda_filtered) * inverse;
         let w = -cross(s.lambda_filtered, s.nu_filtered) * inverse;

@@ -17,7 +17,7 @@ use im_model::space_vector::{cross, norm2};
 use im_model::{Bound, Complex, Machine, Rating, Scalar};
 use num_traits::Zero;
 
-use crate::basis::{Basis, Discretization, Watch};
+use crate::basis::{Basis, Discretization, Sample, Watch};
 use crate::error::{GAIN_MAX, ObserverError, finite};
 use crate::interface::{Estimate, Input, Observer};
 use crate::named::{Gains, Named};
@@ -252,34 +252,46 @@ impl<T: Scalar> Observer<T> for Kubota<T> {
 
     #[inline]
     fn step(&self, s: &mut KubotaState<T>, input: &Input<T>) -> Estimate<T> {
+        let sample = self.basis.admit(&s.watch, input, s.i_hat);
+        if sample.measured { self.advanced(s, &sample) } else { self.predicted(s, input) }
+    }
+}
+
+impl<T: Scalar> Kubota<T> {
+    /// A sample that was lost: there is nothing to correct by, e = 0 and L = 0. In a place of its own, so that no other sample asks for it.
+    #[cold]
+    fn predicted(&self, s: &mut KubotaState<T>, input: &Input<T>) -> Estimate<T> {
+        let sample = self.basis.admit(&s.watch, input, s.i_hat);
+        self.advanced(s, &sample)
+    }
+
+    #[inline(always)]
+    fn advanced(&self, s: &mut KubotaState<T>, sample: &Sample<T>) -> Estimate<T> {
         let b = &self.basis;
-        let sample = b.admit(&s.watch, input, s.i_hat);
         let c = b.electrical(s.lambda, sample.i_mean);
         let (h, w) = (b.sample_time_s, b.n_p * s.omega_m);
-        let e = match self.discretization {
-            Discretization::Implicit => sample.i_mean - s.i_hat,
-            Discretization::ForwardEuler => sample.i_before - s.i_hat,
+        // L, and the rates (λ̂', (î + βλ̂)').
+        let rates = |e: Complex<T>| {
+            let share = if sample.measured { T::one() / (T::one() + norm2(e) * self.fade) } else { T::zero() };
+            let l = [0, 1].map(|k| (self.gain[k] + self.gain_per_speed[k].scale(s.omega_m)).scale(share));
+            let d_lambda = Complex::new(-c.eta, w) * s.lambda + s.i_hat.scale(c.eta_l_m) + l[0] * e;
+            let d_psi = sample.u_s.scale(c.inverse_sigma_l_s) - s.i_hat.scale(c.stator_rate) + l[1] * e;
+            (l, [d_lambda, d_psi])
         };
-        // Without a measurement there is nothing to correct by.
-        let l = if sample.measured {
-            let share = T::one() / (T::one() + norm2(e) * self.fade);
-            [0, 1].map(|k| (self.gain[k] + self.gain_per_speed[k].scale(s.omega_m)).scale(share))
-        } else {
-            [Complex::zero(); 2]
-        };
-        let drive = sample.u_s.scale(c.inverse_sigma_l_s);
-        let d_lambda = Complex::new(-c.eta, w) * s.lambda + s.i_hat.scale(c.eta_l_m) + l[0] * e;
-        let d_psi = drive - s.i_hat.scale(c.stator_rate) + l[1] * e;
         [s.lambda, s.i_hat] = match self.discretization {
-            Discretization::Implicit => flow(&c, w, l).step([s.lambda, s.i_hat], [d_lambda, d_psi], warped(h, w)),
-            Discretization::ForwardEuler => [s.lambda + d_lambda.scale(h), s.i_hat + (d_psi - d_lambda.scale(c.beta)).scale(h)],
+            Discretization::Implicit => {
+                let (l, rates) = rates(sample.i_mean - s.i_hat);
+                flow(&c, w, l).step([s.lambda, s.i_hat], rates, warped(h, w))
+            }
+            Discretization::ForwardEuler => {
+                let (_, [d_lambda, d_psi]) = rates(sample.i_before - s.i_hat);
+                [s.lambda + d_lambda.scale(h), s.i_hat + (d_psi - d_lambda.scale(c.beta)).scale(h)]
+            }
         };
-        let e = if sample.measured { sample.i_s - s.i_hat } else { Complex::zero() };
-        let epsilon = cross(e, s.lambda) * (b.n_p * c.beta);
-        let top = b.limits.speed_max_rad_s;
+        let epsilon = if sample.measured { cross(sample.i_s - s.i_hat, s.lambda) * (b.n_p * c.beta) } else { T::zero() };
         s.omega_m = s.integral + self.proportional_and_sample * epsilon;
-        s.integral = (s.integral + self.integral_sample * epsilon).min(top).max(-top);
-        let (estimate, finite) = b.conclude(&mut s.watch, &sample, &c, &mut s.lambda, &mut s.i_hat, &mut s.omega_m);
+        s.integral = b.within_speeds(s.integral + self.integral_sample * epsilon);
+        let (estimate, finite) = b.conclude(&mut s.watch, sample, &c, &mut s.lambda, &mut s.i_hat, &mut s.omega_m);
         if !finite {
             *s = KubotaState::default();
         }

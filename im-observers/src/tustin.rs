@@ -53,11 +53,11 @@ impl<T: Scalar, C: Coefficient<T>> Flow<T, C> {
         let p = Complex::new(T::one() - k * self.a.re, -k * self.a.im);
         let (q, kc) = (self.g.scaled(k).plus_one(), self.c.scaled(k));
         let d = kc.scaled(self.beta).added_to(q.times(p));
-        // 1/d with one division, and that beside the products.
-        let (toward, scale) = (d.conj(), h / norm2(d));
-        let d_lambda = (q.times(v_lambda) + kc.times(v_psi)) * toward;
-        let d_i = (p * v_psi - v_lambda * self.beta) * toward;
-        [lambda + d_lambda * scale, i + d_i * scale]
+        // h/d with one division.
+        let h_over_d = d.conj() * (h / norm2(d));
+        let d_lambda = q.times(v_lambda) + kc.times(v_psi);
+        let d_i = p * v_psi - v_lambda * self.beta;
+        [lambda + d_lambda * h_over_d, i + d_i * h_over_d]
     }
 }
 

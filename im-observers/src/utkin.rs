@@ -140,7 +140,7 @@ impl<T: Scalar> Observer<T> for Utkin<T> {
                 if sample.measured {
                     // … and what it must change by.
                     let e = s.i_hat - sample.i_s;
-                    let flux2 = norm2(s.lambda).max(b.limits.flux_min_vs * b.limits.flux_min_vs);
+                    let flux2 = norm2(s.lambda).max(b.squares.flux_min);
                     let slope =
                         (h * b.n_p * (c.beta * flux2 + dot(s.lambda, e))).max(h * b.n_p * c.beta * flux2 * T::from_f64(0.1));
                     let wanted = before + cross(s.lambda, e) / (slope + self.layer);

@@ -16,19 +16,21 @@ use crate::discrete_current::{CurrentControl, DiscreteCurrent};
 use crate::error::ControlError;
 use crate::flux::{RotorFlux, RotorFluxModel, SampledFlux};
 use crate::flying_start::{BeginsAt, Caught};
-use crate::guard::{self, Sampled, no_reference};
+use crate::guard::{self, Sampled, Standing};
 use crate::machine_data::MachineData;
 use crate::optimal_flux::Operation;
-use crate::reference::Shaped;
+use crate::reference::{ReferenceShaper, Shaped};
 use crate::speed_regulator::SpeedRegulator;
 use crate::stator_flux::StatorFlux;
 use crate::status::{DriveStatus, Reports};
-use crate::vector::{clamp, is_finite, norm, rotation};
+use crate::vector::{clamp, norm, rotation, within};
 
 pub use gains::{FieldOrientedGains, Orientation};
 
 /// Share of the flux wanted from which on there is torque, and below which there is none any more.
 const MAGNETIZED: [f64; 2] = [0.8, 0.25];
+/// Of the current at which the torque is largest.
+const SHORT_OF_PULL_OUT: f64 = 0.9;
 
 /// A drive by field orientation: follows speed, or torque, and rotor flux.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +53,8 @@ struct Law<T> {
     mutual_inductance_h: T,
     inverse_inertia: T,
     current_max_a: T,
+    /// Of i_d.
+    magnetizing_max_a: T,
     stator_leakage_h: T,
     rotor_leakage_h: T,
     /// (3/2) n_p.
@@ -67,7 +71,7 @@ struct State<T> {
     current_integral: Complex<T>,
     discrete: DiscreteCurrent<T>,
     speed_integral: T,
-    shaped: Option<Shaped<T>>,
+    shaped: Shaped<T>,
     /// The flux that follows the torque, and the torque that it follows.
     optimal_flux: T,
     asked_nm: T,
@@ -77,10 +81,7 @@ struct State<T> {
     omega_s: T,
     magnetized: bool,
     torque_nm: T,
-    status: DriveStatus,
-    /// The last reference in numbers, and the last command.
-    reference: Reference<T>,
-    command: Complex<T>,
+    standing: Standing<T>,
 }
 
 impl<T: Scalar> FieldOriented<T> {
@@ -102,6 +103,7 @@ impl<T: Scalar> FieldOriented<T> {
             stator_resistance_ohm: w.stator_resistance_ohm,
             inverse_inertia: T::one() / w.inertia_kg_m2,
             current_max_a: machine.current_max_a,
+            magnetizing_max_a: machine.current_max_a * T::from_f64(0.9),
             stator_leakage_h: w.stator_inductance_h - w.mutual_inductance_h,
             rotor_leakage_h: w.rotor_inductance_h - w.mutual_inductance_h,
             torque_factor: T::from_f64(1.5) * machine.n_p(),
@@ -115,7 +117,7 @@ impl<T: Scalar> FieldOriented<T> {
             current_integral: z,
             discrete: DiscreteCurrent::default(),
             speed_integral: o,
-            shaped: None,
+            shaped: Shaped::at(o),
             optimal_flux: o,
             asked_nm: o,
             current_limited: false,
@@ -124,9 +126,7 @@ impl<T: Scalar> FieldOriented<T> {
             omega_s: o,
             magnetized: false,
             torque_nm: o,
-            status: DriveStatus::OK,
-            reference: no_reference(),
-            command: z,
+            standing: Standing::new(machine.current_max_a),
         };
         Ok(Self { law, state, first: state })
     }
@@ -157,27 +157,144 @@ impl<T: Scalar> FieldOriented<T> {
 
 impl<T: Scalar> Sampled<T> for FieldOriented<T> {
     #[inline]
-    fn current_max_a(&self) -> T {
-        self.law.current_max_a
+    fn standing(&mut self) -> &mut Standing<T> {
+        &mut self.state.standing
     }
 
     #[inline]
-    fn last(&mut self) -> (&mut Reference<T>, &mut Complex<T>, &mut DriveStatus) {
-        let s = &mut self.state;
-        (&mut s.reference, &mut s.command, &mut s.status)
+    fn follow(&mut self, m: &Measured<T>) -> Complex<T> {
+        let (law, s) = (&self.law, &mut self.state);
+        let g = &law.gains;
+        let (t, omega_e, zero) = (m.sample_time_s, law.pole_pairs * m.omega_m, T::zero());
+        let mut status = DriveStatus::OK;
+
+        // Where the flux is.
+        let (mut seen, mut iron_a) = (m.i_s, zero);
+        if let Some(o) = &g.optimal_flux {
+            let flux_vs = norm(s.rotor.flux_vs);
+            let chord_h = law.mutual_inductance_h / (T::one() + o.iron.bend(flux_vs));
+            s.circuit = law.circuit(chord_h, t);
+            iron_a = o.iron.conductance_s * s.omega_s * flux_vs;
+            // The rotor does not see what the iron takes.
+            seen -= j(s.direction) * iron_a;
+        } else if t != s.circuit.sample_time_s {
+            s.circuit = law.circuit(law.mutual_inductance_h, t);
+        }
+        let circuit = &s.circuit;
+        let (current, k_r) = (&circuit.current, circuit.k_r);
+        if g.current_control == CurrentControl::Discrete {
+            // Between two samples the held voltage bends the current, i'' = −jω_s e/L_σ, and its mean is not that of its ends.
+            let x = s.omega_s * t;
+            seen -= s.rotor.flux_vs * (k_r * x * x / (T::from_f64(12.0) * current.leakage_inductance_h));
+        }
+        circuit.flux.step(&mut s.rotor, seen, m.omega_m);
+        let psi = match g.orientation {
+            Orientation::Indirect => s.rotor.flux_vs * k_r,
+            Orientation::Direct { crossover_rad_s } => {
+                let l = current.leakage_inductance_h;
+                let pull = s.rotor.flux_vs * k_r + m.i_s * l;
+                // While there is little flux, what the inverter keeps for itself would be taken for it: the current model decides alone.
+                let crossover = if s.magnetized { crossover_rad_s } else { T::from_f64(10.0) / t };
+                s.stator.step(m, pull, l, law.stator_resistance_ohm, crossover, current.voltage_delay_s)
+            }
+        };
+        let size = norm(psi);
+        let asked = s.standing.reference.rotor_flux_vs.max(zero);
+        let optimal = match &g.optimal_flux {
+            None => asked,
+            Some(o) => {
+                let operation = Operation {
+                    torque: s.asked_nm / (law.torque_factor * k_r),
+                    current_max_a: law.current_max_a,
+                    limited: s.current_limited,
+                    omega_s: s.omega_s,
+                    stator_resistance_ohm: law.stator_resistance_ohm,
+                    rotor_resistance_ohm: circuit.rotor_resistance_ohm,
+                    mutual_inductance_h: law.mutual_inductance_h,
+                };
+                o.step(&mut s.optimal_flux, asked, &operation, t)
+            }
+        };
+        let wanted = optimal * k_r;
+        let inverse_size = T::one() / size;
+        s.direction = if size > wanted * T::from_f64(1e-3) {
+            psi * inverse_size
+        } else {
+            let turned = s.direction * rotation(omega_e * t);
+            turned * (T::from_f64(1.5) - norm2(turned) * T::from_f64(0.5))
+        };
+        let i = m.i_s * s.direction.conj();
+        let lever = law.torque_factor * size;
+        s.torque_nm = lever * (i.im - iron_a);
+
+        // The flux to be had, and the current for it.
+        let flux = g.field_weakening.step(&mut s.flux_limit, wanted, s.wanted_v, s.omega_s, m.dc_voltage_v, t);
+        status = status.and_if(flux < wanted * T::from_f64(0.98), DriveStatus::FIELD_WEAKENING);
+        let i_d = flux * circuit.inverse_mutual + (flux - size) * circuit.per_lack;
+        let i_d = clamp(i_d, zero, law.magnetizing_max_a);
+        let mut i_wanted = Complex::new(i_d, iron_a);
+        s.omega_s = omega_e;
+
+        // The torque to be had, and the current for it; without flux there is none.
+        let [enough, too_little] = MAGNETIZED.map(|x| flux * T::from_f64(x));
+        s.magnetized = flux > zero && (size >= enough || s.magnetized && size > too_little);
+        if s.magnetized {
+            let mut i_q_max = (law.current_max_a * law.current_max_a - i_d * i_d).sqrt();
+            if iron_a != zero {
+                let iron_share = if s.asked_nm >= zero { iron_a } else { -iron_a };
+                i_q_max = (i_q_max - iron_share.max(zero)).max(zero);
+            }
+            if m.dc_voltage_v > zero {
+                // Beyond, less torque needs more current: the pull-out in the frame of the flux.
+                i_q_max = i_q_max.min(size * circuit.pull_out + i_d * T::from_f64(SHORT_OF_PULL_OUT));
+            }
+            let torque_max = lever * i_q_max;
+            s.asked_nm = if g.follows_torque {
+                within(s.standing.reference.torque_nm, torque_max)
+            } else {
+                // What the current cannot do is not asked for.
+                let shaper = ReferenceShaper {
+                    acceleration_max_rad_s2: g.reference.acceleration_max_rad_s2.min(torque_max * law.inverse_inertia),
+                    ..g.reference
+                };
+                shaper.step(&mut s.shaped, s.standing.reference.omega_m, t);
+                law.speed.step(&mut s.speed_integral, &s.shaped, m.omega_m, torque_max, t)
+            };
+            s.current_limited = s.asked_nm.abs() >= torque_max;
+            status = status.and_if(s.current_limited, DriveStatus::CURRENT_LIMITED);
+            i_wanted.im += s.asked_nm / lever;
+            s.omega_s += circuit.rotor_resistance_ohm * (i.im - iron_a) * inverse_size;
+        } else {
+            status = status.and(DriveStatus::MAGNETIZING);
+            (s.shaped, s.speed_integral, s.asked_nm, s.current_limited) = (Shaped::at(m.omega_m), zero, zero, false);
+        }
+
+        // The voltage that brings the currents there.
+        let frame = Turning {
+            direction: s.direction,
+            omega_s: s.omega_s,
+            dc_voltage_v: m.dc_voltage_v,
+            sample_time_s: t,
+            overmodulates: g.overmodulates,
+        };
+        let emf = Complex::new(-size * circuit.inverse_t_r, size * omega_e);
+        let out = match g.current_control {
+            CurrentControl::Continuous => current.step(&mut s.current_integral, &frame, i_wanted, i, emf),
+            CurrentControl::Discrete => s.discrete.step(current, &frame, i_wanted, i, emf),
+        };
+        s.wanted_v = out.wanted_v;
+        s.standing.status = status.and_if(out.limited, DriveStatus::VOLTAGE_LIMITED);
+        out.u_s
     }
 
     #[inline]
-    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
-        self.follow(m, reference)
-    }
-
-    #[inline]
-    fn is_finite(&self) -> bool {
+    fn sum(&self) -> T {
         let s = &self.state;
-        let discrete = if self.law.gains.current_control == CurrentControl::Discrete { s.discrete.is_finite() } else { true };
-        // What is no number in one of them is none in the sum.
-        discrete && is_finite(s.current_integral + Complex::new(s.flux_limit, s.torque_nm))
+        let control = match self.law.gains.current_control {
+            CurrentControl::Continuous => s.current_integral,
+            CurrentControl::Discrete => s.discrete.sum(),
+        };
+        control.re + control.im + s.flux_limit + s.torque_nm
     }
 
     fn begin_anew(&mut self) {
@@ -203,6 +320,11 @@ struct Circuit<T> {
     /// R_R = k_r²R_r.
     rotor_resistance_ohm: T,
     inverse_t_r: T,
+    /// 1/L_M, and the current that the flux loop takes for a flux that lacks, A/Vs.
+    inverse_mutual: T,
+    per_lack: T,
+    /// Across the flux, the current short of the pull-out: 0.9 i_d, and this much for the flux.
+    pull_out: T,
 }
 
 impl<T: Scalar> Law<T> {
@@ -211,12 +333,13 @@ impl<T: Scalar> Law<T> {
         let l_r = m + self.rotor_leakage_h;
         let k_r = m / l_r;
         let rotor_resistance_ohm = k_r * k_r * self.rotor_resistance_ohm;
+        let leakage_inductance_h = self.stator_leakage_h + k_r * self.rotor_leakage_h;
         let model = RotorFluxModel { rotor_inductance_h: l_r, mutual_inductance_h: m, pole_pairs: self.pole_pairs };
         Circuit {
             sample_time_s,
             current: CurrentRegulator {
                 bandwidth_rad_s: self.gains.current_bandwidth_rad_s,
-                leakage_inductance_h: self.stator_leakage_h + k_r * self.rotor_leakage_h,
+                leakage_inductance_h,
                 resistance_ohm: self.stator_resistance_ohm + rotor_resistance_ohm,
                 voltage_delay_s: self.voltage_delay_s,
             },
@@ -224,141 +347,10 @@ impl<T: Scalar> Law<T> {
             k_r,
             rotor_resistance_ohm,
             inverse_t_r: self.rotor_resistance_ohm / l_r,
+            inverse_mutual: T::one() / (k_r * m),
+            per_lack: self.gains.flux_bandwidth_rad_s / rotor_resistance_ohm,
+            pull_out: T::from_f64(SHORT_OF_PULL_OUT) / leakage_inductance_h,
         }
-    }
-
-    /// Brings the circuit to a flux λ, where iron that saturates is known, with the chord inductance; and to a sampling time.
-    #[inline]
-    fn renew(&self, circuit: &mut Circuit<T>, flux_vs: Complex<T>, sample_time_s: T) {
-        let iron = self.gains.optimal_flux.as_ref().map(|o| &o.iron).filter(|i| i.excess > T::zero());
-        if let Some(iron) = iron {
-            *circuit = self.circuit(self.mutual_inductance_h / (T::one() + iron.bend(norm(flux_vs))), sample_time_s);
-        } else if sample_time_s != circuit.sample_time_s {
-            *circuit = self.circuit(self.mutual_inductance_h, sample_time_s);
-        }
-    }
-}
-
-impl<T: Scalar> FieldOriented<T> {
-    /// The law for a sample that is one.
-    #[inline]
-    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
-        let (law, s) = (&self.law, &mut self.state);
-        let g = &law.gains;
-        let (t, omega_e) = (m.sample_time_s, law.pole_pairs * m.omega_m);
-
-        // Where the flux is.
-        law.renew(&mut s.circuit, s.rotor.flux_vs, t);
-        let Circuit { current, k_r, rotor_resistance_ohm: r_r, inverse_t_r, .. } = s.circuit;
-        let iron_a = match &g.optimal_flux {
-            Some(o) if o.iron.conductance_s > T::zero() => o.iron.conductance_s * s.omega_s * norm(s.rotor.flux_vs),
-            _ => T::zero(),
-        };
-        // The rotor does not see what the iron takes.
-        let mut seen = m.i_s - j(s.direction) * iron_a;
-        if g.current_control == CurrentControl::Discrete {
-            // Between two samples the held voltage bends the current, i'' = −jω_s e/L_σ, and its mean is not that of its ends.
-            let x = s.omega_s * t;
-            seen -= s.rotor.flux_vs * (k_r * x * x / (T::from_f64(12.0) * current.leakage_inductance_h));
-        }
-        s.circuit.flux.step(&mut s.rotor, seen, m.omega_m);
-        let psi = match g.orientation {
-            Orientation::Indirect => s.rotor.flux_vs * k_r,
-            Orientation::Direct { crossover_rad_s } => {
-                let l = current.leakage_inductance_h;
-                let pull = s.rotor.flux_vs * k_r + m.i_s * l;
-                // While there is little flux, what the inverter keeps for itself would be taken for it: the current model decides alone.
-                let crossover = if s.magnetized { crossover_rad_s } else { T::from_f64(10.0) / t };
-                s.stator.step(m, pull, l, law.stator_resistance_ohm, crossover, current.voltage_delay_s)
-            }
-        };
-        let size = norm(psi);
-        let asked = reference.rotor_flux_vs.max(T::zero());
-        let optimal = match &g.optimal_flux {
-            None => asked,
-            Some(o) => {
-                let operation = Operation {
-                    torque: s.asked_nm / (law.torque_factor * k_r),
-                    current_max_a: law.current_max_a,
-                    limited: s.current_limited,
-                    omega_s: s.omega_s,
-                    stator_resistance_ohm: law.stator_resistance_ohm,
-                    rotor_resistance_ohm: r_r,
-                    mutual_inductance_h: law.mutual_inductance_h,
-                };
-                o.step(&mut s.optimal_flux, asked, &operation, t)
-            }
-        };
-        let wanted = optimal * k_r;
-        s.direction = if size > wanted * T::from_f64(1e-3) && size > T::zero() {
-            psi * (T::one() / size)
-        } else {
-            let turned = s.direction * rotation(omega_e * t);
-            turned * (T::from_f64(1.5) - norm2(turned) * T::from_f64(0.5))
-        };
-        let i = m.i_s * s.direction.conj();
-        s.torque_nm = law.torque_factor * size * (i.im - iron_a);
-
-        // The flux to be had, and the current for it.
-        let flux = g.field_weakening.step(&mut s.flux_limit, wanted, s.wanted_v, s.omega_s, m.dc_voltage_v, t);
-        let i_max = law.current_max_a;
-        let i_d = (flux * inverse_t_r + (flux - size) * g.flux_bandwidth_rad_s) / r_r;
-        let i_d = clamp(i_d, T::zero(), i_max * T::from_f64(0.9));
-
-        // The torque to be had.
-        let [enough, too_little] = MAGNETIZED.map(|x| flux * T::from_f64(x));
-        s.magnetized = flux > T::zero() && (size >= enough || s.magnetized && size > too_little);
-        let iron_share = if s.asked_nm >= T::zero() { iron_a } else { -iron_a };
-        let mut i_q_max = ((i_max * i_max - i_d * i_d).sqrt() - iron_share.max(T::zero())).max(T::zero());
-        if m.dc_voltage_v > T::zero() {
-            // Beyond, less torque needs more current: the pull-out in the frame of the flux.
-            let l = current.leakage_inductance_h;
-            i_q_max = i_q_max.min((size + l * i_d) / l * T::from_f64(0.9));
-        }
-        let torque_max = if s.magnetized { law.torque_factor * size * i_q_max } else { T::zero() };
-        let torque = if g.follows_torque {
-            clamp(reference.torque_nm, -torque_max, torque_max)
-        } else if s.magnetized {
-            let shaped = s.shaped.get_or_insert(Shaped::at(m.omega_m));
-            // What the current cannot do is not asked for.
-            let shaper = crate::reference::ReferenceShaper {
-                acceleration_max_rad_s2: g.reference.acceleration_max_rad_s2.min(torque_max * law.inverse_inertia),
-                ..g.reference
-            };
-            shaper.step(shaped, reference.omega_m, t);
-            law.speed.step(&mut s.speed_integral, shaped, m.omega_m, torque_max, t)
-        } else {
-            (s.shaped, s.speed_integral) = (None, T::zero());
-            T::zero()
-        };
-        s.current_limited = s.magnetized && torque.abs() >= torque_max;
-        s.asked_nm = torque;
-        let i_q = if s.magnetized { torque / (law.torque_factor * size) } else { T::zero() };
-
-        // The voltage that brings the currents there.
-        let slip = if s.magnetized { r_r * (i.im - iron_a) / size } else { T::zero() };
-        let frame = Turning {
-            direction: s.direction,
-            omega_s: omega_e + slip,
-            dc_voltage_v: m.dc_voltage_v,
-            sample_time_s: t,
-            overmodulates: g.overmodulates,
-        };
-        let size = Complex::new(size, T::zero());
-        let emf = j(size) * omega_e - size * inverse_t_r;
-        let i_wanted = Complex::new(i_d, i_q + iron_a);
-        let out = match g.current_control {
-            CurrentControl::Continuous => current.step(&mut s.current_integral, &frame, i_wanted, i, emf),
-            CurrentControl::Discrete => s.discrete.step(&current, &frame, i_wanted, i, emf),
-        };
-        s.wanted_v = out.wanted_v;
-        s.omega_s = frame.omega_s;
-        s.status = DriveStatus::OK
-            .and_if(out.limited, DriveStatus::VOLTAGE_LIMITED)
-            .and_if(!s.magnetized, DriveStatus::MAGNETIZING)
-            .and_if(s.current_limited, DriveStatus::CURRENT_LIMITED)
-            .and_if(flux < wanted * T::from_f64(0.98), DriveStatus::FIELD_WEAKENING);
-        out.u_s
     }
 }
 
@@ -368,6 +360,7 @@ impl<T: Scalar> BeginsAt<T> for FieldOriented<T> {
         let psi = caught.rotor_flux_vs * s.circuit.k_r;
         s.rotor = RotorFlux::of(caught);
         s.stator = StatorFlux::at(psi, s.circuit.current.leakage_inductance_h, caught.i_s, caught.u_s);
+        s.shaped = Shaped::at(caught.omega_m);
         s.omega_s = law.pole_pairs * caught.omega_m;
         // Flux that is there is within what the voltage allows.
         s.flux_limit = norm(psi);
@@ -377,7 +370,7 @@ impl<T: Scalar> BeginsAt<T> for FieldOriented<T> {
 
 impl<T: Scalar> Reports for FieldOriented<T> {
     fn status(&self) -> DriveStatus {
-        self.state.status
+        self.state.standing.status
     }
 }
 

@@ -29,12 +29,12 @@ use crate::current_regulator::{CurrentRegulator, Turning};
 use crate::error::ControlError;
 use crate::flux::{RotorFlux, RotorFluxModel};
 use crate::flying_start::{BeginsAt, Caught};
-use crate::guard::{self, Sampled, no_reference};
+use crate::guard::{self, Sampled, Standing};
 use crate::load_torque::{LoadTorqueEstimate, LoadTorqueObserver};
 use crate::machine_data::MachineData;
 use crate::reference::Shaped;
 use crate::status::{DriveStatus, Reports};
-use crate::vector::{is_finite, norm, rotation};
+use crate::vector::{norm, rotation};
 
 pub use gains::{KenneGains, LoadTorqueSource, input_gains, switching_gain};
 use law::{Aims, Law, Seen};
@@ -73,10 +73,7 @@ struct State<T> {
     omega_s: T,
     magnetized: bool,
     torque_nm: T,
-    status: DriveStatus,
-    /// The last reference in numbers, and the last command.
-    reference: Reference<T>,
-    command: Complex<T>,
+    standing: Standing<T>,
 }
 
 impl<T: Scalar> Kenne<T> {
@@ -104,9 +101,7 @@ impl<T: Scalar> Kenne<T> {
             omega_s: o,
             magnetized: false,
             torque_nm: o,
-            status: DriveStatus::OK,
-            reference: no_reference(),
-            command: z,
+            standing: Standing::new(machine.current_max_a),
         };
         Ok(Self {
             law,
@@ -177,43 +172,12 @@ impl<T: Scalar> Kenne<T> {
 
 impl<T: Scalar> Sampled<T> for Kenne<T> {
     #[inline]
-    fn current_max_a(&self) -> T {
-        self.current_max_a
+    fn standing(&mut self) -> &mut Standing<T> {
+        &mut self.state.standing
     }
 
     #[inline]
-    fn last(&mut self) -> (&mut Reference<T>, &mut Complex<T>, &mut DriveStatus) {
-        let s = &mut self.state;
-        (&mut s.reference, &mut s.command, &mut s.status)
-    }
-
-    #[inline]
-    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
-        self.follow(m, reference)
-    }
-
-    #[inline]
-    fn is_finite(&self) -> bool {
-        let s = &self.state;
-        is_finite(s.current_integral) && s.flux_limit.is_finite() && s.torque_nm.is_finite()
-    }
-
-    fn begin_anew(&mut self) {
-        self.state = self.first;
-    }
-}
-
-impl<T: Scalar> Controller<T> for Kenne<T> {
-    #[inline]
-    fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
-        guard::step(self, m, reference)
-    }
-}
-
-impl<T: Scalar> Kenne<T> {
-    /// The law for a sample that is one.
-    #[inline]
-    fn follow(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Complex<T> {
+    fn follow(&mut self, m: &Measured<T>) -> Complex<T> {
         let (law, g, s) = (&self.law, &self.gains, &mut self.state);
         let c = T::from_f64;
         let (t, r_r) = (m.sample_time_s, self.rotor_resistance_ohm);
@@ -227,7 +191,7 @@ impl<T: Scalar> Kenne<T> {
         }
 
         let size = norm(lambda);
-        let wanted = reference.rotor_flux_vs.max(T::zero());
+        let wanted = s.standing.reference.rotor_flux_vs.max(T::zero());
         let omega_e = law.n_p * m.omega_m;
         s.direction = if size > wanted * c(1e-3) && size > T::zero() {
             lambda * (T::one() / size)
@@ -271,9 +235,9 @@ impl<T: Scalar> Kenne<T> {
                 acceleration_max_rad_s2: g.reference.acceleration_max_rad_s2.min(torque_max / law.m),
                 ..g.reference
             };
-            shaper.step(&mut s.shaped, reference.omega_m, t);
+            shaper.step(&mut s.shaped, s.standing.reference.omega_m, t);
             let aims = Aims { speed: s.shaped, flux2, flux2_rate, torque_max, i_d_max: i_max * c(0.9) };
-            let limited = s.status.has(DriveStatus::VOLTAGE_LIMITED);
+            let limited = s.standing.status.has(DriveStatus::VOLTAGE_LIMITED);
             let v = law.voltage(g, &seen, &aims, &mut s.lacking, if limited { T::zero() } else { t });
             status = status.and_if(v.limited, DriveStatus::CURRENT_LIMITED);
             let slip = r_r / self.model.rotor_inductance_h * self.model.mutual_inductance_h * i.im / size;
@@ -295,8 +259,25 @@ impl<T: Scalar> Kenne<T> {
         };
         // What the sliding terms add is not the steady need for voltage; it averages out in the limit of the flux.
         s.wanted_v = out.wanted_v * self.model.rotor_inductance_h / law.m_big;
-        s.status = status.and_if(out.limited, DriveStatus::VOLTAGE_LIMITED);
+        s.standing.status = status.and_if(out.limited, DriveStatus::VOLTAGE_LIMITED);
         out.u_s
+    }
+
+    #[inline]
+    fn sum(&self) -> T {
+        let s = &self.state;
+        s.current_integral.re + s.current_integral.im + s.flux_limit + s.torque_nm
+    }
+
+    fn begin_anew(&mut self) {
+        self.state = self.first;
+    }
+}
+
+impl<T: Scalar> Controller<T> for Kenne<T> {
+    #[inline]
+    fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
+        guard::step(self, m, reference)
     }
 }
 
@@ -314,7 +295,7 @@ impl<T: Scalar> BeginsAt<T> for Kenne<T> {
 
 impl<T: Scalar> Reports for Kenne<T> {
     fn status(&self) -> DriveStatus {
-        self.state.status
+        self.state.standing.status
     }
 }
 

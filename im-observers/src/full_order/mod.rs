@@ -180,7 +180,7 @@ impl<T: Scalar> FullOrder<T> {
         let basis = &self.basis;
         let top = basis.limits.speed_max_rad_s;
         // Below its limit the flux counts as if it were there: the law grows slow, not wild.
-        let flux2 = norm2(s.lambda).max(basis.limits.flux_min_vs * basis.limits.flux_min_vs);
+        let flux2 = norm2(s.lambda).max(basis.squares.flux_min);
         let inverse = T::one() / flux2;
         let omega_m = s.omega_m - self.speed_sample / (basis.n_p * c.beta) * cross(s.lambda, e) * inverse;
         s.omega_m = omega_m.min(top).max(-top);
@@ -219,7 +219,7 @@ impl<T: Scalar> Observer<T> for FullOrder<T> {
         let a = Complex::new(-c.eta, w);
         let stator_rate = c.stator_rate * s.stator;
         // The field turns with the rotor and the slip.
-        let flux2 = norm2(s.lambda).max(basis.limits.flux_min_vs * basis.limits.flux_min_vs);
+        let flux2 = norm2(s.lambda).max(basis.squares.flux_min);
         let omega_s = w + c.eta_l_m * cross(s.lambda, sample.i_mean) / flux2;
         let b = self.damping + self.damping_per_frequency * omega_s.abs();
         let drive = sample.u_s.scale(c.inverse_sigma_l_s);
