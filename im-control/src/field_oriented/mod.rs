@@ -211,7 +211,12 @@ impl<T: Scalar> Sampled<T> for FieldOriented<T> {
                     stator_resistance_ohm: law.stator_resistance_ohm,
                     rotor_resistance_ohm: circuit.rotor_resistance_ohm,
                     mutual_inductance_h: law.mutual_inductance_h,
+                    inverse_t_r: circuit.inverse_t_r,
                 };
+                if !s.magnetized {
+                    // A machine without flux gets all of it: what it will be asked for is not known.
+                    s.optimal_flux = asked;
+                }
                 o.step(&mut s.optimal_flux, asked, &operation, t)
             }
         };

@@ -90,7 +90,7 @@ fn best(m: &Machine<f64>, torque: f64, omega_e: f64, aim: FluxAim) -> Option<Ste
         .min_by(|a, b| cost(a).total_cmp(&cost(b)))
 }
 
-/// Means over the last 50 ms of the drive that holds a torque at a speed.
+/// Means over the last 50 ms of the drive that holds a torque at a speed, when the flux has fallen to what it needs.
 fn driven(m: &Machine<f64>, torque: f64, speed: f64, aim: FluxAim) -> Steady {
     let known = MachineData::of(m, current_max(m));
     let flux = MOST * M.rating.rotor_flux_vs;
@@ -105,7 +105,7 @@ fn driven(m: &Machine<f64>, torque: f64, speed: f64, aim: FluxAim) -> Steady {
         },
         inverter: Inverter::Averaged { dc_voltage_v: Some(DC_V) },
         imposed_speed: Some(speed.into()),
-        ..Scenario::direct_on_line(0.0, 50.0, 2.5)
+        ..Scenario::direct_on_line(0.0, 50.0, 5.0)
     };
     let run = Simulation::new(m, &scenario).controlled_by(&mut drive).with_internals().run().unwrap();
     let x = run.internals.unwrap();
