@@ -44,6 +44,7 @@ pub(super) fn drive<T: Scalar>(
     let mut observed = FullOrderGains::for_machine(&machine, rating);
     observed.current_bandwidth_rad_s *= fast;
     observed.speed_bandwidth_rad_s *= fast;
+    observed.stator_resistance_per_s *= fast;
     if !purpose.learns_stator_resistance {
         observed.stator_resistance_per_s = 0.0;
     }
