@@ -50,7 +50,7 @@ const GLOSSARY: &[(&str, &str, &str)] = &[
     (
         "ratio",
         "ratio held as given",
-        "A linear machine shows its inverse-Γ circuit at its terminals, not how the leakage is shared between stator and rotor. This value follows from the inverse-Γ circuit with the ratio L_ls/L_lr of the motor file; its interval is that of a ratio known to 20 % (one standard deviation over the design classes).",
+        "A linear machine shows its inverse-Γ circuit at its terminals, not how the leakage is shared between stator and rotor. This value follows from the inverse-Γ circuit with the ratio L_ls/L_lr of the motor file; its interval is that of a ratio known as well as the motor file's design class says, over all classes without one.",
     ),
     (
         "interval",

@@ -65,7 +65,7 @@ pub(crate) fn warning(p: &ParameterChange, s: &Diagnosis) -> Option<String> {
 
 /// What the intervals hold for.
 pub(crate) fn note(d: &Diagnosis) -> String {
-    let held = "R_r, L_ls, L_lr and L_m follow from the inverse-Γ circuit with L_ls/L_lr as given; their intervals are those of a ratio known to 20 %.";
+    let held = "R_r, L_ls, L_lr and L_m follow from the inverse-Γ circuit with L_ls/L_lr as given; their intervals are those of a ratio known as well as the design class in the motor file says.";
     if d.effects.is_empty() {
         return held.into();
     }
