@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use im_diagnose::steady_curve::torque_speed;
 use im_model::{
-    BaseParameter, DesignClass, EffectId, Effects, GammaParameters, InverseGammaParameters, Machine, MotorFile, Nameplate, ParameterId,
-    Rating, TParameters, TerminalResistance,
+    BaseParameter, DesignClass, EffectId, Effects, GammaParameters, InverseGammaParameters, Machine, MotorFile, Nameplate,
+    ParameterId, Rating, TParameters, TerminalResistance,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
