@@ -6,6 +6,7 @@
 use std::fmt::Write;
 use std::fs::File;
 use std::io::{self, Read};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use im_model::{FileError, Problem};
 use parquet::errors::ParquetError;
@@ -29,7 +30,7 @@ impl ParquetText {
     /// # Errors
     /// It is no Parquet file, or is cut short.
     pub fn open(file: File, label: &str) -> Result<Self, FileError> {
-        let reader = SerializedFileReader::new(file).map_err(|e| {
+        let reader = whatever_it_does(|| SerializedFileReader::new(file)).map_err(|e| {
             FileError::new(label, None, None, Problem::Syntax { reason: format!("not a whole Parquet file: {e}") })
         })?;
         let names: Vec<String> =
@@ -51,12 +52,17 @@ impl ParquetText {
 impl Read for ParquetText {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
         if self.given == self.text.len() {
-            self.fill().map_err(io::Error::other)?;
+            whatever_it_does(|| self.fill()).map_err(io::Error::other)?;
         }
         let n = (&self.text.as_bytes()[self.given..]).read(out)?;
         self.given += n;
         Ok(n)
     }
+}
+
+/// The library reads millions of damaged files well, and panics over a few: those, too, end in a message.
+fn whatever_it_does<T>(read: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
+    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err(ParquetError::General("its structure is damaged".to_owned())))
 }
 
 fn write_row(text: &mut String, row: &Row) {

@@ -1,6 +1,7 @@
 //! Predicted outputs of an experiment, with or without sensitivities.
 
 use im_model::{Bench, Complex, Dual, Machine, ParameterId, PlantInput, Scalar, State};
+use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
 use super::channel::ChannelKind;
@@ -211,19 +212,39 @@ fn seeded<const N: usize>(
     let channels = experiment.channels.len();
     let mut out =
         Linearized { residuals: vec![vec![0.0; rows]; channels], slopes: vec![vec![vec![0.0; rows]; channels]; free.len()] };
-    run(&machine_n, experiment, start_n, rows, |k, c, y| {
-        let channel = &experiment.channels[c];
-        if channel.is_valid(k) {
-            let weight = 1.0 / channel.sigma;
-            out.residuals[c][k] = (channel.values[k] - y.re) * weight;
-            for (slope, e) in out.slopes.iter_mut().zip(y.eps) {
-                slope[c][k] = e * weight;
-            }
-        }
-    });
+    Arch::new().dispatch(Seeded { machine: &machine_n, experiment, start: start_n, rows, out: &mut out });
     whitened(experiment, &mut out.residuals);
     out.slopes.iter_mut().for_each(|s| whitened(experiment, s));
     out
+}
+
+/// A run with derivatives, compiled once more for the wide vector instructions that most processors have: the same arithmetic in the same
+/// order, to the last bit, in about half the time.
+struct Seeded<'a, const N: usize> {
+    machine: &'a Machine<Dual<N>>,
+    experiment: &'a Experiment,
+    start: State<Dual<N>>,
+    rows: usize,
+    out: &'a mut Linearized,
+}
+
+impl<const N: usize> NullaryFnOnce for Seeded<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { machine, experiment, start, rows, out } = self;
+        run(machine, experiment, start, rows, |k, c, y| {
+            let channel = &experiment.channels[c];
+            if channel.is_valid(k) {
+                let weight = 1.0 / channel.sigma;
+                out.residuals[c][k] = (channel.values[k] - y.re) * weight;
+                for (slope, e) in out.slopes.iter_mut().zip(y.eps) {
+                    slope[c][k] = e * weight;
+                }
+            }
+        });
+    }
 }
 
 #[cfg(test)]
