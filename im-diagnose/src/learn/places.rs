@@ -69,13 +69,17 @@ impl Reach {
 const HARMONICS: i32 = 4;
 
 /// How often per turn of the shaft the fundamental of what is missing repeats, from the strongest ripple that the leftover shows.
-fn order(acts: Acts, leftover: &[Dependence]) -> Option<f64> {
+fn order(acts: Acts, leftover: &[Dependence], pole_pairs: u32) -> Option<f64> {
     let shown = |d: &&Dependence| match acts {
         Acts::Torque | Acts::SpeedSensor => d.part == Part::Speed,
         _ => d.part != Part::Speed,
     };
     let of = |d: &Dependence| if let Variable::RotorAngle(n) = d.variable { Some(n) } else { None };
     let strongest = leftover.iter().filter(shown).find_map(of).or_else(|| leftover.iter().find_map(of))?;
+    if acts == Acts::Saliency {
+        // Seen along and across the flux, which turns n_p times, and the same after half a turn.
+        return Some(f64::from(strongest) + 2.0 * f64::from(pole_pairs));
+    }
     Some(f64::from(if strongest <= HARMONICS { 1 } else { strongest }))
 }
 
@@ -90,7 +94,7 @@ pub fn places(
     let imposed = experiments.iter().all(Experiment::speed_is_imposed);
     let place = |(acts, over): (Acts, Over)| {
         let order = match over {
-            Over::ShaftAngle => order(acts, leftover)?,
+            Over::ShaftAngle => order(acts, leftover, machine.pole_pairs())?,
             // The field of the stator is the same after half a turn.
             Over::FluxDirection => 2.0,
             _ => 1.0,

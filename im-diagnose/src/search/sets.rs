@@ -54,7 +54,7 @@ type Set = Vec<EffectId>;
 /// A set that has been fitted.
 struct Known {
     model: Model,
-    /// D with the errors of its form as unknowns, of a close fit; until then, D less what those errors took of the set that it came from.
+    /// D with the errors of its form as unknowns, of a close fit; until then, D less what those errors took of a part of it.
     deviance: f64,
     /// Whether it is of a close fit.
     polished: bool,
@@ -241,15 +241,14 @@ impl Search<'_> {
     fn expand(&mut self, set: &Set) {
         let model = self.known[set].model.clone();
         let scores = self.loop_.scores(&model, self.hints());
-        let taken = self.taken(set);
         let mut others = self.removals(&model);
         others.extend(self.exchanges(&model));
         others.extend(self.restarts(&model));
-        self.fit(&others, taken);
+        self.fit(&others);
         for leading in self.leading(&model, &scores).chunks(AT_ONCE) {
             let still = leading.iter().filter(|s| self.may_be_likeliest(set, s));
             let additions: Vec<Proposal> = still.filter_map(|s| self.addition(&model, s)).collect();
-            self.fit(&additions, taken);
+            self.fit(&additions);
         }
         if let Some(known) = self.known.get_mut(set) {
             known.scores = Some(scores);
@@ -257,21 +256,24 @@ impl Search<'_> {
     }
 
     /// Fits sets quickly, and keeps what is new or better.
-    fn fit(&mut self, proposals: &[Proposal], taken: f64) {
+    fn fit(&mut self, proposals: &[Proposal]) {
         let fitted: Vec<Model> = proposals.par_iter().filter_map(|p| self.fitted(p)).collect();
-        fitted.into_iter().for_each(|m| self.keep(m, taken));
+        fitted.into_iter().for_each(|m| self.keep(m));
     }
 
-    /// By how much unknown errors of form lower D of a set.
+    /// By how much unknown errors of form lower D of a set at least: as far as they do of a part of it. What they take of a larger set may
+    /// be of an effect that this one does not have.
     fn taken(&self, set: &Set) -> f64 {
-        let known = &self.known[set];
-        known.model.deviance - known.deviance
+        let part = |s: &Set| s.iter().all(|e| set.contains(e));
+        let parts = self.known.iter().filter(|(s, k)| k.polished && part(s));
+        parts.map(|(_, k)| k.model.deviance - k.deviance).fold(0.0, f64::max)
     }
 
     /// Keeps a fit that is the first of its set, or the best.
-    fn keep(&mut self, model: Model, taken: f64) {
+    fn keep(&mut self, model: Model) {
         self.spent += model.fit.work;
         let set = sorted(&model.effects);
+        let taken = self.taken(&set);
         if self.known.get(&set).is_none_or(|k| model.deviance < k.model.deviance - WINDOW) {
             self.known.insert(set, Known { deviance: model.deviance - taken, model, polished: false, scores: None });
         }
@@ -399,8 +401,7 @@ impl Search<'_> {
         while let Some(set) = way.last().filter(|s| !s.is_empty()).cloned() {
             let model = &self.known[&set].model;
             let missing: Vec<Model> = self.removals(model).par_iter().filter_map(|p| self.fitted(p)).collect();
-            let taken = self.taken(&set);
-            missing.into_iter().for_each(|m| self.keep(m, taken));
+            missing.into_iter().for_each(|m| self.keep(m));
             let rest = set.iter().map(|&e| without(&set, e)).filter(|s| self.known.contains_key(s));
             let before = rest.min_by(|a, b| self.known[a].deviance.total_cmp(&self.known[b].deviance));
             let before = before.unwrap_or_default();
@@ -412,13 +413,20 @@ impl Search<'_> {
         Ok(Course { stages, posterior: self.posterior(), cut_short: false })
     }
 
-    /// Fits closely what explains the data as well as the best.
+    /// Fits closely the likeliest set, the answer and what explains the data as well, until these are the same: before that D of a set is
+    /// an estimate, and no answer.
     fn polish_near(&mut self) -> Result<(), FitError> {
-        let near: Vec<Set> = self.as_good_as(&self.answer()).into_iter().cloned().collect();
-        for set in near {
-            self.polish(&set)?;
+        loop {
+            let (best, answer) = (self.best(), self.answer());
+            let near: Vec<Set> = self.as_good_as(&answer).into_iter().chain([&best, &answer]).cloned().collect();
+            let mut new = false;
+            for set in near {
+                new |= self.polish(&set)?;
+            }
+            if !new {
+                return Ok(());
+            }
         }
-        Ok(())
     }
 
     /// Sets that explain the data as well as `best`, their price aside.

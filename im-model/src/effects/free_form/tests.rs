@@ -2,12 +2,13 @@ use core::f64::consts::PI;
 
 use num_complex::Complex;
 
-use super::{COEFFICIENTS, FreeForm, Over};
+use super::{Acts, COEFFICIENTS, FreeForm, Over};
 use crate::dual::Dual;
 use crate::effects::EffectId;
 use crate::effects::trying::{RATED_V, SYNCHRONOUS, T, machine};
 use crate::machines::MOTULATOR_2_2_KW as M;
 use crate::motor_file::MotorFile;
+use crate::plant::{Ledger, Plant};
 use crate::{Bench, Machine, ParameterId, PlantInput, State};
 
 /// Every free-form effect, on a range that a run at rated frequency passes through, with uneven coefficients of its usual size.
@@ -61,6 +62,24 @@ fn every_place_changes_what_is_measured_and_none_at_zero() {
         off.switch_off(id);
         assert_eq!(run(&with.with_effects(off).unwrap()), base, "{id} leaves something behind");
     }
+}
+
+/// Current and torque of a saliency come from one energy: nothing is made, nothing lost.
+#[test]
+fn a_saliency_keeps_the_energy() {
+    let id = EffectId::Custom(FreeForm::define(Acts::Saliency, Over::ShaftAngle, (0.0, 1.0), 6.0));
+    let m = machine(|e| (0..COEFFICIENTS).for_each(|k| e.set(id, k, 0.05 * (k as f64 + 1.0).cos())));
+    let plant = Plant::new(&m);
+    let mut x = State::turning(0.6 * SYNCHRONOUS);
+    let mut ledger = Ledger::new(&plant, &x);
+    let h = 1e-5;
+    for k in 0..5000 {
+        let u = Complex::from_polar(RATED_V, 100.0 * PI * h * (f64::from(k) + 0.5));
+        plant.step_observed(&mut x, &PlantInput::new(u, 5.0), h, |w, e| ledger.add(w, e));
+    }
+    let share = plant.stored_energy(&x) - Plant::new(&machine(|_| ())).stored_energy(&x);
+    let off = ledger.imbalance(&plant, &x);
+    assert!(off.abs() < 1e-4 * share.abs() && share.abs() > 0.01, "{off} J of {share} J");
 }
 
 #[test]
