@@ -76,9 +76,9 @@ fn order(acts: Acts, leftover: &[Dependence], pole_pairs: u32) -> Option<f64> {
     };
     let of = |d: &Dependence| if let Variable::RotorAngle(n) = d.variable { Some(n) } else { None };
     let strongest = leftover.iter().filter(shown).find_map(of).or_else(|| leftover.iter().find_map(of))?;
-    if acts == Acts::Saliency {
-        // Seen along and across the flux, which turns n_p times, and the same after half a turn.
-        return Some(f64::from(strongest) + 2.0 * f64::from(pole_pairs));
+    if acts == Acts::ShaftFlux {
+        // Seen along and across the main flux, which turns n_p times.
+        return Some(f64::from(strongest) + f64::from(pole_pairs));
     }
     Some(f64::from(if strongest <= HARMONICS { 1 } else { strongest }))
 }

@@ -46,7 +46,7 @@ fn hook(acts: Acts, over: Over) -> Option<String> {
         Acts::Voltage => drop("stator_drop", "- at.input.u_s * self.formula(x)"),
         Acts::VoltageAngle => drop("stator_drop", "- j(at.input.u_s) * self.formula(x)"),
         // A formula of one axis does not say what the other does.
-        Acts::Saliency => return None,
+        Acts::ShaftFlux => return None,
         Acts::CurrentSensor => {
             "    fn measured_current(&self, i: Complex<T>) -> Complex<T> {\n        i + i * self.formula(length(i))\n    }\n"
                 .into()

@@ -80,17 +80,25 @@ pub fn start_on(machine: &Machine<f64>, e: &Experiment, rating: &Rating) -> Stat
     moving
 }
 
-/// Angles tried over a revolution: four to a period where the field of eight poles turns with a broken bar.
-const ANGLES: usize = 32;
+/// Angles tried over a period of the slowest effect fixed to the shaft, and over one of the fastest at least.
+const ANGLES: f64 = 32.0;
+const ANGLES_OF_FASTEST: f64 = 4.0;
 
 /// Of some angles of the shaft at the first row, rad, the one with which `machine` follows an experiment best: where a descent finds the
 /// best of all.
 pub fn angle_on(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> f64 {
-    let angle = |k: usize| std::f64::consts::TAU * k as f64 / ANGLES as f64;
+    let orders = || machine.effects().orders_on_shaft(machine.pole_pairs()).filter(|n| *n > 0.0);
+    let (slowest, fastest) = (orders().fold(f64::INFINITY, f64::min), orders().fold(0.0, f64::max));
+    if fastest == 0.0 {
+        return start.theta_m;
+    }
+    // After a period of the slowest everything is the same, or nearly: others repeat a whole number of times in it.
+    let count = ANGLES.max(ANGLES_OF_FASTEST * fastest / slowest) as usize;
+    let angle = |k: usize| std::f64::consts::TAU / slowest * k as f64 / count as f64;
     let runs = Thinned::all(std::slice::from_ref(e));
     let missed = |k: usize| cost(machine, std::slice::from_ref(runs[0].run()), &[State { theta_m: angle(k), ..*start }]);
-    let tried: Vec<f64> = (0..ANGLES).into_par_iter().map(missed).collect();
-    let best = (0..ANGLES).filter(|&k| tried[k].is_finite()).min_by(|&a, &b| tried[a].total_cmp(&tried[b]));
+    let tried: Vec<f64> = (0..count).into_par_iter().map(missed).collect();
+    let best = (0..count).filter(|&k| tried[k].is_finite()).min_by(|&a, &b| tried[a].total_cmp(&tried[b]));
     best.map_or(start.theta_m, angle)
 }
 

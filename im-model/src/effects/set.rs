@@ -172,6 +172,15 @@ impl<T: Scalar> Effects<T> {
         self.active().any(|id| id.about().fixed_to_shaft)
     }
 
+    /// How often per turn of the shaft the fundamental repeats of each effect that is on and fixed to it: its order, or twice per turn of the
+    /// field where it has none.
+    pub fn orders_on_shaft(&self, pole_pairs: u32) -> impl Iterator<Item = f64> + '_ {
+        self.active().filter(|id| id.about().fixed_to_shaft).map(move |id| {
+            let order = id.parameters().iter().position(|p| p.key == "order");
+            order.map_or(2.0 * f64::from(pole_pairs), |k| self.get(id, k).value().abs())
+        })
+    }
+
     /// The same effects in another scalar type.
     pub fn cast<U: Scalar>(&self) -> Effects<U> {
         let mut out = Effects::<U>::default();

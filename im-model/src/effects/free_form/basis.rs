@@ -4,7 +4,6 @@ use num_complex::Complex;
 
 use super::parameters::COEFFICIENTS;
 use crate::scalar::Scalar;
-use crate::space_vector::j;
 
 /// Intervals of the spline: each is reached by four of the coefficients.
 const INTERVALS: usize = COEFFICIENTS - 3;
@@ -49,18 +48,16 @@ pub(super) fn fourier<T: Scalar>(c: &[T], z: Complex<T>) -> T {
     sum
 }
 
-/// The complex series Σ (a_h − j b_h) z^h, of which [`fourier`] is the real part, and its derivative with respect to φ.
+/// The complex series Σ (a_h − j b_h) z^h, of which [`fourier`] is the real part.
 #[inline]
-pub(super) fn fourier_vector<T: Scalar>(c: &[T], z: Complex<T>) -> [Complex<T>; 2] {
+pub(super) fn fourier_vector<T: Scalar>(c: &[T], z: Complex<T>) -> Complex<T> {
     let mut turn = z;
-    let mut sums = [Complex::new(T::zero(), T::zero()); 2];
-    for (pair, h) in c.chunks_exact(2).zip(1..) {
-        let term = Complex::new(pair[0], -pair[1]) * turn;
-        sums[0] += term;
-        sums[1] += j(term) * T::from_f64(f64::from(h));
+    let mut sum = Complex::new(T::zero(), T::zero());
+    for pair in c.chunks_exact(2) {
+        sum += Complex::new(pair[0], -pair[1]) * turn;
         turn *= z;
     }
-    sums
+    sum
 }
 
 /// The precision (inverse covariance) of the coefficients of a curve of size one before any data: what is rough is unlikely.

@@ -142,16 +142,9 @@ impl<T: Scalar> Curve<'_, T> {
         self.around(turn)
     }
 
-    /// c(θ) of a saliency and its derivative by θ, rad: the energy at a stator flux ψ is (3/4) Re(c ψ̄²)/L_m more, so the current c ψ̄/L_m.
-    fn saliency(&self, theta_m: T) -> [Complex<T>; 2] {
-        let [c, slope] = basis::fourier_vector(self.coefficients(), unit(self.values[FIRST] * theta_m));
-        [c, slope * self.values[FIRST]]
-    }
-
-    /// W of a saliency, J, and ∂W/∂θ at held flux, Nm, which brakes.
-    fn saliency_energy(&self, at: &Operating<T>) -> [T; 2] {
-        let psi = at.state.psi_s.conj();
-        self.saliency(at.state.theta_m).map(|c| (c * psi * psi).re.scale(0.75) / at.parameters.magnetizing_inductance_h)
+    /// A flux that turns with the shaft, as a part of another: complex.
+    fn fixed_to_shaft(&self, theta_m: T) -> Complex<T> {
+        basis::fourier_vector(self.coefficients(), unit(self.values[FIRST] * theta_m))
     }
 
     fn is(&self, acts: Acts) -> bool {
@@ -174,11 +167,7 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
     }
 
     fn braking_torque(&self, torque: T, at: &Operating<T>, own: &[T]) -> T {
-        match self.form.acts {
-            Acts::Torque => torque + self.here(at, own),
-            Acts::Saliency => torque + self.saliency_energy(at)[1],
-            _ => torque,
-        }
+        if self.is(Acts::Torque) { torque + self.here(at, own) } else { torque }
     }
 
     fn added_currents(&self, c: Currents<T>, x: &State<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {
@@ -194,9 +183,12 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
                 let more = x.psi_s * (over(x.psi_s) / p.magnetizing_inductance_h);
                 Currents { i_s: c.i_s + more, ..c }
             }
-            Acts::Saliency => {
-                let [part, _] = self.saliency(x.theta_m);
-                Currents { i_s: c.i_s + part * x.psi_s.conj() * (T::one() / p.magnetizing_inductance_h), ..c }
+            Acts::ShaftFlux => {
+                // Of the flux that the stator links, the windings' currents make what is left without it.
+                let leak = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
+                let length = (norm2(x.psi_s) + T::from_f64(1e-12)).sqrt();
+                let through = self.fixed_to_shaft(x.theta_m) * (length / leak);
+                Currents { i_s: c.i_s - through, i_r: c.i_r + through, ..c }
             }
             Acts::LossCurrent => {
                 let turning = x.omega_m.scale(n_p / SENSE_RAD_S);
@@ -219,15 +211,7 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
         }
     }
 
-    fn stored_energy(&self, energy: T, at: &Operating<T>, _own: &[T]) -> T {
-        if self.is(Acts::Saliency) { energy + self.saliency_energy(at)[0] } else { energy }
-    }
-
     fn powers(&self, powers: &mut Powers<T>, at: &Operating<T>, own: &[T]) {
-        if self.is(Acts::Saliency) {
-            // What it brakes it stores.
-            powers.friction -= self.saliency_energy(at)[1] * at.state.omega_m;
-        }
         // What the voltage path keeps stands with the inverter, not with the winding.
         let kept = match self.form.acts {
             Acts::Voltage => at.input.u_s * self.here(at, own),
@@ -278,7 +262,7 @@ impl CustomEffect for FreeForm {
             Acts::Torque => Place::Mechanics,
             Acts::StatorResistance | Acts::RotorResistance => Place::Windings,
             Acts::Voltage | Acts::VoltageAngle => Place::Voltage,
-            Acts::MagnetizingCurrent | Acts::Saliency | Acts::LossCurrent | Acts::LeakageCurrent => Place::FluxMap,
+            Acts::MagnetizingCurrent | Acts::ShaftFlux | Acts::LossCurrent | Acts::LeakageCurrent => Place::FluxMap,
             Acts::CurrentSensor | Acts::SpeedSensor => Place::Sensors,
         };
         let steady_state = match self.over {
@@ -300,14 +284,12 @@ impl CustomEffect for FreeForm {
             Acts::Torque => Hook::braking_torque,
             Acts::StatorResistance | Acts::Voltage | Acts::VoltageAngle => Hook::stator_drop,
             Acts::RotorResistance => Hook::rotor_drop,
-            Acts::MagnetizingCurrent | Acts::Saliency | Acts::LossCurrent | Acts::LeakageCurrent => Hook::added_currents,
+            Acts::MagnetizingCurrent | Acts::ShaftFlux | Acts::LossCurrent | Acts::LeakageCurrent => Hook::added_currents,
             Acts::CurrentSensor => Hook::measured_current,
             Acts::SpeedSensor => Hook::shown_speed,
         };
         let own = HookSet::NONE.with(hook).with(Hook::added_resistance);
         let own = if matches!(self.acts, Acts::Voltage | Acts::VoltageAngle) { own.with(Hook::powers) } else { own };
-        let salient = [Hook::braking_torque, Hook::powers, Hook::stored_energy];
-        let own = if self.acts == Acts::Saliency { salient.into_iter().fold(own, HookSet::with) } else { own };
         if self.over == Over::Time { own.with(Hook::rates) } else { own }
     }
     fn free_form(&self) -> Option<&FreeForm> {

@@ -20,9 +20,8 @@ pub enum Acts {
     VoltageAngle,
     /// Current along the stator flux, as a part of ψ_s/L_m.
     MagnetizingCurrent,
-    /// Saliency that turns with the shaft: the current of a flux along an axis of the rotor, as a part of ψ_s/L_m; opposite along the axis
-    /// across.
-    Saliency,
+    /// Flux in the stator that turns with the shaft, as a part of |ψ_s|; a vector, of which the curve is the part along the axis of phase a.
+    ShaftFlux,
     /// Current across the stator flux, ahead of it in the sense of rotation: what a loss in the iron takes, A.
     LossCurrent,
     /// Current between the windings, as a part of (ψ_s − ψ_r)/(L_ls + L_lr): a leakage that falls.
@@ -92,7 +91,7 @@ pub(super) const ROWS: &[Row] = &[
     row(Acts::MagnetizingCurrent, Over::Flux, "learned_magnetizing_current_over_flux", "Magnetizing current over flux", "A magnetizing current that grows otherwise than the flux: saturation."),
     row(Acts::MagnetizingCurrent, Over::ShaftAngle, "learned_magnetizing_current_over_shaft_angle", "Magnetizing current over the shaft angle", "An air gap that changes with the turn of the shaft: slots, an eccentric rotor."),
     row(Acts::MagnetizingCurrent, Over::FluxDirection, "learned_magnetizing_current_over_flux_direction", "Magnetizing current over the direction of the flux", "Axes of the stator that magnetize unequally: laminations with a grain, a joint, an oval bore."),
-    row(Acts::Saliency, Over::ShaftAngle, "learned_saliency_over_shaft_angle", "Saliency over the shaft angle", "A rotor that magnetizes unequally along axes that turn with it: slots, bars or their contacts, an uneven rotor."),
+    row(Acts::ShaftFlux, Over::ShaftAngle, "learned_shaft_flux_over_shaft_angle", "Flux carried by the shaft", "A wave of flux that the rotor carries past the stator: its slots, an uneven cage, remanence."),
     row(Acts::LossCurrent, Over::Flux, "learned_loss_current_over_flux", "Loss current over flux", "A current in phase with the induced voltage that depends on flux: hysteresis, eddy currents."),
     row(Acts::LossCurrent, Over::Speed, "learned_loss_current_over_speed", "Loss current over speed", "A current in phase with the induced voltage that depends on speed: hysteresis, eddy currents, shorted turns."),
     row(Acts::LeakageCurrent, Over::Current, "learned_leakage_current_over_current", "Leakage over current", "A leakage that changes with current: tooth tips, slot bridges."),
@@ -130,7 +129,7 @@ mod table {
             Acts::Voltage => part(0.003, 0.2, 2.0),
             Acts::VoltageAngle => (ANGLES, "rad", ScaleOf::One, (0.003, 0.2), Bound::Within(-1.0, 1.0)),
             Acts::MagnetizingCurrent => part(0.02, 1.0, 50.0),
-            Acts::Saliency => part(0.01, 0.3, 0.95),
+            Acts::ShaftFlux => part(0.001, 0.05, 0.95),
             Acts::LossCurrent => (CURRENTS, "A", ScaleOf::Current, (0.005, 0.2), Bound::Within(-1e6, 1e6)),
             Acts::LeakageCurrent => part(0.02, 1.0, 10.0),
             Acts::CurrentSensor => part(0.01, 0.5, 10.0),
@@ -199,7 +198,7 @@ pub(super) fn labels(acts: Acts, over: Over) -> (&'static str, &'static str) {
         Acts::Voltage => "voltage added, part of it",
         Acts::VoltageAngle => "angle of the voltage, rad",
         Acts::MagnetizingCurrent => "magnetizing current added, part of it",
-        Acts::Saliency => "magnetizing current added along the flux, part of it",
+        Acts::ShaftFlux => "flux along phase a, part of the stator flux",
         Acts::LossCurrent => "loss current, A",
         Acts::LeakageCurrent => "leakage current added, part of it",
         Acts::CurrentSensor => "current shown too much, part of it",

@@ -8,7 +8,6 @@ use crate::effects::EffectId;
 use crate::effects::trying::{RATED_V, SYNCHRONOUS, T, machine};
 use crate::machines::MOTULATOR_2_2_KW as M;
 use crate::motor_file::MotorFile;
-use crate::plant::{Ledger, Plant};
 use crate::{Bench, Machine, ParameterId, PlantInput, State};
 
 /// Every free-form effect, on a range that a run at rated frequency passes through, with uneven coefficients of its usual size.
@@ -64,22 +63,19 @@ fn every_place_changes_what_is_measured_and_none_at_zero() {
     }
 }
 
-/// Current and torque of a saliency come from one energy: nothing is made, nothing lost.
+/// At speed the windings are short circuits to a flux that turns past them: its current is Δψ/L_σ.
 #[test]
-fn a_saliency_keeps_the_energy() {
-    let id = EffectId::Custom(FreeForm::define(Acts::Saliency, Over::ShaftAngle, (0.0, 1.0), 6.0));
-    let m = machine(|e| (0..COEFFICIENTS).for_each(|k| e.set(id, k, 0.05 * (k as f64 + 1.0).cos())));
-    let plant = Plant::new(&m);
-    let mut x = State::turning(0.6 * SYNCHRONOUS);
-    let mut ledger = Ledger::new(&plant, &x);
-    let h = 1e-5;
-    for k in 0..5000 {
-        let u = Complex::from_polar(RATED_V, 100.0 * PI * h * (f64::from(k) + 0.5));
-        plant.step_observed(&mut x, &PlantInput::new(u, 5.0), h, |w, e| ledger.add(w, e));
-    }
-    let share = plant.stored_energy(&x) - Plant::new(&machine(|_| ())).stored_energy(&x);
-    let off = ledger.imbalance(&plant, &x);
-    assert!(off.abs() < 1e-4 * share.abs() && share.abs() > 0.01, "{off} J of {share} J");
+fn a_flux_carried_past_the_windings_drives_a_current_through_the_leakage() {
+    let (part, order) = (0.01, 28.0);
+    let id = EffectId::Custom(FreeForm::define(Acts::ShaftFlux, Over::ShaftAngle, (0.0, 1.0), order));
+    let (plain, with) = (run(&machine(|_| ())), run(&machine(|e| e.set(id, 0, part))));
+    let off = |(a, b): (&[f64; 3], &[f64; 3])| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let late = || plain.iter().zip(&with).skip(600).map(off);
+    let mean = late().sum::<f64>() / late().count() as f64;
+    let flux = RATED_V / (100.0 * PI);
+    let p = M.parameters();
+    let expected = part * flux / (p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h);
+    assert!((mean / expected - 1.0).abs() < 0.1, "{mean} A, expected {expected} A");
 }
 
 #[test]
