@@ -312,9 +312,15 @@ impl FreeForm {
         CustomId(Box::leak(Box::new(Self::with_parameters(acts, over, parameters))))
     }
 
-    /// Where the curve lies; an angle over one `turn`.
+    /// Where the curve lies; an angle over one `turn`, or over one period where there are too many in a turn to be seen.
     pub fn range(&self, values: &[f64], turn: f64) -> (f64, f64) {
-        if self.over.is_angle() { (0.0, turn) } else { (values[FIRST], values[FIRST + 1]) }
+        const SEEN: f64 = 4.0;
+        if !self.over.is_angle() {
+            return (values[FIRST], values[FIRST + 1]);
+        }
+        let order = values[FIRST].abs();
+        let periods = if order > SEEN { 1.0 } else { order.max(1.0) };
+        (0.0, turn * periods / order)
     }
 
     /// The names of the variable and of the quantity, with units.
