@@ -157,18 +157,18 @@ impl Search<'_> {
         let n = self.samples();
         let least = self.known.values().map(|k| k.deviance).fold(f64::INFINITY, f64::min);
         let dispersion = 1.0 + n * FORM_ERROR * (((self.nothing().deviance - least) / n).exp_m1() + LEAST_EXCESS);
-        // The few rows of tables would count for less than one sample: a parameter then costs no less than Akaike's two.
+        // The few rows of tables would count for less than one sample.
         let of_tables = self.loop_.nudged().iter().all(Experiment::is_table);
         if of_tables { dispersion.min((n * (-2f64).exp()).max(1.0)) } else { dispersion }
     }
 
-    /// k ln(N/λ) + 2 ln C(m, |S|).
+    /// k ln(N/λ) + 2 ln C(m, |S|), where no parameter costs less than Akaike's two.
     fn price(&self, model: &Model, dispersion: f64) -> f64 {
         self.price_of(self.more(model), model.effects.len(), dispersion)
     }
 
     fn price_of(&self, parameters: f64, effects: usize, dispersion: f64) -> f64 {
-        parameters * (self.samples() / dispersion).ln() + 2.0 * ln_choose(self.loop_.candidates.len(), effects)
+        parameters * (self.samples() / dispersion).ln().max(2.0) + 2.0 * ln_choose(self.loop_.candidates.len(), effects)
     }
 
     /// Parameters beyond those of the base model; of a learned curve as many as the data determine.
