@@ -153,7 +153,7 @@ impl MotorFile {
     /// replaces that of the stator.
     ///
     /// # Errors
-    /// As [`Nameplate::guess`]; a resistance or a temperature that no machine has.
+    /// As [`Nameplate::guess`]; a resistance whose heat at the rated current is more than all losses; a temperature that no winding has.
     pub fn from_nameplate(
         name: &str,
         plate: &Nameplate,
@@ -171,6 +171,8 @@ impl MotorFile {
         let winding_c = resistance.and_then(|r| r.at_c);
         if let Some(r) = resistance {
             BaseParameter::StatorResistance.bound().check("terminal_resistance_ohm", r.ohm)?;
+            let most = 2.0 * plate.losses_w() / (3.0 * plate.line_current_rms_a * plate.line_current_rms_a);
+            Bound::Within(0.0, four_digits(most)).check("terminal_resistance_ohm", r.ohm)?;
             // Star or delta: the star-equivalent phase has half of what two terminals show.
             p.stator_resistance_ohm = 0.5 * r.ohm;
             tolerances[0] = if winding_c.is_some() { MEASURED } else { WARMER_IN_USE };
@@ -510,6 +512,27 @@ mod tests {
 
     fn error(text: &str) -> String {
         MotorFile::parse(text, "motor.toml").unwrap_err().to_string()
+    }
+
+    /// 4 kW at 400 V, 8.1 A, cos φ 0.83 leave 658 W of losses: 6.7 Ω between two terminals would take them all.
+    #[test]
+    fn a_resistance_that_loses_more_than_the_nameplate_is_refused() {
+        let plate = Nameplate {
+            power_w: 4000.0,
+            line_voltage_rms_v: 400.0,
+            line_current_rms_a: 8.1,
+            speed_rpm: 1440.0,
+            power_factor: 0.83,
+            frequency_hz: 50.0,
+            locked_rotor_current_ratio: None,
+            locked_rotor_torque_ratio: None,
+            breakdown_torque_ratio: None,
+            design: None,
+        };
+        let made = |ohm| MotorFile::from_nameplate("m", &plate, Some(TerminalResistance { ohm, at_c: Some(20.0) }));
+        assert_eq!(made(2.7).unwrap().0.machine.parameters().stator_resistance_ohm, 1.35);
+        let refused = made(270.0).unwrap_err().to_string();
+        assert!(refused.contains("terminal_resistance_ohm = 270 must be from 0 to 6.68"), "{refused}");
     }
 
     #[test]

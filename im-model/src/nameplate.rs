@@ -190,6 +190,11 @@ impl RatedPoint {
 }
 
 impl Nameplate {
+    /// All losses at the rated point, W: what goes in, √3 U I cos φ, less the shaft power.
+    pub fn losses_w(&self) -> f64 {
+        Scalar::sqrt(3.0f64) * self.line_voltage_rms_v * self.line_current_rms_a * self.power_factor - self.power_w
+    }
+
     /// The guess.
     ///
     /// # Errors
