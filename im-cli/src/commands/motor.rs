@@ -114,7 +114,11 @@ const OPTIONS: [(&str, &str, &str); 13] = [
         "--breakdown-torque",
         "over the rated torque (T_K/T_N); the range is that of leakages a fifth to five times as usual",
     ),
-    ("terminal_resistance_ohm", "--terminal-resistance-ohm", "in ohm, between two terminals; its heat at the rated current is a part of the losses that the nameplate leaves"),
+    (
+        "terminal_resistance_ohm",
+        "--terminal-resistance-ohm",
+        "in ohm, between two terminals; its heat at the rated current is a part of the losses that the nameplate leaves",
+    ),
     ("temperature", "--resistance-at-c", "of the winding when its resistance was measured"),
     (
         "pole pairs",
