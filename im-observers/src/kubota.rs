@@ -273,7 +273,9 @@ impl<T: Scalar> Kubota<T> {
         // L, and the rates (λ̂', (î + βλ̂)').
         let rates = |e: Complex<T>| {
             let share = if sample.measured { T::one() / (T::one() + norm2(e) * self.fade) } else { T::zero() };
-            let l = [0, 1].map(|k| (self.gain[k] + self.gain_per_speed[k].scale(s.omega_m)).scale(share));
+            // By constant places: a loop over them can panic where it is not unrolled.
+            let ([g_a, g_b], [v_a, v_b]) = (self.gain, self.gain_per_speed);
+            let l = [g_a + v_a.scale(s.omega_m), g_b + v_b.scale(s.omega_m)].map(|l| l.scale(share));
             let d_lambda = Complex::new(-c.eta, w) * s.lambda + s.i_hat.scale(c.eta_l_m) + l[0] * e;
             let d_psi = sample.u_s.scale(c.inverse_sigma_l_s) - s.i_hat.scale(c.stator_rate) + l[1] * e;
             (l, [d_lambda, d_psi])
