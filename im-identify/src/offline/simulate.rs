@@ -219,7 +219,7 @@ fn seeded<const N: usize>(
 }
 
 /// A run with derivatives, compiled once more for the wide vector instructions that most processors have: the same arithmetic in the same
-/// order, to the last bit, in about half the time.
+/// order, to the last bit, in about three quarters of the time.
 struct Seeded<'a, const N: usize> {
     machine: &'a Machine<Dual<N>>,
     experiment: &'a Experiment,

@@ -39,13 +39,7 @@ pub(super) fn spline<T: Scalar>(c: &[T], from: T, to: T, x: T) -> T {
 /// Σ a_h cos hφ + b_h sin hφ for h from 1, with z = e^{jφ}; coefficients in the order a₁, b₁, a₂, b₂ …
 #[inline]
 pub(super) fn fourier<T: Scalar>(c: &[T], z: Complex<T>) -> T {
-    let mut turn = z;
-    let mut sum = T::zero();
-    for pair in c.chunks_exact(2) {
-        sum += pair[0] * turn.re + pair[1] * turn.im;
-        turn *= z;
-    }
-    sum
+    fourier_vector(c, z).re
 }
 
 /// The complex series Σ (a_h − j b_h) z^h, of which [`fourier`] is the real part.
