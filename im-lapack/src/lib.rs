@@ -10,7 +10,7 @@
 //! and `libblas` are linked instead.
 //!
 //! * [`kernels`] is the mathematics, safe, over matrix views; this is what the tests compare with nalgebra.
-//! * `export` turns C pointers into views and calls the kernels; all `unsafe` of the workspace is in there.
+//! * `export` turns C pointers into views and calls the kernels; all `unsafe` of the host crates is in there.
 //!
 //! # Features
 //!

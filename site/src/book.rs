@@ -77,7 +77,11 @@ pub fn render(root: &Path) -> io::Result<(Vec<File>, Vec<Problem>)> {
     let groups = grouped(&pages, &entries);
     let headings: BTreeMap<String, Vec<Heading>> =
         pages.iter().zip(&parsed).map(|(p, m)| (p.file.clone(), m.headings.clone())).collect();
-    let mut files = vec![File { path: "style.css".into(), content: Content::Text(layout::STYLE.into()) }];
+    let sections: Vec<_> = entries.iter().zip(&parsed).flat_map(|(e, m)| sections(e, m)).collect();
+    let search = format!("const SECTIONS = {};\n{}", serde_json::json!(sections), layout::SEARCH);
+    let mut files: Vec<File> = [("style.css", layout::STYLE.into()), ("search.js", search)]
+        .map(|(path, text)| File { path: path.into(), content: Content::Text(text) })
+        .into();
     let mut wanted = BTreeSet::new();
     let mut problems = guide::too_long(pages.iter().map(|p| (p.file.as_str(), p.text.as_str())));
     for (page, parsed) in pages.iter().zip(parsed) {
@@ -120,6 +124,13 @@ fn pages(root: &Path) -> io::Result<Vec<Page>> {
         files.extend(names.iter().filter(|n| n.ends_with(".md")).map(|n| format!("{folder}/{n}")));
     }
     files.into_iter().map(|file| Ok(Page { text: std::fs::read_to_string(root.join(&file))?, file })).collect()
+}
+
+/// What the search knows of a page: of each section its address, the page, the heading, and the text.
+fn sections(page: &Entry, parsed: &Parsed) -> Vec<[String; 4]> {
+    let at = |h: &Heading| if h.level == 1 { page.address.clone() } else { format!("{}#{}", page.address, h.id) };
+    let texts = parsed.texts();
+    parsed.headings.iter().zip(texts).map(|(h, text)| [at(h), page.title.clone(), h.text.clone(), text]).collect()
 }
 
 fn address(file: &str) -> String {
@@ -234,6 +245,13 @@ mod tests {
         let (files, problems) = render(&root).unwrap();
         let said: Vec<String> = problems.iter().map(Problem::to_string).collect();
         assert!(said.is_empty(), "{}", said.join("\n"));
+        // The search knows every section of every page.
+        let search = files.iter().find(|f| f.path == "search.js").unwrap();
+        let Content::Text(search) = &search.content else { panic!("not a text") };
+        let known = search.strip_prefix("const SECTIONS = ").unwrap().split(";\n").next().unwrap();
+        let known: Vec<[String; 4]> = serde_json::from_str(known).unwrap();
+        let found = |words: &str| known.iter().find(|s| s[3].contains(words)).map(|s| s[0].as_str());
+        assert_eq!(found("gives rotor flux, speed and torque from stator voltage and current"), Some("docs/observers.html"));
         // The site needs no network: nothing in it is fetched from elsewhere.
         assert!(!layout::STYLE.contains("@import") && !layout::STYLE.contains("url("));
         for file in &files {

@@ -8,6 +8,9 @@ use crate::markdown::Heading;
 /// The one style sheet.
 pub const STYLE: &str = include_str!("style.css");
 
+/// The search over all pages, behind `SECTIONS`.
+pub const SEARCH: &str = include_str!("search.js");
+
 /// A page in the list beside each one.
 #[derive(Clone, Debug)]
 pub struct Entry {
@@ -35,6 +38,8 @@ pub fn page(own: &str, title: &str, body: &str, groups: &[(&str, Vec<Entry>)], h
         }
     };
     let home = relative(own, "index.html");
+    // Without scripts there is no search.
+    let find = html! { input type="search" placeholder="Search" aria-label="Search" hidden; ul.found {} };
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -44,13 +49,14 @@ pub fn page(own: &str, title: &str, body: &str, groups: &[(&str, Vec<Entry>)], h
                 meta name="color-scheme" content="light dark";
                 title { (title) " · imkit" }
                 link rel="stylesheet" href=(relative(own, "style.css"));
+                script defer src=(relative(own, "search.js")) data-root=(home.trim_end_matches("index.html")) {}
             }
             body {
                 header {
                     a href=(home) { "imkit" }
-                    details { summary { "Contents" } nav aria-label="Contents" { (list) } }
+                    details { summary { "Contents" } nav aria-label="Contents" { (find) (list) } }
                 }
-                nav.side aria-label="Contents" { a.home href=(home) { "imkit" } (list) }
+                nav.side aria-label="Contents" { a.home href=(home) { "imkit" } (find) (list) }
                 main { (PreEscaped(body)) }
             }
         }

@@ -122,6 +122,33 @@ impl<'a> Parsed<'a> {
         self.headings.first().map_or(self.file, |h| &h.text)
     }
 
+    /// The words under each heading, in the order of the headings.
+    pub fn texts(&self) -> Vec<String> {
+        let mut out: Vec<String> = Vec::new();
+        let mut in_heading = false;
+        for (event, _) in &self.events {
+            match event {
+                Event::Start(Tag::Heading { .. }) => {
+                    in_heading = true;
+                    out.push(String::new());
+                }
+                Event::End(TagEnd::Heading(_)) => in_heading = false,
+                Event::Text(t) | Event::Code(t) if !in_heading => {
+                    if let Some(text) = out.last_mut() {
+                        text.push_str(t);
+                    }
+                }
+                Event::End(_) | Event::SoftBreak | Event::HardBreak => {
+                    if let Some(text) = out.last_mut() {
+                        text.push(' ');
+                    }
+                }
+                _ => {}
+            }
+        }
+        out.iter().map(|text| text.split_whitespace().collect::<Vec<_>>().join(" ")).collect()
+    }
+
     /// The page as HTML. `resolve` gives the address for a link or picture, `named` that of a file named in code, if it is one; or what
     /// is wrong with it.
     pub fn html(
@@ -170,6 +197,7 @@ mod tests {
     fn headings_get_anchors_and_links_new_addresses() {
         let page = parse("a.md", "# One\n\ntext $x^2$ [b](b.md)\n\n## Two `c`\n");
         assert_eq!(page.headings[1], Heading { level: 2, id: "two-c".into(), text: "Two c".into() });
+        assert_eq!(page.texts(), ["text b", ""]);
         let (html, problems) = page.html(|link| Ok(link.replace(".md", ".html")), |_| Ok(None));
         assert!(problems.is_empty());
         assert!(html.contains("<h2 id=\"two-c\">") && html.contains("href=\"b.html\"") && html.contains("<math"), "{html}");
