@@ -30,27 +30,41 @@ const LEAST_ROWS: usize = 10;
 
 /// Changes of the outputs that no parameter follows.
 pub struct Disturbances {
-    /// Of one standard deviation.
-    pub list: Vec<Change>,
+    /// Of another ratio of the leakages, by one standard deviation.
+    of_ratio: Option<Change>,
+    /// Of other forms of the effects, by one standard deviation.
+    bends: Vec<Change>,
     /// What each effect explains.
     explained: Vec<Change>,
     /// The outputs, in their units.
     modelled: Change,
 }
 
-/// −2 log L of a fitted model with the errors of its form as unknowns, up to a constant.
-pub fn marginal_deviance(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free]) -> f64 {
+/// A fitted model's likelihood with the errors of its form as unknowns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Marginal {
+    /// −2 log L, up to a constant.
+    pub deviance: f64,
+    /// By how much the data bend an effect's curve at most, as a part of what the effect explains.
+    pub largest_bend: f64,
+}
+
+/// The likelihood of a fitted model with the errors of its form as unknowns.
+pub fn marginal(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free]) -> Marginal {
     let linear: Vec<Linearized> =
         experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
-    let Disturbances { mut list, explained, modelled } = disturbances(machine, starts, experiments);
+    let Disturbances { of_ratio, bends: mut list, explained, modelled } = disturbances(machine, starts, experiments);
     // Forms differ in phase as well.
     list.extend(explained.iter().flat_map(|d| bends(experiments, &modelled, &turned(experiments, d))));
+    let bends = list.len();
+    list.extend(of_ratio);
     let residuals: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.residuals.clone()).collect();
     let slopes: Vec<Change> = (0..free.len()).map(|p| linear.iter().map(|l| l.slopes[p].clone()).collect()).collect();
     let (p, m) = (slopes.len(), list.len());
     let rows: usize = residuals.iter().flatten().map(Vec::len).sum();
+    let as_it_is = || Marginal { deviance: deviance(experiments, &residuals), largest_bend: 0.0 };
     if rows < LEAST_ROWS * (p + m) {
-        return deviance(experiments, &residuals);
+        return as_it_is();
     }
     let whiteners = sensor_whiteners(experiments, &residuals);
     let stride = (rows / ROWS).max(1);
@@ -75,7 +89,7 @@ pub fn marginal_deviance(machine: &Machine<f64>, starts: &[State<f64>], experime
     }
     let parameters_alone = normal.view((0, 0), (p, p)).into_owned();
     let ln_det = |a: DMatrix<f64>| a.cholesky().map(|c| 2.0 * c.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>());
-    let Some(sizes) = normal.clone().cholesky().map(|c| c.solve(&b)) else { return deviance(experiments, &residuals) };
+    let Some(sizes) = normal.clone().cholesky().map(|c| c.solve(&b)) else { return as_it_is() };
     let occam = ln_det(normal).zip(ln_det(parameters_alone)).map_or(0.0, |(a, b)| a - b);
     let mut left = residuals.clone();
     for (size, change) in sizes.iter().zip(slopes.iter().chain(&list)) {
@@ -84,8 +98,8 @@ pub fn marginal_deviance(machine: &Machine<f64>, starts: &[State<f64>], experime
         }
     }
     // Far from where the slopes were taken they may lead nowhere: then the form is taken as it is.
-    let as_it_is = deviance(experiments, &residuals);
-    as_it_is.min(deviance(experiments, &left) + sizes.norm_squared()) + occam
+    let bent = deviance(experiments, &left) + sizes.norm_squared();
+    Marginal { deviance: bent.min(as_it_is().deviance) + occam, largest_bend: SIZE * sizes.rows(p, bends).amax() }
 }
 
 /// The currents of a change turned by a right angle.
@@ -116,22 +130,26 @@ pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: 
         let out: Change = experiments.iter().zip(here.iter().zip(&there)).map(|(e, (a, b))| difference(e, a, b)).collect();
         out.iter().flatten().flatten().all(|x| x.is_finite()).then_some(out)
     };
-    let mut list = Vec::new();
-    let mut explained = Vec::new();
     // Half of the way is linear enough, and twice the change is that of one standard deviation.
-    if let Some(mut d) = with_ratio(machine, 0.5 * RATIO_ERROR).as_ref().and_then(change) {
-        d.iter_mut().flatten().flatten().for_each(|x| *x *= 2.0);
-        list.push(d);
-    }
+    let mut of_ratio = with_ratio(machine, 0.5 * RATIO_ERROR).as_ref().and_then(change);
+    of_ratio.iter_mut().flatten().flatten().flatten().for_each(|x| *x *= 2.0);
+    let (mut all_bends, mut explained) = (Vec::new(), Vec::new());
     for effect in machine.effects().active() {
         let mut effects = *machine.effects();
         effects.switch_off(effect);
         if let Some(d) = machine.with_effects(effects).ok().as_ref().and_then(change) {
-            list.extend(bends(experiments, &here, &d));
+            all_bends.extend(bends(experiments, &here, &d));
             explained.push(d);
         }
     }
-    Disturbances { list, explained, modelled: here }
+    Disturbances { of_ratio, bends: all_bends, explained, modelled: here }
+}
+
+impl Disturbances {
+    /// All that counts in an interval.
+    pub fn all(self) -> Vec<Change> {
+        self.of_ratio.into_iter().chain(self.bends).collect()
+    }
 }
 
 /// The machine with the logarithm of L_ls/L_lr changed, and the inverse-Γ circuit that its terminals show kept: without saturation it is the same

@@ -285,7 +285,7 @@ impl Spread {
             all.fold(DMatrix::zeros(p, p), |sum, g: DVector<f64>| sum + &g * g.transpose())
         };
         let scales = spread_by(&scale_errors(machine, experiments));
-        let hidden = spread_by(&disturbances(machine, starts, experiments).list) + &scales;
+        let hidden = spread_by(&disturbances(machine, starts, experiments).all()) + &scales;
         for ((l, e), x) in linear.iter().zip(experiments).zip(starts) {
             let drawn = torque_noise(machine, e, x, |change| along(l, change));
             let each = 1.0 / drawn.len().max(1) as f64;

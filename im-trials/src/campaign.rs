@@ -95,14 +95,19 @@ pub struct Outcome {
 pub const BEYOND: f64 = 1e300;
 
 impl Outcome {
-    /// Whether exactly what was hidden was named.
+    /// Whether exactly what was hidden was named. A gain of the voltage and one of all currents are the same at every terminal: where both are
+    /// hidden, that of the currents is both.
     pub fn exact(&self) -> bool {
-        let sorted = |v: &[String]| {
+        let [voltage, currents] = [EffectKind::VoltageGain, EffectKind::CurrentSensorGain].map(|k| k.name().to_owned());
+        let shown = |v: &[String]| {
             let mut v = v.to_vec();
+            if v.contains(&currents) {
+                v.retain(|e| *e != voltage);
+            }
             v.sort_unstable();
             v
         };
-        sorted(&self.hidden) == sorted(&self.named)
+        shown(&self.hidden) == shown(&self.named)
     }
 
     /// Whether a hidden effect was named, or is among the rivals of one named, first.

@@ -21,7 +21,7 @@ pub fn places(kind: EffectKind) -> &'static [(Acts, Over)] {
     match kind {
         E::CoggingTorque | E::CamLoad => &[(Acts::Torque, Over::ShaftAngle)],
         E::EddyCurrentBrake => &[(Acts::Torque, Over::Speed)],
-        E::ColdGrease => &[(Acts::Torque, Over::Time)],
+        E::ColdGrease => &[(Acts::Friction, Over::Time), (Acts::Torque, Over::Time)],
         E::LooseConnector => &[(Acts::StatorResistance, Over::Time)],
         E::OpenRingJoint => &[(Acts::RotorResistance, Over::Time)],
         E::DcLinkSag => &[(Acts::Voltage, Over::Current)],

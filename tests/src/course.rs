@@ -10,15 +10,18 @@ pub fn why(answer: &Diagnosis) {
     for s in &p.sets {
         println!("      set {:.3} D {:.1} k {} {:?}", s.probability, s.deviance, s.parameters, s.effects);
     }
-    for Stage { model: m, round: r, .. } in &answer.course.stages {
+    for Stage { model: m, round: r, largest_bend, .. } in &answer.course.stages {
         println!(
-            "      {:?} train {:.4} held out {:.4} D {:.0} of {}",
+            "      {:?} train {:.4} held out {:.4} D {:.0} of {}, bent by {largest_bend:.2}",
             m.effects,
             m.train(),
             m.holdout.unwrap_or(0.0),
             m.deviance,
             m.fit.count
         );
+        for (f, x) in m.fit.free.iter().zip(m.fit.values()) {
+            println!("         {:?} = {x:.4e}", f.id());
+        }
         for s in r.scores.iter().take(5) {
             let name = s.effect.name();
             println!(

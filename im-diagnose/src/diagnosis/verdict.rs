@@ -134,12 +134,22 @@ pub(super) fn unexplained(course: &Course, left: &Left<'_>) -> bool {
     verdict_of(course, left, 1.0) == Some(Verdict::Unexplained)
 }
 
+/// Part of the excess that effects leave, from which on they do not explain it.
+const UNEXPLAINED: f64 = 0.1;
+
+/// Part of the excess that the machine's own form of the same effects may leave: a tenth of what they explain, squared.
+const OF_FORM: f64 = 0.01;
+
+/// Where the data bend the curve of an effect by more than this part of it, it is another effect's.
+const BENT_TOO_FAR: f64 = 1.0 / 3.0;
+
 /// The verdict as far as effects and leftover decide it.
 fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     let last = &course.last().model;
     let [before, after] = left.error.map(|e| e / floor - 1.0);
     let share_left = if last.effects.is_empty() { 1.0 } else { after / before.max(1e-9) };
-    if after > NEGLIGIBLE && share_left > 0.1 && left.is_structured() {
+    let imitates = share_left > OF_FORM && course.last().largest_bend > BENT_TOO_FAR;
+    if after > NEGLIGIBLE && (imitates || share_left > UNEXPLAINED && left.is_structured()) {
         Some(Verdict::Unexplained)
     } else if last.effects.is_empty() {
         None

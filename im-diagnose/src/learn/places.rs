@@ -71,7 +71,7 @@ const HARMONICS: i32 = 4;
 /// How often per turn of the shaft the fundamental of what is missing repeats, from the strongest ripple that the leftover shows.
 fn order(acts: Acts, leftover: &[Dependence], pole_pairs: u32) -> Option<f64> {
     let shown = |d: &&Dependence| match acts {
-        Acts::Torque | Acts::SpeedSensor => d.part == Part::Speed,
+        Acts::Torque | Acts::Friction | Acts::SpeedSensor => d.part == Part::Speed,
         _ => d.part != Part::Speed,
     };
     let of = |d: &Dependence| if let Variable::RotorAngle(n) = d.variable { Some(n) } else { None };
@@ -99,7 +99,7 @@ pub fn places(
             Over::FluxDirection => 2.0,
             _ => 1.0,
         };
-        let shown = !(imposed && matches!(acts, Acts::Torque | Acts::SpeedSensor));
+        let shown = !(imposed && matches!(acts, Acts::Torque | Acts::Friction | Acts::SpeedSensor));
         let range = reach.range(over).filter(|_| shown)?;
         Some(EffectId::Custom(FreeForm::define(acts, over, range, order)))
     };

@@ -35,11 +35,17 @@ fn hook(acts: Acts, over: Over) -> Option<String> {
         )
     };
     variable(over)?;
-    Some(match acts {
-        Acts::Torque => format!(
+    let brake = |more: &str| {
+        format!(
             "    fn braking_torque(&self, torque: T, at: &Operating<T>, own: &[T]) -> T {{\n        let _ = own;\n        let x = {};\n        \
-             torque + self.formula(x)\n    }}\n",
-            variable(over)?
+             torque + {more}\n    }}\n",
+            variable(over).unwrap_or_default()
+        )
+    };
+    Some(match acts {
+        Acts::Torque => brake("self.formula(x)"),
+        Acts::Friction => brake(
+            "{\n            let turning = at.state.omega_m.scale(1.0 / 3.0);\n            self.formula(x) * turning / (turning * turning + T::one()).sqrt()\n        }",
         ),
         Acts::StatorResistance => drop("stator_drop", "+ at.currents.i_s * (at.r_s * self.formula(x))"),
         Acts::RotorResistance => drop("rotor_drop", "+ at.currents.i_r * (at.r_r * self.formula(x))"),

@@ -20,7 +20,7 @@ use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
 
 use crate::case::Case;
-use crate::form_error::marginal_deviance;
+use crate::form_error::{Marginal, marginal};
 use crate::residuals::{deviance, nudged};
 use score::{Score, ScoreContext, Seed, strengths};
 
@@ -285,12 +285,12 @@ impl Refinement {
         self.set_aside.extend(ranked.iter().skip(NOMINATED));
     }
 
-    /// D of a model with the errors of its form as unknowns: see [`marginal_deviance`].
-    fn marginal_deviance(&self, model: &Model) -> f64 {
+    /// The likelihood of a model with the errors of its form as unknowns.
+    fn marginal(&self, model: &Model) -> Marginal {
         let fit = &model.fit;
         let all: Vec<Experiment> = self.nudged.iter().chain(&self.held_out).cloned().collect();
         let starts: Vec<State<f64>> = fit.starts.iter().chain(&model.holdout_start).copied().collect();
-        marginal_deviance(&fit.machine, &starts, &all, &self.free(&fit.machine, &model.effects, &all))
+        marginal(&fit.machine, &starts, &all, &self.free(&fit.machine, &model.effects, &all))
     }
 
     /// Scores of all candidates not yet in the model, best first; those of the round before, if any, save looking for sizes.

@@ -8,7 +8,7 @@
 
 use std::sync::OnceLock;
 
-use im_identify::offline::{Experiment, Free, Linearized, effect_parameters, linearize, predict};
+use im_identify::offline::{Changes, Experiment, Free, Linearized, effect_parameters, linearize};
 use im_model::effects::{COEFFICIENTS, FreeForm, Role};
 use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector};
@@ -69,7 +69,7 @@ pub struct ScoreContext<'a> {
     starts: &'a [State<f64>],
     machine: Machine<f64>,
     rating: &'a Rating,
-    predictions: Vec<Vec<Vec<f64>>>,
+    changes: Changes<'a>,
     whiteners: Vec<Vec<Whitener>>,
     /// Whitened, and plain.
     white: Projection,
@@ -171,7 +171,6 @@ impl<'a> ScoreContext<'a> {
             Projection::new(f(&residuals, &whiteners), slopes)
         };
         let (white, plain) = rayon::join(|| columns(column), || columns(|signals, _| strung(signals)));
-        let predictions = experiments.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
         let count: usize = experiments.iter().map(Experiment::count).sum();
         let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
         let variance = (dot(&white.residual, &white.residual) / count as f64).max(1.0);
@@ -181,7 +180,7 @@ impl<'a> ScoreContext<'a> {
             starts,
             machine: *machine,
             rating,
-            predictions,
+            changes: Changes::from(machine, experiments, starts),
             whiteners,
             white,
             plain,
@@ -204,7 +203,7 @@ impl<'a> ScoreContext<'a> {
             rest = tail;
             head.to_vec()
         };
-        let shaped: Vec<Vec<Vec<f64>>> = self.predictions.iter().map(|e| e.iter().map(|c| cut(c.len())).collect()).collect();
+        let shaped: Vec<Vec<Vec<f64>>> = self.changes.before().iter().map(|e| e.iter().map(|c| cut(c.len())).collect()).collect();
         deviance(self.experiments, &shaped)
     }
 
@@ -223,26 +222,6 @@ impl<'a> ScoreContext<'a> {
         &self.whiteners
     }
 
-    /// Change of all outputs, in σ, when parameters are set so; `None` where the simulation diverges.
-    fn change(&self, set: &[(ParameterId, f64)]) -> Option<Vec<Vec<Vec<f64>>>> {
-        let machine = self.machine.with(set).ok()?;
-        let mut out = Vec::with_capacity(self.experiments.len());
-        for ((e, x), before) in self.experiments.iter().zip(self.starts).zip(&self.predictions) {
-            let after = predict(&machine, e, x);
-            let mut d = Vec::with_capacity(after.len());
-            for ((a, b), c) in after.iter().zip(before).zip(&e.channels) {
-                let w = 1.0 / c.sigma;
-                let x: Vec<f64> = (0..a.len()).map(|k| if c.is_valid(k) { (a[k] - b[k]) * w } else { 0.0 }).collect();
-                if !x.iter().all(|v| v.is_finite()) {
-                    return None;
-                }
-                d.push(x);
-            }
-            out.push(d);
-        }
-        Some(out)
-    }
-
     /// The signature of strength `k` per unit, at a shape, whitened and plain; `sensitivity` (zero: not known) is what is known of it before, and after.
     fn secant(&self, effect: EffectId, k: usize, shape: &[(usize, f64)], sensitivity: &mut f64) -> Option<[Vec<f64>; 2]> {
         let info = &effect.parameters()[k];
@@ -255,7 +234,8 @@ impl<'a> ScoreContext<'a> {
         for _ in 0..8 {
             let mut set: Vec<(ParameterId, f64)> = shape.iter().map(|&(i, v)| (ParameterId::Effect(effect, i), v)).collect();
             set.push((ParameterId::Effect(effect, k), size));
-            let Some(d) = self.change(&set) else {
+            let there = self.machine.with(&set).ok();
+            let Some(d) = there.and_then(|m| self.changes.to(&m, effect.about().fixed_to_shaft)) else {
                 size *= 0.1;
                 continue;
             };
@@ -294,7 +274,7 @@ impl<'a> ScoreContext<'a> {
     fn run_by_run(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut begin = 0;
         let mut parts = Vec::new();
-        for run in &self.predictions {
+        for run in self.changes.before() {
             let end = begin + run.iter().map(Vec::len).sum::<usize>();
             parts.extend(columns.iter().map(|column| {
                 let mut part = vec![0.0; column.len()];

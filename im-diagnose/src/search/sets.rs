@@ -18,6 +18,7 @@ use super::course::{Course, Refusal, Round, Stage, Trial};
 use super::posterior::{Posterior, Weighed};
 use super::score::Score;
 use super::{Model, Refinement};
+use crate::form_error::Marginal;
 use crate::statistics::threshold;
 
 /// Form error that [`form_error`](crate::form_error) does not describe: 10 % of what the effects explain, spread over ten directions. Its square
@@ -56,6 +57,8 @@ struct Known {
     model: Model,
     /// D with the errors of its form as unknowns, of a close fit; until then, D less what those errors took of a part of it.
     deviance: f64,
+    /// By how much the data bend an effect's curve at most, of a close fit.
+    largest_bend: f64,
     /// Whether it is of a close fit.
     polished: bool,
     /// The scores at the model, where the set has been expanded.
@@ -106,8 +109,8 @@ impl Refinement {
     pub fn run_knowing(&self, base: Model, fitted: Vec<Model>) -> Result<Course, FitError> {
         let mut search = Search { loop_: self, known: BTreeMap::new(), spent: 0.0 };
         for model in fitted.into_iter().chain([base]) {
-            let deviance = self.marginal_deviance(&model);
-            search.known.insert(sorted(&model.effects), Known { model, deviance, polished: true, scores: None });
+            let Marginal { deviance, largest_bend } = self.marginal(&model);
+            search.known.insert(sorted(&model.effects), Known { model, deviance, largest_bend, polished: true, scores: None });
         }
         if search.known.len() > 1 {
             search.expand(&Set::new());
@@ -230,9 +233,9 @@ impl Search<'_> {
         if model.deviance > m.deviance {
             model = m.clone();
         }
-        let deviance = self.loop_.marginal_deviance(&model);
+        let Marginal { deviance, largest_bend } = self.loop_.marginal(&model);
         if let Some(k) = self.known.get_mut(set) {
-            (k.model, k.deviance, k.polished) = (model, deviance, true);
+            *k = Known { model, deviance, largest_bend, polished: true, scores: k.scores.take() };
         }
         Ok(true)
     }
@@ -275,7 +278,8 @@ impl Search<'_> {
         let set = sorted(&model.effects);
         let taken = self.taken(&set);
         if self.known.get(&set).is_none_or(|k| model.deviance < k.model.deviance - WINDOW) {
-            self.known.insert(set, Known { deviance: model.deviance - taken, model, polished: false, scores: None });
+            self.known
+                .insert(set, Known { deviance: model.deviance - taken, model, largest_bend: 0.0, polished: false, scores: None });
         }
     }
 
@@ -457,7 +461,12 @@ impl Search<'_> {
             sets.filter_map(|s| s.iter().copied().find(|x| !best.contains(x))).collect()
         };
         let rivals = (k > 0).then(|| newest(k)).flatten().map(exchanged).unwrap_or_default();
-        Stage { model, round: Round { significant: self.loop_.significant(&scores), scores, trials }, rivals }
+        Stage {
+            model,
+            largest_bend: known.largest_bend,
+            round: Round { significant: self.loop_.significant(&scores), scores, trials },
+            rivals,
+        }
     }
 
     /// Why an effect more is not wanted, if it is not.

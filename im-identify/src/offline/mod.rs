@@ -4,6 +4,7 @@
 //! what may change. [`fit`] finds the machine that explains all experiments at once.
 
 mod aqdm;
+mod changes;
 mod channel;
 mod experiment;
 mod fit;
@@ -21,6 +22,7 @@ mod thinned;
 mod trend;
 
 pub use aqdm::{AqdmFit, SteadyPoint, fit_aqdm, predicted as aqdm_at};
+pub use changes::Changes;
 pub use channel::{Channel, ChannelKind};
 pub use experiment::{Experiment, ExperimentError, Start};
 pub use fit::{Fit, FitError, FitOptions, cost, fit, fit_from, inverse_of_normal};

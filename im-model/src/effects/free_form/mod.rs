@@ -34,8 +34,14 @@ pub struct FreeForm {
     parameters: &'static [ParameterInfo],
 }
 
-/// Speed at which a loss current has all but found its sense, rad/s electrical.
+/// Speed at which a loss current (electrical) or a friction has all but found its sense, rad/s.
 const SENSE_RAD_S: f64 = 3.0;
+
+/// The sense of a rotation: ±1, without a jump at standstill.
+fn sense<T: Scalar>(omega: T) -> T {
+    let turning = omega.scale(1.0 / SENSE_RAD_S);
+    turning / (turning * turning + T::one()).sqrt()
+}
 
 impl FreeForm {
     /// One whose parameters are given, for a `static`: coefficients, [`SPREAD`](Self::SPREAD), then the ends of the range or the order.
@@ -167,7 +173,11 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
     }
 
     fn braking_torque(&self, torque: T, at: &Operating<T>, own: &[T]) -> T {
-        if self.is(Acts::Torque) { torque + self.here(at, own) } else { torque }
+        match self.form.acts {
+            Acts::Torque => torque + self.here(at, own),
+            Acts::Friction => torque + self.here(at, own) * sense(at.state.omega_m),
+            _ => torque,
+        }
     }
 
     fn added_currents(&self, c: Currents<T>, x: &State<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {
@@ -191,8 +201,7 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
                 Currents { i_s: c.i_s - through, i_r: c.i_r + through, ..c }
             }
             Acts::LossCurrent => {
-                let turning = x.omega_m.scale(n_p / SENSE_RAD_S);
-                let sense = turning / (turning * turning + T::one()).sqrt();
+                let sense = sense(x.omega_m.scale(n_p));
                 let direction = x.psi_s * (T::one() / (norm2(x.psi_s) + T::from_f64(1e-12)).sqrt());
                 Currents { i_s: c.i_s + j(direction) * (over(x.psi_s) * sense), ..c }
             }
@@ -259,7 +268,7 @@ impl CustomEffect for FreeForm {
     }
     fn about(&self) -> About {
         let place = match self.acts {
-            Acts::Torque => Place::Mechanics,
+            Acts::Torque | Acts::Friction => Place::Mechanics,
             Acts::StatorResistance | Acts::RotorResistance => Place::Windings,
             Acts::Voltage | Acts::VoltageAngle => Place::Voltage,
             Acts::MagnetizingCurrent | Acts::ShaftFlux | Acts::LossCurrent | Acts::LeakageCurrent => Place::FluxMap,
@@ -281,7 +290,7 @@ impl CustomEffect for FreeForm {
     }
     fn hooks(&self) -> HookSet {
         let hook = match self.acts {
-            Acts::Torque => Hook::braking_torque,
+            Acts::Torque | Acts::Friction => Hook::braking_torque,
             Acts::StatorResistance | Acts::Voltage | Acts::VoltageAngle => Hook::stator_drop,
             Acts::RotorResistance => Hook::rotor_drop,
             Acts::MagnetizingCurrent | Acts::ShaftFlux | Acts::LossCurrent | Acts::LeakageCurrent => Hook::added_currents,

@@ -10,6 +10,8 @@ pub const COEFFICIENTS: usize = 8;
 pub enum Acts {
     /// Torque against positive rotation, Nm.
     Torque,
+    /// Torque against whatever rotation there is, Nm.
+    Friction,
     /// Stator resistance, as a part of it.
     StatorResistance,
     /// Rotor resistance, as a part of it.
@@ -78,7 +80,8 @@ const fn row(acts: Acts, over: Over, name: &'static str, title: &'static str, wh
 pub(super) const ROWS: &[Row] = &[
     row(Acts::Torque, Over::Speed, "learned_torque_over_speed", "Torque over speed", "A torque that depends on speed: friction, a fan, a load of another form."),
     row(Acts::Torque, Over::ShaftAngle, "learned_torque_over_shaft_angle", "Torque over the shaft angle", "A torque that repeats with the turn of the shaft: slots, poles, a crank, a gear, an unbalance."),
-    row(Acts::Torque, Over::Time, "learned_torque_over_time", "Torque over time", "A torque that changes with time: a bearing that warms, a load that is not as recorded."),
+    row(Acts::Torque, Over::Time, "learned_torque_over_time", "Torque over time", "A torque that changes with time: a load that is not as recorded."),
+    row(Acts::Friction, Over::Time, "learned_friction_over_time", "Friction over time", "A torque against motion that changes with time: a bearing or a grease that warms, a brake that drags."),
     row(Acts::Torque, Over::Current, "learned_torque_over_current", "Torque over current", "A torque that depends on current: stray-load loss, a torque constant that bends."),
     row(Acts::StatorResistance, Over::Current, "learned_stator_resistance_over_current", "Stator resistance over current", "A voltage along the current: contacts, cables, devices of the inverter."),
     row(Acts::StatorResistance, Over::Time, "learned_stator_resistance_over_time", "Stator resistance over time", "A stator resistance that changes with time: heat, a contact."),
@@ -124,7 +127,7 @@ mod table {
         // A part by which a quantity changes must leave something of it.
         let part = |lo, hi, most| (PLAIN, "", ScaleOf::One, (lo, hi), Bound::Within(-0.95, most));
         match acts {
-            Acts::Torque => (TORQUES, "Nm", ScaleOf::Torque, (0.01, 0.5), Bound::Within(-1e6, 1e6)),
+            Acts::Torque | Acts::Friction => (TORQUES, "Nm", ScaleOf::Torque, (0.01, 0.5), Bound::Within(-1e6, 1e6)),
             Acts::StatorResistance | Acts::RotorResistance => part(0.02, 1.0, 50.0),
             Acts::Voltage => part(0.003, 0.2, 2.0),
             Acts::VoltageAngle => (ANGLES, "rad", ScaleOf::One, (0.003, 0.2), Bound::Within(-1.0, 1.0)),
@@ -193,6 +196,7 @@ pub(super) fn labels(acts: Acts, over: Over) -> (&'static str, &'static str) {
     };
     let y = match acts {
         Acts::Torque => "torque against rotation, Nm",
+        Acts::Friction => "torque against motion, Nm",
         Acts::StatorResistance => "stator resistance added, part of it",
         Acts::RotorResistance => "rotor resistance added, part of it",
         Acts::Voltage => "voltage added, part of it",
