@@ -4,9 +4,9 @@
 //! The difference between two forms of an effect looks like the effect itself, bent over what its curve may be over. A model's likelihood is
 //! therefore taken with such changes d_m of its outputs as unknowns of the size of a few per cent, β_m ~ N(0, 1), beside the parameters:
 //!
-//!   −2 log L = min_{δ,β} ‖W(r − Jδ − Dβ)‖² + ‖β‖² + ln det(I + DᵀWᵀPWD)
+//!   −2 log L = min_{δ,β} ‖W(r − Jδ − Dβ)‖² + λ‖β‖²
 //!
-//! so that no effect is named for what only mends the form of another.
+//! so that no effect is named for what only mends the form of another. A sample counts 1/λ in the search, what is known of β does not.
 
 use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Linearized, linearize, predict, smoothness};
 use im_model::{BaseParameter, Complex, Machine, ParameterId, State, TParameters};
@@ -45,12 +45,19 @@ pub struct Disturbances {
 pub struct Marginal {
     /// −2 log L, up to a constant.
     pub deviance: f64,
-    /// By how much the data bend an effect's curve at most, as a part of what the effect explains.
+    /// By how much the data would bend an effect's curve at most, if they alone did, as a part of what the effect explains.
     pub largest_bend: f64,
 }
 
-/// The likelihood of a fitted model with the errors of its form as unknowns.
-pub fn marginal(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free]) -> Marginal {
+/// The likelihood of a fitted model with the errors of its form as unknowns, where a sample counts 1/λ: what is known of these errors does not
+/// count less for that.
+pub fn marginal(
+    machine: &Machine<f64>,
+    starts: &[State<f64>],
+    experiments: &[Experiment],
+    free: &[Free],
+    lambda: f64,
+) -> Marginal {
     let linear: Vec<Linearized> =
         experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
     let Disturbances { of_ratio, bends: mut list, explained, modelled } = disturbances(machine, starts, experiments);
@@ -87,10 +94,12 @@ pub fn marginal(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Ex
         information += &smooth.information;
         downhill += &smooth.downhill;
     }
-    let parameters_alone = normal.view((0, 0), (p, p)).into_owned();
-    let ln_det = |a: DMatrix<f64>| a.cholesky().map(|c| 2.0 * c.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>());
-    let Some(sizes) = normal.clone().cholesky().map(|c| c.solve(&b)) else { return as_it_is() };
-    let occam = ln_det(normal).zip(ln_det(parameters_alone)).map_or(0.0, |(a, b)| a - b);
+    let Some(bent) = normal.clone().cholesky().map(|c| c.solve(&b)) else { return as_it_is() };
+    let largest_bend = SIZE * bent.rows(p, bends).amax();
+    for k in p..p + m {
+        normal[(k, k)] += lambda - 1.0;
+    }
+    let Some(sizes) = normal.cholesky().map(|c| c.solve(&b)) else { return as_it_is() };
     let mut left = residuals.clone();
     for (size, change) in sizes.iter().zip(slopes.iter().chain(&list)) {
         for (l, c) in left.iter_mut().flatten().zip(change.iter().flatten()) {
@@ -98,8 +107,9 @@ pub fn marginal(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Ex
         }
     }
     // Far from where the slopes were taken they may lead nowhere: then the form is taken as it is.
-    let bent = deviance(experiments, &left) + sizes.norm_squared();
-    Marginal { deviance: bent.min(as_it_is().deviance) + occam, largest_bend: SIZE * sizes.rows(p, bends).amax() }
+    let known = sizes.rows(0, p).norm_squared() + lambda * sizes.rows(p, m).norm_squared();
+    let with_errors = deviance(experiments, &left) + known;
+    Marginal { deviance: with_errors.min(as_it_is().deviance), largest_bend }
 }
 
 /// The currents of a change turned by a right angle.

@@ -285,12 +285,12 @@ impl Refinement {
         self.set_aside.extend(ranked.iter().skip(NOMINATED));
     }
 
-    /// The likelihood of a model with the errors of its form as unknowns.
-    fn marginal(&self, model: &Model) -> Marginal {
+    /// The likelihood of a model with the errors of its form as unknowns, where a sample counts 1/λ.
+    fn marginal(&self, model: &Model, lambda: f64) -> Marginal {
         let fit = &model.fit;
         let all: Vec<Experiment> = self.nudged.iter().chain(&self.held_out).cloned().collect();
         let starts: Vec<State<f64>> = fit.starts.iter().chain(&model.holdout_start).copied().collect();
-        marginal(&fit.machine, &starts, &all, &self.free(&fit.machine, &model.effects, &all))
+        marginal(&fit.machine, &starts, &all, &self.free(&fit.machine, &model.effects, &all), lambda)
     }
 
     /// Scores of all candidates not yet in the model, best first; those of the round before, if any, save looking for sizes.

@@ -49,6 +49,9 @@ const AT_ONCE: usize = 2;
 /// Simulations of all recordings that the fits of a search may take; where effects of the library explain what is there, they take 50 to 1500.
 const MOST_WORK: f64 = 3000.0;
 
+/// D is taken anew where λ has changed by more than this part.
+const SETTLED: f64 = 0.1;
+
 /// The effects of a set, sorted.
 type Set = Vec<EffectId>;
 
@@ -57,10 +60,10 @@ struct Known {
     model: Model,
     /// D with the errors of its form as unknowns, of a close fit; until then, D less what those errors took of a part of it.
     deviance: f64,
-    /// By how much the data bend an effect's curve at most, of a close fit.
+    /// By how much the data would bend an effect's curve at most, of a close fit.
     largest_bend: f64,
-    /// Whether it is of a close fit.
-    polished: bool,
+    /// Of a close fit, λ when D was taken.
+    polished_at: Option<f64>,
     /// The scores at the model, where the set has been expanded.
     scores: Option<Vec<Score>>,
 }
@@ -109,9 +112,11 @@ impl Refinement {
     pub fn run_knowing(&self, base: Model, fitted: Vec<Model>) -> Result<Course, FitError> {
         let mut search = Search { loop_: self, known: BTreeMap::new(), spent: 0.0 };
         for model in fitted.into_iter().chain([base]) {
-            let Marginal { deviance, largest_bend } = self.marginal(&model);
-            search.known.insert(sorted(&model.effects), Known { model, deviance, largest_bend, polished: true, scores: None });
+            let known = Known { deviance: model.deviance, model, largest_bend: 0.0, polished_at: None, scores: None };
+            search.known.insert(sorted(&known.model.effects), known);
         }
+        let fitted: Vec<Set> = search.known.keys().cloned().collect();
+        fitted.iter().for_each(|set| search.settle(set));
         if search.known.len() > 1 {
             search.expand(&Set::new());
         }
@@ -123,7 +128,7 @@ impl Refinement {
                 cut_short = true;
                 break;
             }
-            if search.polish(&next)? {
+            if search.polish(&search.best())? || search.polish(&next)? {
                 continue;
             }
             search.expand(&next);
@@ -158,8 +163,8 @@ impl Search<'_> {
     /// λ: the χ² per direction that other errors of form cause, with what the likeliest model explains.
     fn dispersion(&self) -> f64 {
         let n = self.samples();
-        let least = self.known.values().map(|k| k.deviance).fold(f64::INFINITY, f64::min);
-        let dispersion = 1.0 + n * FORM_ERROR * (((self.nothing().deviance - least) / n).exp_m1() + LEAST_EXCESS);
+        let least = self.known.values().map(|k| k.model.deviance).fold(f64::INFINITY, f64::min);
+        let dispersion = 1.0 + n * FORM_ERROR * (((self.base().deviance - least) / n).exp_m1() + LEAST_EXCESS);
         // The few rows of tables would count for less than one sample.
         let of_tables = self.loop_.nudged().iter().all(Experiment::is_table);
         if of_tables { dispersion.min((n * (-2f64).exp()).max(1.0)) } else { dispersion }
@@ -221,23 +226,35 @@ impl Search<'_> {
         self.known[set].scores.as_ref().is_some_and(|s| s.iter().all(|s| s.score / dispersion < threshold(s.freedom, level)))
     }
 
-    /// Fits a set closely; whether it had not been.
+    /// Fits a set closely, and takes D with λ as it is now; whether that was new.
     fn polish(&mut self, set: &Set) -> Result<bool, FitError> {
         let known = &self.known[set];
-        if known.polished {
-            return Ok(false);
+        match known.polished_at {
+            Some(then) if (self.dispersion() / then).ln().abs() < SETTLED => return Ok(false),
+            Some(_) => {}
+            None => {
+                let m = &known.model;
+                let model = self.loop_.model(&m.fit.machine, &m.fit.starts, &m.effects, &FitOptions::near())?;
+                self.spent += model.fit.work;
+                if model.deviance <= m.deviance
+                    && let Some(known) = self.known.get_mut(set)
+                {
+                    known.model = model;
+                }
+            }
         }
-        let m = &known.model;
-        let mut model = self.loop_.model(&m.fit.machine, &m.fit.starts, &m.effects, &FitOptions::near())?;
-        self.spent += model.fit.work;
-        if model.deviance > m.deviance {
-            model = m.clone();
-        }
-        let Marginal { deviance, largest_bend } = self.loop_.marginal(&model);
-        if let Some(k) = self.known.get_mut(set) {
-            *k = Known { model, deviance, largest_bend, polished: true, scores: k.scores.take() };
-        }
+        self.settle(set);
         Ok(true)
+    }
+
+    /// Takes D of a closely fitted set with the errors of its form as unknowns.
+    fn settle(&mut self, set: &Set) {
+        let lambda = self.dispersion();
+        let marginal = self.loop_.marginal(&self.known[set].model, lambda);
+        if let Some(k) = self.known.get_mut(set) {
+            let Marginal { deviance, largest_bend } = marginal;
+            (k.deviance, k.largest_bend, k.polished_at) = (deviance, largest_bend, Some(lambda));
+        }
     }
 
     /// Scores what could be added to a set, and fits its neighbours: one effect less, one exchanged, one more.
@@ -268,7 +285,7 @@ impl Search<'_> {
     /// be of an effect that this one does not have.
     fn taken(&self, set: &Set) -> f64 {
         let part = |s: &Set| s.iter().all(|e| set.contains(e));
-        let parts = self.known.iter().filter(|(s, k)| k.polished && part(s));
+        let parts = self.known.iter().filter(|(s, k)| k.polished_at.is_some() && part(s));
         parts.map(|(_, k)| k.model.deviance - k.deviance).fold(0.0, f64::max)
     }
 
@@ -278,8 +295,10 @@ impl Search<'_> {
         let set = sorted(&model.effects);
         let taken = self.taken(&set);
         if self.known.get(&set).is_none_or(|k| model.deviance < k.model.deviance - WINDOW) {
-            self.known
-                .insert(set, Known { deviance: model.deviance - taken, model, largest_bend: 0.0, polished: false, scores: None });
+            self.known.insert(
+                set,
+                Known { deviance: model.deviance - taken, model, largest_bend: 0.0, polished_at: None, scores: None },
+            );
         }
     }
 
