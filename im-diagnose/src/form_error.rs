@@ -19,6 +19,9 @@ use crate::residuals::{deviance, difference};
 /// Standard deviation of the difference in form: a part of what an effect explains.
 const SIZE: f64 = 0.05;
 
+/// The same where sets of effects are compared: a real machine's form may be farther from the library's than that of another machine is.
+const SIZE_IN_SEARCH: f64 = 0.1;
+
 /// Standard deviation of the logarithm of L_ls/L_lr as given.
 const RATIO_ERROR: f64 = 0.2;
 
@@ -96,8 +99,9 @@ pub fn marginal(
     }
     let Some(bent) = normal.clone().cholesky().map(|c| c.solve(&b)) else { return as_it_is() };
     let largest_bend = SIZE * bent.rows(p, bends).amax();
+    let known = lambda * (SIZE / SIZE_IN_SEARCH).powi(2);
     for k in p..p + m {
-        normal[(k, k)] += lambda - 1.0;
+        normal[(k, k)] += known - 1.0;
     }
     let Some(sizes) = normal.cholesky().map(|c| c.solve(&b)) else { return as_it_is() };
     let mut left = residuals.clone();
@@ -107,8 +111,8 @@ pub fn marginal(
         }
     }
     // Far from where the slopes were taken they may lead nowhere: then the form is taken as it is.
-    let known = sizes.rows(0, p).norm_squared() + lambda * sizes.rows(p, m).norm_squared();
-    let with_errors = deviance(experiments, &left) + known;
+    let cost = sizes.rows(0, p).norm_squared() + known * sizes.rows(p, m).norm_squared();
+    let with_errors = deviance(experiments, &left) + cost;
     Marginal { deviance: with_errors.min(as_it_is().deviance), largest_bend }
 }
 
