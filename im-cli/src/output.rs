@@ -31,6 +31,12 @@ impl Outputs {
         self
     }
 
+    /// The files that are read, once each.
+    pub fn read(&self) -> impl Iterator<Item = &Path> {
+        let first = |(k, path): (usize, &PathBuf)| !self.read[..k].contains(path);
+        self.read.iter().enumerate().filter(move |one| first(*one)).map(|(_, path)| path.as_path())
+    }
+
     /// One more file; the checks are made now.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! What a job is known by: a hash of everything that its row depends on.
 
 use std::fs::File;
-use std::io::Read;
+use std::io;
 use std::path::Path;
 
 use im_diagnose::intake;
@@ -31,7 +31,21 @@ pub fn key(job: &Job, settings: &Settings) -> String {
         let files = intake::files(path, job.mapping.as_deref()).unwrap_or_else(|_| vec![path.clone()]);
         files.iter().for_each(|p| file(&mut hash, p));
     }
-    hash.finalize()[..16].iter().map(|b| format!("{b:02x}")).collect()
+    hexadecimal(&hash.finalize()[..16])
+}
+
+/// SHA-256 of the bytes of a file, as `sha256sum` prints it.
+///
+/// # Errors
+/// It cannot be read.
+pub fn sha256(path: &Path) -> io::Result<String> {
+    let mut hash = Sha256::new();
+    io::copy(&mut File::open(path)?, &mut hash)?;
+    Ok(hexadecimal(&hash.finalize()))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// A number by which shards take their jobs: adding a motor moves no other to another shard.
@@ -41,27 +55,23 @@ pub fn number(key: &str) -> u64 {
 
 fn file(hash: &mut Sha256, path: &Path) {
     hash.update(path.file_name().unwrap_or_default().as_encoded_bytes());
-    let mut inner = Sha256::new();
-    let mut read = || -> std::io::Result<()> {
-        let mut file = File::open(path)?;
-        let mut block = vec![0; 1 << 16];
-        loop {
-            match file.read(&mut block)? {
-                0 => return Ok(()),
-                n => inner.update(&block[..n]),
-            }
-        }
-    };
-    if let Err(e) = read() {
-        inner.update(e.kind().to_string());
-    }
-    hash.update(inner.finalize());
+    hash.update(sha256(path).unwrap_or_else(|e| e.kind().to_string()));
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use im_model::Shard;
+
+    /// The example of FIPS 180-2, B.1.
+    #[test]
+    fn a_file_has_the_sha256_of_its_bytes() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(&file, "abc").unwrap();
+        let printed = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(sha256(file.path()).unwrap(), printed);
+        assert!(sha256(Path::new("not/there")).is_err());
+    }
 
     #[test]
     fn shards_take_every_key_once_and_about_as_many() {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use im_diagnose::report::key_words;
 use im_diagnose::table_file::{self, Column};
 use im_model::FileError;
 use serde_json::{Value as Json, json};
@@ -53,11 +54,13 @@ impl Summary {
         let odd = self.odd.iter().filter(|o| self.values[o.value].unit == row).map(|o| {
             let v = &self.values[o.value];
             let times = self.types.get(&v.group).map_or(f64::NAN, |t| (v.measured.x - t.mean).exp());
-            format!("{} is {times:.2} times that of its type ({:+.1} σ)", v.group.1, o.distance)
+            format!("{} is {times:.2} times that of its type ({:+.1} σ)", key_words(&v.group.1), o.distance)
         });
         let changed = self.changes.iter().filter(|c| c.row == row);
-        let changed = changed.map(|c| format!("{} became {:.2} times what it was ({:+.1} σ)", c.key, c.ratio, c.distance));
-        let new = self.appeared.iter().filter(|a| a.row == row).map(|a| format!("{} since {}", a.effect, a.since));
+        let changed =
+            changed.map(|c| format!("{} became {:.2} times what it was ({:+.1} σ)", key_words(&c.key), c.ratio, c.distance));
+        let new =
+            self.appeared.iter().filter(|a| a.row == row).map(|a| format!("{} since {}", a.effect.replace('_', " "), a.since));
         odd.chain(changed).chain(new).collect()
     }
 

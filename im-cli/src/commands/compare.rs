@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let label = args.motor.display().to_string();
     let (comparison, noticed) =
         spinning("looking where the model fails", || Comparison::of_intake(&motor, &label, data, args.anyway))?;
-    let meta = of_this_run(Meta { quality: Some(noticed), ..Meta::default() });
+    let meta = of_this_run(Meta { quality: Some(noticed), ..Meta::default() }, &outputs);
     let mut written = None;
     if let Some(dir) = &args.out {
         let path = dir.join("compare.html");

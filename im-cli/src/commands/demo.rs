@@ -64,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let case = Case::new(motor, &train, Some(&holdout));
     let found = spinning("fitting and scoring", || diagnose(case, Options::default()))
         .map_err(|e| refused(std::path::Path::new("embedded motor.toml"), &e))?;
-    let meta = of_this_run(Meta { quality: None, ..Meta::of(&found, Vec::new()) });
+    let meta = of_this_run(Meta { quality: None, ..Meta::of(&found, Vec::new()) }, &outputs);
     finish(&Story::new(&found, &meta), Some(&args.out), args.json)?;
     if args.json {
         return Ok(());

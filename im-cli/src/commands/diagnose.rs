@@ -60,12 +60,12 @@ impl Asked {
     }
 
     /// Reads, decides, and gives the answer with what is to be said beside it.
-    pub fn answer(&self, learning: Learning) -> Result<(Diagnosis, Meta), Failure> {
+    pub fn answer(&self, learning: Learning, outputs: &Outputs) -> Result<(Diagnosis, Meta), Failure> {
         let (case, noticed, options) = self.data.case()?;
         let options = Options { significance: self.significance, learning, ..options };
         let what = if learning == Learning::Always { "fitting, scoring and learning" } else { "fitting and scoring" };
         let found = spinning(what, || diagnose(case, options)).map_err(|e| refused(&self.data.motor, &e))?;
-        let meta = of_this_run(Meta::of(&found, noticed));
+        let meta = of_this_run(Meta::of(&found, noticed), outputs);
         Ok((found, meta))
     }
 
@@ -81,8 +81,8 @@ impl Asked {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    args.asked.outputs()?;
-    let (found, meta) = args.asked.answer(if args.learn { Learning::Unexplained } else { Learning::Never })?;
+    let outputs = args.asked.outputs()?;
+    let (found, meta) = args.asked.answer(if args.learn { Learning::Unexplained } else { Learning::Never }, &outputs)?;
     args.asked.finish(&found, &meta)
 }
 

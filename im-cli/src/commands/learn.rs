@@ -36,7 +36,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = args.asked.outputs()?;
     args.rust.as_ref().map_or(Ok(()), |file| outputs.file(file))?;
-    let (found, meta) = args.asked.answer(if args.unexplained { Learning::Unexplained } else { Learning::Always })?;
+    let (found, meta) = args.asked.answer(if args.unexplained { Learning::Unexplained } else { Learning::Always }, &outputs)?;
     let source = args.rust.as_ref().map(|file| Ok::<_, Refused>((file, own_source(&found.learned)?))).transpose();
     args.asked.finish(&found, &meta)?;
     if let Some((file, source)) = source? {

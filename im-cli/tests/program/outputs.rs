@@ -107,6 +107,23 @@ fn names_do_not_steer_the_terminal() {
 /// A motor's name with all that has a meaning in TOML, JSON, HTML, SVG or Rust is a name in each of them.
 #[cfg(feature = "design")]
 #[test]
+fn a_page_says_of_which_files_it_is() {
+    let dir = Folder::new("read");
+    let (motor, run) = (demo("motor.toml"), dir.file("run.csv", &fs::read_to_string(demo("train1.csv")).unwrap()));
+    let page = || {
+        done(&["compare", "--motor", &motor, "--data", &run, "--out", &dir.path("out")]);
+        dir.read("out/compare.html")
+    };
+    let sha256 = |path: &str| im_fleet::key::sha256(std::path::Path::new(path)).unwrap();
+    let (first, before) = (page(), sha256(&run));
+    assert!(first.contains(&sha256(&motor)) && first.contains(&before), "{first}");
+    // A comment changes the file, and no number in it.
+    dir.file("run.csv", &format!("# once more\n{}", dir.read("run.csv")));
+    let second = page();
+    assert!(second.contains(&sha256(&run)) && !second.contains(&before), "{second}");
+}
+
+#[test]
 fn a_name_is_a_name_in_every_output() {
     let dir = Folder::new("name");
     let name = "5\" </script><!--<script> & 'a' */ \\ \n# b {}";

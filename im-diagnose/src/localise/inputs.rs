@@ -80,7 +80,7 @@ fn one(s: &Signals, (error, e): (&'static str, Value), (input, u): (&'static str
     let (error_word, input_word) = (bare(error), bare(input));
     // One in twenty lies outside by chance.
     let conclusion = if outside <= 0.1 || most[1].abs() <= chance {
-        format!("the error in {error_word} holds nothing of the {input_word}")
+        format!("the error in {error_word} holds nothing of the {input_word} beyond chance (±{})", say(chance))
     } else {
         format!(
             "the error in {error_word} still follows the {input_word}: {} after {} ms, where chance reaches ±{}",

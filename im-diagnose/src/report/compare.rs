@@ -7,13 +7,13 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::overlay::{self, channel_words};
-use super::page::{Row, Section, numbers, page, table, term, words};
-use super::sections::{head, load_section, place, provenance};
+use super::page::{Row, Section, head, numbers, page, table, term, words};
+use super::sections::{load_section, place, provenance};
 use super::signals::SignalTable;
 use super::story::{Shown, View};
 use super::terminal::{Text, loads as loads_text, place as place_text};
 use super::words::in_sigma;
-use super::{DataFile, Meta};
+use super::{Meta, Used};
 use crate::case::Case;
 use crate::consistency;
 use crate::format::{number, sentence};
@@ -174,10 +174,13 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
     for (e, x) in c.experiments.iter().zip(&c.errors) {
         for (k, ch) in e.channels.iter().enumerate() {
             let (name, unit) = channel_words(&ch.name, ch.kind);
-            let value = |v: Option<&f64>| v.map_or("–".into(), |v| format!("{}\u{a0}{unit}", number(*v, 3)));
+            let value =
+                |v: Option<&f64>| v.filter(|v| v.is_finite()).map_or("–".into(), |v| format!("{}\u{a0}{unit}", number(*v, 3)));
             let first = |text: String| if k == 0 { text } else { String::new() };
-            let fit = x.fit_percent.get(&ch.name).map_or("–".into(), |v| format!("{}\u{a0}%", number(*v, 4)));
-            let (rmse, sigma) = (value(x.rmse.get(&ch.name)), value(Some(&ch.sigma)));
+            let rmse = x.rmse.get(&ch.name).filter(|v| v.is_finite());
+            let fit = x.fit_percent.get(&ch.name).filter(|v| v.is_finite() && rmse.is_some());
+            let fit = fit.map_or("–".into(), |v| format!("{}\u{a0}%", number(*v, 4)));
+            let (rmse, sigma) = (value(rmse), value(Some(&ch.sigma)));
             rows.push(Row::of([first(e.name.clone()), name, rmse, sigma, fit, first(in_sigma(x.chi2_per_sample))]));
         }
     }
@@ -195,12 +198,8 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
     sections.extend(load_section(&c.loads, &c.motor));
     sections.extend(provenance::quality(meta));
     sections.extend(provenance::next_test(meta));
-    let files: Vec<DataFile> = if meta.files.is_empty() {
-        c.experiments.iter().map(|e| DataFile::of(e, "compared")).collect()
-    } else {
-        meta.files.clone()
-    };
-    sections.push(provenance::run(meta, &c.motor, &files));
+    let used: Vec<Used> = c.experiments.iter().map(|e| Used::of(e, "compared")).collect();
+    sections.push(provenance::run(meta, &c.motor, &used));
     page(c.title(meta), &top, &sections, data.as_deref())
 }
 

@@ -32,7 +32,7 @@ impl Story<'_> {
         all["next_test"] = json!(self.meta.next_test);
         all["run"] = json!({
             "program": self.meta.program, "command": self.meta.command, "seed": self.meta.seed, "made": self.meta.made,
-            "files": self.files(),
+            "read": self.meta.files, "files": self.used(),
         });
         all
     }

@@ -8,7 +8,7 @@ mod curves;
 mod json;
 mod load_words;
 mod overlay;
-mod page;
+pub mod page;
 mod sections;
 mod settling;
 mod side_by_side;
@@ -33,6 +33,7 @@ pub use side_by_side::{SideBySide, side_by_side, side_by_side_terminal};
 pub use signals::SignalTable;
 pub use story::Story;
 pub use terminal::terminal;
+pub use words::key_words;
 pub use write::{FILES, Files, Written};
 
 /// What a report says besides the result: where it comes from, and what others found.
@@ -48,8 +49,8 @@ pub struct Meta {
     pub seed: Option<u64>,
     /// When it was made, in words; left out when absent, so that equal inputs give equal files.
     pub made: Option<String>,
-    /// The recordings as files; made from the data when empty.
-    pub files: Vec<DataFile>,
+    /// The files that were read.
+    pub files: Vec<InputFile>,
     /// What was noticed about the data; `None` when nobody looked.
     pub quality: Option<Vec<Finding>>,
     /// The next test.
@@ -66,16 +67,23 @@ impl Meta {
     }
 }
 
-/// A recording, so that it can be recognized.
+/// A file that was read.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct DataFile {
-    /// Name.
+pub struct InputFile {
+    /// Its path, as it was given.
+    pub name: String,
+    /// SHA-256 of its bytes, as `sha256sum` prints it.
+    pub sha256: String,
+}
+
+/// A recording as it was used, so that it can be recognized.
+#[derive(Serialize)]
+pub(crate) struct Used {
     pub name: String,
     /// What it was used for.
-    pub role: String,
-    /// Rows.
+    pub role: &'static str,
     pub rows: usize,
-    /// A hash of its content.
+    /// A hash of its numbers.
     pub digest: String,
 }
 
@@ -120,9 +128,8 @@ pub fn digest(e: &Experiment) -> String {
     format!("{h:016x}")
 }
 
-impl DataFile {
-    /// From the data themselves.
-    pub fn of(e: &Experiment, role: &str) -> Self {
-        Self { name: e.name.clone(), role: role.into(), rows: e.len(), digest: digest(e) }
+impl Used {
+    pub fn of(e: &Experiment, role: &'static str) -> Self {
+        Self { name: e.name.clone(), role, rows: e.len(), digest: digest(e) }
     }
 }

@@ -1,6 +1,9 @@
-//! The page around the sections: head, style, script, glossary; and the small pieces of HTML that sections are made of.
+//! The page around the sections: head, style, script, glossary; and the small pieces of HTML that sections are made of. Every page of
+//! this workspace is made of it, that of a fleet too.
 
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
+
+use crate::format::quantity;
 
 const STYLE: &str = include_str!("assets/page.css");
 const SCRIPT: &str = include_str!("assets/page.js");
@@ -90,16 +93,19 @@ pub(crate) fn term(key: &str, shown: &str) -> Markup {
 }
 
 /// Text that stands for itself.
-pub(crate) fn text(text: impl Render) -> Markup {
+pub fn text(text: impl Render) -> Markup {
     html! { (text) }
 }
 
 /// A section with a heading.
-pub(crate) struct Section {
+pub struct Section {
+    /// Where links go.
     pub id: &'static str,
     /// In the list of contents.
     pub short: &'static str,
+    /// The heading.
     pub title: &'static str,
+    /// What stands under it.
     pub body: Markup,
 }
 
@@ -114,24 +120,26 @@ pub(crate) fn drawn(chart: im_chart::Chart) -> Markup {
 }
 
 /// The heading of a column, of numbers or of words.
-pub(crate) struct Column {
+pub struct Column {
     heading: Markup,
     number: bool,
 }
 
 /// A column of words.
-pub(crate) fn words(heading: impl Render) -> Column {
+pub fn words(heading: impl Render) -> Column {
     Column { heading: text(heading), number: false }
 }
 
 /// A column of numbers.
-pub(crate) fn numbers(heading: impl Render) -> Column {
+pub fn numbers(heading: impl Render) -> Column {
     Column { heading: text(heading), number: true }
 }
 
-/// A row of a table; `hit` stands out.
-pub(crate) struct Row {
+/// A row of a table.
+pub struct Row {
+    /// Whether it stands out.
     pub hit: bool,
+    /// One for each column, or a single one as a heading within the table.
     pub cells: Vec<Markup>,
 }
 
@@ -148,7 +156,7 @@ impl Row {
 }
 
 /// A table.
-pub(crate) fn table(head: &[Column], rows: &[Row]) -> Markup {
+pub fn table(head: &[Column], rows: &[Row]) -> Markup {
     let class = |k: usize, cell: &Markup| match head.get(k) {
         Some(c) if c.number => Some("n"),
         _ => (shown(&cell.0) < 30).then_some("k"),
@@ -168,6 +176,16 @@ pub(crate) fn table(head: &[Column], rows: &[Row]) -> Markup {
             } }
         } }
     }
+}
+
+/// A table whose rows a click on a heading sorts by that column: columns of numbers by their [`value`]s, words by letter.
+pub fn sorting(head: &[Column], rows: &[Row]) -> Markup {
+    html! { div.sorts { (table(head, rows)) } }
+}
+
+/// A number in a table that sorts, to four digits with its unit; an empty cell where there is none.
+pub fn value(x: Option<f64>, unit: &str) -> Markup {
+    html! { @if let Some(x) = x { data value=(x) { (quantity(x, unit, 4)) } } }
 }
 
 /// How many characters of a cell are seen: those outside tags.
@@ -223,8 +241,20 @@ fn within_script(json: &str) -> Markup {
     PreEscaped(json.replace('<', "\\u003c"))
 }
 
+/// The line above everything: what the page is about, and the switch between light and dark.
+pub fn head(title: &str, badge: Option<&str>) -> Markup {
+    html! {
+        header.top {
+            b { (title) }
+            @if let Some(badge) = badge { span.badge { (badge) } }
+            span style="flex:1" {}
+            button #theme .no-print { "light / dark" }
+        }
+    }
+}
+
 /// The whole page. It may load nothing: the policy in its head forbids every request.
-pub(crate) fn page(title: &str, top: &Markup, sections: &[Section], data: Option<&str>) -> String {
+pub fn page(title: &str, top: &Markup, sections: &[Section], data: Option<&str>) -> String {
     let body = html! {
         @for s in sections { section id=(s.id) { h2 { (s.title) } (s.body) } }
     };

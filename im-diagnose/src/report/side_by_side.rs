@@ -6,12 +6,12 @@ use im_model::EffectId;
 use maud::html;
 use serde_json::Value;
 
-use super::page::{Column, Row, Section, figure, numbers, page, table, term, words};
-use super::sections::{Fall, fall_key, head, waterfall};
+use super::page::{Column, Row, Section, figure, head, numbers, page, table, term, words};
+use super::sections::{Fall, fall_key, largest, waterfall};
 use super::terminal::Text;
-use super::words::{channel_name, in_sigma, short_effect_name};
+use super::words::{channel_name, in_sigma, key_words, short_effect_name};
 use crate::format::{interval, number, percent_change, quantity, sentence};
-use crate::uncertainty::{HALF_95, MachineQuantity};
+use crate::uncertainty::HALF_95;
 
 /// A diagnosis as read from its file.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,10 +78,6 @@ fn effect(name: &str) -> String {
     EffectId::from_name(name).map_or_else(|| name.replace('_', " "), short_effect_name)
 }
 
-fn parameter_words(key: &str) -> String {
-    MachineQuantity::from_key(key).map_or_else(|| key.replace(['_', '.'], " "), |q| super::words::quantity_name(q).0)
-}
-
 /// One sentence on what differs.
 fn said(all: &[SideBySide]) -> String {
     let verdicts: BTreeSet<String> = all.iter().map(SideBySide::effects).collect();
@@ -139,7 +135,7 @@ fn parameter_rows(all: &[SideBySide], compare: bool) -> Vec<Vec<String>> {
     keys.sort_by(|a, b| order(a).cmp(&order(b)).then(a.cmp(b)));
     keys.iter()
         .map(|key| {
-            let mut row = vec![parameter_words(key)];
+            let mut row = vec![key_words(key)];
             let values: Vec<_> = all.iter().map(|x| x.parameter(key)).collect();
             row.extend(values.iter().map(|v| v.map_or("–".into(), |(_, after, std, unit)| interval(after, HALF_95 * std, unit))));
             if compare {
@@ -193,28 +189,34 @@ fn headed(rows: Vec<Vec<String>>) -> Vec<Row> {
     rows.into_iter().map(first).collect()
 }
 
-/// Labels without the folders that all of them share.
+/// Labels without the folders that all of them share, nor the file name where all have the same: what is left tells them apart.
 fn relabelled(all: &[SideBySide]) -> Vec<SideBySide> {
     let parts: Vec<Vec<&str>> = all.iter().map(|x| x.label.split('/').collect()).collect();
     let most = parts.iter().map(|p| p.len() - 1).min().unwrap_or(0);
-    let shared = (0..most).take_while(|&k| parts.iter().all(|p| p[k] == parts[0][k])).count();
-    all.iter().zip(&parts).map(|(x, p)| SideBySide { label: p[shared..].join("/"), diagnosis: x.diagnosis.clone() }).collect()
+    let first = (0..most).take_while(|&k| parts.iter().all(|p| p[k] == parts[0][k])).count();
+    let last = usize::from(first < most && parts.iter().all(|p| p.last() == parts[0].last()));
+    let label = |p: &[&str]| p[first..p.len() - last].join("/");
+    all.iter().zip(&parts).map(|(x, p)| SideBySide { label: label(p), diagnosis: x.diagnosis.clone() }).collect()
 }
 
 /// The page.
 pub fn side_by_side(all: &[SideBySide]) -> String {
     let all = &relabelled(all)[..];
     let top = html! { (head("Diagnoses side by side", None)) h1 { (said(all)) } };
+    let of_each = |column: fn(&String) -> Column| all.iter().map(move |x| column(&x.label));
     let names = |first: &str, last: Option<&str>| -> Vec<Column> {
-        [words(first)].into_iter().chain(all.iter().map(|x| numbers(&x.label))).chain(last.map(numbers)).collect()
+        [words(first)].into_iter().chain(of_each(|label| numbers(label))).chain(last.map(numbers)).collect()
     };
     let two = (all.len() > 1).then_some("last against first");
+    let each: Vec<Vec<Fall>> = all.iter().map(SideBySide::falls).collect();
+    // One scale for all, so that bars compare.
+    let most = each.iter().map(|falls| largest(falls)).fold(0.0, f64::max);
     let falls = html! {
         p { "Rms in units of the " (term("noise", "sensor noise σ")) ", on a logarithmic scale." }
-        (fall_key(all.iter().flat_map(SideBySide::falls).any(|f| f.holdout.is_some())))
+        (fall_key(each.iter().flatten().any(|f| f.holdout.is_some())))
         div.grid2 {
-            @for x in all.iter().filter(|x| !x.falls().is_empty()) {
-                (figure(waterfall(&x.falls()), html! { b { (x.label) } ": " (x.verdict()) }))
+            @for (x, falls) in all.iter().zip(&each).filter(|(_, falls)| !falls.is_empty()) {
+                (figure(waterfall(falls, most), html! { b { (x.label) } ": " (x.verdict()) }))
             }
         }
     };
@@ -223,7 +225,10 @@ pub fn side_by_side(all: &[SideBySide]) -> String {
             id: "verdicts",
             short: "verdicts",
             title: "Verdicts and errors",
-            body: table(&names("", None), &headed(verdict_rows(all))),
+            body: table(
+                &[words("")].into_iter().chain(of_each(|label| words(label))).collect::<Vec<_>>(),
+                &headed(verdict_rows(all)),
+            ),
         },
         Section { id: "errors", short: "error", title: "How the error fell", body: falls },
         Section {

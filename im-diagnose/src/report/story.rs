@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::signals::SignalTable;
 use super::words::{effect_name, in_sigma, short_effect_name};
-use super::{DataFile, Meta};
+use super::{Meta, Used};
 use crate::diagnosis::{Candidate, Diagnosis, Step, Verdict};
 use crate::format::{number, quantity};
 use crate::localise::{Localisation, Signals, join, localise};
@@ -150,12 +150,9 @@ impl<'a> Story<'a> {
     }
 
     /// The recordings, to be recognized.
-    pub(crate) fn files(&self) -> Vec<DataFile> {
-        if !self.meta.files.is_empty() {
-            return self.meta.files.clone();
-        }
-        let train = self.d.case.train.iter().map(|e| DataFile::of(e, "training"));
-        train.chain(self.d.case.holdout.iter().map(|e| DataFile::of(e, "held out"))).collect()
+    pub(crate) fn used(&self) -> Vec<Used> {
+        let train = self.d.case.train.iter().map(|e| Used::of(e, "training"));
+        train.chain(self.d.case.holdout.iter().map(|e| Used::of(e, "held out"))).collect()
     }
 
     /// Held-out error where there is one, else the training error: of the base model and of the last one, with the word for it.
@@ -352,14 +349,13 @@ pub(crate) fn summary(s: &Story) -> Summary {
     }
     match d.verdict {
         Verdict::Adequate => {
-            let best = d.ranking.first();
-            if let Some(c) = best {
+            if let Some(c) = candidates(d).first() {
                 let why = if c.score > c.threshold { format!(": {}", c.conclusion) } else { String::new() };
                 sure.push(format!(
-                    "the highest score of {} effects is {} ({}), where chance reaches {}{why}",
+                    "of {} effects {} stands out most: its score is {}, where chance reaches {}{why}",
                     d.ranking.len(),
-                    number(c.score, 3),
                     short_effect_name(c.effect),
+                    number(c.score, 3),
                     number(c.threshold, 2)
                 ));
             }

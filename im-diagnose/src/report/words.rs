@@ -18,6 +18,11 @@ pub fn quantity_name(q: MachineQuantity) -> (String, String) {
     }
 }
 
+/// The name of a quantity by its key in files.
+pub fn key_words(key: &str) -> String {
+    MachineQuantity::from_key(key).map_or_else(|| key.replace(['_', '.'], " "), |q| quantity_name(q).0)
+}
+
 /// A parameter's name, its symbol where it has one, and what it means.
 fn parameter_name(id: ParameterId) -> (String, String) {
     match id {

@@ -73,7 +73,7 @@ fn a_missing_effect_is_reported_with_cause_certainty_and_refutation() {
         "The next test",
         "Step the flux from half to full at no load.",
         "current sensor clips at ±20 A in 12 rows",
-        "hash of the data",
+        "hash of its numbers",
         "base model refitted",
         "look alike",
     ] {

@@ -13,6 +13,25 @@
     root.dataset.theme = root.dataset.theme === "dark" ? "light" : "dark";
   });
 
+  // A heading sorts its table by that column: numbers by value, words by letter, empty last.
+  for (const head of document.querySelectorAll(".sorts th")) {
+    const sort = () => {
+      const column = head.cellIndex, numeric = head.classList.contains("n"), up = head.ariaSort !== "ascending";
+      for (const other of head.parentNode.children) other.ariaSort = null;
+      head.ariaSort = up ? "ascending" : "descending";
+      const key = (row) => row.cells[column].querySelector("data")?.value ?? row.cells[column].textContent;
+      const body = head.closest("table").tBodies[0];
+      body.append(...[...body.rows].sort((a, b) => {
+        const [x, y] = [key(a), key(b)];
+        if (x === "" || y === "") return (x === "") - (y === "");
+        return (numeric ? x - y : x.localeCompare(y)) * (up ? 1 : -1);
+      }));
+    };
+    head.tabIndex = 0;
+    head.addEventListener("click", sort);
+    head.addEventListener("keydown", (e) => { if (e.key === "Enter") sort(); });
+  }
+
   const box = document.getElementById("zoom"), source = document.getElementById("recordings");
   if (!box || !source) return;
   const data = JSON.parse(source.textContent);

@@ -47,7 +47,11 @@ pub(crate) fn section(s: &Story) -> Section {
             if d.case.holdout.is_some() { ", on the held-out recording too" } else { "" }
         ),
     };
-    let order = "In the order of score over threshold; what was added stands first.";
+    let order = if d.effects.is_empty() {
+        "In the order of score over threshold."
+    } else {
+        "In the order of score over threshold; what was added stands first."
+    };
     let body = html! { p { (said) " " (order) } (table(&head, &rows)) (sets(s)) (trials(s)) (alike(s)) };
     Section { id: "candidates", short: "candidates", title: "Candidates", body }
 }
@@ -134,7 +138,7 @@ fn alike(s: &Story) -> Markup {
 /// Cosines between all pairs of signatures, with the names beside the rows.
 fn triangle(chosen: &[(String, &[f64])]) -> Markup {
     let n = chosen.len() as f64;
-    let (left, side) = (130.0, 230.0 / n);
+    let (left, side) = (152.0, 230.0 / n);
     let cell = |r: usize, c: usize| {
         let v = if r == c { 1.0 } else { cosine(chosen[r].1, chosen[c].1) };
         let (x, y) = (left + c as f64 * side, 16.0 + r as f64 * side);
@@ -151,7 +155,7 @@ fn triangle(chosen: &[(String, &[f64])]) -> Markup {
         }
     };
     html! {
-        svg.chart viewBox={ "0 0 364 " (short(22.0 + n * side)) } role="img" aria-label="which effects look alike" {
+        svg.chart viewBox={ "0 0 386 " (short(22.0 + n * side)) } role="img" aria-label="which effects look alike" {
             @for (r, (name, _)) in chosen.iter().enumerate() {
                 @let y = 16.0 + r as f64 * side;
                 text.small x=(short(left - 4.0)) y=(short(y + 0.5 * side + 4.0)) text-anchor="end" { (name) "\u{a0}" (r + 1) }

@@ -77,7 +77,7 @@ fn picture(s: &Story, e: EffectId) -> Option<Markup> {
     let thin = if widest < 0.01 * span { " It is narrower than the line is thick." } else { "" };
     let unit = c.y_label.rsplit(", ").next().filter(|_| c.y_label.contains(", ")).unwrap_or("");
     let widest = quantity(widest, unit, 2);
-    let caption = format!("{} The shaded band is the 95 % interval from sensor noise, at most ±{widest}.{thin}", c.caption);
+    let caption = format!("{} The shaded band is the 95 % interval from sensor noise alone, at most ±{widest}.{thin}", c.caption);
     Some(figure(drawn(chart), caption))
 }
 

@@ -61,7 +61,7 @@ pub(crate) fn section(s: &Story) -> Section {
         body: html! {
             p { (said) }
             (key(rows.iter().any(|r| r.2.is_some())))
-            div.split { (figure(waterfall(&falls), caption)) div { (error_table(&rows, s)) } }
+            div.split { (figure(waterfall(&falls, largest(&falls)), caption)) div { (error_table(&rows, s)) } }
         },
     }
 }
@@ -105,9 +105,13 @@ fn error_table(rows: &[(String, Errors, Option<Errors>)], s: &Story) -> Markup {
     table(&head, &body)
 }
 
-/// Bars of errors on a logarithmic scale.
-pub(crate) fn waterfall(rows: &[Fall]) -> Markup {
-    let most = rows.iter().flat_map(|r| [Some(r.train), r.holdout]).flatten().filter(|x| x.is_finite()).fold(2.0, f64::max);
+/// The largest error of a waterfall, σ².
+pub(crate) fn largest(rows: &[Fall]) -> f64 {
+    rows.iter().flat_map(|r| [Some(r.train), r.holdout]).flatten().filter(|x| x.is_finite()).fold(2.0, f64::max)
+}
+
+/// Bars of errors on a logarithmic scale that ends beyond `most`.
+pub(crate) fn waterfall(rows: &[Fall], most: f64) -> Markup {
     let (left, width, line) = (6.0, 348.0, 62.0);
     let height = rows.len() as f64 * line + 26.0;
     let (lo, hi) = (0.5f64, most * 1.6);

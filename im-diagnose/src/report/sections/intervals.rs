@@ -7,13 +7,13 @@ use maud::{Markup, html};
 use super::super::page::{figure, legend, text};
 use super::super::words::quantity_name;
 use crate::diagnosis::{Diagnosis, ParameterChange};
-use crate::uncertainty::{HALF_95, MachineQuantity};
+use crate::uncertainty::{HALF_95, MachineQuantity, is_open};
 
 /// Where the axis ends: from nothing to twice the value.
 const ENDS: [f64; 2] = [0.0, 2.0];
 /// Pixels: names, picture, a line.
-const NAMES: f64 = 225.0;
-const RIGHT: f64 = 430.0;
+const NAMES: f64 = 262.0;
+const RIGHT: f64 = 460.0;
 const LINE: f64 = 20.0;
 
 fn across(ratio: f64) -> f64 {
@@ -31,7 +31,7 @@ pub(crate) fn picture(d: &Diagnosis) -> Markup {
     if shown.is_empty() {
         return html! {};
     }
-    let entries = [("refined", text("refined, ± 95 %")), ("third", text("hardly determined")), ("base", text("as given"))];
+    let entries = [("refined", text("refined, ± 95 %")), ("third", text("hardly determined")), ("base solid", text("as given"))];
     let caption = "Every parameter over its refined value. Where the value as given lies beyond the axis it stands at its end.";
     html! { (legend(&entries)) (figure(lines(d, &shown), caption)) }
 }
@@ -54,9 +54,9 @@ fn lines(d: &Diagnosis, shown: &[(&ParameterChange, f64)]) -> Markup {
             }
             @for (k, (p, half)) in shown.iter().enumerate() {
                 @let y = (k as f64 + 0.5) * LINE + 4.0;
-                @let class = if p.is_open() { "third" } else { "refined" };
+                @let class = if is_open(p.after, p.std) { "third" } else { "refined" };
                 @let half = if half.is_finite() { *half } else { f64::INFINITY };
-                text.small x=(short(NAMES)) y=(short(y + 4.0)) text-anchor="end" { (quantity_name(p.quantity).0) }
+                text x=(short(NAMES)) y=(short(y + 4.0)) text-anchor="end" { (quantity_name(p.quantity).0) }
                 path class={ "line solid " (class) } d={ "M" (short(across(1.0 - half))) " " (short(y)) "L" (short(across(1.0 + half))) " " (short(y)) } {}
                 circle class=(class) cx=(short(across(1.0))) cy=(short(y)) r="3.2" {}
                 @if given(d, p) {

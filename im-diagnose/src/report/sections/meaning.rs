@@ -54,31 +54,36 @@ fn numbers_of(s: &Story) -> Markup {
     let first = |part: usize| motors.map(|m| m.curve.first().filter(|p| p[0] == 0.0).map(|p| p[part]));
     let at_load = |of: &dyn Fn(&RatedLoad) -> f64| motors.map(|m| m.loaded.as_ref().map(of));
     let torque = quantity(s.d.refined.rating.torque_nm, "Nm", 3);
-    let lines = [
-        ("breakdown torque".to_owned(), "Nm", most(1)),
-        ("torque at standstill".to_owned(), "Nm", first(1)),
-        ("current at standstill, peak".to_owned(), "A", first(2)),
-        (format!("at the rated torque, {torque}: speed"), "rad/s", at_load(&|l| l.omega_m)),
-        ("current, peak".to_owned(), "A", at_load(&|l| l.current_a)),
-        ("loss in the stator winding".to_owned(), "W", at_load(&|l| l.powers.stator_copper)),
-        ("loss in the rotor winding".to_owned(), "W", at_load(&|l| l.powers.rotor_copper)),
-        ("loss in the iron".to_owned(), "W", at_load(&|l| l.powers.iron)),
-        ("friction and windage".to_owned(), "W", at_load(&|l| l.powers.friction)),
-        ("efficiency".to_owned(), "%", at_load(&|l| 100.0 * l.efficiency())),
+    let anywhere = [
+        ("breakdown torque", "Nm", most(1)),
+        ("torque at standstill", "Nm", first(1)),
+        ("current at standstill, peak", "A", first(2)),
+    ];
+    let loaded = [
+        ("speed", "rad/s", at_load(&|l| l.omega_m)),
+        ("current, peak", "A", at_load(&|l| l.current_a)),
+        ("loss in the stator winding", "W", at_load(&|l| l.powers.stator_copper)),
+        ("loss in the rotor winding", "W", at_load(&|l| l.powers.rotor_copper)),
+        ("loss in the iron", "W", at_load(&|l| l.powers.iron)),
+        ("friction and windage", "W", at_load(&|l| l.powers.friction)),
+        ("efficiency", "%", at_load(&|l| 100.0 * l.efficiency())),
     ];
     let shown = |x: Option<f64>, unit: &str| match x {
         Some(x) if unit == "%" => format!("{}\u{a0}%", number(x, 3)),
         Some(x) => quantity(x, unit, 4),
         None => "none".into(),
     };
-    let row = |(name, unit, [before, after]): &(String, &str, [Option<f64>; 2])| {
+    let row = |(name, unit, [before, after]): &(&str, &str, [Option<f64>; 2])| {
         let change = match before.zip(*after).filter(|(b, a)| *b != *a && *b != 0.0) {
             Some((b, a)) if *unit == "%" => format!("{:+.2} points", a - b).replace('-', "−"),
             Some((b, a)) => percent_change(b, a),
             None => "–".into(),
         };
-        Row::of([name.clone(), shown(*before, unit), shown(*after, unit), change])
+        Row::of([name.to_string(), shown(*before, unit), shown(*after, unit), change])
     };
     let head = [words(""), numbers("as given"), numbers("refined"), numbers("change")];
-    table(&head, &lines.iter().map(row).collect::<Vec<_>>())
+    let mut rows: Vec<Row> = anywhere.iter().map(row).collect();
+    rows.push(Row::of([format!("At the rated torque, {torque}")]));
+    rows.extend(loaded.iter().map(row));
+    table(&head, &rows)
 }

@@ -50,12 +50,11 @@ pub(super) fn whole(s: &Story) -> String {
     sections.extend(cards::unexcited(s));
     sections.extend(provenance::quality(s.meta));
     sections.extend(provenance::next_test(s.meta));
-    sections.push(provenance::run(s.meta, &s.d.case.motor, &s.files()));
+    sections.push(provenance::run(s.meta, &s.d.case.motor, &s.used()));
     page(&s.title(), &top::top(s), &sections, data.as_deref())
 }
 
-pub(super) use errors::{Fall, key as fall_key, rows as fall_rows, waterfall};
+pub(super) use errors::{Fall, key as fall_key, largest, rows as fall_rows, waterfall};
 pub(super) use load::section as load_section;
 pub(super) use losses::{HEAD as LOSSES_HEAD, cells as losses_cells};
 pub(super) use parameters::{note as parameters_note, warning as parameter_warning, warnings as parameter_warnings};
-pub(super) use top::head;

@@ -29,7 +29,7 @@ pub(crate) fn section(shown: &[Shown]) -> Section {
         }
         p {
             "For this section the simulated speed is nudged towards the measured one, so that one error does not hide behind "
-            "another. Training recordings only."
+            "another. What is held out is not in it."
         }
         (legend(&entries))
         h3 { "Over time" }
@@ -221,7 +221,7 @@ fn memory(first: &Memory, shown: &[Shown]) -> Markup {
     figure(drawn(chart), within(said, first.chance))
 }
 
-/// What is said of each model, and what chance makes.
+/// What is said of each model, and what the band is.
 fn within<'a>(said: impl Iterator<Item = (&'a str, &'a str)>, chance: f64) -> String {
     let said: Vec<(&str, &str)> = said.collect();
     let of = |(name, conclusion): &(&str, &str)| match said.len() {
@@ -229,7 +229,7 @@ fn within<'a>(said: impl Iterator<Item = (&'a str, &'a str)>, chance: f64) -> St
         _ => format!("{}: {conclusion}.", sentence(name).trim_end_matches('.')),
     };
     let all: Vec<String> = said.iter().map(of).collect();
-    format!("{} By chance: within ±{} in 95 of 100.", all.join(" "), number(chance, 2))
+    format!("{} The band: ±{}, where 95 of 100 lie by chance.", all.join(" "), number(chance, 2))
 }
 
 fn input<'a>(first: &InputCorrelation, shown: &'a [Shown]) -> Markup {

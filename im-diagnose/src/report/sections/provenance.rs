@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::super::page::{Row, Section, drawn, figure, list, numbers, table, text, words};
-use super::super::{DataFile, Meta, text_digest};
+use super::super::{InputFile, Meta, Used, text_digest};
 use crate::intake::{Finding, joined};
 use im_chart::{Axis, Chart};
 use im_model::MotorFile;
@@ -42,7 +42,7 @@ pub(crate) fn next_test(m: &Meta) -> Option<Section> {
 }
 
 /// What was run, on what.
-pub(crate) fn run(m: &Meta, motor: &MotorFile, files: &[DataFile]) -> Section {
+pub(crate) fn run(m: &Meta, motor: &MotorFile, used: &[Used]) -> Section {
     let program = if m.program.is_empty() { format!("im-diagnose {}", env!("CARGO_PKG_VERSION")) } else { m.program.clone() };
     let fact = |name: &str, value: Markup| Row::new([text(name), value]);
     let mut facts = vec![fact("program", text(program))];
@@ -51,9 +51,15 @@ pub(crate) fn run(m: &Meta, motor: &MotorFile, files: &[DataFile]) -> Section {
     facts.push(fact("motor as given", html! { (motor.name) ", hash " code { (digest) } }));
     facts.push(fact("seed", text(m.seed.map_or("none: nothing in it is random".into(), |s| s.to_string()))));
     facts.extend(m.made.as_ref().map(|made| fact("made", text(made))));
-    let head = [words("recording"), words("used for"), numbers("rows"), words("hash of the data")];
-    let row = |f: &DataFile| Row::new([text(&f.name), text(&f.role), text(f.rows), html! { code { (f.digest) } }]);
-    let rows: Vec<Row> = files.iter().map(row).collect();
-    let body = html! { (table(&[words(""), words("")], &facts)) (table(&head, &rows)) };
+    let read = |f: &InputFile| Row::new([text(&f.name), html! { code { (f.sha256) } }]);
+    let read: Vec<Row> = m.files.iter().map(read).collect();
+    let head = [words("recording"), words("used for"), numbers("rows"), words("hash of its numbers")];
+    let row = |u: &Used| Row::new([text(&u.name), text(u.role), text(u.rows), html! { code { (u.digest) } }]);
+    let rows: Vec<Row> = used.iter().map(row).collect();
+    let body = html! {
+        (table(&[words(""), words("")], &facts))
+        @if !read.is_empty() { (table(&[words("file read"), words("SHA-256")], &read)) }
+        (table(&head, &rows))
+    };
     Section { id: "run", short: "what was run", title: "What was run", body }
 }

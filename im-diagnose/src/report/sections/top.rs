@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::super::page::list;
+use super::super::page::{head, list};
 use super::super::story::{Story, summary, verdict_words};
 use crate::format::sentence;
 
@@ -33,18 +33,6 @@ fn part(name: &str, items: &[String]) -> Markup {
             [] => {}
             [one] => { dt { (name) } dd { (one) } }
             many => { dt { (name) } dd { (list(many)) } }
-        }
-    }
-}
-
-/// The line above everything.
-pub(crate) fn head(title: &str, badge: Option<&str>) -> Markup {
-    html! {
-        header.top {
-            b { (title) }
-            @if let Some(badge) = badge { span.badge { (badge) } }
-            span style="flex:1" {}
-            button #theme .no-print { "light / dark" }
         }
     }
 }
