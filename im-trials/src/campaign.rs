@@ -236,7 +236,8 @@ pub fn plan(seeds: Range<u64>) -> Vec<Planned> {
         }
         for (k, &first) in quick.iter().enumerate() {
             let other = |step: usize| quick[(k + step + seed as usize) % quick.len()];
-            let (a, b) = (other(3), other(7));
+            let a = if other(3) == first { other(4) } else { other(3) };
+            let b = other(7);
             let two = [(first, Strength::Strong), (a, Strength::Medium)];
             add("pairs", format!("{} + {}", first.name(), a.name()), TrialCase::new(machine(k, 7), &two, 500 + seed));
             if a != b && b != first {
