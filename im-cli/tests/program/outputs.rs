@@ -104,8 +104,6 @@ fn names_do_not_steer_the_terminal() {
     assert_eq!(read["machine"], "a\u{1b}[31m\u{7}red\u{9b}");
 }
 
-/// A motor's name with all that has a meaning in TOML, JSON, HTML, SVG or Rust is a name in each of them.
-#[cfg(feature = "design")]
 #[test]
 fn a_page_says_of_which_files_it_is() {
     let dir = Folder::new("read");
@@ -123,6 +121,8 @@ fn a_page_says_of_which_files_it_is() {
     assert!(second.contains(&sha256(&run)) && !second.contains(&before), "{second}");
 }
 
+/// A motor's name with all that has a meaning in TOML, JSON, HTML, SVG or Rust is a name in each of them.
+#[cfg(feature = "design")]
 #[test]
 fn a_name_is_a_name_in_every_output() {
     let dir = Folder::new("name");

@@ -15,7 +15,8 @@ pub struct Changes<'a> {
     experiments: &'a [Experiment],
     starts: &'a [State<f64>],
     every_row: Way<'a>,
-    longer_steps: Way<'a>,
+    /// `None` where the signals allow no longer steps, and where an unknown load moves with the innovations: over a longer step they are others.
+    longer_steps: Option<Way<'a>>,
 }
 
 /// Runs in some steps, and what the machine does there.
@@ -35,11 +36,13 @@ impl<'a> Changes<'a> {
     /// From `machine`, each experiment beginning in its state of `starts`.
     pub fn from(machine: &Machine<f64>, experiments: &'a [Experiment], starts: &'a [State<f64>]) -> Self {
         let whole = experiments.iter().map(Thinned::whole).collect();
+        let thinned = Thinned::all(experiments);
+        let longer = thinned.iter().any(|run| run.rows() > 1) && experiments.iter().all(|e| e.load.unsure_speed().is_none());
         Self {
             experiments,
             starts,
             every_row: Way::new(machine, starts, whole),
-            longer_steps: Way::new(machine, starts, Thinned::all(experiments)),
+            longer_steps: longer.then(|| Way::new(machine, starts, thinned)),
         }
     }
 
@@ -51,7 +54,7 @@ impl<'a> Changes<'a> {
     /// To another machine, per experiment and channel in σ; zero at rows that do not count, `None` where the simulation runs away. In steps as long
     /// as the signals allow, with a cubic between them, or, of what is faster than the signals, at `every_row`.
     pub fn to(&self, other: &Machine<f64>, every_row: bool) -> Option<Vec<Outputs>> {
-        let way = if every_row { &self.every_row } else { &self.longer_steps };
+        let way = self.longer_steps.as_ref().filter(|_| !every_row).unwrap_or(&self.every_row);
         let mut out = Vec::with_capacity(self.experiments.len());
         for (((e, x), run), before) in self.experiments.iter().zip(self.starts).zip(&way.runs).zip(&way.before) {
             let after = predict(other, run.run(), x);
