@@ -11,3 +11,4 @@ mod parquet;
 mod simulated;
 mod tables;
 mod type_test;
+mod warm;

@@ -13,7 +13,7 @@ pub const MOTOR: &str = "[machine]\nname = \"4 kW\"\npole_pairs = 2\n[machine.pa
     magnetizing_inductance_h = 0.156\ninertia_kg_m2 = 0.03\nviscous_friction_nm_s_per_rad = 0.002\n[machine.rating]\n\
     torque_nm = 26.0\nelectrical_frequency_hz = 50.0\nphase_voltage_peak_v = 326.6\nrotor_flux_vs = 0.95\n";
 
-const SCENARIO: &str = "[scenario]\nname = \"start\"\nduration_s = 0.6\nsample_time_s = 2e-4\n[mains]\nvoltage_peak_v = 326.6\n\
+pub const SCENARIO: &str = "[scenario]\nname = \"start\"\nduration_s = 0.6\nsample_time_s = 2e-4\n[mains]\nvoltage_peak_v = 326.6\n\
     frequency_hz = 50\nclosing_s = 0.02\n[load]\ntorque_nm = [[0, 0], [0.35, 0], [0.35, 10]]\n[sensors]\ncurrent_noise_a = 0.05\n\
     speed_noise_rad_s = 0.1\nseed = 1\n";
 
@@ -34,7 +34,11 @@ pub fn start() -> &'static Recording {
 
 /// The columns of a three-phase laboratory file: t, u1 u2 u3, i1 i2 i3, n (rpm), T.
 pub fn columns() -> Vec<(&'static str, Vec<f64>)> {
-    let r = start();
+    columns_of(start())
+}
+
+/// The same of another run.
+pub fn columns_of(r: &Recording) -> Vec<(&'static str, Vec<f64>)> {
     let phases = |x: &[im_model::Complex<f64>], p: usize| x.iter().map(|v| to_phases(*v)[p]).collect::<Vec<f64>>();
     let mut all = vec![("t_s", (0..r.len()).map(|k| r.time_s(k)).collect())];
     all.extend(["u1_V", "u2_V", "u3_V"].into_iter().enumerate().map(|(p, n)| (n, phases(&r.u_s, p))));
