@@ -323,6 +323,12 @@ impl<T: Scalar> FluxMap<T> {
         (m, adjugate.map(|x| x * inverse_det))
     }
 
+    /// Γ_s: how i_s rises with ψ_s where nothing saturates, H⁻¹.
+    #[inline(always)]
+    pub(crate) fn unsaturated_slope(&self) -> T {
+        self.inverse_inductances[0]
+    }
+
     /// How much more steeply than its unsaturated value a leakage current can rise with its flux, at most.
     pub(crate) fn steepest_leakage(&self) -> f64 {
         if let Some(gap) = &self.air_gap {

@@ -2,7 +2,7 @@
 //!
 //! dψ_s/dt = u_s − R_s i_s,   dψ_r/dt = jω_e ψ_r − R_r i_r,   τ_e = (3/2) n_p Im(ψ_r ī_r),   J dω_m/dt = τ_e − D ω_m − τ_L
 //!
-//! and the terms of the effects at their places. Every power is accounted for: [`Powers`] sums to the rate of the stored energy.
+//! and the terms of the effects at their places. With an unbalanced leakage ψ_s is the flux of the winding and of L_a ī_s in series with it. Every power is accounted for: [`Powers`] sums to the rate of the stored energy.
 
 use num_complex::Complex;
 use num_traits::Zero;
@@ -13,7 +13,7 @@ use crate::flux_map::{Currents, FluxMap};
 use crate::machine::Machine;
 use crate::parameters::TParameters;
 use crate::scalar::Scalar;
-use crate::space_vector::{cross, dot, j, unit};
+use crate::space_vector::{cross, dot, j, norm2, unit};
 use crate::state::State;
 
 /// What drives the machine during a step.
@@ -108,6 +108,8 @@ pub struct Plant<T> {
     parameters: TParameters<T>,
     effects: Effects<T>,
     map: FluxMap<T>,
+    /// L_a, H: zero unless the phases' leakages differ.
+    mirrored: Complex<T>,
     on: Active,
     n_p: f64,
     /// (3/2) n_p.
@@ -128,6 +130,7 @@ impl<T: Scalar> Plant<T> {
             parameters: p,
             effects,
             map: FluxMap::new(&p, &effects, machine.air_gap()),
+            mirrored: effects.mirrored_inductance(on, Complex::zero(), p.stator_leakage_inductance_h),
             on,
             n_p,
             torque_factor: 1.5 * n_p,
@@ -162,12 +165,38 @@ impl<T: Scalar> Plant<T> {
     #[inline(always)]
     fn currents_with(&self, on: Active, x: &State<T>) -> Currents<T> {
         let core = self.effects.core_source(on, Complex::zero(), &x.extra);
-        let currents = self.map.currents(x.psi_s, x.psi_r, core, &self.effects);
+        let mut currents = self.map.currents(x.psi_s, x.psi_r, core, &self.effects);
+        if !self.mirrored.is_zero() {
+            currents = self.behind_mirrored(currents, x, core);
+        }
         if on.any_custom_has(Hook::added_currents) {
             self.effects.added_currents(on, currents, x, &self.parameters, self.n_p)
         } else {
             currents
         }
+    }
+
+    /// The currents i_s = f(ψ_s − L_a ī_s) of the flux map f behind an unbalanced leakage, from `linked` = f(ψ_s): Newton's method with the
+    /// slope Γ_s of the unsaturated map, exact at once where nothing saturates.
+    #[inline(never)]
+    fn behind_mirrored(&self, linked: Currents<T>, x: &State<T>, core: Complex<T>) -> Currents<T> {
+        let (l, slope) = (self.mirrored, self.map.unsaturated_slope());
+        let g = l * slope;
+        let k = T::one() / (T::one() - norm2(g));
+        // Solves i + g ī = y.
+        let solved = |y: Complex<T>| (y - g * y.conj()) * k;
+        let mut i_s = solved(linked.i_s);
+        let mut currents = linked;
+        // The error falls by |L_a|/L_l times what the slope is off, a hundredth or so, in each round.
+        for _ in 0..20 {
+            currents = self.map.currents(x.psi_s - l * i_s.conj(), x.psi_r, core, &self.effects);
+            let residual = currents.i_s - i_s;
+            i_s += solved(residual);
+            if norm2(residual).value() <= 1e-20 * norm2(i_s).value() {
+                break;
+            }
+        }
+        currents
     }
 
     /// Electromagnetic torque in a state, Nm.
@@ -337,7 +366,14 @@ impl<T: Scalar> Plant<T> {
     pub fn stored_energy(&self, x: &State<T>) -> T {
         let (e, own) = (&self.effects, &x.extra);
         let core = e.core_source(self.on, Complex::zero(), own);
-        let fields = self.map.energy(x.psi_s, x.psi_r, core, e);
+        let mut behind = x.psi_s;
+        let mut fields = T::zero();
+        if !self.mirrored.is_zero() {
+            let i_s = self.currents(x).i_s;
+            behind -= self.mirrored * i_s.conj();
+            fields = dot(self.mirrored * i_s.conj(), i_s).scale(0.75);
+        }
+        fields += self.map.energy(behind, x.psi_r, core, e);
         let rotor = T::from_f64(0.5) * x.omega_m * x.omega_m / self.inv_inertia;
         let (currents, input) = (self.currents(x), PlantInput::new(Complex::zero(), T::zero()));
         let at = self.operating(x, &currents, &input);
@@ -347,7 +383,7 @@ impl<T: Scalar> Plant<T> {
     /// An estimate of the fastest rate in the machine, 1/s, that a step must resolve: h ≤ 1/rate is accurate, h > 2.7/rate unstable.
     pub fn fastest_rate(&self) -> f64 {
         let p = self.parameters.cast::<f64>();
-        let leakage = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
+        let leakage = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h - Scalar::sqrt(norm2(self.mirrored).value());
         let added = self.effects.added_resistance(self.on, p.rotor_resistance_ohm);
         let resistance = p.stator_resistance_ohm + p.rotor_resistance_ohm + added;
         let own = self.effects.fastest_rate(self.on, 1.0 / self.inv_inertia.value());
@@ -410,7 +446,9 @@ impl<T: Scalar> Plant<T> {
                 effects.set(id, k, T::zero());
             }
             let on = effects.which();
-            let without = Self { map: FluxMap::new(&self.parameters, &effects, self.map.air_gap()), effects, on, ..*self };
+            let map = FluxMap::new(&self.parameters, &effects, self.map.air_gap());
+            let mirrored = effects.mirrored_inductance(on, Complex::zero(), self.parameters.stator_leakage_inductance_h);
+            let without = Self { map, mirrored, effects, on, ..*self };
             let rate = without.fastest_rate();
             if rate < least {
                 least = rate;

@@ -60,6 +60,7 @@ pub enum Hook {
     stator_resistance,
     rotor_resistance,
     stator_drop,
+    mirrored_inductance,
     rotor_drop,
     braking_torque,
     shaft_torque,
@@ -143,6 +144,11 @@ pub trait Hooks<T: Scalar> {
     #[inline(always)]
     fn stator_drop(&self, drop: Complex<T>, _at: &Operating<T>, _own: &[T]) -> Complex<T> {
         drop
+    }
+    /// Stator winding: adds L of a flux L ī_s in series, H; the leakage L_ls is given. Less than the leakages in size.
+    #[inline(always)]
+    fn mirrored_inductance(&self, l: Complex<T>, _l_ls: T) -> Complex<T> {
+        l
     }
     /// Rotor winding (in the stator frame): adds a voltage drop in series, V.
     #[inline(always)]
