@@ -5,9 +5,12 @@
 //! u = a L_σ (i* − i) − (a L_σ − R_σ) i + jω_s L_σ i + e + x,   dx/dt = a² L_σ (i* − i) + a (ū − u)
 //!
 //! with ū the voltage after its limit. Closed loop: i = i* a/(s + a), and disturbances are damped as fast.
+//!
+//! A sample that is no number, or asks for a voltage that no machine has, is refused: x stays as it was.
 
 use im_model::{Complex, Scalar};
 
+use crate::guard::is_voltage;
 use crate::machine_data::MachineData;
 use crate::overmodulation::{SIX_STEP, overmodulated};
 use crate::vector::{norm, rotation, within, within_hexagon};
@@ -116,9 +119,27 @@ impl<T: Scalar> CurrentRegulator<T> {
         }
     }
 
-    /// One sample. `i` and `wanted` in the turning frame, A; `emf` is e, V; `integral` is x, V.
-    #[inline]
+    /// One sample. `i` and `wanted` in the turning frame, A; `emf` is e, V; `integral` is x, V. `None` where the sample is refused: hold the last voltage.
     pub fn step(
+        &self,
+        integral: &mut Complex<T>,
+        frame: &Turning<T>,
+        wanted: Complex<T>,
+        i: Complex<T>,
+        emf: Complex<T>,
+    ) -> Option<Regulated<T>> {
+        let mut x = *integral;
+        let out = self.follow(&mut x, frame, wanted, i, emf);
+        let is_one = frame.dc_voltage_v.is_finite() && is_voltage(out.u) && is_voltage(out.u_s) && is_voltage(x);
+        is_one.then(|| {
+            *integral = x;
+            out
+        })
+    }
+
+    /// [`step`](Self::step) for a sample that is one: the controllers look at it before.
+    #[inline]
+    pub(crate) fn follow(
         &self,
         integral: &mut Complex<T>,
         frame: &Turning<T>,

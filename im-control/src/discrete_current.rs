@@ -18,7 +18,8 @@
 use im_model::{Complex, Scalar};
 
 use crate::current_regulator::{CurrentRegulator, Regulated, Turning};
-use crate::vector::rotation;
+use crate::guard::is_voltage;
+use crate::vector::{is_finite, rotation};
 
 /// How the current is regulated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,9 +64,27 @@ impl<T: Scalar> DiscreteCurrent<T> {
         self.disturbance + self.u_before + self.predicted.unwrap_or(Complex::new(T::zero(), T::zero()))
     }
 
-    /// One sample of `regulator` in this law: `i` and `wanted` in the turning frame, A; `emf` is e there, V. The delay is at most a sample.
-    #[inline]
+    /// One sample of `regulator` in this law: `i` and `wanted` in the turning frame, A; `emf` is e there, V. The delay is at most a sample. `None` where the sample is
+    /// refused, for it is no number or asks for a voltage that no machine has: hold the last voltage; nothing is predicted for the next sample.
     pub fn step(
+        &mut self,
+        regulator: &CurrentRegulator<T>,
+        frame: &Turning<T>,
+        wanted: Complex<T>,
+        i: Complex<T>,
+        emf: Complex<T>,
+    ) -> Option<Regulated<T>> {
+        let mut next = *self;
+        let out = next.follow(regulator, frame, wanted, i, emf);
+        let is_state = is_voltage(next.u_before) && is_voltage(next.disturbance) && is_finite(next.sum());
+        let is_one = frame.dc_voltage_v.is_finite() && is_voltage(out.u) && is_state;
+        *self = if is_one { next } else { Self { predicted: None, ..*self } };
+        is_one.then_some(out)
+    }
+
+    /// [`step`](Self::step) for a sample that is one: the controllers look at it before.
+    #[inline]
+    pub(crate) fn follow(
         &mut self,
         regulator: &CurrentRegulator<T>,
         frame: &Turning<T>,
@@ -139,9 +158,9 @@ mod tests {
                 let frame = Turning { direction, omega_s: omega, dc_voltage_v: 0.0, sample_time_s: t, overmodulates: false };
                 let seen = i * direction.conj();
                 let out = if discrete {
-                    state.step(&regulator, &frame, wanted, seen, emf)
+                    state.follow(&regulator, &frame, wanted, seen, emf)
                 } else {
-                    regulator.step(&mut integral, &frame, wanted, seen, emf)
+                    regulator.follow(&mut integral, &frame, wanted, seen, emf)
                 };
                 let u = if delayed { std::mem::replace(&mut waiting, out.u_s) } else { out.u_s };
                 for s in 0..200 {

@@ -195,7 +195,7 @@ impl<T: Scalar> State<T> {
             let along = if size > T::zero() { self.emf * (T::one() / size) } else { Complex::new(T::one(), T::zero()) };
             let frame = Turning { direction: frame.direction * along, ..*frame };
             let mut emf = self.emf * along.conj();
-            let out = g.step(&mut emf, &frame, none, i * along.conj(), none);
+            let out = g.follow(&mut emf, &frame, none, i * along.conj(), none);
             self.emf = emf * along;
             out
         };

@@ -36,6 +36,11 @@ pub(crate) fn is_sample_time<T: Scalar>(t: T) -> bool {
     t >= low && t <= high
 }
 
+/// Whether a voltage is one that machines have. What is not a number fails every comparison.
+pub(crate) fn is_voltage<T: Scalar>(u: Complex<T>) -> bool {
+    norm2(u) <= T::from_f64(VOLTAGE_V * VOLTAGE_V)
+}
+
 /// Whether a sample can be computed with: numbers, of sizes that machines have. What is not a number fails every comparison.
 pub(crate) fn is_usable<T: Scalar>(m: &Measured<T>, current_max_a: T) -> bool {
     is_sample_time(m.sample_time_s) && is_of_machines(m, current_weight(current_max_a))

@@ -14,6 +14,7 @@
 
 use im_model::{Complex, Scalar};
 
+use crate::modulation::usable;
 use crate::vector::norm;
 
 /// 6/(π√3): the fundamental of six steps over the inscribed radius.
@@ -42,14 +43,15 @@ const INVERSE: [f64; 17] = [
 /// The normals of three sides.
 const NORMALS: [[f64; 2]; 3] = [[0.866_025_403_784_438_6, 0.5], [0.0, 1.0], [-0.866_025_403_784_438_6, 0.5]];
 
-/// The vector on the hexagon of a link for a voltage whose fundamental is u over a turn, at most that of six steps. Within the circle it is u itself; so it is without a link.
+/// The vector on the hexagon of a link for a voltage whose fundamental is u over a turn, at most that of six steps. Within the circle it is u itself; so it is without a link, and
+/// where it is no number.
 #[inline]
 pub fn overmodulated<T: Scalar>(u: Complex<T>, dc_voltage_v: T) -> Complex<T> {
+    let Some(u) = usable(u, dc_voltage_v) else { return u };
     let c = T::from_f64;
     let radius = dc_voltage_v * c(0.577_350_269_189_625_8);
     let size = norm(u);
-    let beyond = size > radius && radius > T::zero() && size.is_finite();
-    if !beyond {
+    if size <= radius {
         return u;
     }
     let left = ((c(SIX_STEP) - size / radius) / c(SIX_STEP - 1.0)).max(T::zero());
@@ -122,6 +124,22 @@ mod tests {
             prop_assert!((duty.u_s - z).norm() < 1e-9 * DC, "{z} {duty:?}");
             let single = overmodulated(Complex::new((unit(angle) * size).re as f32, (unit(angle) * size).im as f32), DC as f32);
             prop_assert!((f64::from(single.re) - z.re).abs() + (f64::from(single.im) - z.im).abs() < 0.05 * DC);
+        }
+
+        /// What is a number comes onto the hexagon whatever its size; what is none, or has no link, goes through as it is, and the timers get a share of their period.
+        #[test]
+        fn whatever_comes_in_the_timers_get_a_share(u in prop::array::uniform2(crate::tests::anything()), dc in crate::tests::anything()) {
+            let is_one = u.iter().all(|x| x.is_finite());
+            for dc in [dc, DC] {
+                let z = overmodulated(Complex::new(u[0], u[1]), dc);
+                let single = overmodulated(Complex::new(u[0] as f32, u[1] as f32), dc as f32);
+                if is_one && dc == DC {
+                    prop_assert!(z.norm() <= DC * (2.0 / 3.0 + 1e-9), "{z}");
+                }
+                let (a, b) = (duty_cycles(z, dc, ZeroSequence::Centred), duty_cycles(single, dc as f32, ZeroSequence::Centred));
+                prop_assert!(a.duty.iter().all(|d| (0.0..=1.0).contains(d)) && a.u_s.norm().is_finite(), "{z} {a:?}");
+                prop_assert!(b.duty.iter().all(|d| (0.0..=1.0).contains(d)) && b.u_s.norm().is_finite(), "{single} {b:?}");
+            }
         }
     }
 }

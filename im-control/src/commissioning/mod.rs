@@ -487,7 +487,7 @@ impl<T: Scalar> Commissioning<T> {
         };
         let z = Complex::new(T::zero(), T::zero());
         let i = frame.of_stator(m.i_s);
-        self.regulator.step(&mut self.integral, &frame, wanted, i, z).u_s
+        self.regulator.follow(&mut self.integral, &frame, wanted, i, z).u_s
     }
 
     /// A direct current until it has settled.

@@ -284,8 +284,8 @@ impl<T: Scalar> Sampled<T> for FieldOriented<T> {
         };
         let emf = Complex::new(-size * circuit.inverse_t_r, size * omega_e);
         let out = match g.current_control {
-            CurrentControl::Continuous => current.step(&mut s.current_integral, &frame, i_wanted, i, emf),
-            CurrentControl::Discrete => s.discrete.step(current, &frame, i_wanted, i, emf),
+            CurrentControl::Continuous => current.follow(&mut s.current_integral, &frame, i_wanted, i, emf),
+            CurrentControl::Discrete => s.discrete.follow(current, &frame, i_wanted, i, emf),
         };
         s.wanted_v = out.wanted_v;
         s.standing.status = status.and_if(out.limited, DriveStatus::VOLTAGE_LIMITED);

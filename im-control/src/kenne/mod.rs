@@ -255,7 +255,7 @@ impl<T: Scalar> Sampled<T> for Kenne<T> {
             let i_d = (flux / law.m_big * c(2.0)).min(self.current_max_a * c(0.9));
             let frame = frame(T::zero());
             s.omega_s = frame.omega_s;
-            self.magnetizing.step(&mut s.current_integral, &frame, Complex::new(i_d, T::zero()), i, emf)
+            self.magnetizing.follow(&mut s.current_integral, &frame, Complex::new(i_d, T::zero()), i, emf)
         };
         // What the sliding terms add is not the steady need for voltage; it averages out in the limit of the flux.
         s.wanted_v = out.wanted_v * self.model.rotor_inductance_h / law.m_big;

@@ -1,8 +1,11 @@
 //! Controllers without a drive around them: whatever is measured or asked for, the command is a number, and a good sample later all is well.
 
-use im_control::{FieldOriented, FieldOrientedGains, Kenne, KenneGains, MachineData};
+use im_control::{
+    CurrentRegulator, DiscreteCurrent, FieldOriented, FieldOrientedGains, Kenne, KenneGains, MachineData, Regulated, Turning,
+};
 use im_model::machines::JADOT_TABLE_I;
-use im_model::simulation::{Command, Controller, Measured, Reference};
+use im_model::simulation::{Bridge, Command, Controller, Measured, Reference};
+use im_model::space_vector::unit;
 use im_model::{Complex, Machine, Scalar};
 use proptest::prelude::*;
 
@@ -92,5 +95,73 @@ fn a_lost_sample_is_forgotten() {
             x
         };
         assert_eq!(run(true), run(false));
+    }
+}
+
+/// What a current regulator is told at a sample: direction, ω_s, dc link, sampling time, current wanted and measured, emf.
+type Told = [f64; 11];
+
+/// Sixty samples of each law at a machine's leakage and resistance behind a bridge of 540 V, then the bad ones, then 600 good ones: what is refused leaves the last
+/// voltage standing, what is not is of numbers, and the current is where it was.
+fn regulates<T: Scalar>(bad: &[Told], discrete: bool) -> Result<(), TestCaseError> {
+    const H: f64 = 1e-4;
+    let c = T::from_f64;
+    let vector = |re: f64, im: f64| Complex::new(c(re), c(im));
+    let law = CurrentRegulator::of(&data::<T>(), c(H));
+    let (l, r) = (law.leakage_inductance_h.value(), law.resistance_ohm.value());
+    let (wanted, emf) = (Complex::new(5.0, 9.0), Complex::new(-4.0, 120.0));
+    let (mut x, mut state) = (vector(0.0, 0.0), DiscreteCurrent::default());
+    let (mut i, mut held, mut odd) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0), false);
+    let bridge = Bridge::ideal(540.0);
+    for k in 0..60 + bad.len() + 600 {
+        let direction = unit(0.03 * k as f64);
+        let seen = i * direction.conj();
+        let good = [direction.re, direction.im, 300.0, 540.0, H, wanted.re, wanted.im, seen.re, seen.im, emf.re, emf.im];
+        let told = k.checked_sub(60).and_then(|k| bad.get(k)).copied().unwrap_or(good);
+        let [d_re, d_im, omega, dc, t, w_re, w_im, i_re, i_im, e_re, e_im] = told;
+        let frame = Turning {
+            direction: vector(d_re, d_im),
+            omega_s: c(omega),
+            dc_voltage_v: c(dc),
+            sample_time_s: c(t),
+            overmodulates: false,
+        };
+        let (w, now, e) = (vector(w_re, w_im), vector(i_re, i_im), vector(e_re, e_im));
+        let before = x;
+        let out = if discrete { state.step(&law, &frame, w, now, e) } else { law.step(&mut x, &frame, w, now, e) };
+        if let Some(Regulated { u_s, .. }) = out {
+            prop_assert!(told.iter().all(|x| !x.is_nan()), "{told:?}: {u_s:?}");
+            held = Complex::new(u_s.re.value(), u_s.im.value());
+            prop_assert!(held.norm() <= 1.5e6, "{told:?}: {u_s:?}");
+        } else {
+            // What an odd sample that was one foretold of the next may be wrong.
+            prop_assert!(x == before && (told != good || odd), "refused: {told:?}");
+        }
+        odd = told != good;
+        let made = bridge.limited(held);
+        for step in 0..20 {
+            let e = emf * direction * unit(0.03 * (f64::from(step) + 0.5) / 20.0);
+            i += (made - i * r - e) * (H / l / 20.0);
+        }
+    }
+    let off = (i * unit(-0.03 * (660 + bad.len()) as f64) - wanted).norm() / wanted.norm();
+    prop_assert!(off < 0.01, "{off}: {i} after {bad:?}");
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_current_regulator_refuses_what_is_no_sample_and_goes_on(
+        bad in prop::collection::vec(prop::collection::vec(prop_oneof![2 => Just(None), 1 => anything().prop_map(Some)], 11), 1..8)
+    ) {
+        // Odd values among good ones.
+        let good = [1.0, 0.0, 300.0, 540.0, 1e-4, 5.0, 9.0, 5.0, 9.0, -4.0, 120.0];
+        let bad: Vec<Told> = bad.iter().map(|x| std::array::from_fn(|k| x[k].unwrap_or(good[k]))).collect();
+        for discrete in [false, true] {
+            regulates::<f64>(&bad, discrete)?;
+            regulates::<f32>(&bad, discrete)?;
+        }
     }
 }

@@ -29,7 +29,7 @@ mod current {
         let (mut i, mut x) = (ZERO, ZERO);
         (0..(duration_s / T) as usize)
             .map(|_| {
-                let u = regulator.step(&mut x, &frame, wanted, i, emf).u;
+                let u = regulator.step(&mut x, &frame, wanted, i, emf).unwrap().u;
                 i += (u - i * R - i * C::new(0.0, 100.0 * L) - emf - disturbance) * (T / L);
                 i
             })
@@ -77,7 +77,7 @@ mod current {
             Turning { direction: C::new(1.0, 0.0), omega_s: 100.0, dc_voltage_v: 100.0, sample_time_s: T, overmodulates: false };
         let (wanted, i, emf, before) = (C::new(9.0, -30.0), C::new(2.0, 1.0), C::new(4.0, 20.0), C::new(-1.0, 7.0));
         let mut x = before;
-        let out = regulator.step(&mut x, &frame, wanted, i, emf);
+        let out = regulator.step(&mut x, &frame, wanted, i, emf).unwrap();
         let asked = (wanted - i) * (A * L) - i * (A * L - R) + i * C::new(0.0, 100.0 * L) + emf + before;
         assert!(out.limited && near(out.wanted_v, asked.norm(), 1e-12) && out.u.norm() < 100.0 / 3f64.sqrt());
         let expected = before + ((wanted - i) * (A * A * L) + (out.u - asked) * A) * T;
