@@ -96,7 +96,7 @@ pub enum CommissioningStage {
 #[derive(Clone, Copy, Debug)]
 enum Stage {
     Quiet,
-    /// The pulse k of a round.
+    /// The pulse k of a round, and the rest after it.
     Pulse(u32),
     Level(usize),
     Tone(usize),
@@ -295,7 +295,7 @@ impl<T: Scalar> Commissioning<T> {
         self.elapsed = self.elapsed.saturating_add(1);
         let t = T::from_f64(self.plan.sample_time_s);
         let known = Measured { omega_m: T::zero(), sample_time_s: t, ..*measured };
-        let commanded = if is_finite(measured.u_s) { measured.u_s } else { self.command };
+        let commanded = if guard::is_voltage(measured.u_s) { measured.u_s } else { self.command };
         let u_s = self.voltage.step(commanded);
         if guard::is_usable(&Measured { u_s: z, ..known }, T::from_f64(self.plan.current_max_a)) {
             (self.lost, self.dc_voltage_v, self.believed) = (0, measured.dc_voltage_v, measured.i_s);
@@ -307,7 +307,8 @@ impl<T: Scalar> Commissioning<T> {
                 Stage::Quiet if self.lost <= LOST_MAX => self.go_on(Stage::Quiet),
                 Stage::Pulse(_) if self.lost <= LOST_MAX => self.go_on(Stage::Pulse(0)),
                 _ => {
-                    self.command = self.without_a_sample(&known);
+                    let nan = T::from_f64(f64::NAN);
+                    self.command = self.without_a_sample(&Measured { i_s: Complex::new(nan, nan), u_s: commanded, ..known });
                     return self.command;
                 }
             }
@@ -401,37 +402,44 @@ impl<T: Scalar> Commissioning<T> {
         Complex::new(T::zero(), T::zero())
     }
 
-    /// Pulse k along one of six directions: up, a pause in which the current is read, down, a rest.
+    /// A rest, and pulse k along one of six directions: up, a pause in which the current is read, down. After the sixth a rest alone. A pulse that lost a sample leaves a
+    /// current, so that the first of its round begins with a rest too.
     fn pulse(&mut self, k: u32, m: &Measured<T>) -> Complex<T> {
-        let direction: Complex<T> = unit(T::from_f64(f64::from(k) * core::f64::consts::FRAC_PI_3));
         let (t, rated_v) = (self.plan.sample_time_s, self.plan.rating.phase_voltage_peak_v);
+        let zero = Complex::new(T::zero(), T::zero());
+        let rest = (PULSE_REST_S / t) as u32;
+        if self.samples <= rest {
+            self.answer = zero;
+            return zero;
+        }
+        if k == 6 {
+            self.pulses_done();
+            return zero;
+        }
+        let direction: Complex<T> = unit(T::from_f64(f64::from(k) * core::f64::consts::FRAC_PI_3));
         let long = ((self.pulse_vs / (0.5 * rated_v * t)) as u32).saturating_add(1);
         let late = (self.plan.voltage_delay_s / t) as u32 + 2;
         let height = T::from_f64(self.pulse_vs / (f64::from(long) * t));
+        let at = self.samples - rest - 1;
         // The sample that sees the whole pulse.
-        if self.samples > long && self.samples <= long + late {
+        if at >= long && at < long + late {
             let seen = m.i_s * direction.conj();
             if norm2(seen) > norm2(self.answer) {
                 self.answer = seen;
             }
         }
-        let at = self.samples - 1;
-        if self.seconds() >= PULSE_REST_S + f64::from(2 * long + late) * t {
+        if at + 1 >= 2 * long + late {
             if let Some(a) = self.answers.get_mut(k as usize) {
                 *a = Complex::new(self.answer.re.value(), self.answer.im.value());
             }
-            self.answer = Complex::new(T::zero(), T::zero());
             self.go_on(Stage::Pulse(k + 1));
-            if k + 1 == 6 {
-                self.pulses_done();
-            }
         }
         if at < long {
             direction * height
-        } else if at >= long + late && at < 2 * long + late {
+        } else if at >= long + late {
             -direction * height
         } else {
-            Complex::new(T::zero(), T::zero())
+            zero
         }
     }
 

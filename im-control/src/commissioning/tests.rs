@@ -279,3 +279,74 @@ fn a_switching_bridge_is_no_obstacle() {
         assert!(done.peak_current_a < 1.33 * done.plan.current_max_a, "{}", done.peak_current_a);
     }
 }
+
+mod anything {
+    use super::*;
+    use crate::tests::anything;
+    use im_model::simulation::Bridge;
+    use proptest::prelude::*;
+
+    /// What samples show in place of what they should, of current (two), voltage (two), link and sampling time; from a sample on, one after the other.
+    type Burst = (u32, Vec<[Option<f64>; 6]>);
+
+    /// A run with bursts: every command is of numbers, it ends, the machine then has no current, and what was found is of numbers.
+    fn run<T: Scalar>(bursts: &[Burst]) -> Result<(Machine<f64>, Result<Commissioned, CommissioningFault>), TestCaseError> {
+        let m = machines::MOTULATOR_2_2_KW;
+        let machine = hidden(&m, |_| ());
+        let mut rig = Rig::new(&machine, &m);
+        let mut c = Commissioning::<T>::try_new(&rig.plan).unwrap();
+        for k in 0..1_300_000 {
+            let seen = rig.sample();
+            let mut x = [seen.re, seen.im, rig.u.re, rig.u.im, rig.dc_voltage_v, H];
+            let odd = bursts.iter().find_map(|(from, odd)| odd.get((k as usize).checked_sub(*from as usize)?));
+            for (x, odd) in x.iter_mut().zip(odd.into_iter().flatten()) {
+                *x = odd.unwrap_or(*x);
+            }
+            let [a, b, u_a, u_b, dc_voltage_v, sample_time_s] = x.map(T::from_f64);
+            let (i_s, u_s, omega_m) = (Complex::new(a, b), Complex::new(u_a, u_b), T::from_f64(f64::NAN));
+            let measured = Measured { i_s, omega_m, u_s, dc_voltage_v, sample_time_s };
+            let Command::Voltage(u) = c.step(&measured, &guard::no_reference()) else { panic!("a current") };
+            prop_assert!(is_finite(u), "{k}: {measured:?}");
+            rig.u = Bridge::ideal(rig.dc_voltage_v).limited(Complex::new(u.re.value(), u.im.value()));
+            rig.bench.advance(&PlantInput::new(rig.u, 0.0));
+            if c.stage() == CommissioningStage::Done {
+                let (left, outcome) = (rig.bench.output().i_s.norm(), *c.outcome().unwrap());
+                prop_assert!(left < 0.3 * rig.rated, "{left} A, {outcome:?}");
+                // A number that is none would be said so.
+                let numbers = outcome.map_or(String::new(), |found| format!("{found:?}"));
+                prop_assert!(!numbers.contains("NaN") && !numbers.contains("inf"), "{numbers}");
+                prop_assert_eq!(c.status().has(DriveStatus::BLOCKED), outcome.is_err());
+                return Ok((machine, outcome));
+            }
+        }
+        Err(TestCaseError::fail(format!("it never ends: {:?}", c.stage())))
+    }
+
+    /// Up to so many samples from a sample on, in each what is odd and what is not; the pulses of the first half second are hit as well as the minute after.
+    fn burst(longest: usize, odd: impl Strategy<Value = f64>) -> impl Strategy<Value = Burst> {
+        let samples = prop::collection::vec(prop::array::uniform6(prop::option::of(odd)), 1..=longest);
+        (prop_oneof![1 => 0..6_000u32, 3 => 0..620_000u32], samples)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 6, ..ProptestConfig::default() })]
+
+        /// Up to ten samples in a row of which a part is none, anywhere: the machine is found all the same.
+        #[test]
+        fn samples_that_are_none_are_bridged(
+            bursts in prop::collection::vec(
+                burst(10, prop::sample::select(vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e30, -1e9])), 1..20),
+            single: bool,
+        ) {
+            let (machine, outcome) = if single { run::<f32>(&bursts)? } else { run::<f64>(&bursts)? };
+            let Ok(found) = outcome else { return Err(TestCaseError::fail(format!("{outcome:?}"))) };
+            check(&machine, &machines::MOTULATOR_2_2_KW, &found);
+        }
+
+        /// Anything at all, also what could be a sample and is not the machine's: it ends, with values or with a fault.
+        #[test]
+        fn whatever_comes_in_it_ends(bursts in prop::collection::vec(burst(60, anything()), 1..4), single: bool) {
+            if single { run::<f32>(&bursts)? } else { run::<f64>(&bursts)? };
+        }
+    }
+}
