@@ -20,8 +20,15 @@
 //! **Stator resistance.** In the steady state an error R̃_s shows as e_d = −2αR̃_s i_q/(L_σ(λ + α)ω_s): solved for R̃_s and integrated slowly, at
 //! k ω_s²/(ω_s² + 8bk), an eighth of the slowest rate of the flux or less. Without torque nothing is seen of it and nothing is changed.
 //!
-//! **Sampled.** The trapezoidal rule of `tustin.rs` keeps the contraction at every step; a pole s is taken for s(1 + (hs)²/12 + …). Only the
-//! speed law is explicit: hω_n² < λ + α. Construction checks it.
+//! **Sampled.** The machine goes through a sample, its voltage held, by its own matrix exponential (`Flow::exact` of `tustin.rs`); the mean of the current errors at both
+//! ends of that way is fed back by the trapezoidal rule for the observer's flow M:
+//!
+//! ```text
+//! x̂_p = e^{hA} x̂ + ∫e^{A(h − t)} B u dt,   x̂⁺ = x̂_p + (1 − hM/2)⁻¹ h L (e + e_p)/2,   M = A − LC
+//! ```
+//!
+//! So a machine that obeys the model has no error in any sample, whatever the share of a turn that it takes, and with the trapezoidal rule for A too the error would be
+//! contracted as the rule does it. Only the speed law is explicit: hω_n² < λ + α. Construction checks it.
 //!
 //! Sources: L. Harnefors, M. Hinkkanen, "Complete stability of reduced-order and full-order observers for sensorless IM drives", IEEE Trans. Ind.
 //! Electron. 55 (2008); M. Hinkkanen, L. Harnefors, J. Luomi, "Reduced-order flux observers with stator-resistance adaptation for
@@ -36,7 +43,7 @@ use crate::error::{GAIN_MAX, ObserverError};
 use crate::interface::{Estimate, Input, Observer};
 use crate::named::{Gains, Named};
 use crate::saturation::Electrical;
-use crate::tustin::{Flow, warped};
+use crate::tustin::Flow;
 
 /// R̂_s stays between these multiples of the R_s it began with: copper from −100 °C to 270 °C.
 const STATOR_RANGE: [f64; 2] = [0.5, 2.0];
@@ -223,20 +230,21 @@ impl<T: Scalar> Observer<T> for FullOrder<T> {
         let omega_s = w + c.eta_l_m * cross(s.lambda, sample.i_mean) / flux2;
         let b = self.damping + self.damping_per_frequency * omega_s.abs();
         let drive = sample.u_s.scale(c.inverse_sigma_l_s);
-        let x = [s.lambda, s.i_hat];
-        [s.lambda, s.i_hat] = if sample.measured {
-            let e = sample.i_mean - s.i_hat;
+        // The machine's own way through the sample.
+        let (x, i_before) = ([s.lambda, s.i_hat], s.i_hat);
+        let d_lambda = a * s.lambda + s.i_hat.scale(c.eta_l_m);
+        let d_psi = drive - s.i_hat.scale(stator_rate);
+        let machine = Flow { a, c: c.eta_l_m, g: stator_rate, beta: c.beta };
+        [s.lambda, s.i_hat] = machine.exact(x, [d_lambda, d_psi], h);
+        if sample.measured {
+            // What the current was off by on that way.
+            let e = sample.i_mean - (i_before + s.i_hat).scale(T::from_f64(0.5));
             // g_s/L_σ, and −g_r referred as λ is.
             let g = a.conj().scale(-self.bandwidth * b / norm2(a));
             let c_r = (Complex::new(self.bandwidth, w) - g).scale(T::one() / c.beta);
-            let d_lambda = a * s.lambda + sample.i_mean.scale(c.eta_l_m) - c_r * e;
-            let d_psi = drive - sample.i_mean.scale(stator_rate) + g * e;
-            Flow { a, c: c_r, g, beta: c.beta }.step(x, [d_lambda, d_psi], warped(h, w))
-        } else {
-            let d_lambda = a * s.lambda + s.i_hat.scale(c.eta_l_m);
-            let d_psi = drive - s.i_hat.scale(stator_rate);
-            Flow { a, c: c.eta_l_m, g: stator_rate, beta: c.beta }.step(x, [d_lambda, d_psi], warped(h, w))
-        };
+            let (to_lambda, to_psi) = ((-c_r + c.eta_l_m) * e, (g - stator_rate) * e);
+            [s.lambda, s.i_hat] = Flow { a, c: c_r, g, beta: c.beta }.step([s.lambda, s.i_hat], [to_lambda, to_psi], h);
+        }
         if sample.trusted() {
             let e = sample.i_s - s.i_hat;
             self.adapt(s, &c, sample.i_s, e, omega_s, b);

@@ -158,17 +158,21 @@ fn the_usual_gains_decay_as_the_reduced_order_does() {
     }
 }
 
+/// Electrical, rad/s.
+fn rated_slip(m: &NamedMachine) -> f64 {
+    let p = Point::of(m, 0.0, 0.0);
+    m.rating.torque_nm * p.r_r / (1.5 * f64::from(m.pole_pairs) * p.flux.powi(2))
+}
+
 /// With the law for R_s, too: under torque all poles decay, without it R̂_s stands still.
 #[test]
 fn the_stator_law_is_stable_in_all_quadrants() {
     for m in ALL {
         let g = FullOrderGains::for_machine(&machine(&m), &m.rating);
-        let rated_slip = m.rating.torque_nm * Point::of(&m, 0.0, 0.0).r_r
-            / (1.5 * f64::from(m.pole_pairs) * Point::of(&m, 0.0, 0.0).flux.powi(2));
         for omega_s in [0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0] {
             for load in [-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5] {
                 for sign in [1.0, -1.0] {
-                    let poles = Point::of(&m, sign * omega_s, load * rated_slip).poles(&g);
+                    let poles = Point::of(&m, sign * omega_s, load * rated_slip(&m)).poles(&g);
                     assert!(slowest(&poles) < 1e-5, "{} at {omega_s}, load {load}: {poles:?}", m.name);
                 }
             }
@@ -251,4 +255,67 @@ fn gains_out_of_bounds_and_steps_too_long_are_refused() {
     let fast = FullOrderGains { speed_bandwidth_rad_s: 700.0, ..usual };
     let e = FullOrder::try_new(basis(1e-3), fast).unwrap_err();
     assert!(matches!(e, ObserverError::StepTooLong { .. }) && e.to_string().contains("speed_bandwidth_rad_s"), "{e}");
+}
+
+proptest! {
+    /// No less at any sampling time, machine, speed and load: the poles of the real step are inside the unit circle, up to a field that turns by a radian in a sample.
+    #[test]
+    fn the_sampled_observer_is_stable(which in 0..ALL.len(), h in -5.0..-2.3f64, turn in -1.0..1.0f64, load in -1.5..1.5f64) {
+        let (m, h) = (&ALL[which], 10f64.powf(h));
+        let slip = load * rated_slip(m);
+        let rated = std::f64::consts::TAU * m.rating.electrical_frequency_hz;
+        let omega_s = turn * (1.0 / h).min(1.4 * rated);
+        prop_assume!(omega_s.abs() > 1.0);
+        let usual = FullOrderGains::for_machine(&machine(m), &m.rating);
+        // The speed law as slow as the sampling time asks for.
+        let most = (0.7 * usual.current_bandwidth_rad_s / h).sqrt();
+        let gains = FullOrderGains { speed_bandwidth_rad_s: usual.speed_bandwidth_rad_s.min(most), ..without_stator_law(usual) };
+        let p = Point::of(m, omega_s, slip);
+        let z: Vec<C> = sampled(m, &p, gains, h).fixed_view::<5, 5>(0, 0).into_owned().complex_eigenvalues().iter().copied().collect();
+        prop_assert!(z.iter().all(|z| z.norm() < 1.0), "{} {p:?} {h}: {z:?}", m.name);
+    }
+}
+
+/// The voltage held over the samples bends the current between them; the observer knows, whatever the share of a turn that a sample takes: the trapezoidal rule in place of
+/// the machine's own flow is (ω_sT)²/8 off in the flux, 1.2 % at 50 Hz and 1 ms.
+#[test]
+fn a_machine_in_step_is_where_the_observer_stands_at_any_ratio() {
+    use im_model::{Bench, PlantInput, State};
+    for m in [MOTULATOR_2_2_KW, JADOT_TABLE_I] {
+        let known = machine(&m);
+        let gains = without_stator_law(FullOrderGains::for_machine(&known, &m.rating));
+        for (hertz, h) in [(50.0, 1e-4), (95.0, 1e-4), (50.0, 5e-4), (25.0, 1e-3), (50.0, 1e-3), (95.0, 1e-3)] {
+            let (omega_s, parts) = (std::f64::consts::TAU * hertz, 50);
+            let p = Point::of(&m, omega_s, 5.0);
+            let speed = (omega_s - 5.0) / f64::from(m.pole_pairs);
+            // Above the rated frequency there is no more voltage than that.
+            let most = 1.2 * m.rating.phase_voltage_peak_v;
+            let size = (p.current() * p.r_s + C::new(0.0, omega_s) * (p.current() * p.l_sigma + p.flux)).norm().min(most);
+            let observer = FullOrder::try_new(Basis::try_new(&known, &m.rating, h).unwrap(), gains).unwrap();
+            let mut bench = Bench::new(&known, State::turning(speed), h / f64::from(parts));
+            let mut state = FullOrderState::default();
+            for k in 0..(3.0 / h) as u32 {
+                let u = unit((f64::from(k) + 0.5) * omega_s * h) * size;
+                for _ in 0..parts {
+                    bench.advance(&PlantInput { imposed_speed: Some([speed; 2]), ..PlantInput::new(u, 0.0) });
+                }
+                let (i_s, flux) = (bench.output().i_s, bench.state().psi_r);
+                let time_s = h * f64::from(k);
+                if time_s < 1.5 {
+                    state = observer.state_at(flux, i_s, speed);
+                    continue;
+                }
+                let e = observer.step(&mut state, &Input::new(u, i_s));
+                // From Padé's quotient: (ω_sT)⁴/720 of what the leakage takes.
+                let allowed = 1e-6 + 0.02 * (omega_s * h).powi(4);
+                let off = (e.rotor_flux_vs - flux).norm() / flux.norm();
+                assert!(
+                    off < allowed && (e.omega_m - speed).abs() < allowed * speed,
+                    "{} {hertz} {h}: {off} {}",
+                    m.name,
+                    e.omega_m
+                );
+            }
+        }
+    }
 }

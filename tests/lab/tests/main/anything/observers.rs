@@ -3,8 +3,8 @@
 use im_lab::observation::{Truth, basis, every_observer, machine, volts_per_hertz};
 use im_model::effects::InverterNonlinearity;
 use im_observers::{
-    Basis, CurrentModel, Derdiyok, DerdiyokGains, Discretization, Estimate, Input, Kubota, KubotaGains, Limits, LoadTorqueModel,
-    Observer, Thau, ThauBoxGains, ThauGains, Utkin, UtkinGains,
+    Basis, CurrentModel, Derdiyok, DerdiyokGains, Discretization, Estimate, FullOrder, FullOrderGains, Input, Kalman,
+    KalmanGains, Kubota, KubotaGains, Limits, LoadTorqueModel, Observer, Thau, ThauBoxGains, ThauGains, Utkin, UtkinGains,
 };
 use std::sync::OnceLock;
 
@@ -98,6 +98,39 @@ fn more_run<T: Scalar>(f: &Fields, bad: &[f64; 5], which: Discretization) -> Res
     Ok(())
 }
 
+/// Those without a choice of rule, on a basis of which limits, rating and sampling time may be odd too.
+fn implicit_run<T: Scalar>(f: &Fields, bad: &[f64; 5]) -> Result<(), TestCaseError> {
+    let mut f = f.clone();
+    let known = machine(&M);
+    let g = FullOrderGains::for_machine(&known, &M.rating);
+    let full_order = FullOrderGains {
+        current_bandwidth_rad_s: f.or(g.current_bandwidth_rad_s),
+        speed_bandwidth_rad_s: f.or(g.speed_bandwidth_rad_s),
+        flux_damping_per_s: f.or(g.flux_damping_per_s),
+        flux_damping_per_frequency: f.or(g.flux_damping_per_frequency),
+        stator_resistance_per_s: f.or(g.stator_resistance_per_s),
+        stator_resistance_frequency_rad_s: f.or(g.stator_resistance_frequency_rad_s),
+        stator_resistance_current_a: f.or(g.stator_resistance_current_a),
+    };
+    let k = KalmanGains::for_machine(&known, &M.rating);
+    let kalman = KalmanGains {
+        current_noise_a: f.or(k.current_noise_a),
+        voltage_noise_v: f.or(k.voltage_noise_v),
+        rotor_noise_v: f.or(k.rotor_noise_v),
+        speed_walk_rad_s: f.or(k.speed_walk_rad_s),
+    };
+    let rating = super::machines::rating(&mut f);
+    let basis = Basis::<T>::try_new(&known, &rating, f.or_64(H)).and_then(|b| b.with_limits(limits(&mut f)));
+    let Ok(basis) = basis else { return Ok(()) };
+    if let Ok(o) = FullOrder::try_new(basis, full_order) {
+        prop_assert!(runs(&o, bad), "{full_order:?} {basis:?}");
+    }
+    if let Ok(o) = Kalman::try_new(basis, &known, &rating, kalman) {
+        prop_assert!(runs(&o, bad), "{kalman:?} {basis:?}");
+    }
+    Ok(())
+}
+
 /// Two seconds of a true run.
 fn truth() -> &'static Truth {
     static RUN: OnceLock<Truth> = OnceLock::new();
@@ -113,6 +146,8 @@ proptest! {
         all_run::<f32>(&f, &bad, which)?;
         more_run::<f64>(&f, &bad, which)?;
         more_run::<f32>(&f, &bad, which)?;
+        implicit_run::<f64>(&f, &bad)?;
+        implicit_run::<f32>(&f, &bad)?;
     }
 }
 
