@@ -3,6 +3,7 @@
 use crate::claim::Claim;
 
 mod derdiyok;
+mod full_order;
 mod jadot_equations;
 mod jadot_runs;
 mod jadot_theorem_2;
@@ -19,6 +20,7 @@ pub fn all() -> Vec<Claim> {
     let mut all = [
         model::CLAIMS,
         kubota::CLAIMS,
+        full_order::CLAIMS,
         derdiyok::CLAIMS,
         utkin::CLAIMS,
         thau::CLAIMS,
