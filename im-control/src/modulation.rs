@@ -39,7 +39,7 @@ const DC_VOLTAGES_V: [f64; 2] = [1e-3, 1e6];
 
 /// A voltage that can be computed with, shortened to some times the dc voltage where it is absurd; `None` where it is no number, or the
 /// dc voltage is none.
-pub(crate) fn usable<T: Scalar>(u: Complex<T>, dc_voltage_v: T) -> Option<Complex<T>> {
+fn usable<T: Scalar>(u: Complex<T>, dc_voltage_v: T) -> Option<Complex<T>> {
     let [low, high] = DC_VOLTAGES_V.map(T::from_f64);
     // What is not a number fails every comparison.
     if !(dc_voltage_v >= low && dc_voltage_v <= high && u.re.is_finite() && u.im.is_finite()) {
