@@ -346,7 +346,7 @@ mod anything {
         /// Anything at all, also what could be a sample and is not the machine's: it ends, with values or with a fault.
         #[test]
         fn whatever_comes_in_it_ends(bursts in prop::collection::vec(burst(60, anything()), 1..4), single: bool) {
-            if single { run::<f32>(&bursts)? } else { run::<f64>(&bursts)? };
+            let _ = if single { run::<f32>(&bursts)? } else { run::<f64>(&bursts)? };
         }
     }
 }
