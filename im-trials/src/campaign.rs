@@ -210,6 +210,14 @@ impl Finished {
 pub const GROUPS: [&str; 11] =
     ["strong", "medium", "weak", "clean", "coloured", "pairs", "triples", "outside", "ramp", "steady", "poor"];
 
+/// Seeds as a command line names them: a number of them from 0, or `FIRST..END`.
+pub fn seeds(argument: &str) -> Option<Range<u64>> {
+    match argument.split_once("..") {
+        Some((first, end)) => Some(first.parse().ok()?..end.parse().ok()?),
+        None => Some(0..argument.parse().ok()?),
+    }
+}
+
 /// The whole campaign: single effects of three strengths, machines of all sizes, clean runs with white and coloured noise, pairs, triples,
 /// effects outside the library, and excitation that shows less: one ramp from rest to a constant speed ("ramp"), and nothing but the steady
 /// state, of effects that have frequencies of their own there ("steady") and of those that only change the fundamental ("poor").

@@ -5,9 +5,8 @@
 //! machine (`m7`); a trial runs when it has them all. `WHY=1` prints the course of each loop.
 
 use std::convert::Infallible;
-use std::ops::Range;
 
-use im_tests::campaign::{Finished, Outcome, Planned, plan, run_all, table};
+use im_tests::campaign::{Finished, Outcome, Planned, plan, run_all, seeds, table};
 use im_tests::course::why;
 
 fn main() {
@@ -29,13 +28,6 @@ fn main() {
         Ok::<(), Infallible>(())
     });
     println!("\n{}", table(&all));
-}
-
-fn seeds(argument: &str) -> Option<Range<u64>> {
-    match argument.split_once("..") {
-        Some((first, end)) => Some(first.parse().ok()?..end.parse().ok()?),
-        None => Some(0..argument.parse().ok()?),
-    }
 }
 
 fn line(p: &Planned, o: &Outcome, seconds: f64) -> String {

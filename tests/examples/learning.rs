@@ -1,12 +1,13 @@
-//! The campaign of learning: `learning [SEEDS] [FILTER…]` prints one line per trial, and a table. SEEDS is `FIRST..END`.
+//! The campaign of learning: `learning [SEEDS] [FILTER…]` prints one line per trial, and a table. SEEDS is a number of
+//! them from 0, or `FIRST..END`.
 //!
 //! Filters are a group (strong, medium, weak, library, clean), the name of a hidden effect, or a machine (`m7`); a trial runs when it has them
 //! all. `ALWAYS=1` learns even where the library explains everything, `WHY=1` prints the course of each loop.
 
-use std::ops::Range;
 use std::sync::Mutex;
 
 use im_diagnose::search::Learning;
+use im_tests::campaign::seeds;
 use im_tests::course::why;
 use im_tests::learning::{GROUPS, Outcome, Planned, plan, run};
 use rayon::prelude::*;
@@ -62,11 +63,6 @@ fn main() {
             of.iter().map(|(_, o)| o.took_s).sum::<f64>() / of.len() as f64,
         );
     }
-}
-
-fn seeds(argument: &str) -> Option<Range<u64>> {
-    let (first, end) = argument.split_once("..")?;
-    Some(first.parse().ok()?..end.parse().ok()?)
 }
 
 fn line(p: &Planned, name: &str, o: &Outcome) -> String {

@@ -1,11 +1,12 @@
 //! What it costs not to have measured something: trials diagnosed with everything known, without the load torque, the speed, or both.
 //!
-//! `loss_of_knowledge [SEEDS] [EFFECT…] [known=WORDS]` prints a line per trial, and the table of docs/background/diagnosis.md. Hidden are single effects of medium
+//! `loss_of_knowledge [SEEDS] [EFFECT…] [known=WORDS]` prints a line per trial, and the table of docs/background/diagnosis.md.
+//! SEEDS is a number of them from 0, or `FIRST..END`. Hidden are single effects of medium
 //! strength that act on the electrical side, in a sensor or in the inverter, and nothing at all. `WHY=1` prints the course of each loop.
 
 use im_model::EffectId;
 use im_model::effects::Place;
-use im_tests::campaign::{Knowledge, Outcome, run_knowing};
+use im_tests::campaign::{Knowledge, Outcome, run_knowing, seeds};
 use im_tests::hidden::{CatalogueMachine, EffectKind, Strength, TrialCase};
 use rayon::prelude::*;
 
@@ -18,15 +19,15 @@ const KNOWN: [(Knowledge, &str); 4] = [
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
-    let seeds: u64 = args.iter().find_map(|a| a.parse().ok()).unwrap_or(1);
-    let wanted: Vec<&String> = args.iter().filter(|a| a.parse::<u64>().is_err()).collect();
+    let chosen = args.iter().find_map(|a| seeds(a)).unwrap_or(0..1);
+    let wanted: Vec<&String> = args.iter().filter(|a| seeds(a).is_none()).collect();
     let mechanical = |k: &EffectKind| EffectId::from_name(k.name()).is_some_and(|e| e.about().place == Place::Mechanics);
     let electrical = EffectKind::ALL.iter().filter(|k| k.in_library() && !mechanical(k));
     let (known, wanted): (Vec<&String>, Vec<&String>) = wanted.into_iter().partition(|w| w.starts_with("known="));
     let taken = |words: &str| known.is_empty() || known.iter().any(|k| k["known=".len()..] == *words);
     let named = |name: &str| wanted.is_empty() || wanted.iter().any(|w| *w == name);
     let mut cases = Vec::new();
-    for seed in 0..seeds {
+    for seed in chosen {
         for (k, kind) in electrical.clone().enumerate().filter(|(_, kind)| named(kind.name())) {
             let machine = (5 * k + 3 * seed as usize) % CatalogueMachine::COUNT;
             cases.push(TrialCase::new(machine, &[(*kind, Strength::Medium)], 2000 + seed));

@@ -3,7 +3,7 @@
 use im_model::effects::{COEFFICIENTS, Over};
 
 use super::{Curve, Formula};
-use crate::format::number;
+use crate::format::{number, quantity};
 
 /// A harmonic below this part of the largest is not mentioned.
 const FAINT: f64 = 0.1;
@@ -36,7 +36,7 @@ impl Curve {
             let all = self.harmonics();
             let most = all.iter().map(|h| h.1).fold(0.0, f64::max);
             for (order, size) in all.into_iter().filter(|h| h.1 > FAINT * most) {
-                out.push(format!("{} times per turn, {} {}", number(order, 3), number(size, 3), self.unit()));
+                out.push(format!("{} times per turn, {}", number(order, 3), quantity(size, self.unit(), 3)));
             }
             if form.over() == Over::ShaftAngle && self.values[COEFFICIENTS + 1] > 4.0 {
                 let order = number(self.values[COEFFICIENTS + 1], 3);

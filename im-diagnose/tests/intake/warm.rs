@@ -31,7 +31,8 @@ fn circuit(u: f64, slip: f64, c: f64) -> [f64; 2] {
 /// Rotor held at 25 °C, and under load at 60 °C.
 fn table() -> String {
     let mut text = "V_LL_V,I_A,P_3ph_W,n_rpm,winding_C\n".to_string();
-    for (u, slip, c) in [(30.0, 1.0, COLD_C), (45.0, 1.0, COLD_C), (60.0, 1.0, COLD_C), (230.9, 0.02, 60.0), (230.9, 0.04, 60.0)] {
+    for (u, slip, c) in [(30.0, 1.0, COLD_C), (45.0, 1.0, COLD_C), (60.0, 1.0, COLD_C), (230.9, 0.02, 60.0), (230.9, 0.04, 60.0)]
+    {
         let [i, p] = circuit(u, slip, c);
         text += &format!("{:.4},{i:.5},{p:.3},{:.3},{c}\n", u * 3f64.sqrt(), 1500.0 * (1.0 - slip));
     }

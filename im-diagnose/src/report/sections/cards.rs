@@ -10,6 +10,9 @@ use super::super::story::Story;
 use super::super::words::short_effect_name;
 use crate::format::{number, quantity, sentence};
 
+/// A formula that leaves half of a learned curve is not like it.
+const UNLIKE: f64 = 0.5;
+
 /// Nothing where no effect was found.
 pub(crate) fn section(s: &Story) -> Option<Section> {
     if s.d.effects.is_empty() {
@@ -39,7 +42,7 @@ fn card(s: &Story, e: EffectId, note: &str) -> Markup {
                     @for learned in s.d.learned.iter().filter(|l| l.effect == e) {
                         dt { "Learned" } dd { (sentence(&learned.extent())) }
                         dt { "May be" } dd { @for t in learned.meaning() { (sentence(&t)) " " } }
-                        @for f in learned.formulas.iter().skip(1).take(3) {
+                        @for f in learned.formulas.iter().skip(1).take(3).filter(|f| f.off < UNLIKE) {
                             dt { "Less like" } dd { (f.name) ": " (f.text) ", off by " (number(100.0 * f.off, 2)) " %" }
                         }
                     }
