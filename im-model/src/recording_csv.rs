@@ -356,7 +356,7 @@ mod tests {
         let binary = Recording::from_csv(&[0xff, 0xfe, b't', 0, b'\n'][..], "run.csv").unwrap_err();
         assert!(binary.to_string().contains("UTF-8"), "{binary}");
         let endless = Recording::from_csv(io::BufReader::new(io::repeat(b'7')), "run.csv").unwrap_err();
-        assert!(endless.to_string().contains("not a text of lines"), "{endless}");
+        assert!(endless.to_string().contains("Latin-1 text"), "{endless}");
     }
 
     #[test]

@@ -209,6 +209,12 @@ impl<'a, R: BufRead> Rows<'a, R> {
         let n = (&mut self.source).take(room).read_until(b'\n', line).map_err(|e| FileError::io(self.label, "read", &e))?;
         self.lines_read += usize::from(n > 0);
         self.bytes_read += n as u64;
+        let controls = |b: &u8| b.is_ascii_control() && !b.is_ascii_whitespace();
+        // What German instruments write on Windows; of a binary file nothing is made.
+        if std::str::from_utf8(line).is_err() && !line.iter().any(controls) {
+            let latin_1: String = line.iter().copied().map(char::from).collect();
+            *line = latin_1.into_bytes();
+        }
         Ok(n)
     }
 
@@ -232,7 +238,7 @@ impl<'a, R: BufRead> Rows<'a, R> {
     }
 
     fn not_text(&self) -> FileError {
-        let reason = "not a text of lines in UTF-8; export the recording as CSV".to_owned();
+        let reason = "neither UTF-8 nor Latin-1 text (a workbook, UTF-16?); export the recording as CSV in UTF-8".to_owned();
         self.error(None, Problem::Syntax { reason })
     }
 

@@ -59,6 +59,11 @@ impl Asked {
         Ok(outputs)
     }
 
+    /// Whether the answer is for a program.
+    pub fn as_json(&self) -> bool {
+        self.json
+    }
+
     /// Reads, decides, and gives the answer with what is to be said beside it.
     pub fn answer(&self, learning: Learning, outputs: &Outputs) -> Result<(Diagnosis, Meta), Failure> {
         let (case, noticed, options) = self.data.case()?;

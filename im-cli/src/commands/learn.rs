@@ -10,6 +10,7 @@ use im_model::write_atomically;
 
 use super::diagnose::Asked;
 use crate::failure::Failure;
+use crate::terminal::stdout;
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -39,6 +40,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (found, meta) = args.asked.answer(if args.unexplained { Learning::Unexplained } else { Learning::Always }, &outputs)?;
     let source = args.rust.as_ref().map(|file| Ok::<_, Refused>((file, own_source(&found.learned)?))).transpose();
     args.asked.finish(&found, &meta)?;
+    if found.learned.is_empty() && !args.asked.as_json() {
+        writeln!(stdout(), "\nNothing was learned: no curve explains more than the effects of the library do.")?;
+    }
     if let Some((file, source)) = source? {
         write_atomically(file, |w| w.write_all(source.as_bytes()))?;
     }

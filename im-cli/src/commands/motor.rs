@@ -131,8 +131,8 @@ const OPTIONS: [(&str, &str, &str); 13] = [
         "give the rated speed, a little under the synchronous one, and the frequency that belongs to it",
     ),
 ];
-const EFFICIENCY: &str = "--power-w, --voltage-v, --current-a and --power-factor contradict each other: power is the shaft's, voltage and current are the \
-                          line's, of one connection (star or delta)";
+const EFFICIENCY: &str = "--power-w, --voltage-v, --current-a and --power-factor contradict each other: power is the shaft's, \
+                          in W (4 kW is 4000), voltage and current are the line's, of one connection (400 V, not 230 V, of a star on 400 V)";
 
 /// A nameplate that is not possible: which option, and what to look at.
 fn refused(e: &ModelError) -> Failure {

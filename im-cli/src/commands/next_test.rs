@@ -112,7 +112,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if open.len() > 1 {
         writeln!(out, "  rivals lie {:.0} degrees apart (90 is best)", best.angle_deg)?;
     }
-    writeln!(out, "\nOthers, by what they are worth:")?;
+    if found.len() > 1 {
+        writeln!(out, "\nOthers, by what they are worth:")?;
+    }
     for p in found.iter().skip(1) {
         writeln!(out, "  {:<14} {:>9}   {}", p.name, rounded(p.merit / best.merit), p.what)?;
     }

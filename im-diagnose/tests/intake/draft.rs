@@ -30,12 +30,12 @@ fn a_foreign_file_is_guessed_and_read_as_if_it_had_been_described() {
     assert_eq!(t.findings, []);
 }
 
-/// Another language, another separator, decimal commas, milliamperes, a line of units, phases in another order, a second sensor.
+/// Another language and its letters in Latin-1, another separator, decimal commas, milliamperes, a line of units, phases in another order, a second sensor.
 #[test]
 fn a_spreadsheet_in_another_language_is_guessed() {
     let all = columns();
     let mut text = String::from(
-        "Messung vom 3. April\nZeit;U_L1;U_L2;U_L3;Strom 1;Strom 3;Strom 2;Drehzahl;Strom 3b\n(s);(V);(V);(V);(mA);(mA);(mA);(1/min);(mA)\n",
+        "Prüfstand 3, März\nZeit;U_L1;U_L2;U_L3;Strom 1;Strom 3;Strom 2;Drehzahl;Strom 3b\n(s);(V);(V);(V);(mA);(mA);(mA);(1/min);(mA)\n",
     );
     for k in 0..all[0].1.len() {
         let x = |c: usize| all[c].1[k];
@@ -44,7 +44,8 @@ fn a_spreadsheet_in_another_language_is_guessed() {
         text.push('\n');
     }
     let folder = Folder::new("german");
-    let t = take(&folder.put("run.csv", text)).unwrap();
+    let latin_1: Vec<u8> = text.chars().map(|c| u8::try_from(c).unwrap()).collect();
+    let t = take(&folder.put("run.csv", latin_1)).unwrap();
     let draft = t.draft.unwrap();
     let said = draft.guesses.join("\n");
     println!("{}\n{said}", draft.text);
@@ -101,7 +102,7 @@ fn commands_and_estimates_in_a_drive_log_are_no_sensors() {
     let draft = t.draft.unwrap();
     let said = draft.guesses.join("\n");
     for words in [
-        "v_alpha_ref, v_beta_ref are the voltages alpha, beta (by their names; commanded, not measured)",
+        "v_alpha_ref, v_beta_ref are the voltages alpha, beta, taken as V (by their names; commanded, not measured)",
         "are shares of v_dc, the voltage of the dc link",
         "ia, ib are the currents a, b",
         "vel1 is the speed in rad/s",

@@ -29,7 +29,7 @@ pub(crate) fn section(shown: &[Shown]) -> Section {
         }
         p {
             "For this section the simulated speed is nudged towards the measured one, so that one error does not hide behind "
-            "another. What is held out is not in it."
+            "another; a held-out recording is not in it."
         }
         (legend(&entries))
         h3 { "Over time" }
