@@ -258,12 +258,12 @@ fn set_section(
     chosen.iter().for_each(|&k| seen[k].taken = true);
     let names: Vec<&str> = chosen.iter().map(|&k| seen[k].name).collect();
     let why = if commanded { format!("{why}; commanded, not measured") } else { why };
-    let said = chosen.iter().find_map(|&k| seen[k].unit.filter(|u| u.quantity == quantity));
-    let measured_in = said.map_or_else(|| format!("taken as {}", quantity.words().1), |u| format!("in {}", u.text));
+    let unit = |k: usize| seen[k].unit.filter(|u| u.quantity == quantity);
+    let named = chosen.iter().find_map(|&k| unit(k));
+    let measured_in = named.map_or_else(|| format!("taken as {}", quantity.words().1), |u| format!("in {}", u.text));
     d.guesses.push(format!("{} are the {word} {}, {measured_in} ({why})", names.join(", "), keys.join(", ")));
     let n = seen[chosen[0]].x.len();
-    let unit = |k: usize| seen[k].unit.filter(|u| u.quantity == quantity).map_or(1.0, |u| u.si);
-    let at = |c: usize, k: usize| seen[chosen[c]].x[k] * unit(chosen[c]);
+    let at = |c: usize, k: usize| seen[chosen[c]].x[k] * unit(chosen[c]).map_or(1.0, |u| u.si);
     let angle = seen.iter().position(|s| names::is_frame_angle(s.name));
     let turned = |k: usize| {
         let unit = angle.map_or(1.0, |a| frame_unit(&seen[a]).1);
