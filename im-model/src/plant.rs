@@ -366,16 +366,11 @@ impl<T: Scalar> Plant<T> {
     pub fn stored_energy(&self, x: &State<T>) -> T {
         let (e, own) = (&self.effects, &x.extra);
         let core = e.core_source(self.on, Complex::zero(), own);
-        let mut behind = x.psi_s;
-        let mut fields = T::zero();
-        if !self.mirrored.is_zero() {
-            let i_s = self.currents(x).i_s;
-            behind -= self.mirrored * i_s.conj();
-            fields = dot(self.mirrored * i_s.conj(), i_s).scale(0.75);
-        }
-        fields += self.map.energy(behind, x.psi_r, core, e);
+        let currents = self.currents(x);
+        let mirrored = self.mirrored * currents.i_s.conj();
+        let fields = self.map.energy(x.psi_s - mirrored, x.psi_r, core, e) + dot(mirrored, currents.i_s).scale(0.75);
         let rotor = T::from_f64(0.5) * x.omega_m * x.omega_m / self.inv_inertia;
-        let (currents, input) = (self.currents(x), PlantInput::new(Complex::zero(), T::zero()));
+        let input = PlantInput::new(Complex::zero(), T::zero());
         let at = self.operating(x, &currents, &input);
         e.stored_energy(self.on, fields + rotor, &at, own)
     }
