@@ -113,10 +113,11 @@ impl Chart {
         let at = self.px(x);
         let h = short(self.plot_height());
         let _ = write!(self.body, r#"<path class="line {class}" d="M{0} 0L{0} {h}"/>"#, short(at));
-        let right = at > 0.75 * self.plot_width();
-        let (anchor, dx) = if right { ("end", -3.0) } else { ("start", 3.0) };
         // A letter of this size is about six pixels wide.
         let length = 6.0 * word.chars().count() as f64;
+        // To the right of its line, where there is room.
+        let right = at + length + 3.0 > self.plot_width();
+        let (anchor, dx) = if right { ("end", -3.0) } else { ("start", 3.0) };
         let (a, b) = if right { (at - length - 6.0, at) } else { (at, at + length + 6.0) };
         let free = |row: &usize| self.words.iter().all(|w| w.0 != *row || b < w.1 || a > w.2);
         let row = (0..6).find(free).unwrap_or(0);

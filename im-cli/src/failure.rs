@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use im_diagnose::sources::Refused;
 use im_model::{FileError, fields_of};
 
-use crate::terminal::say;
+use crate::terminal::{lines_wrapped, say};
 
 /// Why a command ended early.
 #[derive(Debug)]
@@ -19,7 +19,7 @@ pub enum Failure {
     /// Claims that did not come out as they are stated; names them. Status 3.
     #[cfg(feature = "verify")]
     NotAsStated(String),
-    /// A case that violates its claim. Status 3.
+    /// A case that violates a claim that is stated to hold. Status 3.
     #[cfg(feature = "verify")]
     Violated(String),
     /// Nobody reads our output any more: nothing to say.
@@ -65,6 +65,8 @@ impl Failure {
                 say(&format!("violated: {what}\n"));
                 return ExitCode::from(3);
             }
+            // What is no list stays as it is, for those who look for it.
+            Self::Input(text) if text.contains("\n  - ") => say(&lines_wrapped(&format!("error: {text}"))),
             Self::Input(text) => say(&format!("error: {text}\n")),
             Self::File(e) => {
                 say(&format!("error: {e}\n{}", excerpt(e).unwrap_or_default()));

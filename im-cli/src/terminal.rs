@@ -19,6 +19,15 @@ pub fn wrapped(first: &str, text: &str) -> String {
     textwrap::fill(&words.join(" "), options) + "\n"
 }
 
+/// A message of several lines, each of them wrapped; what follows the mark of a list stands under its text.
+pub fn lines_wrapped(text: &str) -> String {
+    let one = |line: &str| match line.strip_prefix("  - ") {
+        Some(item) => wrapped("  - ", item),
+        None => wrapped("", line),
+    };
+    text.lines().map(one).collect()
+}
+
 /// The output for people and pipes. Names come from files: what would steer the terminal is written as its code.
 pub fn stdout() -> Printable<io::StdoutLock<'static>> {
     Printable(io::stdout().lock())
@@ -128,6 +137,14 @@ mod tests {
             assert_eq!(rounded(x), s);
         }
     }
+
+    #[test]
+    fn lists_are_wrapped_item_by_item() {
+        let text = lines_wrapped(&format!("error: {0}\n  - {0}\n  - b", "word ".repeat(20)));
+        assert!(text.lines().all(|l| l.chars().count() <= WIDTH), "{text}");
+        assert!(text.contains("\n  - word") && text.contains("\n    word") && text.ends_with("\n  - b\n"), "{text}");
+    }
+
     #[test]
     fn what_would_steer_a_terminal_is_written_as_its_code() {
         let mut out = Printable(Vec::new());

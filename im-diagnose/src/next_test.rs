@@ -49,10 +49,29 @@ pub struct Proposal {
     pub reaches: (f64, f64),
     /// The limits of both.
     pub limits: (f64, f64),
+    /// How long it takes, s.
+    pub duration_s: f64,
     /// What it is worth: larger is better.
     pub merit: f64,
     /// Voltage, load and speed over time, as simulated.
     pub profile: Vec<ProfileTrace>,
+}
+
+impl Proposal {
+    /// Why it may be shorter than the tests on the cards of the effects that it shows, where it is.
+    pub fn why_so_short(&self) -> Option<String> {
+        let longer = |e: &EffectId| self.duration_s < 60.0 && e.card().test.contains("a minute");
+        let seen: Vec<&str> =
+            self.detectable.iter().filter(|(e, x)| *x < 1.0 && longer(e)).map(|(e, _)| e.card().title).collect();
+        (!seen.is_empty()).then(|| {
+            format!(
+                "{}: the minute on the card shows the drift to the eye. A fit that knows its form tells it from the noise within the {} s \
+                 of this test, from the size said above.",
+                seen.join(", "),
+                rounded(self.duration_s)
+            )
+        })
+    }
 }
 
 /// Proposals within the limits, best first: no manoeuvre leaves them on any of the machines `safe_for`
@@ -116,7 +135,7 @@ pub fn to_json(open: &[EffectId], proposals: &[Proposal]) -> Value {
     json!({
         "schema": 1, "open": names, "others": others.collect::<Vec<_>>(),
         "test": {
-            "name": best.name, "what": best.what, "peak_current_a": best.reaches.0, "peak_speed_rad_s": best.reaches.1,
+            "name": best.name, "what": best.what, "duration_s": best.duration_s, "why_so_short": best.why_so_short(), "peak_current_a": best.reaches.0, "peak_speed_rad_s": best.reaches.1,
             "limit_current_a": best.limits.0, "limit_speed_rad_s": best.limits.1,
             "detectable_over_usual": seen, "angle_deg": best.angle_deg, "scenario_toml": best.scenario_toml,
         },
@@ -184,7 +203,18 @@ fn proposal(
     let worst = detectable.iter().map(|(_, x)| *x).fold(0.0, f64::max);
     let apart = if scores.len() > 1 { angle_deg.to_radians().sin() } else { 1.0 };
     let merit = if detectable.is_empty() { 0.0 } else { apart / worst.max(1e-9) };
-    Some(Proposal { name, what, scenario_toml, detectable, angle_deg, reaches, limits: most, merit, profile: profile(r) })
+    Some(Proposal {
+        name,
+        what,
+        scenario_toml,
+        detectable,
+        angle_deg,
+        reaches,
+        limits: most,
+        duration_s: scenario.duration_s,
+        merit,
+        profile: profile(r),
+    })
 }
 
 /// One commanded signal of a test.
@@ -337,6 +367,21 @@ fn rounded(x: f64) -> f64 {
 mod tests {
     use super::*;
     use im_model::{Machine, Rating, machines};
+
+    #[test]
+    fn a_short_test_of_what_drifts_says_why_it_suffices() {
+        let named = machines::ALL[0];
+        let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
+        let motor = MotorFile::new(named.name, machine, Rating::guess(machine.parameters(), named.pole_pairs));
+        let any = Limits { current: 20.0, speed: 2.0, torque: 0.8 };
+        let said = |e: EffectId| {
+            let all = propose(&motor, &[e], (0.01, 0.1), &any, &[]).unwrap();
+            all.iter().map(|p| (p.detectable[0].1 < 1.0, p.why_so_short())).collect::<Vec<_>>()
+        };
+        let heating = said(EffectId::StatorHeating);
+        assert!(heating.iter().any(|(seen, _)| *seen) && heating.iter().all(|(seen, why)| why.is_some() == *seen), "{heating:?}");
+        assert!(said(EffectId::IronLoss).iter().all(|(_, why)| why.is_none()));
+    }
 
     /// What is run is what is written, and what a sentence says of a voltage is what is applied.
     #[test]

@@ -110,16 +110,16 @@ impl Source {
     }
 
     fn unmapped(&self, draft: &Draft) -> Refused {
-        let guesses = draft.guesses.join(". ");
+        let guesses = draft.listed();
         let label = self.label();
         Refused::Input(match self {
             Self::File(..) => format!(
                 "{label}: no recording.toml says what its columns mean. im compare --motor … --data {label} writes a first one; check it, \
-                 then come back. As recording.toml it holds for every file of the folder. Guessed so far: {guesses}"
+                 then come back. As recording.toml it holds for every file of the folder.\nGuessed so far:\n{guesses}"
             ),
             Self::Columns(_) => {
                 format!(
-                    "{label}: no mapping says what its columns mean. Guessed so far, to check and to give as the mapping: {guesses}"
+                    "{label}: no mapping says what its columns mean. Guessed so far, to check and to give as the mapping:\n{guesses}"
                 )
             }
         })

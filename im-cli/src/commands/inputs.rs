@@ -126,9 +126,9 @@ fn taken_or_draft(
         Err(IntakeError::File(e)) => Err(Failure::File(e)),
         Err(IntakeError::Unmapped { file, draft }) => {
             let written = write_draft(path, &draft, folder)?;
-            let guesses = draft.guesses.join(". ");
+            let guesses = draft.listed();
             let e = IntakeError::Unmapped { file, draft };
-            Err(Failure::Input(format!("{e}. {} is a first draft. Guessed so far: {guesses}", written.display())))
+            Err(Failure::Input(format!("{e}.\n{} is a first draft. Guessed so far:\n{guesses}", written.display())))
         }
     }
 }

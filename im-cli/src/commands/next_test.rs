@@ -109,6 +109,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let says = if *x < 1.0 { "will be seen" } else { "will not be seen" };
         writeln!(out, "  {:<26} {says}: smallest size found is {} of its largest usual one", e.name(), rounded(*x))?;
     }
+    if let Some(why) = best.why_so_short() {
+        write!(out, "{}", wrapped("  ", &why))?;
+    }
     if open.len() > 1 {
         writeln!(out, "  rivals lie {:.0} degrees apart (90 is best)", best.angle_deg)?;
     }

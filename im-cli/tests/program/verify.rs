@@ -23,8 +23,9 @@ fn a_claim_that_fails_comes_out_as_stated_by_its_counterexample() {
     assert_eq!(cases.len(), 3);
     for case in &cases {
         let replay = verify(&["--replay", case, "--json"]);
-        assert_eq!(replay.status.code(), Some(3), "the case violates the claim");
-        assert_eq!(of(&replay)["verdict"], "violated");
+        assert_eq!(replay.status.code(), Some(0), "the claim is stated to fail: {}", text(&replay.stderr));
+        assert_eq!((of(&replay)["verdict"].as_str(), of(&replay)["found"].as_str()), (Some("violated"), Some("fails")));
+        assert!(text(&verify(&["--replay", case]).stdout).contains("the counterexample is reproduced"));
     }
     // Too few cases to find one: an outcome of its own, and no failure.
     let few = verify(&["--claim", "3", "--cases", "1", "--seed", "2"]);
@@ -134,6 +135,8 @@ fn bad_input_is_one_message_that_helps() {
     folder.file("results.jsonl", "{\"claim\": 1}\n{}\n");
     for (arguments, says) in [
         (vec!["--claim", "999"], "im verify --list"),
+        (vec!["--claim", "kubota_v_fals_for_any_error"], "Near it: kubota_v_falls_for_any_error"),
+        (vec!["--claim", "collinearity"], "Near it: "),
         (vec!["--machine", "nonsense"], "expected random or one of kwon_table_iv"),
         (vec!["--motor", "/nonexistent.toml"], "/nonexistent.toml"),
         (vec!["--replay", "/nonexistent.toml"], "/nonexistent.toml: cannot read it"),

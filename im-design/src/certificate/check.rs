@@ -48,12 +48,14 @@ pub enum CheckError {
     #[error("not a certificate: {0}")]
     Malformed(String),
     /// The text was altered after it was written.
-    #[error("altered: the digest says {written}, the content gives {computed}")]
+    #[error("altered: the digest says {written:.12}…, the content gives {computed:.12}…. {now}")]
     Altered {
         /// Digest in the file.
         written: String,
         /// Digest of the content.
         computed: String,
+        /// What the content claims now: whether it is true, and which margin is another.
+        now: String,
     },
     /// An obligation is false.
     #[error("false: {name} is not positive definite (pivot {pivot} is {value:e})")]

@@ -147,7 +147,7 @@ impl Certificate {
     pub fn check(&self) -> Result<Vec<Margin>, CheckError> {
         let computed = self.content_digest()?;
         if computed != self.digest {
-            return Err(CheckError::Altered { written: self.digest.clone(), computed });
+            return Err(CheckError::Altered { written: self.digest.clone(), computed, now: self.as_it_stands() });
         }
         let margins = self.prove()?;
         if margins.len() != self.margins.len() {
@@ -157,6 +157,34 @@ impl Certificate {
             Some((_, b)) => Err(CheckError::Margin(b.name.clone())),
             None => Ok(margins),
         }
+    }
+
+    /// What an altered file says by now, in a sentence or two.
+    fn as_it_stands(&self) -> String {
+        let margins = match self.prove() {
+            Ok(margins) => margins,
+            Err(e) => return format!("As it stands it is refused too: {e}"),
+        };
+        let pairs = || margins.iter().zip(&self.margins).filter(|(now, then)| now.name == then.name);
+        let other: Vec<_> = pairs().filter(|(now, then)| now.margin != then.margin).collect();
+        let changed = match other.first() {
+            _ if margins.len() != self.margins.len() => {
+                " The margins in the file are not those of so many obligations.".to_owned()
+            }
+            None => " Every margin is the one in the file.".to_owned(),
+            Some((now, then)) => format!(
+                " {} of the margins are others than in the file, first that of {}: {:.3e} there, {:.3e} now.",
+                other.len(),
+                now.name,
+                then.margin,
+                now.margin
+            ),
+        };
+        let n = margins.len();
+        format!(
+            "As it stands {} in exact arithmetic, but nobody designed it so.{changed} Take the file as it was written, or design again",
+            if n == 1 { "its one obligation holds".to_owned() } else { format!("all {n} obligations hold") }
+        )
     }
 
     /// Read a file's text and check it.
@@ -209,6 +237,22 @@ mod tests {
         }
         let endless = crate::kubota::KubotaDesign { speed_rad_s: [-100.0, f64::INFINITY], ..design };
         assert!(Certificate::seal(plant, endless).is_err());
+    }
+
+    #[test]
+    fn an_altered_file_is_refused_with_what_it_says_by_now() {
+        let plant = DesignModel::Machine(LinearMachine::jadot_table_i());
+        let request = KubotaRequest { speed_rad_s: [-100.0, 100.0], rate_per_s: 1.0, flux_weight: 1.0 };
+        let certificate = closed_form(plant, &request).unwrap().1;
+        let Design::Kubota(design) = certificate.design.clone() else { panic!() };
+        let said = |rate_per_s: f64| {
+            let design = crate::kubota::KubotaDesign { rate_per_s, ..design.clone() };
+            let forged = Certificate { design: Design::Kubota(design), ..certificate.clone() };
+            forged.check().unwrap_err().to_string()
+        };
+        let (weaker, stronger) = (said(0.5), said(1e6));
+        assert!(weaker.contains("As it stands all ") && weaker.contains(" obligations hold in exact arithmetic"), "{weaker}");
+        assert!(stronger.contains("As it stands it is refused too: false: "), "{stronger}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 mod json;
 mod ranking;
-mod remarks;
+pub(crate) mod remarks;
 mod steps;
 mod verdict;
 

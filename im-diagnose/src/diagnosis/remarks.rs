@@ -11,6 +11,11 @@ const NEAR_SAMPLES: f64 = 0.1;
 /// Mean square of the residual, in σ², below which the noise was taken too large.
 const BELOW_NOISE: f64 = 0.8;
 
+/// Mean square of the residual, in σ², up to which a model fits so well that no signal can be in another convention.
+pub const FITS: f64 = 4.0;
+/// How far impedances and inertia may be from the motor file where no convention has been mistaken, as logarithms: √2 is 0.35.
+const AS_GIVEN: [f64; 2] = [0.15, 0.25];
+
 impl Diagnosis {
     /// What the user should check first, one sentence each.
     pub fn remarks(&self) -> Vec<String> {
@@ -54,13 +59,34 @@ impl Diagnosis {
         })
     }
 
-    /// Whether the fit refutes a finding: an offset that no current sensor has once the model explains the recordings.
+    /// Whether the fit refutes a finding: an offset that no current sensor has once the model explains the recordings, or another convention
+    /// of signals that a machine of the impedances and the inertia given explains.
     pub fn refutes(&self, finding: &Finding) -> bool {
+        if finding.kind == FindingKind::Convention {
+            return self.fits_as_given();
+        }
         let offset = EffectId::CurrentSensorOffset;
         let current = self.case.train.iter().flat_map(|e| &e.channels).any(|c| c.name.starts_with("i_"));
         finding.kind == FindingKind::Offset
             && current
             && !self.effects.contains(&offset)
             && self.ranking.iter().any(|c| c.effect == offset && c.excited && c.score < c.threshold)
+    }
+
+    /// Whether the refined machine explains the recordings with impedances and an inertia that are, taken together, those of the motor file.
+    fn fits_as_given(&self) -> bool {
+        let (given, refined) = (self.case.motor.machine.parameters(), self.refined.machine.parameters());
+        let (a, b) = (given.inverse_gamma(), refined.inverse_gamma());
+        let impedance = [
+            b.stator_resistance_ohm / a.stator_resistance_ohm,
+            b.rotor_resistance_ohm / a.rotor_resistance_ohm,
+            b.leakage_inductance_h / a.leakage_inductance_h,
+            b.magnetizing_inductance_h / a.magnetizing_inductance_h,
+        ];
+        let mean = impedance.iter().map(|r| r.ln()).sum::<f64>() / 4.0;
+        let inertia = refined.inertia_kg_m2 / given.inertia_kg_m2;
+        self.steps.last().is_some_and(|s| s.train.chi2_per_sample < FITS)
+            && mean.abs() < AS_GIVEN[0]
+            && inertia.ln().abs() < AS_GIVEN[1]
     }
 }

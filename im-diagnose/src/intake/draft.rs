@@ -181,21 +181,30 @@ fn time_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) -> Opti
         if s.unit.is_none() {
             text.push_str(TIME_UNIT);
         }
-        let why = if s.unit.is_some() { "by its name" } else { "the column that advances from row to row" };
-        d.guesses.push(format!(
-            "{} is the time ({why}), sampled at {} Hz",
-            s.name,
-            crate::format::number(1.0 / (step * unit), 4)
-        ));
+        // How often it is sampled is said when its unit is known.
+        d.guesses.push(match s.unit {
+            Some(_) => format!("{} is the time (by its name), {}", s.name, sampled(step * unit)),
+            None => format!("{} is the time (the column that advances from row to row)", s.name),
+        });
     }
     let _ = writeln!(text);
     unit.is_finite().then_some(step * unit)
+}
+
+/// How often a row comes.
+fn sampled(step_s: f64) -> String {
+    format!("sampled at {} Hz", crate::format::number(1.0 / step_s, 4))
 }
 
 /// The line of a draft that says which instant the voltages belong to, until a fit has decided.
 const INSTANT: &str = "instant = \"held_from_row\"      # \"held_from_row\", \"sample\", \"held_until_row\"\n";
 
 impl Draft {
+    /// The guesses as a list, one to a line.
+    pub fn listed(&self) -> String {
+        self.guesses.iter().map(|g| format!("  - {g}")).collect::<Vec<_>>().join("\n")
+    }
+
     /// Notes which instant of the voltages fits better.
     pub(super) fn decide_instant(&mut self, choice: &Choice) {
         self.text = self.text.replace(INSTANT, &INSTANT.replacen(Instant::HeldFromRow.word(), choice.instant.word(), 1));
@@ -352,10 +361,18 @@ fn time_unit(
     dt: Option<f64>,
     motor: &MotorFile,
 ) -> Option<f64> {
-    let (u, seconds) = (voltage?, dt?);
+    let seconds = dt?;
     if !text.contains(TIME_UNIT) {
         return dt;
     }
+    let Some(u) = voltage else {
+        *text = text.replacen(TIME_UNIT, "# unit = \"s\"                   # \"s\", \"ms\", \"µs\"\n", 1);
+        d.guesses.push(format!(
+            "The unit of the time is open; without one it is s, and a row every {} s",
+            crate::format::number(seconds, 4)
+        ));
+        return dt;
+    };
     let turn: Complex<f64> = u.windows(2).map(|w| w[1] * w[0].conj()).sum();
     let speed = turn.arg().abs() / seconds / (2.0 * PI * motor.rating.electrical_frequency_hz);
     let usual = |si: f64| (0.02..5.0).contains(&(speed / si));
@@ -363,10 +380,14 @@ fn time_unit(
     let line = found
         .map_or_else(String::new, |(name, _)| format!("unit = {name:?}                    # by the frequency of the voltage\n"));
     *text = text.replacen(TIME_UNIT, &line, 1);
-    if let Some((name, _)) = found {
-        d.guesses.push(format!("The time is in {name}: the voltage then turns about as fast as the motor is rated for"));
-    }
-    Some(seconds * found.map_or(1.0, |(_, si)| si))
+    let step_s = seconds * found.map_or(1.0, |(_, si)| si);
+    d.guesses.push(match found {
+        Some((name, _)) => {
+            format!("The time is in {name}, {}: the voltage then turns about as fast as the motor is rated for", sampled(step_s))
+        }
+        None => format!("The time is taken as s, {}", sampled(step_s)),
+    });
+    Some(step_s)
 }
 
 /// Where a unit of time may have to stand.

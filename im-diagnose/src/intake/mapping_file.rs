@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use im_identify::offline::Size;
 use im_model::toml_text::{Positive, TomlText, Whole, Within};
-use im_model::{FileError, TextFormat};
+use im_model::{FileError, Problem, TextFormat};
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
@@ -395,6 +395,19 @@ impl<'de> Deserialize<'de> for Offset {
     }
 }
 
+/// What a draft leaves open.
+const FILL_IN: &str = "FILL_IN";
+
+/// The first line, from 1, in which something of a draft is still open, and its key.
+fn to_fill_in(text: &str) -> Option<(usize, &str)> {
+    let open = |line: &'_ str| -> bool {
+        let said = line.split('#').next().unwrap_or_default();
+        said.split_once('=').is_some_and(|(_, value)| value.trim() == FILL_IN)
+    };
+    let (k, line) = text.lines().enumerate().find(|(_, line)| open(line))?;
+    Some((k + 1, line.split('=').next().unwrap_or_default().trim()))
+}
+
 impl Mapping {
     /// Reads a mapping; `label` names the file in messages.
     ///
@@ -412,6 +425,11 @@ impl Mapping {
             ("value", CALIBRATE),
             ("mean_before_s", OFFSET),
         ];
+        if let Some((line, key)) = to_fill_in(text) {
+            let expected = "what the comment beside it asks for: the draft could not guess it".to_owned();
+            let problem = Problem::Unexpected { found: FILL_IN.to_owned(), expected };
+            return Err(FileError::new(label, Some(line), Some(key), problem));
+        }
         let toml = TomlText::new(text, label, &hints);
         let m: MappingToml = toml.read()?;
         let files = match (m.files, m.file) {

@@ -85,7 +85,9 @@ pub(super) fn quantity(name: &str) -> Option<Quantity> {
         words.iter().any(|w| {
             low == *w
                 || low.strip_prefix(w).is_some_and(|r| {
-                    r.starts_with(|c: char| !c.is_alphabetic() || "abcuvwrst".contains(c)) && (r.len() <= 8 || marked)
+                    let phase =
+                        r.starts_with(|c: char| !c.is_alphabetic() || "abcuvwrst".contains(c)) || ["l1", "l2", "l3"].contains(&r);
+                    phase && (r.len() <= 8 || marked)
                 })
         })
     };
@@ -198,6 +200,7 @@ mod tests {
             ("v_alpha_ref", Some(Quantity::Voltage)),
             ("v_dc", None),
             ("ib", Some(Quantity::Current)),
+            ("UL1", Some(Quantity::Voltage)),
             ("fault_flag", None),
         ] {
             assert_eq!(quantity(name), quantity_of, "{name}");

@@ -82,7 +82,7 @@ pub(super) fn crossings(s: &Signals) -> Option<Crossings> {
         format!("around the zero crossings of the phase currents the error is that of the noise ({} A)", say(noise))
     } else if ratio > 1.25 {
         format!(
-            "the error of a phase current is {} times larger within 15° of its zero crossing ({} A) than away from it ({} A)",
+            "the error of a phase current is {} times as large within 15° of its zero crossing ({} A) as away from it ({} A)",
             say(ratio),
             say(near),
             say(far)
@@ -94,7 +94,11 @@ pub(super) fn crossings(s: &Signals) -> Option<Crossings> {
             say(near)
         )
     } else {
-        format!("zero crossings of the phase currents make no difference ({} A near, {} A away)", say(near), say(far))
+        format!(
+            "the error of a phase current is about as large near its zero crossing ({} A) as away from it ({} A)",
+            say(near),
+            say(far)
+        )
     };
     let strength = if near > 1.15 * noise && ratio > 1.25 { 1.5 * ratio.ln() } else { 0.0 };
     Some(Crossings { bins, near, far, noise, conclusion, strength })

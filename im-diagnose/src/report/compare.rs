@@ -16,9 +16,10 @@ use super::words::in_sigma;
 use super::{Meta, Used};
 use crate::case::Case;
 use crate::consistency;
+use crate::diagnosis::remarks::FITS;
 use crate::format::{number, sentence};
 use crate::intake::joined;
-use crate::intake::{Finding, FindingKind, Intake, findings};
+use crate::intake::{Finding, FindingKind, Intake, Severity, findings};
 use crate::loads::Loads;
 use crate::localise::{Signals, localise};
 use crate::residuals::nudged;
@@ -90,7 +91,15 @@ impl Comparison {
         if !noticed.iter().any(Finding::stops) {
             noticed.extend(consistency::check(&case));
         }
-        Ok((Self::new(motor.clone(), case.train), noticed))
+        let compared = Self::new(motor.clone(), case.train);
+        // Signals that the model fits as it is are in the convention that they are read in.
+        noticed.retain(|f| f.kind != FindingKind::Convention || !compared.fits(&f.recording));
+        Ok((compared, noticed))
+    }
+
+    /// Whether the model as given explains a recording.
+    fn fits(&self, recording: &str) -> bool {
+        self.experiments.iter().zip(&self.errors).any(|(e, x)| e.name == recording && x.chi2_per_sample < FITS)
     }
 
     /// What stands out, one sentence each, strongest first.
@@ -155,10 +164,20 @@ impl Comparison {
     }
 }
 
+/// Where σ comes from, and why a diagnosis may have another.
+const NOISE: &str = "σ is read from the raw signals here; im diagnose reads it again from what its fit leaves, usually less.";
+
+/// What makes everything else doubtful.
+fn serious(meta: &Meta) -> Vec<Finding> {
+    let all = joined(meta.quality.as_deref().unwrap_or_default());
+    all.into_iter().filter(|q| q.severity == Severity::Serious).collect()
+}
+
 /// The page.
 pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
     let top = html! {
         (head(c.title(meta), Some("comparison")))
+        @for q in &serious(meta) { p.warn { "⚠ " (q.line()) } }
         h1 { (c.said()) }
         p.say { (c.findings().iter().take(3).cloned().collect::<Vec<_>>().join(" ")) }
     };
@@ -184,7 +203,12 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
             rows.push(Row::of([first(e.name.clone()), name, rmse, sigma, fit, first(in_sigma(x.chi2_per_sample))]));
         }
     }
-    let mut sections = vec![Section { id: "errors", short: "error", title: "The error", body: table(&table_head, &rows) }];
+    let mut sections = vec![Section {
+        id: "errors",
+        short: "error",
+        title: "The error",
+        body: html! { (table(&table_head, &rows)) p { (NOISE) } },
+    }];
     let models = overlay::models(&c.shown);
     let mut data = None;
     if let Some(w) = &overlay::worst(&c.views) {
@@ -208,6 +232,14 @@ pub fn compare_terminal(c: &Comparison, meta: &Meta, width: usize) -> String {
     let mut out = Text { width: width.clamp(40, 100), lines: Vec::new() };
     out.line(c.title(meta));
     out.gap();
+    // What makes the rest doubtful stands before it.
+    let serious = serious(meta);
+    for q in &serious {
+        out.paragraph("  ! ", &q.line());
+    }
+    if !serious.is_empty() {
+        out.gap();
+    }
     out.paragraph("", &c.said());
     out.heading("Error");
     let mut rows = vec![["recording", "signal", "rms error", "sensor noise", "rms in σ"].map(str::to_owned).to_vec()];
@@ -221,12 +253,44 @@ pub fn compare_terminal(c: &Comparison, meta: &Meta, width: usize) -> String {
         }
     }
     out.table(&rows, &[false, false, true, true, true]);
+    if !c.diverges() && c.total.chi2_per_sample >= 1.1 {
+        out.paragraph("  ", NOISE);
+    }
     if !c.diverges() {
         place_text(&mut out, &c.shown);
     }
     loads_text(&mut out, &c.loads, &c.motor);
-    for q in joined(meta.quality.as_deref().unwrap_or_default()) {
+    for q in joined(meta.quality.as_deref().unwrap_or_default()).iter().filter(|q| q.severity != Severity::Serious) {
         out.paragraph("  ! ", &q.line());
     }
     out.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use im_model::simulation::{Scenario, Simulation};
+
+    /// A motor on reduced voltage that its model explains: no convention is asked for. One that is not explained is another matter.
+    #[test]
+    fn what_the_model_fits_as_given_is_in_the_convention_that_is_read() {
+        let motor = MotorFile::parse(include_str!("../../../examples/motor.toml"), "motor.toml").unwrap();
+        let scenario = Scenario {
+            sensors: im_model::simulation::Sensors {
+                current_noise_a: 0.05,
+                speed_noise_rad_s: 0.1,
+                seed: 1,
+                ..Default::default()
+            },
+            ..Scenario::direct_on_line(motor.rating.phase_voltage_peak_v * std::f64::consts::FRAC_1_SQRT_2, 50.0, 0.5)
+        };
+        let run = Simulation::new(&motor.machine, &scenario).run().unwrap().recording;
+        let name = run.name.clone();
+        let fits = |scale: f64| {
+            let mut run = run.clone();
+            run.i_s.iter_mut().for_each(|i| *i *= scale);
+            Comparison::new(motor.clone(), Case::new(motor.clone(), &[run], None).train).fits(&name)
+        };
+        assert!(fits(1.0) && !fits(std::f64::consts::FRAC_1_SQRT_2));
+    }
 }

@@ -324,7 +324,7 @@ pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> Markup {
             }
             "Drag across a picture to zoom, double-click to zoom out; with the picture in focus the keys ←, →, + and − work too. The values under the pointer stand beside it."
         }
-        @if views.iter().any(|v| v.nudged) { p { (term("nudged_speed", "Nudged speed")) " for: " (nudged(views)) "." } }
+        @if views.iter().any(|v| v.nudged) { p { "With the " (term("nudged_speed", "speed nudged")) " towards the measured one: " (nudged(views)) "." } }
         (legend(&entries))
         div #runs .tools.no-print {
             @for (k, v) in views.iter().enumerate() { button data-run=(k) aria-pressed="false" { (label(v)) } }

@@ -36,6 +36,10 @@ impl NextTest {
                 format!("{}: {seen} (smallest size found is {:.2} of the largest usual one)", e.card().title, x)
             })
             .collect();
-        Some(Self { text: format!("{} im next-test writes it as a scenario.", best.what), settles, profile: best.profile })
+        let mut text = format!("{} im next-test writes it as a scenario.", best.what);
+        if let Some(why) = best.why_so_short() {
+            text = format!("{text} {why}");
+        }
+        Some(Self { text, settles, profile: best.profile })
     }
 }

@@ -269,7 +269,11 @@ pub(crate) fn summary(s: &Story) -> Summary {
             format!(
                 "something is missing that these recordings do not let us name alone: {}. Adding {} {fall}",
                 join(&sets),
-                if d.effects.len() == 1 { "any one of them" } else { "them, with one of the rivals," }
+                match (d.effects.len(), d.alternatives[0].len()) {
+                    (1, 1) => "either",
+                    (1, _) => "any one of them",
+                    _ => "them, with one of the rivals,",
+                }
             )
         }
         Verdict::Unexplained => {
@@ -303,7 +307,11 @@ pub(crate) fn summary(s: &Story) -> Summary {
         let mut words = format!("{}: ", crate::format::sentence(&short_effect_name(e)).trim_end_matches('.'));
         if let Some(score) = round.scores.iter().find(|x| x.effect == e) {
             let threshold = d.ranking.iter().find(|c| c.effect == e).map_or(f64::NAN, |c| c.threshold);
-            words += &format!("its score is {} where chance reaches {}", number(score.score, 3), number(threshold, 2));
+            words += &format!(
+                "it explains {} σ² of the error that no refit can (its score; chance reaches {})",
+                number(score.score, 3),
+                number(threshold, 2)
+            );
         }
         let model = |k: usize| d.course.stages.get(k).map_or(f64::NAN, |s| s.model.train());
         let (without, with) = (model(k), model(k + 1));
@@ -321,13 +329,13 @@ pub(crate) fn summary(s: &Story) -> Summary {
             words += &if rival.1 < with && k + 1 < d.effects.len() {
                 let all = in_sigma(model(d.effects.len()));
                 format!(
-                    "; by itself {name} leaves less ({its} rms in training with the speed nudged, against {}), but with \
+                    "; by itself {name} leaves less ({its} rms in training with the speed nudged towards the measured one, against {}), but with \
                      what was added after it only {all} are left, which {name} does not reach",
                     in_sigma(with)
                 )
             } else {
                 format!(
-                    "; refitted with the speed nudged, it leaves {} rms in training, the next best ({name}) {its}",
+                    "; refitted with the speed nudged towards the measured one, it leaves {} rms in training, the next best ({name}) {its}",
                     in_sigma(with)
                 )
             };
@@ -352,7 +360,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
             if let Some(c) = candidates(d).first() {
                 let why = if c.score > c.threshold { format!(": {}", c.conclusion) } else { String::new() };
                 sure.push(format!(
-                    "of {} effects {} stands out most: its score is {}, where chance reaches {}{why}",
+                    "of {} effects {} stands out most: it explains {} σ² of the error that no refit can (its score), where chance reaches {}{why}",
                     d.ranking.len(),
                     short_effect_name(c.effect),
                     number(c.score, 3),

@@ -69,7 +69,11 @@ fn what_cannot_be_guessed_is_asked_for_with_its_key() {
     let e = take(&folder.put("run.csv", csv(&all))).map(|t| t.findings).unwrap_err();
     assert!(e.to_string().contains("[speed] unit"), "{e}");
     let IntakeError::Unmapped { draft, .. } = e else { panic!("{e}") };
-    assert!(draft.text.contains("FILL_IN"));
+    // Used as it is, the draft says what is still open.
+    let open = folder.put("run.recording.toml", &draft.text);
+    let e = take(&folder.put("run.csv", csv(&all))).map(|t| t.findings).unwrap_err().to_string();
+    assert!(e.contains("run.recording.toml:") && e.contains("FILL_IN") && e.contains("unit"), "{e}");
+    std::fs::remove_file(open).unwrap();
     all.retain(|(n, _)| !n.starts_with('i'));
     let e = take(&folder.put("run.csv", csv(&all))).unwrap_err().to_string();
     assert!(e.contains("[current] a, b, c"), "{e}");
@@ -210,6 +214,8 @@ fn the_unit_of_time_and_the_sign_of_the_currents_are_seen() {
     let t = take(&folder.put("run.csv", csv(&all))).unwrap();
     let said = t.draft.unwrap().guesses.join("\n");
     assert!(said.contains("time is in ms") && said.contains("turned back"), "{said}");
+    // How often it is sampled is said in the unit that was settled, and not before.
+    assert_eq!(said.matches("sampled at").count(), 1, "{said}");
     assert!((t.experiment.sample_time_s / r.sample_time_s - 1.0).abs() < 1e-6, "{}", t.experiment.sample_time_s);
     assert!((t.experiment.channels[0].values[2000] - r.i_s[2000].re).abs() < 0.3);
 }

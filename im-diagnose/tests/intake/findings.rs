@@ -176,7 +176,14 @@ fn dead_missing_offset_and_out_of_range_channels_are_named() {
     assert!(text.contains("u2_V has a mean of 15"), "{text}");
     let milli = MAPPING.replace("c = \"i3_A\"", "c = \"i3_A\"\nunit = \"mA\"");
     let text = with_mapping("milli", FindingKind::OutOfRange, &milli, |_| {});
-    assert!(text.contains("i3_A never exceeds") && text.contains("Is it in A? Say unit = \"A\""), "{text}");
+    // The unit is that of all three, of which the same is said once.
+    assert!(text.contains("i1_A, i2_A, i3_A never exceed") && text.contains("Are they in A? Say unit = \"A\""), "{text}");
+    let text = with_mapping("milli-all", FindingKind::OutOfRange, MAPPING, |all| {
+        for name in ["i1_A", "i2_A", "i3_A"] {
+            column(all, name).iter_mut().for_each(|x| *x *= 1e3);
+        }
+    });
+    assert!(text.contains("i1_A, i2_A, i3_A reach ") && text.contains("Are they in mA? Say unit = \"mA\""), "{text}");
 }
 
 #[test]

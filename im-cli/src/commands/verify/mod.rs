@@ -38,8 +38,8 @@ of DIR/trials.jsonl: the same command run again goes on where it was, and the li
 into one file are summed up by running the whole. Another version of im needs another folder.
 
 Exit status: 0 no claim came out otherwise than docs/background/claims.md states it and no trial was refused; too few \
-cases to tell, or no counterexample on a given machine, is no failure and is printed. 3 otherwise, 1 bad \
-input, 2 wrong usage.")]
+cases to tell, or no counterexample on a given machine, is no failure and is printed; nor is a replayed counterexample \
+of a claim that is stated to fail. 3 otherwise, 1 bad input, 2 wrong usage.")]
 pub struct Args {
     /// All claims, and the hidden-effect campaign of im diagnose
     #[arg(long, conflicts_with_all = ["claim", "paper"])]
@@ -135,7 +135,11 @@ impl Args {
         for wish in &self.claim {
             let found = all.iter().find(|c| c.name == wish || c.number.to_string() == *wish);
             chosen.push(*found.ok_or_else(|| {
-                Failure::Input(format!("--claim {wish}: there is no such claim; im verify --list shows their numbers and names"))
+                let near = near_names(wish, &all);
+                let near = if near.is_empty() { String::new() } else { format!(". Near it: {}", near.join(", ")) };
+                Failure::Input(format!(
+                    "--claim {wish}: there is no such claim; im verify --list shows their numbers and names{near}"
+                ))
             })?);
         }
         let papers: Vec<Paper> = self.paper.iter().map(|p| (*p).into()).collect();
@@ -168,6 +172,23 @@ impl Args {
         });
         named.map(Some)
     }
+}
+
+/// Names of claims that somebody may have meant: those with most of the wish's words in them, or the one of nearly the same letters.
+fn near_names(wish: &str, all: &[Claim]) -> Vec<&'static str> {
+    const MOST: usize = 5;
+    let wish = wish.to_lowercase().replace(['-', ' '], "_");
+    let words: Vec<&str> = wish.split('_').filter(|w| w.len() > 2).collect();
+    // A word is shared that begins alike.
+    let alike = |a: &str, b: &str| a.bytes().zip(b.bytes()).take_while(|(a, b)| a == b).count() >= a.len().min(5);
+    let shared = |c: &&Claim| words.iter().filter(|w| c.name.split('_').any(|n| alike(w, n))).count();
+    let most = all.iter().map(|c| shared(&c)).max().unwrap_or(0);
+    let by_letters = im_model::toml_text::nearest(&wish, all.iter().map(|c| c.name));
+    let by_words = all.iter().filter(|c| most > 0 && shared(c) == most).map(|c| c.name);
+    let mut near: Vec<&str> = by_letters.into_iter().collect();
+    near.extend(by_words.filter(|name| Some(*name) != by_letters));
+    near.truncate(MOST);
+    near
 }
 
 /// Runs the command.

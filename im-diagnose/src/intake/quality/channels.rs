@@ -29,8 +29,9 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
     let active = r.torque_nm / (1.5 * n_p * r.rotor_flux_vs.max(1e-9));
     let rated = [r.phase_voltage_peak_v, magnetizing.hypot(active), 2.0 * PI * r.electrical_frequency_hz / n_p];
     let duty = matches!(s.voltage_form, VoltageForm::Duty(..));
-    for t in s.voltage.iter().take(if duty { 0 } else { s.voltage.len() }) {
-        out.extend(range(t, "voltage", "V", rated[0], BEYOND[0]));
+    let voltages = if duty { &[][..] } else { &s.voltage[..] };
+    out.extend(range(voltages.iter(), "voltage", "V", rated[0], BEYOND[0]));
+    for t in voltages {
         let flat = flat_tops(&t.values);
         // A drive's limit is the voltage it commands: only sensors clip.
         if s.instant == crate::intake::mapping::Instant::Sample && flat.contains(&true) {
@@ -45,14 +46,11 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
     }
     // In a turning field every phase has its share; along one axis at standstill the other has none.
     if !steady.is_empty() {
-        out.extend(silent(s.voltage.iter().take(if duty { 0 } else { s.voltage.len() }), "voltage", "V"));
+        out.extend(silent(voltages.iter(), "voltage", "V"));
         out.extend(silent(s.current.iter().map(|c| &c.main), "current", "A"));
     }
-    for t in s.current.iter().map(|c| &c.main) {
-        out.extend(range(t, "current", "A", rated[1], BEYOND[1]));
-    }
     let currents: Vec<&Trace> = s.current.iter().map(|c| &c.main).collect();
-    let voltages = if duty { &[][..] } else { &s.voltage[..] };
+    out.extend(range(currents.iter().copied(), "current", "A", rated[1], BEYOND[1]));
     out.extend(offset::check(voltages, &currents, steady, p.stator_resistance_ohm));
     along_one_axis(s, &mut out);
     match &s.speed {
@@ -150,34 +148,52 @@ fn unit_that_fits(unit: &str, over_rated: f64, read_with: f64) -> Option<&'stati
     of_it().find(|u| (0.3..20.0).contains(&(over_rated * u.si / read_with))).map(|u| u.text)
 }
 
-fn range(t: &Trace, what: &str, unit: &str, rated: f64, beyond: f64) -> Option<Finding> {
-    let peak = largest(t);
-    if span(t) == 0.0 {
-        let text = format!("The {what} {} is {} {unit} in every row", t.column, number(t.values[0], 3));
-        let advice = "Its sensor is dead or the wrong column is named.";
-        return Some(Finding::new(FindingKind::DeadChannel, Severity::Serious, text, advice).on(&t.column));
+/// Values beyond belief; of the columns of which the same is to be said, in one sentence.
+fn range<'a>(all: impl Iterator<Item = &'a Trace>, what: &str, unit: &str, rated: f64, beyond: f64) -> Vec<Finding> {
+    let mut out = Vec::new();
+    // Columns and the largest value of each, by what to do about them.
+    let mut off: Vec<(bool, String, Vec<(&str, f64)>)> = Vec::new();
+    for t in all {
+        let peak = largest(t);
+        if span(t) == 0.0 {
+            let text = format!("The {what} {} is {} {unit} in every row", t.column, number(t.values[0], 3));
+            let advice = "Its sensor is dead or the wrong column is named.";
+            out.push(Finding::new(FindingKind::DeadChannel, Severity::Serious, text, advice).on(&t.column));
+            continue;
+        }
+        let large = peak > beyond * rated;
+        if !large && peak >= BELOW * rated {
+            continue;
+        }
+        let advice = match unit_that_fits(unit, peak / rated, t.gain.abs()) {
+            Some(better) => format!("in {better}? Say unit = \"{better}\""),
+            None => format!("too {}", if large { "large" } else { "small" }),
+        };
+        match off.iter_mut().find(|(l, a, _)| (*l, a) == (large, &advice)) {
+            Some((_, _, columns)) => columns.push((&t.column, peak)),
+            None => off.push((large, advice, vec![(&t.column, peak)])),
+        }
     }
-    let (text, hint) = if peak > beyond * rated {
-        (
-            format!(
-                "{} reaches {} {unit}, {} times what the motor is rated for",
-                t.column,
-                number(peak, 3),
-                number(peak / rated, 2)
-            ),
-            "too large",
-        )
-    } else if peak < BELOW * rated {
-        (
-            format!("{} never exceeds {} {unit}; the motor is rated for {}", t.column, number(peak, 3), number(rated, 3)),
-            "too small",
-        )
-    } else {
-        return None;
-    };
-    let advice = match unit_that_fits(unit, peak / rated, t.gain.abs()) {
-        Some(better) => format!("Is it in {better}? Say unit = \"{better}\" for this column in the mapping, or check its gain."),
-        None => format!("Check its unit and gain: it is {hint}."),
-    };
-    Some(Finding::new(FindingKind::OutOfRange, Severity::Serious, text, advice).on(&t.column))
+    for (large, advice, columns) in off {
+        let several = columns.len() > 1;
+        let names = columns.iter().map(|c| c.0).collect::<Vec<_>>().join(", ");
+        let peak = columns.iter().map(|c| c.1).fold(0.0, f64::max);
+        let (peak, over) = (number(peak, 3), number(peak / rated, 2));
+        let text = match (large, several) {
+            (true, true) => format!("{names} reach {peak} {unit}, {over} times what the motor is rated for"),
+            (true, false) => format!("{names} reaches {peak} {unit}, {over} times what the motor is rated for"),
+            (false, true) => format!("{names} never exceed {peak} {unit}; the motor is rated for {}", number(rated, 3)),
+            (false, false) => format!("{names} never exceeds {peak} {unit}; the motor is rated for {}", number(rated, 3)),
+        };
+        let [is, these, its, it] =
+            if several { ["Are they", "these columns", "their", "they are"] } else { ["Is it", "this column", "its", "it is"] };
+        let advice = if advice.starts_with("in ") {
+            format!("{is} {advice} for {these} in the mapping, or check {its} gain.")
+        } else {
+            format!("Check {its} unit and gain: {it} {advice}.")
+        };
+        let found = Finding::new(FindingKind::OutOfRange, Severity::Serious, text, advice);
+        out.push(if several { found } else { found.on(columns[0].0) });
+    }
+    out
 }

@@ -39,7 +39,12 @@ pub(crate) fn section(s: &Story) -> Section {
     };
     let rows: Vec<Row> = candidates(d).into_iter().map(row).collect();
     let significant = d.ranking.iter().filter(|c| c.score > c.threshold).count();
+    let refitted = d.course.stages.iter().any(|s| !s.round.trials.is_empty());
     let said = match significant {
+        _ if significant > 0 && !refitted => format!(
+            "{significant} of {} effects scored above their threshold, none by as much as would be worth a refit.",
+            d.ranking.len()
+        ),
         0 => "No effect of the library is needed: no score is above its threshold.".to_owned(),
         _ => format!(
             "Before anything was added, {significant} of {} effects scored above their threshold. Effects resemble each other, so the leading ones were refitted and judged by what they leave{}; scores then fall.",

@@ -39,7 +39,7 @@ pub(crate) fn section(s: &Story) -> Section {
         .map(|(name, t, h)| Fall { name: name.clone(), train: t.chi2_per_sample, holdout: h.as_ref().map(|h| h.chi2_per_sample) })
         .collect();
     let caption = html! { "Error, rms in units of the " (term("noise", "sensor noise σ")) ", on a logarithmic scale: what each step removes is dashed."
-    @if s.views.iter().any(|v| v.nudged) { " Judged with the " (term("nudged_speed", "speed nudged")) " in: " (nudged(&s.views)) "." } };
+    @if s.views.iter().any(|v| v.nudged) { " Judged with the " (term("nudged_speed", "speed nudged")) " towards the measured one: " (nudged(&s.views)) "." } };
     let (before, after, which) = s.fall();
     let (from, to) = (in_sigma(before), in_sigma(after));
     let said = if s.d.steps.len() > 1 && from == to {

@@ -1,15 +1,16 @@
 //! Parameters before and after, with warnings.
 
-use im_model::ParameterId;
+use im_model::{EffectId, ParameterId};
 
 use maud::html;
 
 use super::super::page::{Row, Section, numbers, table, term, text, words};
 use super::super::story::Story;
-use super::super::words::quantity_name;
+use super::super::words::{quantity_name, short_effect_name};
 use super::intervals;
 use crate::diagnosis::{Diagnosis, ParameterChange};
 use crate::format::{interval, percent_change, quantity, sentence};
+use crate::localise::join;
 use crate::uncertainty::{HALF_95, MachineQuantity};
 
 /// A base parameter that moved by more than this factor is suspicious: nameplates and catalogues are better than that.
@@ -24,9 +25,30 @@ fn open(p: &ParameterChange) -> Option<String> {
 /// All warnings; what the recordings leave open in one.
 pub(crate) fn warnings(d: &Diagnosis) -> Vec<String> {
     let left: Vec<String> = d.parameters.iter().filter_map(open).collect();
-    let first = (!left.is_empty()).then(|| format!("hardly determined by these recordings: {}", left.join(", ")));
+    let first = (!left.is_empty()).then(|| {
+        format!("hardly determined by these recordings: {}{}", left.join(", "), sure_without_shape(d).unwrap_or_default())
+    });
     let others = d.parameters.iter().filter(|p| open(p).is_none()).filter_map(|p| warning(p, d));
     first.into_iter().chain(others).map(|w| sentence(&w)).collect()
+}
+
+/// That an effect is named for sure although its parameters are open.
+fn sure_without_shape(d: &Diagnosis) -> Option<String> {
+    let of = |p: &ParameterChange| match p.quantity {
+        MachineQuantity::Parameter(ParameterId::Effect(e, _)) if open(p).is_some() => Some(e),
+        _ => None,
+    };
+    // One with a rival is not certain.
+    let alone: Vec<EffectId> =
+        d.named().iter().zip(&d.alternatives).filter(|(_, rivals)| rivals.is_empty()).map(|(e, _)| *e).collect();
+    let mut shapeless: Vec<EffectId> = d.parameters.iter().filter_map(of).filter(|e| alone.contains(e)).collect();
+    shapeless.dedup();
+    let names: Vec<String> = shapeless.iter().map(|e| short_effect_name(*e)).collect();
+    match names.len() {
+        0 => None,
+        1 => Some(format!(". That {} is there is certain all the same; its shape is not", names[0])),
+        _ => Some(format!(". That {} are there is certain all the same; their shapes are not", join(&names))),
+    }
 }
 
 /// Why a change is suspicious, if it is.

@@ -49,7 +49,7 @@ pub(crate) fn section(shown: &[Shown]) -> Section {
         (correlations(shown))
         h3 { "Do the errors last, and do they follow the inputs?" }
         p {
-            "Of a model that is right the errors forget themselves at once and hold nothing of the inputs: the curves stay within the "
+            "The error of a model that is right is new in every row and does not follow the inputs: the curves stay within the "
             (term("chanceband", "band of chance")) "."
         }
         div.grid2 {
@@ -145,7 +145,7 @@ fn crossings(first: &Crossings, shown: &[Shown]) -> Markup {
     for (c, class) in all {
         chart.line(&c.bins.iter().map(|b| [b[0], b[2]]).collect::<Vec<_>>(), class);
     }
-    figure(drawn(chart), sentence(&first.conclusion))
+    figure(drawn(chart), html! { (sentence(&first.conclusion)) " Dashed: the " (term("noise", "sensor noise")) "." })
 }
 
 fn spectrum(first: &Spectrum, shown: &[Shown]) -> Markup {
@@ -168,7 +168,10 @@ fn spectrum(first: &Spectrum, shown: &[Shown]) -> Markup {
     }
     let mut lines = first.lines.clone();
     lines.sort_by(|a, b| b.prominence.total_cmp(&a.prominence));
-    for l in lines.iter().take(6) {
+    // From left to right, so that a name below another is that of a line further on.
+    lines.truncate(6);
+    lines.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    for l in &lines {
         chart.mark(l.frequency_hz, &l.name, "mark-line");
     }
     let [from, to] = first.window_s.map(|t| number(t, 3));

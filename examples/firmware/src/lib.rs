@@ -1,0 +1,74 @@
+//! A sensorless drive without `std`: one function before the timer starts, one in its interrupt. Links into any firmware.
+//!
+//! The machine, its rating and the period are those of `examples/motor.toml`; the gains of the observer have a proof, made by
+//!
+//!     im design example-region kubota-loop > region.toml
+//!     im design kubota-loop --motor examples/motor.toml --region region.toml -o gains.toml --rust examples/firmware/src/gains.rs
+#![no_std]
+
+use im_control::modulation::{ZeroSequence, duty_cycles};
+use im_control::{ControlError, DriveLimits, FieldOriented, FieldOrientedGains, MachineData, Sensorless};
+use im_model::simulation::{Command, Controller, Measured, Reference};
+use im_model::space_vector::from_phases;
+use im_model::{Complex, Machine, Rating, TParameters};
+use im_observers::{Basis, Kubota};
+
+mod gains;
+
+/// Time between two calls, s.
+const PERIOD_S: f64 = 1e-4;
+/// Rotor flux to keep, Vs.
+const FLUX_VS: f32 = 0.9;
+/// The machine: the keys of its `motor.toml`.
+const PARAMETERS: TParameters<f64> = TParameters {
+    stator_resistance_ohm: 1.5,
+    rotor_resistance_ohm: 0.9,
+    stator_leakage_inductance_h: 0.004,
+    rotor_leakage_inductance_h: 0.004,
+    magnetizing_inductance_h: 0.156,
+    inertia_kg_m2: 0.045,
+    viscous_friction_nm_s_per_rad: 0.002,
+};
+const POLE_PAIRS: u32 = 2;
+const RATING: Rating =
+    Rating { torque_nm: 26.0, electrical_frequency_hz: 50.0, phase_voltage_peak_v: 326.6, rotor_flux_vs: 0.95 };
+
+/// The drive, and the voltage that the bridge made last.
+pub struct Drive {
+    controller: Sensorless<f32, FieldOriented<f32>, Kubota<f32>>,
+    made: Complex<f32>,
+}
+
+impl Drive {
+    /// Once, before the timer starts: everything is checked here.
+    ///
+    /// # Errors
+    /// A quantity that no drive has; the message names it.
+    pub fn try_new() -> Result<Self, ControlError> {
+        let machine = Machine::base(PARAMETERS, POLE_PAIRS)?;
+        let period_s = PERIOD_S as f32;
+        let current_a = 1.5 * RATING.current_peak_a(machine.parameters(), POLE_PAIRS);
+        let data = MachineData::of(&machine, current_a).cast::<f32>();
+        let controller = FieldOriented::try_new(&data, &FieldOrientedGains::typical(&data, FLUX_VS, period_s))?;
+        let observer = Kubota::try_new(Basis::try_new(&machine, &RATING, PERIOD_S)?, gains::kubota_loop::GAINS)?;
+        let limits = DriveLimits::generous(&data, RATING.synchronous_speed_rad_s(POLE_PAIRS) as f32, FLUX_VS);
+        let controller = Sensorless::try_new(controller, observer, &data, &limits, period_s)?;
+        Ok(Self { controller, made: Complex::new(0.0, 0.0) })
+    }
+
+    /// In the interrupt: two phase currents and the dc link in, the duty cycles of the legs out; `None` keeps the last ones.
+    pub fn step(&mut self, i_a: f32, i_b: f32, dc_voltage_v: f32, speed_rad_s: f32) -> Option<[f32; 3]> {
+        let measured = Measured {
+            i_s: from_phases([i_a, i_b, -i_a - i_b]),
+            omega_m: f32::NAN,
+            u_s: self.made,
+            dc_voltage_v,
+            sample_time_s: PERIOD_S as f32,
+        };
+        let reference = Reference { omega_m: speed_rad_s, rotor_flux_vs: FLUX_VS, torque_nm: 0.0 };
+        let Command::Voltage(u) = self.controller.step(&measured, &reference) else { return None };
+        let duty = duty_cycles(u, dc_voltage_v, ZeroSequence::Centred);
+        self.made = duty.u_s;
+        Some(duty.duty)
+    }
+}
