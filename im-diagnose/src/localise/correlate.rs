@@ -83,7 +83,7 @@ fn one_memory(s: &Signals, q: Quantity) -> Option<Memory> {
     let last = points.iter().skip(1).rev().find(|p| p[1].abs() > (-1.0f64).exp()).map(|p| p[0]);
     let name = q.name();
     let conclusion = match last {
-        _ if strongest < 0.1 => format!("the {name} error forgets itself from row to row, as sensor noise does"),
+        _ if strongest < 0.1 => format!("the {name} error is new in every row, as sensor noise is"),
         None => format!("the {name} error is mostly sensor noise, with a trace of something that lasts"),
         Some(t) if t > 0.95 * reach as f64 * sample => {
             format!("the {name} error lasts longer than {} ms: no sensor noise", say(reach as f64 * sample * 1e3))

@@ -65,7 +65,7 @@ fn a_missing_effect_is_reported_with_cause_certainty_and_refutation() {
     assert!(page.contains("<h1>Main-flux saturation is missing from the model: adding it brings the held-out error from "));
     for part in [
         "How sure",
-        "where chance reaches",
+        "of the error that no refit can (its score; chance reaches ",
         "What would refute it",
         "No-load flux steps or a slow voltage ramp",
         "+ main-flux saturation",
@@ -150,7 +150,7 @@ fn an_unexplained_case_shows_the_shape_of_what_is_left() {
 #[test]
 fn rivals_are_reported_as_a_set_with_the_test_between_them() {
     let (page, text) = check(&cases::confounded(), "confounded");
-    assert!(page.contains("<h1>Something is missing that these recordings do not let us name alone: either main-flux saturation or iron loss. Adding any one of them brings"));
+    assert!(page.contains("<h1>Something is missing that these recordings do not let us name alone: either main-flux saturation or iron loss. Adding either brings"));
     assert!(page.contains("Against iron loss: adds current in phase with the voltage"));
     assert!(page.contains("could be this instead"));
     assert!(text.contains("confounded"), "{text}");
