@@ -60,7 +60,7 @@ fn an_error_of_flux_is_said_to_grow_above_the_knee_at_every_speed() {
     assert!(speed.conclusion.contains("that of the noise"), "{}", speed.conclusion);
     // An error that lasts as long as the flux is high.
     assert!(l.memory[0].conclusion.contains("lasts"), "{}", l.memory[0].conclusion);
-    assert!(l.memory[1].conclusion.contains("as sensor noise does"), "{}", l.memory[1].conclusion);
+    assert!(l.memory[1].conclusion.contains("as sensor noise is"), "{}", l.memory[1].conclusion);
 }
 
 #[test]
