@@ -115,7 +115,9 @@ class Recording:
     def _vector(self, alpha: str, beta: str) -> np.ndarray:
         columns = self.columns or {}
         if alpha not in columns or beta not in columns:
-            raise _native.InputError(f"{self.name}: has no columns {alpha}, {beta} in memory")
+            raise _native.InputError(
+                f"{self.name}: has no columns {alpha}, {beta} in memory; read the file with pandas into Recording.from_frame, or give step() the arrays"
+            )
         return columns[alpha] + 1j * columns[beta]
 
     def to_frame(self) -> Any:
