@@ -2,9 +2,11 @@
 //!
 //! The machine, its rating and the period are those of `examples/motor.toml`; the gains of the observer have a proof, made by
 //!
-//!     im design example-region kubota-loop > region.toml
-//!     im design kubota-loop --motor examples/motor.toml --region region.toml -o gains.toml --rust examples/firmware/src/gains.rs
-#![no_std]
+//! ```text
+//! im design example-region kubota-loop > region.toml
+//! im design kubota-loop --motor examples/motor.toml --region region.toml -o gains.toml --rust examples/firmware/src/gains.rs
+//! ```
+#![cfg_attr(not(test), no_std)]
 
 use im_control::modulation::{ZeroSequence, duty_cycles};
 use im_control::{ControlError, DriveLimits, FieldOriented, FieldOrientedGains, MachineData, Sensorless};
@@ -70,5 +72,27 @@ impl Drive {
         let duty = duty_cycles(u, dc_voltage_v, ZeroSequence::Centred);
         self.made = duty.u_s;
         Some(duty.duty)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use im_model::space_vector::to_phases;
+    use im_model::{Bench, PlantInput, State};
+
+    /// The machine itself for the hardware, as `cargo test` runs it on a host.
+    #[test]
+    fn the_drive_reaches_its_speed() {
+        let machine = Machine::base(PARAMETERS, POLE_PAIRS).unwrap().cast::<f32>();
+        let mut hardware = Bench::new(&machine, State::default(), PERIOD_S as f32);
+        let mut drive = Drive::try_new().unwrap();
+        for _ in 0..20_000 {
+            let [i_a, i_b, _] = to_phases(hardware.output().i_s);
+            let legs = drive.step(i_a, i_b, 560.0, 50.0).unwrap();
+            assert!(legs.iter().all(|d| (0.0..=1.0).contains(d)), "{legs:?}");
+            hardware.advance(&PlantInput::new(drive.made, 0.0));
+        }
+        assert!((hardware.output().omega_m - 50.0).abs() < 1.0, "{}", hardware.output().omega_m);
     }
 }
