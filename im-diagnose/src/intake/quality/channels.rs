@@ -148,11 +148,17 @@ fn unit_that_fits(unit: &str, over_rated: f64, read_with: f64) -> Option<&'stati
     of_it().find(|u| (0.3..20.0).contains(&(over_rated * u.si / read_with))).map(|u| u.text)
 }
 
+/// Columns beyond belief of which the same is to be said, with the largest value of each.
+struct Off<'a> {
+    large: bool,
+    advice: String,
+    columns: Vec<(&'a str, f64)>,
+}
+
 /// Values beyond belief; of the columns of which the same is to be said, in one sentence.
 fn range<'a>(all: impl Iterator<Item = &'a Trace>, what: &str, unit: &str, rated: f64, beyond: f64) -> Vec<Finding> {
     let mut out = Vec::new();
-    // Columns and the largest value of each, by what to do about them.
-    let mut off: Vec<(bool, String, Vec<(&str, f64)>)> = Vec::new();
+    let mut off: Vec<Off<'_>> = Vec::new();
     for t in all {
         let peak = largest(t);
         if span(t) == 0.0 {
@@ -169,12 +175,12 @@ fn range<'a>(all: impl Iterator<Item = &'a Trace>, what: &str, unit: &str, rated
             Some(better) => format!("in {better}? Say unit = \"{better}\""),
             None => format!("too {}", if large { "large" } else { "small" }),
         };
-        match off.iter_mut().find(|(l, a, _)| (*l, a) == (large, &advice)) {
-            Some((_, _, columns)) => columns.push((&t.column, peak)),
-            None => off.push((large, advice, vec![(&t.column, peak)])),
+        match off.iter_mut().find(|o| (o.large, &o.advice) == (large, &advice)) {
+            Some(o) => o.columns.push((&t.column, peak)),
+            None => off.push(Off { large, advice, columns: vec![(&t.column, peak)] }),
         }
     }
-    for (large, advice, columns) in off {
+    for Off { large, advice, columns } in off {
         let several = columns.len() > 1;
         let names = columns.iter().map(|c| c.0).collect::<Vec<_>>().join(", ");
         let peak = columns.iter().map(|c| c.1).fold(0.0, f64::max);
