@@ -80,6 +80,14 @@ def test_a_controller_gives_what_it_gives_in_a_simulation(bare):
     assert np.abs(command["u_s_V"] - u).max() < 1e-6 * np.abs(u).max()
 
 
+def test_an_observer_takes_frames_and_refuses_rows_of_another_time(motor, recording):
+    t = recording.columns["t_s"]
+    seen = imkit.Observer("full-order", motor, t[1] - t[0]).run(recording.columns)
+    assert np.array_equal(seen["omega_m_rad_s"], imkit.Observer("full-order", motor, t[1] - t[0]).run(recording)["omega_m_rad_s"])
+    with pytest.raises(imkit.InputError, match="a row every 0.0002 s"):
+        imkit.Observer("full-order", motor, 1e-4).run(recording)
+
+
 def test_what_is_wrong_is_said(motor):
     for make in (lambda: imkit.Observer("parrot", motor, 1e-4), lambda: imkit.Controller("parrot", motor, 1e-4), lambda: imkit.design("parrot", motor)):
         with pytest.raises(imkit.InputError, match="parrot"):

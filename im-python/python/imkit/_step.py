@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -23,11 +24,20 @@ class Observer:
     ) -> None:
         self.name = name
         self._native = _native.Observer(name, motor._native, sample_time_s, _gains(gains), plain)
+        self._sample_time_s = float(sample_time_s)
         self._last = 0j
 
-    def run(self, recording: Recording) -> dict[str, np.ndarray]:
-        """Over a recording in memory, whose voltages hold from their row to the next."""
+    def run(self, recording: Any) -> dict[str, np.ndarray]:
+        """Over a recording in memory or a data frame in canonical columns, whose voltages hold from their row to the next."""
+        if not isinstance(recording, Recording):
+            whole = isinstance(recording, (str, os.PathLike))
+            recording = Recording.from_file(recording) if whole else Recording.from_frame(recording)
         u = recording.u_s
+        t = (recording.columns or {}).get("t_s")
+        if t is not None and len(t) > 1:
+            step = float(np.median(np.diff(t)))
+            if not abs(step - self._sample_time_s) <= 0.01 * self._sample_time_s:
+                raise _native.InputError(f"{recording.name}: a row every {step:.4g} s, but sample_time_s = {self._sample_time_s:g}: make the observer for it")
         before = np.concatenate([[self._last], u[:-1]])
         self._last = u[-1]
         return self.step(before, recording.i_s, (recording.columns or {}).get("omega_m_rad_s"))
