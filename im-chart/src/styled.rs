@@ -172,7 +172,8 @@ impl Chart {
                 r = short(LEFT + w),
                 t = short(LEFT - 4.0),
                 y = short(y),
-                b = short(y + 4.0)
+                // At the foot a number stays clear of the first one of the other axis.
+                b = short((y + 4.0).min(22.0 + h))
             );
         }
         for (v, text) in self.x_ticks.clone().unwrap_or_else(|| self.x.ticks(w / 62.0)) {

@@ -46,8 +46,8 @@ fn sure_without_shape(d: &Diagnosis) -> Option<String> {
     let names: Vec<String> = shapeless.iter().map(|e| short_effect_name(*e)).collect();
     match names.len() {
         0 => None,
-        1 => Some(format!(". That {} is there is certain all the same; its shape is not", names[0])),
-        _ => Some(format!(". That {} are there is certain all the same; their shapes are not", join(&names))),
+        1 => Some(format!(". That {} is there is certain all the same; these numbers of its curve are not", names[0])),
+        _ => Some(format!(". That {} are there is certain all the same; these numbers of their curves are not", join(&names))),
     }
 }
 
