@@ -10,9 +10,9 @@ pub fn why(answer: &Diagnosis) {
     for s in &p.sets {
         println!("      set {:.3} D {:.1} k {} {:?}", s.probability, s.deviance, s.parameters, s.effects);
     }
-    for Stage { model: m, round: r, largest_bend, .. } in &answer.course.stages {
+    for Stage { model: m, round: r, .. } in &answer.course.stages {
         println!(
-            "      {:?} train {:.4} held out {:.4} D {:.0} of {}, bent by {largest_bend:.2}",
+            "      {:?} train {:.4} held out {:.4} D {:.0} of {}",
             m.effects,
             m.train(),
             m.holdout.unwrap_or(0.0),

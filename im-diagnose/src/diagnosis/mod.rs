@@ -141,8 +141,8 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     let case = loop_.case();
     let loads = Loads::of(machine, &case.train, starts).with_holdout(machine, case.holdout.as_slice(), holdout_start.as_slice());
     let refined = MotorFile { machine: *machine, ..before.clone() };
-    let free = loop_.free(machine, effects, &judged);
-    let estimates = Estimates::new(&before, machine, starts, &judged, &free);
+    let free = loop_.free(machine, effects, &judged.train);
+    let estimates = Estimates::new(&before, machine, starts, &judged.train, &free);
     let parameters = changes(&before, &refined, &free, &estimates);
     let rated = [&before, &refined].map(RatedSupply::of);
     let losses = by_model::points(&estimates, machine, &case.train);

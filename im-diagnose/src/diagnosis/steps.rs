@@ -33,9 +33,10 @@ impl Step {
 }
 
 /// The recordings as steps are judged on them ([`judged`]): the same for all steps.
-struct Judged {
-    train: Vec<Experiment>,
-    holdout: Option<Experiment>,
+#[derive(Clone)]
+pub(super) struct Judged {
+    pub train: Vec<Experiment>,
+    pub holdout: Option<Experiment>,
 }
 
 impl Judged {
@@ -75,8 +76,8 @@ fn step(loop_: &Refinement, model: &Model, (machine, starts): (Machine<f64>, Vec
     }
 }
 
-/// The steps of a course, and the training recordings as they are judged on them.
-pub(super) fn steps(loop_: &Refinement, course: &Course) -> (Vec<Step>, Vec<Experiment>) {
+/// The steps of a course, and the recordings as they are judged on them.
+pub(super) fn steps(loop_: &Refinement, course: &Course) -> (Vec<Step>, Judged) {
     let last = &course.last().model;
     // A first, generous look: what the final model can be fitted on without nudging; then the strict one, with that fit.
     let refit = Judged::new(loop_, &last.fit.machine, &last.fit.starts, 100.0);
@@ -84,15 +85,15 @@ pub(super) fn steps(loop_: &Refinement, course: &Course) -> (Vec<Step>, Vec<Expe
     let (machine, starts) = &fits[fits.len() - 1];
     let judged = Judged::new(loop_, machine, starts, UNSTABLE);
     let steps = course.stages.par_iter().zip(fits).map(|(s, fit)| step(loop_, &s.model, fit, &judged)).collect();
-    (steps, judged.train)
+    (steps, judged)
 }
 
 /// A course as it is judged.
 pub(super) struct Found {
     /// Its steps.
     pub steps: Vec<Step>,
-    /// The training recordings as they are judged on them.
-    pub judged: Vec<Experiment>,
+    /// The recordings as they are judged on them.
+    pub judged: Judged,
     /// What the residual of the last step depends on.
     pub leftover: Vec<Dependence>,
 }
@@ -101,7 +102,7 @@ impl Found {
     pub(super) fn new(loop_: &Refinement, course: &Course) -> Self {
         let (steps, judged) = steps(loop_, course);
         let Step { machine, starts, .. } = &steps[steps.len() - 1];
-        let leftover = dependences(machine, starts, &judged);
+        let leftover = dependences(machine, starts, &judged.train);
         Self { steps, judged, leftover }
     }
 

@@ -1,11 +1,12 @@
 //! The rules of the verdict.
 
-use im_identify::offline::Fit;
+use im_identify::offline::{Experiment, Fit};
 use im_model::{BaseParameter, EffectId, ParameterId};
 use serde::{Deserialize, Serialize};
 
 use super::Candidate;
-use super::steps::Found;
+use super::steps::{Found, Step};
+use crate::form_error::bent;
 use crate::residual_tests::Dependence;
 use crate::search::{Course, Model, Refinement, Refusal, Round, Trial};
 use crate::statistics::log_p;
@@ -84,6 +85,8 @@ const HINT: f64 = 0.003;
 pub(super) struct Left<'a> {
     /// The larger of training and held-out error, χ²/N, of the refitted base model and of the last.
     error: [f64; 2],
+    /// Of the last, with the curves of its effects bent by two standard deviations of their form at most, and by any amount.
+    bent: [f64; 2],
     /// On what it depends.
     dependences: &'a [Dependence],
     /// −log₁₀ of the probability that instruments of their class show so much in tables of steady states.
@@ -100,8 +103,10 @@ impl<'a> Left<'a> {
         let cost: f64 = tables().flat_map(|(_, r)| r.iter().flatten()).map(|r| r * r).sum();
         let count: usize = tables().map(|(e, _)| e.count()).sum();
         let freedom = count.saturating_sub(fit.free.len());
+        let error = [found.steps[0].error(), found.last().error()];
         Self {
-            error: [found.steps[0].error(), found.last().error()],
+            error,
+            bent: if error[1] - 1.0 > NEGLIGIBLE { bent_error(loop_, found) } else { [error[1]; 2] },
             dependences: &found.leftover,
             of_tables: if freedom == 0 { 0.0 } else { log_p(cost, freedom) },
         }
@@ -111,6 +116,23 @@ impl<'a> Left<'a> {
     fn is_structured(&self) -> bool {
         self.of_tables > NO_DOUBT || self.dependences.first().is_some_and(|d| d.log_p > NO_DOUBT)
     }
+}
+
+/// [`Left::bent`].
+fn bent_error(loop_: &Refinement, found: &Found) -> [f64; 2] {
+    let Step { machine, starts, holdout_start, effects, .. } = found.last();
+    if effects.is_empty() {
+        return [found.last().error(); 2];
+    }
+    let train = &found.judged.train;
+    let all: Vec<Experiment> = train.iter().chain(&found.judged.holdout).cloned().collect();
+    let starts: Vec<_> = starts.iter().chain(holdout_start).copied().collect();
+    bent(machine, &starts, &all, &loop_.free(machine, effects, &all)).map(|each| {
+        let (seen, unseen) = each.split_at(train.len());
+        let count = |e: &Experiment| e.count() as f64;
+        let seen: f64 = seen.iter().zip(train).map(|(x, e)| x * count(e)).sum::<f64>() / train.iter().map(count).sum::<f64>();
+        unseen.first().map_or(seen, |u| seen.max(*u))
+    })
 }
 
 /// Part of the excess that an effect which is not added takes off, from which on what is left is no noise.
@@ -134,22 +156,20 @@ pub(super) fn unexplained(course: &Course, left: &Left<'_>) -> bool {
     verdict_of(course, left, 1.0) == Some(Verdict::Unexplained)
 }
 
-/// Part of the excess that effects leave, from which on they do not explain it.
+/// Part of the excess that effects leave, errors of their form aside, from which on they do not explain it.
 const UNEXPLAINED: f64 = 0.1;
 
-/// Part of the excess that the machine's own form of the same effects may leave: a tenth of what they explain, squared.
-const OF_FORM: f64 = 0.01;
-
-/// Where the data bend the curve of an effect by more than this part of it, it is another effect's.
-const BENT_TOO_FAR: f64 = 1.0 / 3.0;
+/// Part of the excess that only curves bent beyond what forms differ by would take: the square of the tenth by which they do.
+const IMITATED: f64 = 0.01;
 
 /// The verdict as far as effects and leftover decide it.
 fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     let last = &course.last().model;
-    let [before, after] = left.error.map(|e| e / floor - 1.0);
-    let share_left = if last.effects.is_empty() { 1.0 } else { after / before.max(1e-9) };
-    let imitates = share_left > OF_FORM && course.last().largest_bend > BENT_TOO_FAR;
-    if after > NEGLIGIBLE && (imitates || share_left > UNEXPLAINED && left.is_structured()) {
+    let excess = |error: f64| error / floor - 1.0;
+    let (before, [mildly, freely]) = (excess(left.error[0]), left.bent.map(excess));
+    let imitates = mildly - freely > IMITATED * before;
+    let explains_little = mildly > UNEXPLAINED * before && left.is_structured();
+    if mildly > NEGLIGIBLE && (imitates || explains_little) {
         Some(Verdict::Unexplained)
     } else if last.effects.is_empty() {
         None

@@ -44,8 +44,6 @@ pub struct Round {
 pub struct Stage {
     /// The model: the refitted base model, or one with an effect more than the stage before.
     pub model: Model,
-    /// By how much the data bend an effect's curve at most, as a part of what the effect explains ([`form_error`](crate::form_error)).
-    pub largest_bend: f64,
     /// What was tried beyond it.
     pub round: Round,
     /// Effects that explain the data as well in the place of its newest one.

@@ -20,7 +20,7 @@ use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
 
 use crate::case::Case;
-use crate::form_error::{Marginal, marginal};
+use crate::form_error::marginal;
 use crate::residuals::{deviance, nudged};
 use score::{Score, ScoreContext, Seed, strengths};
 
@@ -286,7 +286,7 @@ impl Refinement {
     }
 
     /// The likelihood of a model with the errors of its form as unknowns, where a sample counts 1/λ.
-    fn marginal(&self, model: &Model, lambda: f64) -> Marginal {
+    fn marginal(&self, model: &Model, lambda: f64) -> f64 {
         let fit = &model.fit;
         let all: Vec<Experiment> = self.nudged.iter().chain(&self.held_out).cloned().collect();
         let starts: Vec<State<f64>> = fit.starts.iter().chain(&model.holdout_start).copied().collect();
