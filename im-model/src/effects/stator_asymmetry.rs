@@ -31,7 +31,7 @@ effect! {
         /// Resistance unbalance, β part.
         unbalance_beta: Strength, default 0.0, "", One, typical 0.005 to 0.15, Bound::Within(-0.49, 0.49);
         /// Unbalance of the leakage over that of the resistance: 0 of a bad joint, 1 of a whole coil, 2 of shorted turns.
-        leakage_share: Shape, default 0.0, "", One, typical 0.0 to 2.0, Bound::Within(-3.0, 3.0);
+        leakage_share: Shape, default 0.0, "", One, typical 0.0 to 2.0, Bound::Within(-2.0, 2.0);
     },
     hooks: {
         #[inline(always)]
