@@ -14,7 +14,6 @@
 
 pub use im_identify::offline::HALF_95;
 use im_identify::offline::{Experiment, Fit, Free, Linearized, Target, inverse_of_normal, linearize, prior_terms, smoothness};
-use im_model::effects::Role;
 use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -23,7 +22,6 @@ use crate::form_error::{at_low_slip, disturbances};
 use crate::input_noise::torque_noise;
 use crate::instruments::scale_errors;
 use crate::noise::whiteners;
-use crate::statistics::threshold;
 
 /// A quantity that recordings can determine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -184,24 +182,6 @@ impl Estimates {
             HALF_95 * e.channels[c].sigma * (1.0 + variance.max(0.0)).sqrt()
         };
         (0..e.channels.len()).map(|c| (0..e.len()).into_par_iter().map(|row| half(c, row)).collect()).collect()
-    }
-
-    /// Whether the 95 % interval of an effect's strengths, taken together, leaves zero out.
-    pub fn shows(&self, effect: EffectId) -> bool {
-        let is_strength = |k: usize| effect.parameters()[k].role == Role::Strength;
-        let own = |k: &usize| match self.list[*k].quantity {
-            MachineQuantity::Parameter(ParameterId::Effect(e, p)) => e == effect && is_strength(p),
-            _ => false,
-        };
-        let at: Vec<usize> = (0..self.list.len()).filter(own).collect();
-        // The smoothness of a learned curve is its own judge; a strength that is given needs none.
-        if effect.free_form().is_some() || at.is_empty() {
-            return true;
-        }
-        let sizes = DVector::from_fn(at.len(), |k, _| self.list[at[k]].after);
-        let covariance = DMatrix::from_fn(at.len(), at.len(), |a, b| self.covariance[(at[a], at[b])]);
-        let seen = covariance.cholesky().map(|c| sizes.dot(&c.solve(&sizes)));
-        seen.is_none_or(|x| x > threshold(at.len(), 0.05))
     }
 
     /// The covariance with the names of its rows.
@@ -377,29 +357,6 @@ fn gram(columns: &[&[f64]]) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Two strengths that go together show an effect though each for itself may be zero.
-    #[test]
-    fn an_effect_shows_itself_by_its_strengths_together() {
-        let of = |k, after| Estimate {
-            quantity: MachineQuantity::Parameter(ParameterId::Effect(EffectId::StatorAsymmetry, k)),
-            before: 0.0,
-            after,
-            std: 1.0,
-        };
-        let nothing = || DMatrix::zeros(0, 0);
-        let estimates = |sizes: [f64; 2], correlation: f64| Estimates {
-            list: vec![of(0, sizes[0]), of(1, sizes[1])],
-            covariance: DMatrix::from_row_slice(2, 2, &[1.0, correlation, correlation, 1.0]),
-            free: Vec::new(),
-            search: nothing(),
-            spread: Spread { inverse: nothing(), noise: [nothing(), nothing()], hidden: nothing(), scales: nothing() },
-        };
-        let shown = |sizes, correlation| estimates(sizes, correlation).shows(EffectId::StatorAsymmetry);
-        // 5.99 is the 95 % of χ² with two degrees of freedom.
-        assert!(shown([2.0, 1.5], 0.0) && !shown([1.5, 1.5], 0.0) && shown([1.5, -1.5], 0.9) && !shown([1.5, 1.5], 0.9));
-        assert!(estimates([0.0, 0.0], 0.0).shows(EffectId::IronLoss), "a strength that is given is not in the list");
-    }
 
     /// Of a quantity whose variance is zero, or none at all, no correlation is given.
     #[test]

@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use im_identify::offline::{Experiment, Fit, FitError, FitOptions};
+use im_identify::offline::{Experiment, FitError, FitOptions};
 use im_model::{EffectId, Machine, State};
 use rayon::prelude::*;
 use statrs::function::gamma::ln_gamma;
@@ -19,7 +19,6 @@ use super::posterior::{Posterior, Weighed};
 use super::score::Score;
 use super::{Model, Refinement};
 use crate::statistics::threshold;
-use crate::uncertainty::Estimates;
 
 /// Form error that [`form_error`](crate::form_error) does not describe: 10 % of what the effects explain, spread over ten directions. Its square
 /// by their number.
@@ -62,8 +61,6 @@ struct Known {
     deviance: f64,
     /// Of a close fit, λ when D was taken.
     polished_at: Option<f64>,
-    /// Whether it is known that the interval of one of its effects holds zero.
-    hidden: bool,
     /// The scores at the model, where the set has been expanded.
     scores: Option<Vec<Score>>,
 }
@@ -112,7 +109,7 @@ impl Refinement {
     pub fn run_knowing(&self, base: Model, fitted: Vec<Model>) -> Result<Course, FitError> {
         let mut search = Search { loop_: self, known: BTreeMap::new(), spent: 0.0 };
         for model in fitted.into_iter().chain([base]) {
-            let known = Known { deviance: model.deviance, model, polished_at: None, hidden: false, scores: None };
+            let known = Known { deviance: model.deviance, model, polished_at: None, scores: None };
             search.known.insert(sorted(&known.model.effects), known);
         }
         let fitted: Vec<Set> = search.known.keys().cloned().collect();
@@ -120,57 +117,27 @@ impl Refinement {
         if search.known.len() > 1 {
             search.expand(&Set::new());
         }
-        loop {
-            let cut_short = search.explore()?;
-            search.polish_near()?;
-            if search.shows_all_of_the_answer() {
-                return search.course(cut_short);
+        let mut in_vain = 0;
+        let mut best = Set::new();
+        let mut cut_short = false;
+        while let Some(next) = search.next(in_vain) {
+            if search.spent > MOST_WORK {
+                cut_short = true;
+                break;
             }
+            if search.polish(&search.best())? || search.polish(&next)? {
+                continue;
+            }
+            search.expand(&next);
+            let now = search.best();
+            in_vain = if now == best { in_vain + 1 } else { 0 };
+            best = now;
         }
-    }
-
-    /// Whether the interval of every effect of a model leaves zero out. Rows of tables do not follow one another: no error is slow in them.
-    fn shows_all_of(&self, model: &Model) -> bool {
-        if self.nudged.iter().all(Experiment::is_table) {
-            return true;
-        }
-        let Fit { machine, starts, free, .. } = &model.fit;
-        let estimates = Estimates::new(&self.case.motor, machine, starts, &self.nudged, free);
-        model.effects.iter().all(|&e| estimates.shows(e))
+        Ok(Course { cut_short, ..search.course()? })
     }
 }
 
 impl Search<'_> {
-    /// Expands set after set, the likeliest first, until none is left that may be the answer; whether the bound of work came first.
-    fn explore(&mut self) -> Result<bool, FitError> {
-        let mut in_vain = 0;
-        let mut best = Set::new();
-        while let Some(next) = self.next(in_vain) {
-            if self.spent > MOST_WORK {
-                return Ok(true);
-            }
-            if self.polish(&self.best())? || self.polish(&next)? {
-                continue;
-            }
-            self.expand(&next);
-            let now = self.best();
-            in_vain = if now == best { in_vain + 1 } else { 0 };
-            best = now;
-        }
-        Ok(false)
-    }
-
-    /// Whether the interval of every effect of the answer leaves zero out; else the answer is taken out of the running. Slow errors, which no
-    /// noise of sensors describes, widen an interval, and do not count in D.
-    fn shows_all_of_the_answer(&mut self) -> bool {
-        let answer = self.answer();
-        let shown = self.loop_.shows_all_of(&self.known[&answer].model);
-        if let Some(k) = self.known.get_mut(&answer) {
-            k.hidden = !shown;
-        }
-        shown
-    }
-
     /// The base model.
     fn nothing(&self) -> &Known {
         &self.known[&Set::new()]
@@ -218,11 +185,10 @@ impl Search<'_> {
         (known.deviance - self.nothing().deviance) / dispersion + self.price(&known.model, dispersion)
     }
 
-    /// All sets that may be the answer, likeliest first: all but those of which an effect does not show itself. Of one effect more than the most
-    /// it is still known what they would explain.
+    /// All sets that may be the answer, likeliest first. Of one effect more than that it is still known what they would explain.
     fn ranked(&self) -> Vec<(&Set, f64)> {
         let dispersion = self.dispersion();
-        let small = self.known.iter().filter(|(s, k)| !k.hidden && s.len() <= self.loop_.options.most_effects);
+        let small = self.known.iter().filter(|(s, _)| s.len() <= self.loop_.options.most_effects);
         let mut all: Vec<(&Set, f64)> = small.map(|(s, k)| (s, self.criterion(k, dispersion))).collect();
         all.sort_by(|a, b| a.1.total_cmp(&b.1));
         all
@@ -325,8 +291,7 @@ impl Search<'_> {
         let set = sorted(&model.effects);
         let taken = self.taken(&set);
         if self.known.get(&set).is_none_or(|k| model.deviance < k.model.deviance - WINDOW) {
-            self.known
-                .insert(set, Known { deviance: model.deviance - taken, model, polished_at: None, hidden: false, scores: None });
+            self.known.insert(set, Known { deviance: model.deviance - taken, model, polished_at: None, scores: None });
         }
     }
 
@@ -446,7 +411,8 @@ impl Search<'_> {
     }
 
     /// The likeliest set, and the way to it: from behind, the effect is last whose loss costs least.
-    fn course(mut self, cut_short: bool) -> Result<Course, FitError> {
+    fn course(mut self) -> Result<Course, FitError> {
+        self.polish_near()?;
         let mut way = vec![self.answer()];
         while let Some(set) = way.last().filter(|s| !s.is_empty()).cloned() {
             let model = &self.known[&set].model;
@@ -460,7 +426,7 @@ impl Search<'_> {
         }
         way.reverse();
         let stages = (0..way.len()).map(|k| self.stage(&way, k)).collect();
-        Ok(Course { stages, posterior: self.posterior(), cut_short })
+        Ok(Course { stages, posterior: self.posterior(), cut_short: false })
     }
 
     /// Fits closely the likeliest set, the answer and what explains the data as well, until these are the same: before that D of a set is
