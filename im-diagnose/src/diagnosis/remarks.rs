@@ -4,6 +4,7 @@ use im_model::{EffectId, ParameterId};
 
 use super::Diagnosis;
 use crate::format::{number, quantity};
+use crate::intake::quality::convention::impedance_ratios;
 use crate::intake::{Finding, FindingKind};
 
 /// A delay within this part of a sample of a half or of a whole one is suspicious.
@@ -76,14 +77,7 @@ impl Diagnosis {
     /// Whether the refined machine explains the recordings with impedances and an inertia that are, taken together, those of the motor file.
     fn fits_as_given(&self) -> bool {
         let (given, refined) = (self.case.motor.machine.parameters(), self.refined.machine.parameters());
-        let (a, b) = (given.inverse_gamma(), refined.inverse_gamma());
-        let impedance = [
-            b.stator_resistance_ohm / a.stator_resistance_ohm,
-            b.rotor_resistance_ohm / a.rotor_resistance_ohm,
-            b.leakage_inductance_h / a.leakage_inductance_h,
-            b.magnetizing_inductance_h / a.magnetizing_inductance_h,
-        ];
-        let mean = impedance.iter().map(|r| r.ln()).sum::<f64>() / 4.0;
+        let mean = impedance_ratios(given, refined).iter().map(|r| r.ln()).sum::<f64>() / 4.0;
         let inertia = refined.inertia_kg_m2 / given.inertia_kg_m2;
         self.steps.last().is_some_and(|s| s.train.chi2_per_sample < FITS)
             && mean.abs() < AS_GIVEN[0]

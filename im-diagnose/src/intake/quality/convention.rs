@@ -8,7 +8,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2};
 
 use im_identify::offline::Experiment;
-use im_model::{Complex, Machine, MotorFile};
+use im_model::{Complex, Machine, MotorFile, TParameters};
 
 use super::steady::{Impedances, Steady};
 use crate::format::number;
@@ -126,17 +126,22 @@ pub fn supply(motor: &MotorFile, e: &Experiment) -> Option<f64> {
     e.u_s.chunks_exact(rows).filter_map(over).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, size)| size)
 }
 
-/// What a fit says: all impedances of the machine are off by one factor, and the inertia by that of the power. Inertia alone is too often
-/// guessed wrong: it takes a `supply` that is off as well, as a part of the rated one.
-pub fn of_fit(given: &MotorFile, fitted: &Machine<f64>, supply: Option<f64>) -> Option<Finding> {
-    let (before, after) = (given.machine.parameters(), fitted.parameters());
-    let (a, b) = (before.inverse_gamma(), after.inverse_gamma());
-    let ratios = [
+/// R_s, R_R, L_σ and L_M of one machine over those of another.
+pub(crate) fn impedance_ratios(given: &TParameters<f64>, fitted: &TParameters<f64>) -> [f64; 4] {
+    let (a, b) = (given.inverse_gamma(), fitted.inverse_gamma());
+    [
         b.stator_resistance_ohm / a.stator_resistance_ohm,
         b.rotor_resistance_ohm / a.rotor_resistance_ohm,
         b.leakage_inductance_h / a.leakage_inductance_h,
         b.magnetizing_inductance_h / a.magnetizing_inductance_h,
-    ];
+    ]
+}
+
+/// What a fit says: all impedances of the machine are off by one factor, and the inertia by that of the power. Inertia alone is too often
+/// guessed wrong: it takes a `supply` that is off as well, as a part of the rated one.
+pub fn of_fit(given: &MotorFile, fitted: &Machine<f64>, supply: Option<f64>) -> Option<Finding> {
+    let (before, after) = (given.machine.parameters(), fitted.parameters());
+    let ratios = impedance_ratios(before, after);
     let impedance = (ratios.iter().map(|r| r.ln()).sum::<f64>() / 4.0).exp();
     let inertia = after.inertia_kg_m2 / before.inertia_kg_m2;
     let fits = |c: &&Cause| {
