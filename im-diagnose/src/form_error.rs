@@ -22,9 +22,6 @@ const SIZE: f64 = 0.05;
 /// The same where sets of effects are compared: a real machine's form may be farther from the library's than that of another machine is.
 const SIZE_IN_SEARCH: f64 = 0.1;
 
-/// Standard deviation of the logarithm of L_ls/L_lr as given.
-const RATIO_ERROR: f64 = 0.2;
-
 /// Rows that are enough to find how much of each change is in a residual.
 const ROWS: usize = 30_000;
 
@@ -58,10 +55,11 @@ struct Around {
 }
 
 impl Around {
-    fn new(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free]) -> Self {
+    fn new(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free], ratio_std: f64) -> Self {
         let linear: Vec<Linearized> =
             experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
-        let Disturbances { of_ratio, bends: mut list, explained, modelled } = disturbances(machine, starts, experiments);
+        let Disturbances { of_ratio, bends: mut list, explained, modelled } =
+            disturbances(machine, starts, experiments, ratio_std);
         // Forms differ in phase as well.
         list.extend(explained.iter().flat_map(|d| bends(experiments, &modelled, &turned(experiments, d))));
         let bends = list.len();
@@ -121,9 +119,16 @@ impl Around {
 }
 
 /// −2 log L of a fitted model, up to a constant, with the errors of its form as unknowns, where a sample counts 1/λ: what is known of these errors
-/// does not count less for that.
-pub fn marginal(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free], lambda: f64) -> f64 {
-    let around = Around::new(machine, starts, experiments, free);
+/// does not count less for that. `ratio_std` is how well L_ls/L_lr is known.
+pub fn marginal(
+    machine: &Machine<f64>,
+    starts: &[State<f64>],
+    experiments: &[Experiment],
+    free: &[Free],
+    ratio_std: f64,
+    lambda: f64,
+) -> f64 {
+    let around = Around::new(machine, starts, experiments, free, ratio_std);
     let as_it_is = deviance(experiments, &around.residuals);
     if around.is_short() {
         return as_it_is;
@@ -133,21 +138,33 @@ pub fn marginal(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Ex
         c.iter().zip(&whiteners).map(|(run, w)| run.iter().zip(w).map(|(x, w)| w.apply(x)).collect()).collect()
     };
     let (mut normal, b) = around.normal(machine, free, whiten);
-    let (p, m) = (free.len(), around.changes.len() - free.len());
-    let known = lambda * (SIZE / SIZE_IN_SEARCH).powi(2);
-    for k in p..p + m {
+    let bends = around.parameters..around.parameters + around.bends;
+    let known: Vec<f64> = (0..around.changes.len())
+        .map(|k| match k {
+            k if k < bends.start => 1.0,
+            k if bends.contains(&k) => lambda * (SIZE / SIZE_IN_SEARCH).powi(2),
+            _ => lambda,
+        })
+        .collect();
+    for (k, known) in known.iter().enumerate() {
         normal[(k, k)] += known - 1.0;
     }
     let Some(sizes) = normal.cholesky().map(|c| c.solve(&b)) else { return as_it_is };
-    let cost = sizes.rows(0, p).norm_squared() + known * sizes.rows(p, m).norm_squared();
+    let cost: f64 = sizes.iter().zip(&known).map(|(size, known)| known * size * size).sum();
     // Far from where the slopes were taken they may lead nowhere: then the form is taken as it is.
     (deviance(experiments, &around.left(&sizes)) + cost).min(as_it_is)
 }
 
 /// The mean squared residual of each experiment, in σ², with the curves of the effects bent as the data ask for: by two standard deviations at
 /// most, and by any amount.
-pub fn bent(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free]) -> [Vec<f64>; 2] {
-    let around = Around::new(machine, starts, experiments, free);
+pub fn bent(
+    machine: &Machine<f64>,
+    starts: &[State<f64>],
+    experiments: &[Experiment],
+    free: &[Free],
+    ratio_std: f64,
+) -> [Vec<f64>; 2] {
+    let around = Around::new(machine, starts, experiments, free, ratio_std);
     let mean_square = |run: &Vec<Vec<f64>>| {
         let n: usize = run.iter().map(Vec::len).sum();
         run.iter().flatten().map(|r| r * r).sum::<f64>() / n.max(1) as f64
@@ -202,8 +219,9 @@ fn turned(experiments: &[Experiment], change: &Change) -> Change {
 /// Per experiment and channel: a change of the outputs, in σ.
 type Change = Vec<Vec<Vec<f64>>>;
 
-/// Changes of one standard deviation that no parameter is meant to follow.
-pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment]) -> Disturbances {
+/// Changes of one standard deviation that no parameter is meant to follow; `ratio_std` is that of ln(L_ls/L_lr)
+/// ([`leakage_ratio_std`](im_model::MotorFile::leakage_ratio_std)).
+pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], ratio_std: f64) -> Disturbances {
     let here: Change = experiments.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
     let change = |other: &Machine<f64>| -> Option<Change> {
         let there: Vec<_> = experiments.par_iter().zip(starts).map(|(e, x)| predict(other, e, x)).collect();
@@ -211,7 +229,7 @@ pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: 
         out.iter().flatten().flatten().all(|x| x.is_finite()).then_some(out)
     };
     // Half of the way is linear enough, and twice the change is that of one standard deviation.
-    let mut of_ratio = with_ratio(machine, 0.5 * RATIO_ERROR).as_ref().and_then(change);
+    let mut of_ratio = with_ratio(machine, 0.5 * ratio_std).as_ref().and_then(change);
     of_ratio.iter_mut().flatten().flatten().flatten().for_each(|x| *x *= 2.0);
     let (mut all_bends, mut explained) = (Vec::new(), Vec::new());
     for effect in machine.effects().active() {
@@ -320,14 +338,14 @@ mod tests {
         let mut e = Experiment::from_recording(&r, [1.0, 1.0], 1e-3);
         let starts = [start];
         let here = predict(&machine, &e, &start);
-        let explained = &disturbances(&machine, &starts, std::slice::from_ref(&e)).explained[0][0][2];
+        let explained = &disturbances(&machine, &starts, std::slice::from_ref(&e), 0.1).explained[0][0][2];
         let shares = [0.15, 0.6].map(|part| {
             let fastest = here[2][0];
             let at = |k: usize| 2.0 * here[2][k] / fastest - 1.0;
             e.channels[2].values = (0..n).map(|k| here[2][k] + 1e-3 * part * at(k) * explained[k]).collect();
             let missed =
                 im_identify::offline::residuals(&machine, &e, &start)[2].iter().map(|r| r * r).sum::<f64>() / (3 * n) as f64;
-            bent(&machine, &starts, std::slice::from_ref(&e), &[]).map(|left| left[0] / missed)
+            bent(&machine, &starts, std::slice::from_ref(&e), &[], 0.1).map(|left| left[0] / missed)
         });
         assert!(shares[0].iter().all(|x| *x < 1e-3), "{shares:?}");
         let [mildly, freely] = shares[1];

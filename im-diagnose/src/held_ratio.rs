@@ -1,6 +1,6 @@
 //! How well the T circuit is known, of which terminals show the inverse-Γ circuit alone: the ratio of the leakages is held as given.
 
-use im_model::{BaseParameter, DesignClass, InverseGammaParameters, MotorFile, ParameterId};
+use im_model::{BaseParameter, InverseGammaParameters, MotorFile, ParameterId};
 
 use crate::uncertainty::{Estimates, MachineQuantity};
 
@@ -18,7 +18,7 @@ pub fn is_held(id: ParameterId) -> bool {
 }
 
 /// Standard deviations of the parameters of [`HELD`]: by those of the inverse-Γ circuit, and by the ratio of the leakages, which is known as
-/// well as the design of the rotor is ([`DesignClass::leakage_ratio_std`]). NaN where the recordings determine no such circuit.
+/// well as the design of the rotor is ([`MotorFile::leakage_ratio_std`]). NaN where the recordings determine no such circuit.
 pub fn held_std(estimates: &Estimates, motor: &MotorFile) -> [f64; 4] {
     let of = |q: MachineQuantity| estimates.list.iter().position(|e| e.quantity == q);
     let circuit =
@@ -44,7 +44,7 @@ pub fn held_std(estimates: &Estimates, motor: &MotorFile) -> [f64; 4] {
         std::array::from_fn(|p| (high[p] - low[p]) / (2.0 * step))
     });
     let covariance = |a: usize, b: usize| match (a, b) {
-        (3, 3) => (DesignClass::leakage_ratio_std(motor.design, x[3]) * x[3]).powi(2),
+        (3, 3) => (motor.leakage_ratio_std() * x[3]).powi(2),
         (3, _) | (_, 3) => 0.0,
         _ => estimates.covariance[([r, l, m][a], [r, l, m][b])],
     };

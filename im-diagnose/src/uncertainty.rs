@@ -9,7 +9,7 @@
 //! Σ is the covariance of the noise: an autoregressive model per channel fitted to the residuals, and what the noise of the measured load torque
 //! does (`input_noise`). What it does not know (a residual that is larger where more happens) shows in the sums of Jᵀr over stretches of the
 //! recordings: where their spread asks for a wider interval, that is taken. d_m are changes of the outputs that the model cannot follow and
-//! the residual hardly shows: the curve of each effect, bent by 5 % of what it explains, the ratio of the leakages, off by 20 % (`form_error`), and the
+//! the residual hardly shows: the curve of each effect, bent by 5 % of what it explains, the ratio of the leakages, off as far as it is known (`form_error`), and the
 //! scales of a table's instruments (`instruments`).
 
 pub use im_identify::offline::HALF_95;
@@ -137,7 +137,7 @@ impl Estimates {
         free: &[Free],
     ) -> Self {
         let quantities = quantities(free);
-        let spread = Spread::new(machine, starts, experiments, free);
+        let spread = Spread::new(machine, starts, experiments, free, before.leakage_ratio_std());
         let here: Vec<f64> = quantities.iter().map(|q| q.of(machine)).collect();
         let covariance =
             spread.covariance(&slopes_along(free, machine, &here, |m| Some(quantities.iter().map(|q| q.of(m)).collect())));
@@ -261,7 +261,7 @@ struct Spread {
 }
 
 impl Spread {
-    fn new(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free]) -> Self {
+    fn new(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free], ratio_std: f64) -> Self {
         let linear: Vec<Linearized> =
             experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
         let residuals: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.residuals.clone()).collect();
@@ -285,7 +285,7 @@ impl Spread {
             all.fold(DMatrix::zeros(p, p), |sum, g: DVector<f64>| sum + &g * g.transpose())
         };
         let scales = spread_by(&scale_errors(machine, experiments));
-        let hidden = spread_by(&disturbances(machine, starts, experiments).all()) + &scales;
+        let hidden = spread_by(&disturbances(machine, starts, experiments, ratio_std).all()) + &scales;
         for ((l, e), x) in linear.iter().zip(experiments).zip(starts) {
             let drawn = torque_noise(machine, e, x, |change| along(l, change));
             let each = 1.0 / drawn.len().max(1) as f64;

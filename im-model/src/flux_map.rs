@@ -323,10 +323,11 @@ impl<T: Scalar> FluxMap<T> {
         (m, adjugate.map(|x| x * inverse_det))
     }
 
-    /// Γ_s: how i_s rises with ψ_s where nothing saturates, H⁻¹.
+    /// Γ_s and Γ_r: how i_s rises with ψ_s and i_r with ψ_r where nothing saturates, H⁻¹.
     #[inline(always)]
-    pub(crate) fn unsaturated_slope(&self) -> T {
-        self.inverse_inductances[0]
+    pub(crate) fn unsaturated_slopes(&self) -> [T; 2] {
+        let [s, _, r] = self.inverse_inductances;
+        [s, r]
     }
 
     /// How much more steeply than its unsaturated value a leakage current can rise with its flux, at most.

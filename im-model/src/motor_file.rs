@@ -138,6 +138,11 @@ impl MotorFile {
         Self { name: name.into(), machine, rating, known: BTreeMap::new(), winding_c: None, design: None }
     }
 
+    /// Standard deviation of ln(L_ls/L_lr): how well the ratio of the leakages is known ([`DesignClass::leakage_ratio_std`]).
+    pub fn leakage_ratio_std(&self) -> f64 {
+        DesignClass::leakage_ratio_std(self.design, self.machine.parameters().leakage_ratio())
+    }
+
     /// The temperature at which R_s and R_r hold: where none is known, that of a cold machine.
     pub fn reference_c(&self) -> f64 {
         self.winding_c.unwrap_or(COLD_C)

@@ -102,14 +102,45 @@ pub struct Evaluation<T> {
 /// Steps per sample at most. Machines at usual sampling times take one to ten, with an inverter's steep characteristic up to a hundred.
 pub const SUBSTEPS_MAX: u32 = 1000;
 
+/// Unbalanced leakages, H: of fluxes L_a ī_s in the stator and, fixed to the rotor, L_b ī_r. Zero unless the phases' or the bars' differ.
+#[derive(Clone, Copy, Debug)]
+struct Mirrored<T> {
+    stator: Complex<T>,
+    rotor: Complex<T>,
+}
+
+impl<T: Scalar> Mirrored<T> {
+    fn new(effects: &Effects<T>, on: Active, p: &TParameters<T>) -> Self {
+        Self {
+            stator: effects.stator_mirrored_inductance(on, Complex::zero(), p.stator_leakage_inductance_h),
+            rotor: effects.rotor_mirrored_inductance(on, Complex::zero(), p.rotor_leakage_inductance_h),
+        }
+    }
+
+    #[inline(always)]
+    fn is_zero(&self) -> bool {
+        self.stator.is_zero() && self.rotor.is_zero()
+    }
+
+    /// Both seen from the stator, where that of the rotor turns with e^{j2θ_e}.
+    #[inline(always)]
+    fn at(&self, theta_e: T) -> [Complex<T>; 2] {
+        [self.stator, if self.rotor.is_zero() { self.rotor } else { self.rotor * unit(theta_e + theta_e) }]
+    }
+
+    fn size(&self) -> f64 {
+        let of = |l: Complex<T>| Scalar::sqrt(norm2(l).value());
+        of(self.stator) + of(self.rotor)
+    }
+}
+
 /// A valid machine prepared for stepping. Plain data, no allocation; steps cannot fail.
 #[derive(Clone, Copy, Debug)]
 pub struct Plant<T> {
     parameters: TParameters<T>,
     effects: Effects<T>,
     map: FluxMap<T>,
-    /// L_a, H: zero unless the phases' leakages differ.
-    mirrored: Complex<T>,
+    mirrored: Mirrored<T>,
     on: Active,
     n_p: f64,
     /// (3/2) n_p.
@@ -130,7 +161,7 @@ impl<T: Scalar> Plant<T> {
             parameters: p,
             effects,
             map: FluxMap::new(&p, &effects, machine.air_gap()),
-            mirrored: effects.mirrored_inductance(on, Complex::zero(), p.stator_leakage_inductance_h),
+            mirrored: Mirrored::new(&effects, on, &p),
             on,
             n_p,
             torque_factor: 1.5 * n_p,
@@ -176,32 +207,49 @@ impl<T: Scalar> Plant<T> {
         }
     }
 
-    /// The currents i_s = f(ψ_s − L_a ī_s) of the flux map f behind an unbalanced leakage, from `linked` = f(ψ_s): Newton's method with the
-    /// slope Γ_s of the unsaturated map, exact at once where nothing saturates.
+    /// The currents (i_s, i_r) = f(ψ_s − L_a ī_s, ψ_r − L_b ī_r) of the flux map f behind unbalanced leakages, from `linked` = f(ψ_s, ψ_r):
+    /// Newton's method with the slopes Γ of the unsaturated map on either side, exact at once where one side is unbalanced and nothing
+    /// saturates.
     #[inline(never)]
     fn behind_mirrored(&self, linked: Currents<T>, x: &State<T>, core: Complex<T>) -> Currents<T> {
-        let (l, slope) = (self.mirrored, self.map.unsaturated_slope());
-        let g = l * slope;
-        let k = T::one() / (T::one() - norm2(g));
+        let [l_a, l_b] = self.mirrored.at(self.electrical_angle(x));
+        let [g_s, g_r] = self.map.unsaturated_slopes();
         // Solves i + g ī = y.
-        let solved = |y: Complex<T>| (y - g * y.conj()) * k;
-        let mut i_s = solved(linked.i_s);
+        let solved = |y: Complex<T>, g: Complex<T>| (y - g * y.conj()) * (T::one() / (T::one() - norm2(g)));
+        let (g_s, g_r) = (l_a * g_s, l_b * g_r);
+        let (mut i_s, mut i_r) = (solved(linked.i_s, g_s), solved(linked.i_r, g_r));
         let mut currents = linked;
         // The error falls by |L_a|/L_l times what the slope is off, a hundredth or so, in each round.
         for _ in 0..20 {
-            currents = self.map.currents(x.psi_s - l * i_s.conj(), x.psi_r, core, &self.effects);
-            let residual = currents.i_s - i_s;
-            i_s += solved(residual);
-            if norm2(residual).value() <= 1e-20 * norm2(i_s).value() {
+            currents = self.map.currents(x.psi_s - l_a * i_s.conj(), x.psi_r - l_b * i_r.conj(), core, &self.effects);
+            let residual = [currents.i_s - i_s, currents.i_r - i_r];
+            i_s += solved(residual[0], g_s);
+            i_r += solved(residual[1], g_r);
+            if (norm2(residual[0]) + norm2(residual[1])).value() <= 1e-20 * (norm2(i_s) + norm2(i_r)).value() {
                 break;
             }
         }
         currents
     }
 
+    fn electrical_angle(&self, x: &State<T>) -> T {
+        x.theta_m.scale(self.n_p)
+    }
+
     /// Electromagnetic torque in a state, Nm.
     pub fn torque(&self, x: &State<T>) -> T {
-        cross(self.currents(x).i_r, x.psi_r).scale(self.torque_factor)
+        self.torque_of(x, &self.currents(x))
+    }
+
+    /// (3/2) n_p (ψ_r − L_b ī_r) × i_r: the flux of the rotor's own unbalanced leakage turns with the rotor and pulls at nothing else.
+    #[inline(always)]
+    fn torque_of(&self, x: &State<T>, currents: &Currents<T>) -> T {
+        let linked = if self.mirrored.rotor.is_zero() {
+            x.psi_r
+        } else {
+            x.psi_r - self.mirrored.at(self.electrical_angle(x))[1] * currents.i_r.conj()
+        };
+        cross(currents.i_r, linked).scale(self.torque_factor)
     }
 
     /// What the current sensors show of a current, A.
@@ -246,7 +294,7 @@ impl<T: Scalar> Plant<T> {
         rates.psi_s = u_s - stator_drop;
         rates.psi_r = j(x.psi_r) * omega_e - rotor_drop;
 
-        let torque = cross(i_r, x.psi_r).scale(self.torque_factor);
+        let torque = if PLAIN { cross(i_r, x.psi_r).scale(self.torque_factor) } else { self.torque_of(x, &currents) };
         let viscous = p.viscous_friction_nm_s_per_rad * x.omega_m;
         let braking = at.map_or(viscous, |at| e.braking_torque(on, viscous, at, own));
         let tau_load = at.map_or_else(|| input.tau_load + x.load.torque(x.omega_m), |at| at.tau_load);
@@ -367,8 +415,10 @@ impl<T: Scalar> Plant<T> {
         let (e, own) = (&self.effects, &x.extra);
         let core = e.core_source(self.on, Complex::zero(), own);
         let currents = self.currents(x);
-        let mirrored = self.mirrored * currents.i_s.conj();
-        let fields = self.map.energy(x.psi_s - mirrored, x.psi_r, core, e) + dot(mirrored, currents.i_s).scale(0.75);
+        let [l_a, l_b] = self.mirrored.at(self.electrical_angle(x));
+        let (in_s, in_r) = (l_a * currents.i_s.conj(), l_b * currents.i_r.conj());
+        let mirrored = (dot(in_s, currents.i_s) + dot(in_r, currents.i_r)).scale(0.75);
+        let fields = self.map.energy(x.psi_s - in_s, x.psi_r - in_r, core, e) + mirrored;
         let rotor = T::from_f64(0.5) * x.omega_m * x.omega_m / self.inv_inertia;
         let input = PlantInput::new(Complex::zero(), T::zero());
         let at = self.operating(x, &currents, &input);
@@ -378,7 +428,7 @@ impl<T: Scalar> Plant<T> {
     /// An estimate of the fastest rate in the machine, 1/s, that a step must resolve: h ≤ 1/rate is accurate, h > 2.7/rate unstable.
     pub fn fastest_rate(&self) -> f64 {
         let p = self.parameters.cast::<f64>();
-        let leakage = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h - Scalar::sqrt(norm2(self.mirrored).value());
+        let leakage = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h - self.mirrored.size();
         let added = self.effects.added_resistance(self.on, p.rotor_resistance_ohm);
         let resistance = p.stator_resistance_ohm + p.rotor_resistance_ohm + added;
         let own = self.effects.fastest_rate(self.on, 1.0 / self.inv_inertia.value());
@@ -442,7 +492,7 @@ impl<T: Scalar> Plant<T> {
             }
             let on = effects.which();
             let map = FluxMap::new(&self.parameters, &effects, self.map.air_gap());
-            let mirrored = effects.mirrored_inductance(on, Complex::zero(), self.parameters.stator_leakage_inductance_h);
+            let mirrored = Mirrored::new(&effects, on, &self.parameters);
             let without = Self { map, mirrored, effects, on, ..*self };
             let rate = without.fastest_rate();
             if rate < least {

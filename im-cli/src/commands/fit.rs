@@ -7,7 +7,7 @@ use im_diagnose::fitted::Fitted;
 use im_diagnose::held_ratio::{HELD, held_std, is_held};
 use im_diagnose::sources::by_fit;
 use im_diagnose::uncertainty::{HALF_95, MachineQuantity};
-use im_model::{BaseParameter, DesignClass, ParameterId};
+use im_model::{BaseParameter, ParameterId};
 use serde_json::json;
 
 use super::inputs::{Data, refused};
@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     let ratio = before.machine.parameters().leakage_ratio();
-    let half = (HALF_95 * DesignClass::leakage_ratio_std(after.design, ratio)).exp();
+    let half = (HALF_95 * before.leakage_ratio_std()).exp();
     let known = match after.design {
         Some(class) => format!("as well as design {} says", class.name()),
         None => "over all design classes; design = \"B\" in [machine] narrows it".to_owned(),

@@ -127,7 +127,8 @@ fn bent_error(loop_: &Refinement, found: &Found) -> [f64; 2] {
     let train = &found.judged.train;
     let all: Vec<Experiment> = train.iter().chain(&found.judged.holdout).cloned().collect();
     let starts: Vec<_> = starts.iter().chain(holdout_start).copied().collect();
-    bent(machine, &starts, &all, &loop_.free(machine, effects, &all)).map(|each| {
+    let ratio_std = loop_.case().motor.leakage_ratio_std();
+    bent(machine, &starts, &all, &loop_.free(machine, effects, &all), ratio_std).map(|each| {
         let (seen, unseen) = each.split_at(train.len());
         let count = |e: &Experiment| e.count() as f64;
         let seen: f64 = seen.iter().zip(train).map(|(x, e)| x * count(e)).sum::<f64>() / train.iter().map(count).sum::<f64>();

@@ -58,7 +58,7 @@ const GLOSSARY: &[(&str, &str, &str)] = &[
     (
         "interval",
         "± interval",
-        "95 % interval: sensor noise, coloured as the residual shows it; the curves of the effects, which may differ from the machine's by 5 % of what they explain; and the ratio of the leakages, which may be off by 20 %. It holds if the effects in the model are the right ones.",
+        "95 % interval: sensor noise, coloured as the residual shows it; the curves of the effects, which may differ from the machine's by 5 % of what they explain; and the ratio of the leakages, known as well as the design class in the motor file says, over all classes without one. It holds if the effects in the model are the right ones.",
     ),
     ("base", "base model", "The linear machine with its parameters refitted, before any effect is added."),
     ("refined", "refined model", "The machine with the effects found, everything refitted."),

@@ -290,7 +290,8 @@ impl Refinement {
         let fit = &model.fit;
         let all: Vec<Experiment> = self.nudged.iter().chain(&self.held_out).cloned().collect();
         let starts: Vec<State<f64>> = fit.starts.iter().chain(&model.holdout_start).copied().collect();
-        marginal(&fit.machine, &starts, &all, &self.free(&fit.machine, &model.effects, &all), lambda)
+        let free = self.free(&fit.machine, &model.effects, &all);
+        marginal(&fit.machine, &starts, &all, &free, self.case.motor.leakage_ratio_std(), lambda)
     }
 
     /// Scores of all candidates not yet in the model, best first; those of the round before, if any, save looking for sizes.

@@ -60,7 +60,8 @@ pub enum Hook {
     stator_resistance,
     rotor_resistance,
     stator_drop,
-    mirrored_inductance,
+    stator_mirrored_inductance,
+    rotor_mirrored_inductance,
     rotor_drop,
     braking_torque,
     shaft_torque,
@@ -147,7 +148,13 @@ pub trait Hooks<T: Scalar> {
     }
     /// Stator winding: adds L of a flux L ī_s in series, H; the leakage L_ls is given. Less than the leakages in size.
     #[inline(always)]
-    fn mirrored_inductance(&self, l: Complex<T>, _l_ls: T) -> Complex<T> {
+    fn stator_mirrored_inductance(&self, l: Complex<T>, _l_ls: T) -> Complex<T> {
+        l
+    }
+    /// Rotor winding: adds L of a flux L e^{j2θ_e} ī_r in series (as seen from the stator), H; the leakage L_lr is given. Less than the
+    /// leakages in size.
+    #[inline(always)]
+    fn rotor_mirrored_inductance(&self, l: Complex<T>, _l_lr: T) -> Complex<T> {
         l
     }
     /// Rotor winding (in the stator frame): adds a voltage drop in series, V.

@@ -279,7 +279,8 @@ macro_rules! registry {
                 stator_resistance [T] [own];
                 rotor_resistance [T] [own];
                 stator_drop [Complex<T>] [at own];
-                mirrored_inductance [Complex<T>] [l_ls: T];
+                stator_mirrored_inductance [Complex<T>] [l_ls: T];
+                rotor_mirrored_inductance [Complex<T>] [l_lr: T];
                 rotor_drop [Complex<T>] [at own];
                 braking_torque [T] [at own];
                 shaft_torque [T] [at own];

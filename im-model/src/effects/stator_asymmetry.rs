@@ -40,7 +40,7 @@ effect! {
         }
 
         #[inline(always)]
-        fn mirrored_inductance(&self, l: Complex<T>, l_ls: T) -> Complex<T> {
+        fn stator_mirrored_inductance(&self, l: Complex<T>, l_ls: T) -> Complex<T> {
             l + Complex::new(self.unbalance_alpha, self.unbalance_beta) * (self.leakage_share * l_ls)
         }
     }

@@ -33,9 +33,14 @@ pub(super) fn with(id: EffectId) -> Machine<f64> {
 
 /// What the sensors show in one period of 50 Hz at an imposed speed, after half a second on rated frequency.
 pub(super) fn running(m: &Machine<f64>, volts: f64, speed: f64) -> Vec<Output<f64>> {
+    running_for(m, volts, speed, 200)
+}
+
+/// As [`running`], for so many samples.
+pub(super) fn running_for(m: &Machine<f64>, volts: f64, speed: f64, samples: u32) -> Vec<Output<f64>> {
     let mut bench = Bench::new(m, State::turning(speed), T);
     let mut out = Vec::new();
-    for k in 0..5200 {
+    for k in 0..5000 + samples {
         if k >= 5000 {
             out.push(bench.output());
         }
