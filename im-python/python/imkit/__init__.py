@@ -201,17 +201,17 @@ def _diagnosed(
     return Diagnosis(native)
 
 
-def _recording(data: Any) -> _native.Recording:
+def _recording(data: Any, name: str = "data frame") -> _native.Recording:
     if isinstance(data, Recording):
         return data._native
     if isinstance(data, (str, os.PathLike)):
         return Recording.from_file(data)._native
-    return Recording.from_frame(data)._native
+    return Recording.from_frame(data, name=name)._native
 
 
 def _recordings(data: Any) -> list[_native.Recording]:
     several = isinstance(data, (list, tuple)) or (isinstance(data, Iterable) and not _is_one(data))
-    return [_recording(one) for one in data] if several else [_recording(data)]
+    return [_recording(one, f"data frame {k}") for k, one in enumerate(data, 1)] if several else [_recording(data)]
 
 
 def _is_one(data: Any) -> bool:
@@ -219,7 +219,7 @@ def _is_one(data: Any) -> bool:
 
 
 def _one(data: Any) -> _native.Recording | None:
-    return None if data is None else _recording(data)
+    return None if data is None else _recording(data, "held-out data frame")
 
 
 def _tables(tables: Any) -> list[tuple[str, str | None]]:
