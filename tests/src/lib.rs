@@ -5,5 +5,6 @@ pub mod course;
 #[allow(missing_docs, clippy::all, clippy::pedantic, reason = "as `im learn --rust` writes them")]
 pub mod learned;
 pub mod own_effect;
+pub mod slow_reversal;
 
 pub use im_trials::{campaign, hidden, learning};

@@ -1,23 +1,22 @@
 //! The sensorless drive on random machines with effects that it does not know: commissioned, rated torque at 1 Hz and a slow reversal through zero with R_s +20 %.
 //!
-//!     cargo run --release -p im-control --example sensorless_campaign -- FIRST..END [known]
+//!     cargo run --release -p im-tests --example sensorless_campaign -- FIRST..END [known]
 //!
 //! Nameplates from 0.4 to 75 kW with one to four pole pairs. Hidden: up to 30 % of saturation, up to 1 % of rated voltage that dead time takes, iron loss, dry friction and windage, on
 //! every third machine deep bars, noise of the current; a sample of delay, which the drive knows. The machine is commissioned cold (`im_control::Commissioning`, 0.4 % of noise); the drive
 //! gets what was found, dead-time curve included, and then the machine with R_s 20 % larger. With `known` nothing is commissioned: R_r, L_m (of the flux at which it works) and L_ls are within 5 % and
 //! dead time takes up to 0.3 %, not compensated, with no other effect.
-//! From rest: up to a tenth of synchronous speed, rated torque for 5 s, in 2 s or more to 1 Hz of the stator, 4 s there, and in 2 s or more through zero to minus a tenth, which the
-//! load drives.
-//! Control is lost where the mean speed is not within 5 % of synchronous speed of what was asked for at 1 Hz or at the end, or the current is beyond 1.5 times its limit.
+//! What it has to hold: `im_tests::slow_reversal`.
 
 use std::collections::BTreeMap;
 
 use im_control::commissioning::{CommissionedDrive, Comparison, commission};
 use im_control::{CommissioningPlan, DriveLimits, FieldOriented, FieldOrientedGains, MachineData, Reports, Sensorless};
 use im_model::effects::Hooks;
-use im_model::simulation::{Inverter, Load, Profile, References, Scenario, Sensors, Simulation, Source};
+use im_model::simulation::{Inverter, Load, References, Scenario, Sensors, Simulation, Source};
 use im_model::{Effects, Machine, MotorFile, Nameplate, Rating, TParameters};
 use im_observers::{Basis, FullOrder, FullOrderGains};
+use im_tests::slow_reversal::{MEAN_S, SlowReversal};
 
 const H: f64 = 1e-4;
 type Failure = Box<dyn std::error::Error>;
@@ -151,60 +150,39 @@ fn trial(seed: u64, by_commissioning: bool) -> Result<Trial, Failure> {
         (truth, known(&base, &truth, &plan, &mut draw)?)
     };
 
-    let slip = rating.torque_nm * p.rotor_resistance_ohm / (1.5 * f64::from(pairs) * flux * flux);
-    let at_1_hz = (std::f64::consts::TAU - slip) / f64::from(pairs);
-    let slow = 0.1 * speed;
-    let (t_r, up) = (p.rotor_inductance_h() / p.rotor_resistance_ohm, (2.0 * p.inertia_kg_m2 * slow / rating.torque_nm).max(0.3));
-    let on = (5.0 * t_r).clamp(0.5, 3.0) + up + 0.5;
-    let ramp = (2.0 * p.inertia_kg_m2 * 2.0 * slow / rating.torque_nm).max(2.0);
-    let (low, held) = (on + 5.0 + ramp, on + 9.0 + ramp);
-    let end = held + ramp + 1.5;
-    let magnetized = on - up - 0.5;
-    let speed_rad_s = Profile::points([
-        [0.0, 0.0],
-        [magnetized, 0.0],
-        [magnetized + up, slow],
-        [on + 5.0, slow],
-        [low, at_1_hz],
-        [held, at_1_hz],
-        [held + ramp, -slow],
-    ])?;
+    let manoeuvre = SlowReversal::of(&p, pairs, &rating, flux)?;
     let scenario = Scenario {
         source: Source::Controller {
             name: "sensorless".into(),
             observer: None,
-            references: References { speed_rad_s, rotor_flux_vs: flux.into(), torque_nm: 0.0.into() },
+            references: References {
+                speed_rad_s: manoeuvre.speed_rad_s.clone(),
+                rotor_flux_vs: flux.into(),
+                torque_nm: 0.0.into(),
+            },
         },
         inverter: Inverter::Averaged { dc_voltage_v: Some(3f64.sqrt() * rating.phase_voltage_peak_v) },
-        load: Load { torque_nm: Profile::points([[on, 0.0], [on + 0.3, rating.torque_nm]])?, quadratic_nm_s2: 0.0 },
+        load: Load { torque_nm: manoeuvre.load_nm.clone(), quadratic_nm_s2: 0.0 },
         sensors: Sensors { current_noise_a: 0.003 * rated, seed, ..Sensors::default() },
-        ..Scenario::direct_on_line(1.0, 50.0, end)
+        ..Scenario::direct_on_line(1.0, 50.0, manoeuvre.duration_s())
     };
     let run = Simulation::new(&truth, &scenario).controlled_by(&mut drive).run()?.recording;
     let mean = |t: f64| {
-        let last = ((t / H) as usize).min(run.len());
-        run.omega_m[last - 2000..last].iter().sum::<f64>() / 2000.0
+        let (last, count) = (((t / H) as usize).min(run.len()), (MEAN_S / H) as usize);
+        run.omega_m[last - count..last].iter().sum::<f64>() / count as f64
     };
     let (at, peak) =
         run.i_s.iter().enumerate().fold((0, 0.0), |(at, peak), (k, i)| if i.norm() > peak { (k, i.norm()) } else { (at, peak) });
-    let errors = [(mean(held) - at_1_hz) / speed, (mean(end) + slow) / speed];
-    let reason = if peak > 1.5 * 1.6 * rated {
-        Some("current")
-    } else if errors[0].abs() > 0.05 {
-        Some("at 1 Hz")
-    } else if errors[1].abs() > 0.05 {
-        Some("after the reversal")
-    } else {
-        None
-    };
-    trial.lost = reason.map(|reason| {
+    let held = manoeuvre.judge(manoeuvre.judged_s.map(mean), peak / plan.current_max_a);
+    trial.lost = held.lost().map(|reason| {
         let how = format!(
-            "{:.1} kW, {pairs} pole pairs: off by {:.1} % at 1 Hz, {:.1} % at the end, {:.2} of the current limit at {:.2} s of {end:.0} s, R_s {:.2} of the true one, {}",
+            "{:.1} kW, {pairs} pole pairs: off by {:.1} % at 1 Hz, {:.1} % at the end, {:.2} of the current limit at {:.2} s of {:.0} s, R_s {:.2} of the true one, {}",
             1e-3 * rating.torque_nm * speed,
-            100.0 * errors[0],
-            100.0 * errors[1],
-            peak / (1.6 * rated),
+            100.0 * held.errors[0],
+            100.0 * held.errors[1],
+            held.peak,
             H * at as f64,
+            manoeuvre.duration_s(),
             drive.observer_state().stator_resistance_ratio() / 1.2,
             drive.status()
         );

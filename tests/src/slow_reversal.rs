@@ -1,0 +1,95 @@
+//! What a sensorless drive has to hold: rated torque at 1 Hz of the stator, and a slow reversal through zero.
+//!
+//! From rest: up to a tenth of synchronous speed, rated torque for 5 s, in 2 s or more to 1 Hz, 4 s there, and in 2 s or more through zero to minus a tenth, which the load
+//! drives. Control is lost where the mean speed of 0.2 s is not within 5 % of synchronous speed of what was asked for at 1 Hz or at the end, or the current is beyond 1.5 times
+//! its limit.
+
+use std::f64::consts::TAU;
+
+use im_model::simulation::Profile;
+use im_model::{ModelError, Rating, TParameters};
+
+/// The manoeuvre for a machine.
+#[derive(Clone, Debug)]
+pub struct SlowReversal {
+    /// Speed that is asked for, rad/s.
+    pub speed_rad_s: Profile,
+    /// Load torque, Nm.
+    pub load_nm: Profile,
+    /// Ends of the means, at 1 Hz and after the reversal, s.
+    pub judged_s: [f64; 2],
+    /// Speeds that the means are compared with, rad/s.
+    pub wanted_rad_s: [f64; 2],
+    synchronous_rad_s: f64,
+}
+
+/// How a drive went through it.
+#[derive(Clone, Copy, Debug)]
+pub struct Held {
+    /// Errors of the mean speed over synchronous speed, at 1 Hz and at the end.
+    pub errors: [f64; 2],
+    /// Largest current over its limit.
+    pub peak: f64,
+}
+
+/// Time over which speed is averaged, s.
+pub const MEAN_S: f64 = 0.2;
+
+impl SlowReversal {
+    /// For a machine with `p` that works at the rotor flux `flux`.
+    ///
+    /// # Errors
+    /// Times that are no profile: parameters that are none.
+    pub fn of(p: &TParameters<f64>, pole_pairs: u32, rating: &Rating, flux: f64) -> Result<Self, ModelError> {
+        let speed = rating.synchronous_speed_rad_s(pole_pairs);
+        let pairs = f64::from(pole_pairs);
+        let slip = rating.torque_nm * p.rotor_resistance_ohm / (1.5 * pairs * flux * flux);
+        let at_1_hz = (TAU - slip) / pairs;
+        let slow = 0.1 * speed;
+        let t_r = p.rotor_inductance_h() / p.rotor_resistance_ohm;
+        let magnetized = (5.0 * t_r).clamp(0.5, 3.0);
+        let on = magnetized + (2.0 * p.inertia_kg_m2 * slow / rating.torque_nm).max(0.3) + 0.5;
+        let ramp = (2.0 * p.inertia_kg_m2 * 2.0 * slow / rating.torque_nm).max(2.0);
+        let (low, held) = (on + 5.0 + ramp, on + 9.0 + ramp);
+        let points = [
+            [0.0, 0.0],
+            [magnetized, 0.0],
+            [on - 0.5, slow],
+            [on + 5.0, slow],
+            [low, at_1_hz],
+            [held, at_1_hz],
+            [held + ramp, -slow],
+        ];
+        Ok(Self {
+            speed_rad_s: Profile::points(points)?,
+            load_nm: Profile::points([[on, 0.0], [on + 0.3, rating.torque_nm]])?,
+            judged_s: [held, held + ramp + 1.5],
+            wanted_rad_s: [at_1_hz, -slow],
+            synchronous_rad_s: speed,
+        })
+    }
+
+    /// Its length, s.
+    pub fn duration_s(&self) -> f64 {
+        self.judged_s[1]
+    }
+
+    /// How it went, from the means of the true speed, rad/s, and the largest current over its limit.
+    pub fn judge(&self, means: [f64; 2], peak: f64) -> Held {
+        Held { errors: [0, 1].map(|k| (means[k] - self.wanted_rad_s[k]) / self.synchronous_rad_s), peak }
+    }
+}
+
+impl Held {
+    /// Why control was lost, if it was.
+    pub fn lost(&self) -> Option<&'static str> {
+        // A speed that is no number is lost, too.
+        let near = |e: f64| e.abs() <= 0.05;
+        match self {
+            Self { peak, .. } if !(*peak <= 1.5) => Some("current"),
+            Self { errors: [e, _], .. } if !near(*e) => Some("at 1 Hz"),
+            Self { errors: [_, e], .. } if !near(*e) => Some("after the reversal"),
+            _ => None,
+        }
+    }
+}
