@@ -83,13 +83,17 @@ impl SlowReversal {
 impl Held {
     /// Why control was lost, if it was.
     pub fn lost(&self) -> Option<&'static str> {
-        // A speed that is no number is lost, too.
-        let near = |e: f64| e.abs() <= 0.05;
-        match self {
-            Self { peak, .. } if !(*peak <= 1.5) => Some("current"),
-            Self { errors: [e, _], .. } if !near(*e) => Some("at 1 Hz"),
-            Self { errors: [_, e], .. } if !near(*e) => Some("after the reversal"),
-            _ => None,
+        // What is no number is lost, too.
+        let within = |x: f64, most: f64| x.abs() <= most;
+        let [at_1_hz, at_the_end] = self.errors;
+        if !within(self.peak, 1.5) {
+            Some("current")
+        } else if !within(at_1_hz, 0.05) {
+            Some("at 1 Hz")
+        } else if !within(at_the_end, 0.05) {
+            Some("after the reversal")
+        } else {
+            None
         }
     }
 }

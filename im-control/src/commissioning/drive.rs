@@ -1,6 +1,6 @@
 //! The drive for what was found.
 
-use im_model::{Machine, Scalar, TParameters};
+use im_model::{Complex, Machine, Scalar, TParameters};
 use im_observers::{Basis, FullOrder, FullOrderGains};
 
 use super::fit::Found;
@@ -74,13 +74,21 @@ fn low_slip(p: TParameters<f64>, skin_effect: Option<[Found; 2]>) -> TParameters
 }
 
 impl Commissioned {
-    /// The sensorless drive of this machine: typical gains, the dead-time curve compensated, R_s learnt while it runs; it follows speed. The plan's current limit and
+    /// The sensorless drive of this machine: typical gains, the dead-time curve compensated, the sensors' offset taken off, R_s learnt while it runs; it follows speed. The plan's current limit and
     /// rotor flux are the drive's.
     ///
     /// # Errors
     /// A value that no drive can be made of.
     pub fn drive<T: Scalar>(&self, plan: &CommissioningPlan) -> Result<CommissionedDrive<T>, ControlError> {
         let inverter = [self.inverter_voltage_v.value, self.inverter_current_a.value];
-        drive(plan, self.parameters(), self.skin_effect, inverter, Use { follows_torque: false, learns_stator_resistance: true })
+        let drive = drive(
+            plan,
+            self.parameters(),
+            self.skin_effect,
+            inverter,
+            Use { follows_torque: false, learns_stator_resistance: true },
+        )?;
+        let [alpha, beta] = self.current_offset_a.map(|f| T::from_f64(f.value));
+        Ok(drive.with_current_offset(Complex::new(alpha, beta)))
     }
 }

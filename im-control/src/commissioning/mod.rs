@@ -635,6 +635,10 @@ impl<T: Scalar> Commissioning<T> {
     fn finish(&mut self) {
         let (Some(still), Some(turning)) = (&self.still, &self.turning) else { return };
         let time = self.drive_time_s();
+        // A mean over the time of rest, with the noise of each axis.
+        let samples = QUIET_S / self.plan.sample_time_s;
+        let half_width = 2.5 * self.noise_a / Scalar::sqrt(2.0 * samples);
+        let offset = |x: T| Found { value: x.value(), half_width };
         let found = turning.result().map(|turned| Commissioned {
             stator_resistance_ohm: still.stator_resistance_ohm,
             rotor_resistance_ohm: still.rotor_resistance_ohm,
@@ -649,6 +653,7 @@ impl<T: Scalar> Commissioning<T> {
             inverter_current_a: still.inverter_current_a,
             skin_effect: still.skin_effect,
             iron_conductance_s: turned.iron_conductance_s,
+            current_offset_a: [self.offset.re, self.offset.im].map(offset),
             drive_time_s: time,
         });
         self.outcome = Some(found);

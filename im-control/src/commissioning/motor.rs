@@ -85,6 +85,13 @@ impl Commissioned {
             e.windage.coefficient_nm_s2 = self.windage_nm_s2.value;
             note(ParameterId::Effect(EffectId::Windage, 0), &self.windage_nm_s2);
         }
+        if self.current_offset_a.iter().any(Found::is_seen) {
+            let offset = &mut e.current_sensor_offset;
+            for (k, (to, f)) in [&mut offset.alpha_a, &mut offset.beta_a].into_iter().zip(&self.current_offset_a).enumerate() {
+                *to = f.value;
+                note(ParameterId::Effect(EffectId::CurrentSensorOffset, k), f);
+            }
+        }
         e.voltage_delay = VoltageDelay { delay_s: plan.voltage_delay_s };
         let machine = Machine::try_new(p, plan.pole_pairs, e)?;
         Ok(MotorFile { known, ..MotorFile::new(name, machine, plan.rating) })

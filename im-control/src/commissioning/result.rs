@@ -159,6 +159,8 @@ pub struct Commissioned {
     pub skin_effect: Option<[Found; 2]>,
     /// Conductance of the iron loss across the magnetizing branch, S.
     pub iron_conductance_s: Found,
+    /// What the current sensors show of no current, α and β, A.
+    pub current_offset_a: [Found; 2],
     /// How long the drive took, s.
     pub drive_time_s: f64,
 }

@@ -291,7 +291,7 @@ impl<T: Scalar> Turning<T> {
         let speed = self.plan.rating.synchronous_speed_rad_s(self.plan.pole_pairs);
         let omega = e.omega_m.value() / speed;
         // While the machine turns the flux loop is faster than the rotor.
-        let settling = (2.0 * self.rotor_time_constant_s).clamp(0.3, 2.0);
+        let settling = (2.0 * self.rotor_time_constant_s).clamp(0.3, 1.5);
         match self.stage {
             Stage::Torque(part) => {
                 let coasts = matches!(PARTS.get(part), Some(Part::Coast));

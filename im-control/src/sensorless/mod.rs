@@ -7,6 +7,8 @@
 //!
 //! - **Start.** For 20 ms the current is held at zero ([`EmfSearch`]). A machine that turns with flux is caught as it is; one without flux begins at
 //!   ω̂ = 0, and while it is magnetized the observer finds the speed: ψ_R' = R_R i + aψ_R shows ω from the first currents on, at any speed.
+//! - **Offsets** of the current sensors, found while no current flows, are taken off ([`Sensorless::with_current_offset`]): one in a hundred of the rated current is a flux
+//!   that stands still, and near zero frequency the speed is lost by it.
 //! - **Voltage.** [`Measured::u_s`] is what was commanded over the sample that ended. What the machine had of it, a `voltage_delay_s` later and without what was
 //!   added for the dead time, is what the observer gets.
 //! - **Supervision.** Where the estimate is not to be trusted for 0.2 s (a residual that stays, no flux, states at their limits), or the
@@ -30,6 +32,7 @@ use crate::guard;
 use crate::machine_data::MachineData;
 use crate::modulation::DeadTimeCompensation;
 use crate::status::{DriveStatus, Reports};
+use crate::vector::is_finite;
 use crate::{Drive, DriveLimits};
 use search::{EmfSearch, Found};
 
@@ -47,6 +50,7 @@ pub struct Sensorless<T: Scalar, C, O: Observer<T>> {
     /// ηL_m, H/s: the slip is this times the torque-producing current over the flux.
     slip: T,
     pole_pairs: T,
+    offset_a: Complex<T>,
     state: State<T, O::State>,
 }
 
@@ -80,6 +84,7 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
             search,
             slip: w.rotor_resistance_ohm * w.mutual_inductance_h / w.rotor_inductance_h,
             pole_pairs: machine.n_p(),
+            offset_a: Complex::new(T::zero(), T::zero()),
             state: State {
                 observer: O::State::default(),
                 voltage: Delayed::new(machine.voltage_delay_s / sample_time_s),
@@ -97,6 +102,12 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
     /// A quantity out of bounds.
     pub fn compensating(self, dead_time: &DeadTimeCompensation<T>) -> Result<Self, ControlError> {
         Ok(Self { drive: self.drive.compensating(dead_time)?, ..self })
+    }
+
+    /// What the current sensors show of no current, A. One that is no number is none.
+    #[must_use]
+    pub fn with_current_offset(self, offset_a: Complex<T>) -> Self {
+        if is_finite(offset_a) { Self { offset_a, ..self } } else { self }
     }
 
     /// Before a controller whose commands are currents, with an inverter that tracks them.
@@ -186,7 +197,7 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
     #[inline]
     fn step(&mut self, m: &Measured<T>, reference: &Reference<T>) -> Command<T> {
         let sample_time_s = if guard::is_sample_time(m.sample_time_s) { m.sample_time_s } else { self.search.sample_time_s() };
-        let m = &Measured { sample_time_s, ..*m };
+        let m = &Measured { sample_time_s, i_s: m.i_s - self.offset_a, ..*m };
         // The search adds nothing for the dead time.
         let added = if self.state.searching { Complex::new(T::zero(), T::zero()) } else { self.drive.compensation() };
         let u_s = self.state.voltage.step(m.u_s - added);

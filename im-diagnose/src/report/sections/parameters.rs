@@ -99,12 +99,12 @@ pub(crate) fn note(d: &Diagnosis) -> String {
 pub(crate) fn section(s: &Story) -> Section {
     let d = s.d;
     let several = d.steps.len() > 1;
-    let mut head = vec![words("parameter"), numbers("given")];
+    let fitted = if several { "refined " } else { "refitted " };
+    // The result first: a narrow screen shows two columns.
+    let mut head = vec![words("parameter"), numbers(html! { (fitted) (term("interval", "± 95 % interval")) }), numbers("given")];
     if several {
         head.push(numbers(term("base", "base model refitted")));
     }
-    let fitted = if several { "refined " } else { "refitted " };
-    head.push(numbers(html! { (fitted) (term("interval", "± 95 % interval")) }));
     head.push(numbers("change from given"));
     let base = &d.steps[0].machine;
     let row = |p: &ParameterChange| {
@@ -120,14 +120,14 @@ pub(crate) fn section(s: &Story) -> Section {
             span title=(meaning) { (name) }
             @if warning(p, d).is_some() { " " span.flag { "⚠" } }
         }];
-        row.push(or_none((!new).then_some(p.before)));
-        if several {
-            row.push(or_none((!new).then(|| p.quantity.of(base))));
-        }
         row.push(html! {
             (interval(p.after, HALF_95 * p.std, unit))
             @if p.ratio_held { ", " (term("ratio", "ratio held as given")) }
         });
+        row.push(or_none((!new).then_some(p.before)));
+        if several {
+            row.push(or_none((!new).then(|| p.quantity.of(base))));
+        }
         row.push(text(if new { "new".to_owned() } else { percent_change(p.before, p.after) }));
         Row::new(row)
     };
