@@ -85,7 +85,7 @@ pub use recording::Recording;
 #[cfg(feature = "std")]
 pub use recording_csv::{CanonicalColumns, VectorColumns};
 #[cfg(feature = "std")]
-pub use rows::{Rows, TextFormat, fields_of, sampling_time};
+pub use rows::{Rows, TextFormat, fields_of, number_in, sampling_time};
 pub use scalar::Scalar;
 #[cfg(feature = "std")]
 pub use shard::Shard;

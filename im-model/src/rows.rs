@@ -409,6 +409,18 @@ fn name(field: &[u8]) -> String {
     String::from_utf8_lossy(field).replace(['\r', '\n'], " ").trim().trim_matches('"').trim().to_owned()
 }
 
+/// The number that a field holds, finite or not, with a decimal point, or with a decimal comma and points between thousands.
+pub fn number_in(field: &str, decimal_comma: bool) -> Option<f64> {
+    number(field.as_bytes(), decimal_comma)
+}
+
+/// Whether points part the digits before a decimal comma into thousands: `1.234.567,8`.
+fn in_thousands(whole: &[u8]) -> bool {
+    let mut groups = whole.strip_prefix(b"-").unwrap_or(whole).split(|b| *b == b'.');
+    let digits = |g: &[u8]| g.iter().all(u8::is_ascii_digit);
+    groups.next().is_some_and(|g| (1..=3).contains(&g.len()) && digits(g)) && groups.all(|g| g.len() == 3 && digits(g))
+}
+
 /// A finite number or not, or `None` for what is no number at all.
 fn number(field: &[u8], decimal_comma: bool) -> Option<f64> {
     let field = field.trim_ascii();
@@ -418,8 +430,22 @@ fn number(field: &[u8], decimal_comma: bool) -> Option<f64> {
     let field = if decimal_comma && field.contains(&b',') {
         let copy = buffer.get_mut(..field.len())?;
         copy.copy_from_slice(field);
+        let comma = copy.iter().position(|b| *b == b',')?;
+        let mut length = copy.len();
+        if copy[..comma].contains(&b'.') {
+            if !in_thousands(&copy[..comma]) {
+                return None;
+            }
+            length = 0;
+            for k in 0..copy.len() {
+                if copy[k] != b'.' || k > comma {
+                    copy[length] = copy[k];
+                    length += 1;
+                }
+            }
+        }
         copy.iter_mut().filter(|b| **b == b',').for_each(|b| *b = b'.');
-        copy
+        copy.get(..length)?
     } else {
         field
     };

@@ -11,7 +11,7 @@ use super::names::{self, Origin};
 use super::quality::{clip::median, steady};
 use super::raw::RawTable;
 use super::sniff::Sniffed;
-use super::unit::{Quantity, Unit, in_name, named};
+use super::unit::{Quantity, Unit, in_name_among, is_phase_v, named};
 
 /// Rows that are looked at.
 pub const ROWS: usize = 100_000;
@@ -60,8 +60,9 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
         .map(|(k, (name, x))| {
             let under = sniffed.units.get(k).and_then(|u| named(u));
             // "Channel A" is no current where the line of units says V.
-            let unit = under.or(in_name(name));
-            let said = under.filter(|u| in_name(name) != Some(*u));
+            let named_unit = in_name_among(name, &table.names);
+            let unit = under.or(named_unit);
+            let said = under.filter(|u| named_unit != Some(*u));
             let quantity = unit.map(|u| u.quantity).or_else(|| names::quantity(name));
             let mean = x.iter().sum::<f64>() / n as f64;
             let size = (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n as f64).sqrt();
@@ -73,7 +74,7 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
                 unit,
                 said,
                 quantity,
-                place: names::place(name),
+                place: if is_phase_v(name, &table.names) { Some(1) } else { names::place(name) },
                 size,
                 origin: names::origin(name),
                 taken: false,
@@ -602,7 +603,7 @@ fn load_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turns: 
             );
         }
         None => {
-            d.guesses.push("No column looks like a torque: the load is taken as zero".to_owned());
+            d.guesses.push("No column looks like a speed or a torque: both are taken as unknown".to_owned());
             let _ = writeln!(
                 text,
                 "# [load]                       # column = …, times = …, gain = …; or constant = …, fan = …, none = true\n"

@@ -105,7 +105,7 @@ pub(super) fn quantity(name: &str) -> Option<Quantity> {
         || low.starts_with("w_")
     {
         Some(Quantity::Speed)
-    } else if has(&["volt", "spannung", "tension"]) || starts(&["u", "v"]) {
+    } else if has(&["volt", "spannung", "tension", "spg"]) || starts(&["u", "v"]) {
         Some(Quantity::Voltage)
     } else if has(&["curr", "strom", "amp"]) || starts(&["i"]) {
         Some(Quantity::Current)

@@ -11,7 +11,7 @@ use super::mapping::{Calibration, CurrentForm, Instant, Line, Load, Mapping, Off
 use super::raw::{RawTable, place};
 use super::repair;
 use super::trace::Trace;
-use super::unit::{Quantity, in_name};
+use super::unit::{Quantity, in_name_among};
 
 /// A current and what else shows it.
 #[derive(Clone, Debug, PartialEq)]
@@ -336,7 +336,7 @@ pub(super) fn unit_of(
     let fail = |found: String, expected: String| {
         FileError::new(&mapping.label, signal.line, Some("unit"), Problem::Unexpected { found, expected })
     };
-    match in_name(name) {
+    match in_name_among(name, &table.names) {
         Some(u) if u.quantity == quantity => Ok(u.si),
         Some(u) => Err(fail(
             format!("not given, and column {name} is in {} by its name", u.text),

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-use im_model::{FileError, TextFormat, fields_of};
+use im_model::{FileError, TextFormat, fields_of, number_in};
 
 use super::raw::{self, Kind};
 
@@ -75,7 +75,9 @@ fn of_lines(lines: &[String]) -> Sniffed {
     let count = fields_of(&lines[first], separator).len();
     let heads = |line: &String| {
         let f = fields_of(line, separator);
-        f.len() == count && !line.starts_with('#') && f.iter().all(|x| !is_number(x, comma))
+        // A spreadsheet fills a line of remarks up with empty fields.
+        let filled = f.iter().filter(|x| !x.trim().is_empty()).count();
+        f.len() == count && 2 * filled > count && !line.starts_with('#') && f.iter().all(|x| !is_number(x, comma))
     };
     let head = lines[..first].iter().position(heads);
     let units = head
@@ -93,7 +95,8 @@ fn of_lines(lines: &[String]) -> Sniffed {
 }
 
 fn is_number(text: &str, comma: bool) -> bool {
-    if comma { text.replace(',', ".").parse::<f64>().is_ok() && !text.contains('.') } else { text.parse::<f64>().is_ok() }
+    // A point alone is no decimal comma's.
+    number_in(text, comma).is_some() && (!comma || !text.contains('.') || text.contains(','))
 }
 
 #[cfg(test)]
@@ -115,6 +118,11 @@ mod tests {
         assert_eq!(scope.units, ["ms", "V", "mA"]);
         let german = of("Messung vom 3.4.\nZeit;U1;I1\n0,0;1,5;2\n0,1;1,6;3\n0,2;1,6;3,5\n").format;
         assert_eq!((german.separator, german.decimal_comma, german.skip_lines), (Some(b';'), true, 1));
+        // As spreadsheets write it: remarks filled up with separators, points between thousands.
+        let sheet =
+            of("Messung 3;;\nDatum: 1.2.;;\nZeit (ms);U1;n\n999,9;1,5;1.000,5\n1.000,0;1,6;1.001,5\n1.000,1;1,6;1.002,0\n")
+                .format;
+        assert_eq!((sheet.separator, sheet.decimal_comma, sheet.skip_lines, sheet.header), (Some(b';'), true, 2, Some(true)));
         let bare = of("0.0 1.5 2\n0.1  1.6 3\n0.2 1.6 3\n").format;
         assert_eq!((bare.separator, bare.header, bare.skip_lines), (Some(b' '), Some(false), 0));
     }

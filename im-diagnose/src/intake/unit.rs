@@ -115,6 +115,17 @@ pub fn in_name(name: &str) -> Option<Unit> {
         .copied()
 }
 
+/// As [`in_name`], among the names of the other columns: beside `I_U` and `I_W`, `I_V` is a phase and no voltage.
+pub fn in_name_among(name: &str, all: &[String]) -> Option<Unit> {
+    if is_phase_v(name, all) { None } else { in_name(name) }
+}
+
+/// Whether a name ends in the V of phases U, V and W.
+pub fn is_phase_v(name: &str, all: &[String]) -> bool {
+    let is = |stem: &str, phase: char| all.iter().any(|n| n.trim().strip_suffix(phase) == Some(stem));
+    name.trim().strip_suffix('V').is_some_and(|stem| is(stem, 'U') && is(stem, 'W'))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

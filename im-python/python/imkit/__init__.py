@@ -61,7 +61,7 @@ def simulate(motor: Motor, scenario: str | os.PathLike[str], *, seed: int | None
     Gives the recording that the sensors show, and a DataFrame of what no sensor shows: torque, fluxes, speed.
     """
     text, label, folder = _scenario(scenario)
-    native, inside = _native.simulate(motor._native, text, label, folder, seed)
+    native, inside = _native.simulate(_motor(motor)._native, text, label, folder, seed)
     return Recording._simulated(native), _frames.frame(inside)
 
 
@@ -71,7 +71,7 @@ def compare(motor: Motor, data: Any, *, anyway: bool = False, threads: int = 0) 
     ``data`` is a recording or several: :class:`Recording`, files, or data frames in canonical columns. ``threads`` is how many to use,
     0 for one for each processor.
     """
-    return Comparison(_native.compare(motor._native, _recordings(data), anyway, threads))
+    return Comparison(_native.compare(_motor(motor)._native, _recordings(data), anyway, threads))
 
 
 def fit(
@@ -85,7 +85,7 @@ def fit(
     threads: int = 0,
 ) -> Fit:
     """Fits the parameters of a motor, and of the effects that it has, to all recordings and tables at once."""
-    return Fit(_native.fit(motor._native, _recordings(train), _one(holdout), _tables(tables), list(fix), anyway, threads))
+    return Fit(_native.fit(_motor(motor)._native, _recordings(train), _one(holdout), _tables(tables), list(fix), anyway, threads))
 
 
 def diagnose(
@@ -152,7 +152,7 @@ def next_test(
     Limits are over the rated current, the synchronous speed and the rated torque.
     """
     text = None if diagnosis is None else diagnosis._json
-    return NextTest(_native.next_test(motor._native, list(effects), text, [max_current, max_speed, max_torque]))
+    return NextTest(_native.next_test(_motor(motor)._native, list(effects), text, [max_current, max_speed, max_torque]))
 
 
 def design(kind: str, motor: Motor, region: str | os.PathLike[str] | None = None, *, period: float | str | None = None) -> Certificate:
@@ -161,7 +161,7 @@ def design(kind: str, motor: Motor, region: str | os.PathLike[str] | None = None
     ``kind`` is one of :data:`DESIGNS`; ``period`` is a sampling period in seconds, or ``"largest"``.
     """
     text = example_region(kind) if region is None else _text(region)
-    return Certificate(_native.design(kind, motor._native, text, None if period is None else str(period)))
+    return Certificate(_native.design(kind, _motor(motor)._native, text, None if period is None else str(period)))
 
 
 def example_region(kind: str) -> str:
@@ -196,9 +196,13 @@ def _diagnosed(
     threads: int,
 ) -> Diagnosis:
     native = _native.diagnose(
-        motor._native, _recordings(train), _one(holdout), _tables(tables), list(fix), anyway, significance, learning, threads
+        _motor(motor)._native, _recordings(train), _one(holdout), _tables(tables), list(fix), anyway, significance, learning, threads
     )
     return Diagnosis(native)
+
+
+def _motor(motor: Any) -> Motor:
+    return motor if isinstance(motor, Motor) else Motor.read(motor)
 
 
 def _recording(data: Any, name: str = "data frame") -> _native.Recording:

@@ -15,7 +15,8 @@ def axes(ax: Any, rows: int = 1, share: bool = True) -> Any:
         from matplotlib import pyplot
     except ImportError as e:
         raise ImportError("plot() needs Matplotlib: pip install matplotlib") from e
-    return pyplot.subplots(rows, 1, sharex=share, squeeze=False, figsize=(8, 2.2 * rows + 1))[1][:, 0]
+    size = (8, 2.2 * rows + 1)
+    return pyplot.subplots(rows, 1, sharex=share, squeeze=False, figsize=size, layout="constrained")[1][:, 0]
 
 
 def curves(ax: Any, named: list[tuple[str, Any]], x: str, y: str) -> Any:
@@ -40,7 +41,8 @@ def signals(parts: list[dict[str, Any]], recording: int | str, ax: Any, residual
         if residuals:
             panel.plot(part["t_s"], part[f"{name}_residual"], linewidth=0.6, label="measured − modelled")
         else:
-            panel.plot(part["t_s"], part[f"{name}_measured"], color="0.6", label="measured")
+            # Wide and pale, so that it is seen behind a model that fits.
+            panel.plot(part["t_s"], part[f"{name}_measured"], color="0.75", linewidth=3, label="measured")
             panel.plot(part["t_s"], part[f"{name}_modelled"], linewidth=1, label="modelled")
         panel.set_ylabel(name)
     panels[0].legend(loc="upper right")

@@ -116,7 +116,7 @@ class Recording:
         columns = self.columns or {}
         if alpha not in columns or beta not in columns:
             raise _native.InputError(
-                f"{self.name}: has no columns {alpha}, {beta} in memory; read the file with pandas into Recording.from_frame, or give step() the arrays"
+                f"{self.name}: has no columns {alpha}, {beta} in memory, and a mapping is not applied here: give a frame with these columns, or step() the arrays"
             )
         return columns[alpha] + 1j * columns[beta]
 
@@ -160,11 +160,16 @@ def _again(kind: str, *rest: Any) -> Recording:
     return Recording._of_columns(*rest)
 
 
+_COLUMNS = ("time", "speed", "load")
+
+
 def _text(mapping: Mapping[str, Any] | str | None) -> str | None:
     """The text of a ``recording.toml``."""
     if mapping is None or isinstance(mapping, str):
         return mapping
-    return "".join(f"{key} = {_value(value)}\n" for key, value in mapping.items())
+    # One column may stand for its table: "speed": "n".
+    whole = {key: {"column": value} if key in _COLUMNS and isinstance(value, str) else value for key, value in mapping.items()}
+    return "".join(f"{key} = {_value(value)}\n" for key, value in whole.items())
 
 
 def _value(value: Any) -> str:

@@ -69,7 +69,10 @@ class Comparison(_Result):
         return _localisation([self._answer["localisation"]])
 
     def plot(self, recording: int | str = 0, ax: Any = None) -> Any:
-        """Measured and modelled signals of one recording over time."""
+        """Measured and modelled signals of one recording over time: an array of Matplotlib axes, one for each signal.
+
+        ``compared.plot()[0].figure.savefig("signals.png")`` saves it.
+        """
         return _pictures.signals(self._native.signals(), recording, ax)
 
     def report(self, path: str | os.PathLike[str]) -> None:
@@ -142,7 +145,11 @@ class Diagnosis(_Result):
         return self._answer["alternatives"]
 
     def parameters(self) -> Any:
-        """Before, after and standard deviation of each parameter."""
+        """Before, after, standard deviation and 95 % interval of each parameter.
+
+        An effect that is named for sure may have an interval with zero in it: where its curve is not determined by one number alone.
+        ``print(found)`` says which.
+        """
         return _parameters(self._answer["parameters"])
 
     def covariance(self) -> Any:
@@ -298,8 +305,12 @@ def _columns(rows: list[dict[str, Any]], keys: list[str]) -> dict[str, list[Any]
 
 
 def _parameters(parameters: dict[str, dict[str, Any]]) -> Any:
-    rows = [{"parameter": name, **values} for name, values in parameters.items()]
-    return _frames.frame(_columns(rows, ["parameter", "before", "after", "std", "unit"]), index="parameter")
+    rows = []
+    for name, values in parameters.items():
+        half = None if values["std"] is None else 1.96 * values["std"]
+        low, high = (None, None) if half is None else (values["after"] - half, values["after"] + half)
+        rows.append({"parameter": name, **values, "low_95": low, "high_95": high})
+    return _frames.frame(_columns(rows, ["parameter", "before", "after", "std", "low_95", "high_95", "unit"]), index="parameter")
 
 
 def _localisation(models: list[dict[str, Any]]) -> Any:
