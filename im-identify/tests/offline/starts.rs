@@ -56,7 +56,10 @@ fn what_is_fixed_to_the_shaft_is_fitted_though_each_recording_begins_at_another_
     let starts = both.iter().map(|e| turned(&from, e)).collect();
     let mut free = effect_parameters(EffectId::RotorAsymmetry, &from, &M.rating);
     free.extend(start_parameters(&both, &M.rating, true));
-    assert_eq!(free.iter().map(Free::name).collect::<Vec<_>>()[2..], ["initial theta_m_rad of run 2"]);
+    assert_eq!(
+        free.iter().map(Free::name).collect::<Vec<_>>()[2..],
+        ["rotor_asymmetry.leakage_share", "initial theta_m_rad of run 2"]
+    );
     let found = fit_from(&from, starts, &both, &free, &FitOptions::near()).unwrap();
     // Its direction is counted from where the first recording begins; noise leaves 0.3 % of the unbalance.
     let size = found.machine.get(direct).hypot(found.machine.get(quadrature));
