@@ -253,7 +253,8 @@ pub fn compare_terminal(c: &Comparison, meta: &Meta, width: usize) -> String {
         }
     }
     out.table(&rows, &[false, false, true, true, true]);
-    if !c.diverges() && c.total.chi2_per_sample >= 1.1 {
+    // As good as they can tell, there is nothing to explain.
+    if !c.diverges() && !(0.9..1.1).contains(&c.total.chi2_per_sample) {
         out.paragraph("  ", NOISE);
     }
     if !c.diverges() {
