@@ -13,6 +13,8 @@ use crate::vector::is_finite;
 pub(crate) const SIZE: Bound = Bound::OfMachines(Bound::SMALLEST, Bound::LARGEST);
 /// Those that may be none.
 pub(crate) const SIZE_OR_ZERO: Bound = Bound::Within(0.0, 1e12);
+/// Those of either sign.
+const NUMBER: Bound = Bound::Within(-1e12, 1e12);
 /// Sampling times of drives, s.
 const SAMPLE_TIMES_S: [f64; 2] = [1e-7, 0.1];
 /// Mechanical speeds beyond any machine's, rad/s, and voltages, V.
@@ -28,6 +30,14 @@ const CURRENT: f64 = 100.0;
 pub(crate) fn check_sample_time<T: Scalar>(quantity: &'static str, t: T) -> Result<(), ModelError> {
     let [shortest, longest] = SAMPLE_TIMES_S;
     Bound::OfMachines(shortest, longest).check(quantity, t.value())
+}
+
+/// Checks both parts of a vector, by its name.
+///
+/// # Errors
+/// One that is no number.
+pub(crate) fn check_number<T: Scalar>(quantity: &'static str, z: Complex<T>) -> Result<(), ModelError> {
+    [z.re, z.im].iter().try_for_each(|x| NUMBER.check(quantity, x.value()))
 }
 
 /// Whether a sampling time is one.

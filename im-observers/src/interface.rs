@@ -149,6 +149,12 @@ pub trait Observer<T: Scalar> {
         self.state_at(rotor_flux_vs, i_s, omega_m)
     }
 
+    /// R̂_s over the machine's R_s: one where it is not learnt.
+    fn stator_resistance_ratio(&self, state: &Self::State) -> T {
+        let _ = state;
+        T::one()
+    }
+
     /// Takes one sample in.
     fn step(&self, state: &mut Self::State, input: &Input<T>) -> Estimate<T>;
 }
@@ -162,6 +168,10 @@ impl<T: Scalar, O: Observer<T>> Observer<T> for &O {
 
     fn state_after(&self, before: &Self::State, rotor_flux_vs: Complex<T>, i_s: Complex<T>, omega_m: T) -> Self::State {
         (**self).state_after(before, rotor_flux_vs, i_s, omega_m)
+    }
+
+    fn stator_resistance_ratio(&self, state: &Self::State) -> T {
+        (**self).stator_resistance_ratio(state)
     }
 
     fn step(&self, state: &mut Self::State, input: &Input<T>) -> Estimate<T> {

@@ -1,7 +1,8 @@
 //! What a sensorless drive has to hold: rated torque at 1 Hz of the stator, and a slow reversal through zero.
 //!
-//! From rest: up to a tenth of synchronous speed, rated torque for 5 s, in 2 s or more to 1 Hz, 4 s there, and in 2 s or more through zero to minus a tenth, which the load
-//! drives. Control is lost where the mean speed of 0.2 s is not within 5 % of synchronous speed of what was asked for at 1 Hz or at the end, or the current is beyond 1.5 times
+//! From rest: up to a tenth of synchronous speed, rated torque for 5 s, in 2 s or more to 1 Hz, 4 s there, and in 2 s or more through zero to where the stator turns backwards
+//! at a tenth of the rated frequency, which the load drives. (A small machine at minus a tenth of the speed would have a slip as large: no stator frequency at all, by which no
+//! speed is seen.) Control is lost where the mean speed of 0.2 s is not within 5 % of synchronous speed of what was asked for at 1 Hz or at the end, or the current is beyond 1.5 times
 //! its limit.
 
 use std::f64::consts::TAU;
@@ -46,10 +47,11 @@ impl SlowReversal {
         let slip = rating.torque_nm * p.rotor_resistance_ohm / (1.5 * pairs * flux * flux);
         let at_1_hz = (TAU - slip) / pairs;
         let slow = 0.1 * speed;
+        let backwards = -slow - slip / pairs;
         let t_r = p.rotor_inductance_h() / p.rotor_resistance_ohm;
         let magnetized = (5.0 * t_r).clamp(0.5, 3.0);
         let on = magnetized + (2.0 * p.inertia_kg_m2 * slow / rating.torque_nm).max(0.3) + 0.5;
-        let ramp = (2.0 * p.inertia_kg_m2 * 2.0 * slow / rating.torque_nm).max(2.0);
+        let ramp = (2.0 * p.inertia_kg_m2 * (slow - backwards) / rating.torque_nm).max(2.0);
         let (low, held) = (on + 5.0 + ramp, on + 9.0 + ramp);
         let points = [
             [0.0, 0.0],
@@ -58,13 +60,13 @@ impl SlowReversal {
             [on + 5.0, slow],
             [low, at_1_hz],
             [held, at_1_hz],
-            [held + ramp, -slow],
+            [held + ramp, backwards],
         ];
         Ok(Self {
             speed_rad_s: Profile::points(points)?,
             load_nm: Profile::points([[on, 0.0], [on + 0.3, rating.torque_nm]])?,
             judged_s: [held, held + ramp + 1.5],
-            wanted_rad_s: [at_1_hz, -slow],
+            wanted_rad_s: [at_1_hz, backwards],
             synchronous_rad_s: speed,
         })
     }

@@ -85,6 +85,7 @@ fn as_json(args: &Args, done: &SimulatedCommissioning, found: &Commissioned, row
     };
     let parameters: serde_json::Map<_, _> = rows.iter().map(one).collect();
     let curve: Vec<_> = found.magnetizing.iter().map(|p| json!({"flux_vs": p.flux_vs, "current_a": p.current_a})).collect();
+    let [alpha, beta] = found.resistance_asymmetry_ohm.map(|f| json!({"value": f.value, "half_width": f.half_width}));
     let summary = json!({
         "schema": 1,
         "output": args.output.display().to_string(),
@@ -93,6 +94,7 @@ fn as_json(args: &Args, done: &SimulatedCommissioning, found: &Commissioned, row
         "current_limit_a": done.plan.current_max_a,
         "parameters": parameters,
         "magnetizing_curve": curve,
+        "resistance_asymmetry_ohm": {"alpha": alpha, "beta": beta},
     });
     writeln!(stdout(), "{summary}")
 }
@@ -120,6 +122,14 @@ fn table(args: &Args, done: &SimulatedCommissioning, found: &Commissioned, rows:
         curve.join(", ")
     );
     write!(out, "{}", wrapped("", &note))?;
+    if let Some(share) = found.unlike_phases() {
+        let note = format!(
+            "The phases are not alike: the stator resistance differs by up to {:.1} % with the direction of the current. The winding, a lead, the voltage or the current \
+             sensor of one phase may be the cause; im diagnose with a recording under load tells which. The drive takes it into account, the file does not hold it.",
+            100.0 * share
+        );
+        write!(out, "{}", wrapped("", &note))?;
+    }
     let (time, peak, limit) = (rounded(found.drive_time_s), rounded(done.peak_current_a), rounded(done.plan.current_max_a));
     writeln!(out, "{time} s of drive time, peak current {peak} A with a limit of {limit} A")?;
     writeln!(out, "{}: the motor that was found", args.output.display())?;

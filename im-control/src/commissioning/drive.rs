@@ -74,7 +74,7 @@ fn low_slip(p: TParameters<f64>, skin_effect: Option<[Found; 2]>) -> TParameters
 }
 
 impl Commissioned {
-    /// The sensorless drive of this machine: typical gains, the dead-time curve compensated, the sensors' offset taken off, R_s learnt while it runs; it follows speed. The plan's current limit and
+    /// The sensorless drive of this machine: typical gains, the dead-time curve compensated, the sensors' offset taken off, unlike phases known to the observer, R_s learnt while it runs; it follows speed. The plan's current limit and
     /// rotor flux are the drive's.
     ///
     /// # Errors
@@ -88,7 +88,12 @@ impl Commissioned {
             inverter,
             Use { follows_torque: false, learns_stator_resistance: true },
         )?;
-        let [alpha, beta] = self.current_offset_a.map(|f| T::from_f64(f.value));
-        Ok(drive.with_current_offset(Complex::new(alpha, beta)))
+        let complex = |z: [Found; 2]| {
+            let [alpha, beta] = z.map(|f| T::from_f64(f.value));
+            Complex::new(alpha, beta)
+        };
+        drive
+            .with_current_offset(complex(self.current_offset_a))?
+            .with_resistance_asymmetry(complex(self.resistance_asymmetry_ohm))
     }
 }

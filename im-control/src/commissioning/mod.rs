@@ -2,8 +2,9 @@
 //!
 //! ```text
 //! quiet ─► pulses ─► direct currents ─► alternating currents ─► [fit] ─► torque up, none, down ─► [fit] ─► no load at several fluxes ─► stop ─► [fit]
-//! offset   L_σ,      R_s, dead-time     L_l, R_r, skin effect            J, friction                       magnetizing curve, iron loss
-//!          phases    curve, flux decay
+//! offset   L_σ,      R_s by direction,  L_l, R_r, skin effect            J, friction                       magnetizing curve, iron loss
+//!          phases    dead-time curve,
+//!                    flux decay
 //! ```
 //!
 //! It sees what the drive will see: measured currents, commanded voltages, the dc link. [`Controller::step`] may be called by a simulation as any controller is. In
@@ -27,7 +28,7 @@ mod standstill;
 mod turning;
 
 use im_model::simulation::{Command, Controller, Measured, Reference};
-use im_model::space_vector::{norm2, unit};
+use im_model::space_vector::{dot, norm2, unit};
 use im_model::{Complex, ModelError, Scalar};
 
 use crate::current_regulator::{CurrentRegulator, Turning as Frame};
@@ -41,7 +42,7 @@ pub use fit::Found;
 pub use result::{Commissioned, CommissioningFault, CommissioningPlan, MagnetizingPoint, NO_LOAD_LEVELS};
 #[cfg(feature = "std")]
 pub use simulated::{Comparison, SimulatedCommissioning, bench, commission};
-use standstill::{AtStandstill, LEVELS, Level, TONE_SAMPLES, TONE_SHARE, TONES_HZ, Tone};
+use standstill::{AtStandstill, BIAS, FALLING, LEVELS, Level, TONE_SAMPLES, TONE_SHARE, TONES_HZ, Tone, axis};
 use turning::Turning;
 
 /// Offset and noise are measured over this, s.
@@ -133,13 +134,13 @@ impl<T: Scalar> Sums<T> {
 struct Settling {
     windows: u32,
     close: u32,
-    before: f64,
+    before: Complex<f64>,
     voltage_sum: f64,
     current_sum: f64,
     samples: f64,
     /// Windows until it was seen to have settled, and the sum of their mean voltages since.
     settled_after: Option<u32>,
-    settled_voltage_v: f64,
+    settled_voltage_v: Complex<f64>,
 }
 
 /// An alternating current: periods passed, and mean and square of the impedance.
@@ -174,7 +175,7 @@ pub struct Commissioning<T: Scalar> {
     regulator: CurrentRegulator<T>,
     integral: Complex<T>,
     direction: Complex<T>,
-    reference_a: T,
+    reference_a: Complex<T>,
     /// Samples in a row in which the current did not follow.
     astray: u32,
     sums: Sums<T>,
@@ -230,7 +231,7 @@ impl<T: Scalar> Commissioning<T> {
             regulator,
             integral: z,
             direction: Complex::new(T::one(), T::zero()),
-            reference_a: T::zero(),
+            reference_a: z,
             astray: 0,
             sums: Sums::new(),
             settling: Settling::default(),
@@ -465,20 +466,20 @@ impl<T: Scalar> Commissioning<T> {
         }
     }
 
-    /// As [`regulate`](Self::regulate), at standstill, along phase a: a current that does not follow for three samples is not what the sensors show of it. Nor is one
+    /// As [`regulate`](Self::regulate), at standstill: a current that does not follow for three samples is not what the sensors show of it. Nor is one
     /// that needs more voltage than the largest direct current has, and what its change takes.
-    fn follow(&mut self, m: &Measured<T>, wanted: T) -> Complex<T> {
+    fn follow(&mut self, m: &Measured<T>, wanted: Complex<T>) -> Complex<T> {
         let rated = self.plan.rated_current_a;
-        let off = m.i_s - Complex::new(wanted, T::zero());
+        let off = m.i_s - wanted;
         let most = T::from_f64(FOLLOWED * rated + 4.0 * self.noise_a);
         self.astray = if norm2(off) > most * most { self.astray + 1 } else { 0 };
-        let u = self.regulate(m, Complex::new(wanted, T::zero()), T::zero());
+        let u = self.regulate(m, wanted, T::zero());
         if self.astray > 2 {
             self.fail(CommissioningFault::CurrentNotFollowed);
             return Complex::new(T::zero(), T::zero());
         }
         // Of the first direct current nothing is known yet.
-        let direct = self.levels.first().map_or(0.0, |l| l.voltage_v);
+        let direct = self.levels.first().map_or(0.0, |l| l.voltage_v.re);
         let fastest = TONE_SHARE * core::f64::consts::TAU * TONES_HZ[TONES_HZ.len() - 1] + 1.0 / RAMP_S;
         let limit = 1.2 * direct + 2.0 * self.leakage_h * rated * fastest;
         if direct > 0.0 { shortened(u, T::from_f64(limit)) } else { u }
@@ -501,13 +502,14 @@ impl<T: Scalar> Commissioning<T> {
     /// A direct current until it has settled.
     fn level(&mut self, k: usize, m: &Measured<T>, u_s: Complex<T>) -> Complex<T> {
         let rated = self.plan.rated_current_a;
-        let wanted = T::from_f64(LEVELS.get(k).copied().unwrap_or(0.0) * rated);
+        let (phase, share) = LEVELS.get(k).copied().unwrap_or((0.0, 0.0));
+        let axis: Complex<T> = axis(phase);
         let most = T::from_f64(rated * self.plan.sample_time_s / RAMP_S);
-        self.reference_a += (wanted - self.reference_a).max(-most).min(most);
-        (self.sums.u, self.sums.i) = (self.sums.u + u_s, self.sums.i + m.i_s);
+        self.reference_a += shortened(axis * T::from_f64(share * rated) - self.reference_a, most);
+        (self.sums.u, self.sums.i) = (self.sums.u + u_s * axis.conj(), self.sums.i + m.i_s * axis.conj());
         self.sums.samples += 1;
         if f64::from(self.sums.samples) * self.plan.sample_time_s >= WINDOW_S {
-            self.window_done(k, wanted.value());
+            self.window_done(k, share * rated);
         }
         self.follow(m, self.reference_a)
     }
@@ -521,11 +523,11 @@ impl<T: Scalar> Commissioning<T> {
         s.windows += 1;
         // What noise of the current moves a mean of the voltage by: no differential resistance is larger than u/i.
         let noise = self.noise_a / Scalar::sqrt(n) * u.re.abs() / wanted;
-        let close = s.windows > 1 && (u.re - s.before).abs() < SETTLED * u.re.abs() + NOISE * noise;
+        let close = s.windows > 1 && (u.re - s.before.re).abs() < SETTLED * u.re.abs() + NOISE * noise;
         s.close = if close { s.close + 1 } else { 0 };
-        let before = core::mem::replace(&mut s.before, u.re);
+        let before = core::mem::replace(&mut s.before, u);
         if s.settled_after.is_some() {
-            s.settled_voltage_v += u.re;
+            s.settled_voltage_v += u;
         } else if s.close > 1 {
             s.settled_after = Some(s.windows);
         }
@@ -534,17 +536,19 @@ impl<T: Scalar> Commissioning<T> {
         let off = (i.re - wanted).abs().max(i.im.abs()) > 0.05 * wanted + 4.0 * self.noise_a;
         // As long again as it took to settle: an error of u_∞ is integrated over all that time.
         let since = s.settled_after.map_or(0, |after| s.windows - after);
-        let enough = s.settled_after.is_some_and(|after| since >= after.min(SETTLED_WINDOWS));
+        // The other phases are only compared with phase a.
+        let is_compared = k >= FALLING;
+        let enough = s.settled_after.is_some_and(|after| is_compared || since >= after.min(SETTLED_WINDOWS));
         if s.windows > 3 && off {
             self.fail(CommissioningFault::CurrentNotReached);
         } else if enough || f64::from(s.windows) * WINDOW_S > LEVEL_S {
-            let voltage_v = if since > 1 { s.settled_voltage_v / f64::from(since) } else { 0.5 * (u.re + before) };
+            let voltage_v = if since > 1 { s.settled_voltage_v * (1.0 / f64::from(since)) } else { (u + before) * 0.5 };
             if let Some(level) = self.levels.get_mut(k) {
                 *level = Level {
                     current_a: i.re,
                     voltage_v,
                     deviation_v: noise / Scalar::sqrt(f64::from(since.max(2))),
-                    voltage_area_vs: (s.voltage_sum - s.samples * voltage_v) * t,
+                    voltage_area_vs: (s.voltage_sum - s.samples * voltage_v.re) * t,
                     current_area_as: (s.current_sum - s.samples * i.re) * t,
                 };
             }
@@ -560,12 +564,13 @@ impl<T: Scalar> Commissioning<T> {
         let omega = core::f64::consts::TAU / (f64::from(n.max(1)) * t);
         let settling = n.max((0.3 / t) as u32);
         let at = self.samples - 1;
+        let axis: Complex<T> = axis(LEVELS[LEVELS.len() - 1].0);
         let phase: Complex<T> = unit(T::from_f64(core::f64::consts::TAU * f64::from(at % n.max(1)) / f64::from(n.max(1))));
         if at >= settling.div_ceil(n.max(1)) * n.max(1) {
             // Without the direct parts, which rounding would show.
-            let [u_0, i_0] = self.levels.last().map_or([0.0; 2], |l| [l.voltage_v, l.current_a]).map(T::from_f64);
-            self.sums.u += phase.conj() * (u_s.re - u_0);
-            self.sums.i += phase.conj() * (m.i_s.re - i_0);
+            let [u_0, i_0] = self.levels.last().map_or([0.0; 2], |l| [l.voltage_v.re, l.current_a]).map(T::from_f64);
+            self.sums.u += phase.conj() * (dot(axis, u_s) - u_0);
+            self.sums.i += phase.conj() * (dot(axis, m.i_s) - i_0);
             self.sums.samples += 1;
             if self.sums.samples >= n {
                 let [u, i] = self.sums.mean();
@@ -587,9 +592,9 @@ impl<T: Scalar> Commissioning<T> {
             }
         }
         let rated = self.plan.rated_current_a;
-        let [bias, share] = [LEVELS[LEVELS.len() - 1], TONE_SHARE].map(|x| T::from_f64(x * rated));
+        let [bias, share] = [BIAS, TONE_SHARE].map(|x| T::from_f64(x * rated));
         // The last sample of a tone is the first of the next one.
-        self.follow(m, bias + share * phase.re)
+        self.follow(m, axis * (bias + share * phase.re))
     }
 
     fn tone_done(&mut self, k: usize, omega_rad_s: f64) {
@@ -654,6 +659,7 @@ impl<T: Scalar> Commissioning<T> {
             skin_effect: still.skin_effect,
             iron_conductance_s: turned.iron_conductance_s,
             current_offset_a: [self.offset.re, self.offset.im].map(offset),
+            resistance_asymmetry_ohm: still.resistance_asymmetry_ohm,
             drive_time_s: time,
         });
         self.outcome = Some(found);

@@ -161,6 +161,9 @@ pub struct Commissioned {
     pub iron_conductance_s: Found,
     /// What the current sensors show of no current, α and β, A.
     pub current_offset_a: [Found; 2],
+    /// What the resistance differs by with the direction of the current, u = R_s i + N ī: N, α and β, Ω. Standstill does not tell whether winding, leads, the voltage or
+    /// the current sensor of a phase is the cause.
+    pub resistance_asymmetry_ohm: [Found; 2],
     /// How long the drive took, s.
     pub drive_time_s: f64,
 }
@@ -177,6 +180,13 @@ impl Commissioned {
             inertia_kg_m2: self.inertia_kg_m2.value,
             viscous_friction_nm_s_per_rad: self.viscous_friction_nm_s_per_rad.value.max(0.0),
         }
+    }
+
+    /// What the stator resistance differs by with the direction of the current, over itself, where that is seen and is one per cent or more.
+    pub fn unlike_phases(&self) -> Option<f64> {
+        let [alpha, beta] = self.resistance_asymmetry_ohm.map(|f| f.value);
+        let share = Scalar::sqrt(alpha * alpha + beta * beta) / self.stator_resistance_ohm.value;
+        (share > 0.01 && self.resistance_asymmetry_ohm.iter().any(Found::is_seen)).then_some(share)
     }
 
     /// R_R, L_σ, L_M, with their intervals.

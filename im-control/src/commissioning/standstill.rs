@@ -4,6 +4,10 @@
 //!
 //! u = R_s i + (2/3) U_d (f(i) + f(i/2)),   f(i) = i/√(i² + I_0²)
 //!
+//! and then along the phases b and c. Where the phases are not alike (winding, leads, the voltage or the sensor of one), the resistance depends on
+//! direction: u = R_s i + N ī, along θ u/i = R_s + N e^{−2jθ}, and N is the mean of (u/i) e^{2jθ} over the three phases at one current, whatever the
+//! inverter takes.
+//!
 //! R_s is the slope at large currents, U_d and I_0 are offset and curvature. What the voltage integrates to while the flux settles is the step of the stator flux,
 //! Δψ_s = ∫(u − u_∞) dt: the flux decay gives the magnetizing curve.
 //!
@@ -13,13 +17,36 @@
 //!
 //! L_i is the slope of the magnetizing curve there; k and τ (deep bars) are taken where they explain what the rest does not.
 
+use im_model::space_vector::{norm2, unit};
 use im_model::{Complex, Scalar};
 
 use super::fit::{Fitted, Found, Linear, fit};
 use super::result::{CommissioningFault, CommissioningPlan};
 
-/// Direct currents over the rated current. The last is what the alternating current rides on.
-pub(super) const LEVELS: [f64; 11] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.12, 0.07, 0.04, 0.02, 0.4];
+/// The direct current that goes around the phases and that the alternating current rides on, over the rated current.
+pub(super) const BIAS: f64 = 0.4;
+/// Direct currents: the phase (a, b, c: 0, 1, 2), and the current over the rated one. Falling along phase a, then along the others; the alternating current rides on the last.
+pub(super) const LEVELS: [(f64, f64); 12] = [
+    (0.0, 1.0),
+    (0.0, 0.8),
+    (0.0, 0.6),
+    (0.0, BIAS),
+    (0.0, 0.3),
+    (0.0, 0.2),
+    (0.0, 0.12),
+    (0.0, 0.07),
+    (0.0, 0.04),
+    (0.0, 0.02),
+    (1.0, BIAS),
+    (2.0, BIAS),
+];
+/// So many of them fall.
+pub(super) const FALLING: usize = 10;
+
+/// Along a phase.
+pub(super) fn axis<T: Scalar>(phase: f64) -> Complex<T> {
+    unit(T::from_f64(phase * core::f64::consts::FRAC_PI_3 * 2.0))
+}
 /// Alternating currents, Hz, and their amplitude over the rated current.
 pub(super) const TONES_HZ: [f64; 9] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
 pub(super) const TONE_SHARE: f64 = 0.12;
@@ -30,7 +57,8 @@ pub(super) const TONE_SAMPLES: f64 = 20.0;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Level {
     pub current_a: f64,
-    pub voltage_v: f64,
+    /// Along the current, and at right angles to it.
+    pub voltage_v: Complex<f64>,
     /// Standard deviation that the noise of the current gives it, V.
     pub deviation_v: f64,
     /// ∫(u − u_∞)dt, Vs, and ∫(i − i_∞)dt, As, since the level before.
@@ -71,9 +99,17 @@ pub(super) struct AtStandstill {
     /// L_m = ψ_m/i_m at the flux of the plan, from the flux decay.
     pub magnetizing_inductance_h: f64,
     pub skin_effect: Option<[Found; 2]>,
+    /// N, α and β, Ω.
+    pub resistance_asymmetry_ohm: [Found; 2],
 }
 
 impl AtStandstill {
+    /// N, Ω.
+    pub fn asymmetry(&self) -> Complex<f64> {
+        let [alpha, beta] = self.resistance_asymmetry_ohm.map(|f| f.value);
+        Complex::new(alpha, beta)
+    }
+
     /// Volts that dead time and devices take, and the current at which 71 % of them is taken, A.
     pub fn inverter(&self) -> [f64; 2] {
         [self.inverter_voltage_v.value, self.inverter_current_a.value]
@@ -86,24 +122,40 @@ fn lost(i: f64, i_0: f64) -> [f64; 2] {
     [i / root, i_0 * i_0 / (root * root * root)]
 }
 
-/// R_s, U_d, I_0.
+/// N from the direct currents of one size along three phases.
+fn asymmetry(levels: &[Level]) -> [Found; 2] {
+    let (mut sum, mut largest, mut variance) = (Complex::new(0.0, 0.0), 0.0f64, 0.0);
+    for (l, (phase, _)) in levels.iter().zip(LEVELS).filter(|(_, (_, share))| *share == BIAS) {
+        let along = l.voltage_v * (1.0 / l.current_a);
+        sum += along * axis(2.0 * phase);
+        largest = largest.max(Scalar::sqrt(norm2(along)));
+        variance += l.deviation_v * l.deviation_v / (l.current_a * l.current_a);
+    }
+    // A voltage counts as settled some windows before the flux has decayed to the last part in a thousand.
+    let half_width = 2.5 * Scalar::sqrt(variance) / 3.0 + 1e-3 * largest;
+    let found = [sum.re, sum.im].map(|x| Found { value: x / 3.0, half_width });
+    // Phases that are not seen to differ are alike.
+    if found.iter().any(Found::is_seen) { found } else { found.map(|f| Found { value: 0.0, ..f }) }
+}
+
+/// R_s along phase a, U_d, I_0.
 fn direct(plan: &CommissioningPlan, levels: &[Level]) -> Option<[Found; 3]> {
-    let largest = levels.iter().map(|l| l.voltage_v).fold(0.0, f64::max);
+    let largest = levels.iter().map(|l| l.voltage_v.re).fold(0.0, f64::max);
     // The regulator leaves some parts in ten thousand, noise what it does; more shows in the residuals.
     let weight = |l: &Level| {
-        let left = 3e-4 * (l.voltage_v.abs() + 0.1 * largest);
+        let left = 3e-4 * (l.voltage_v.re.abs() + 0.1 * largest);
         1.0 / Scalar::sqrt(left * left + l.deviation_v * l.deviation_v)
     };
     let current = |x: f64| x * plan.rated_current_a;
     let alone = fit([0.04 * plan.impedance_ohm()], levels.len(), |[r], k| {
-        levels.get(k).map_or(0.0, |l| (r * l.current_a - l.voltage_v) * weight(l))
+        levels.get(k).map_or(0.0, |l| (r * l.current_a - l.voltage_v.re) * weight(l))
     })?;
     let residual = |x: &[f64; 3], k: usize| {
         let [r, u_d, i_0] = *x;
         // The currents need not show a knee: it is somewhere around 2 % of the rated current, within a factor e² or so.
         levels.get(k).map_or(0.5 * Scalar::ln(i_0 / current(0.02)), |l| {
             let curve = lost(l.current_a, i_0)[0] + lost(0.5 * l.current_a, i_0)[0];
-            (r * l.current_a + 2.0 / 3.0 * u_d * curve - l.voltage_v) * weight(l)
+            (r * l.current_a + 2.0 / 3.0 * u_d * curve - l.voltage_v.re) * weight(l)
         })
     };
     // The best knee of a coarse scale, with the resistance and the voltage that suit it.
@@ -113,7 +165,7 @@ fn direct(plan: &CommissioningPlan, levels: &[Level]) -> Option<[Found; 3]> {
         for l in levels {
             let (w, i_0) = (weight(l), current(share));
             let curve = lost(l.current_a, i_0)[0] + lost(0.5 * l.current_a, i_0)[0];
-            rows.add([w * l.current_a, w * 2.0 / 3.0 * curve], w * l.voltage_v);
+            rows.add([w * l.current_a, w * 2.0 / 3.0 * curve], w * l.voltage_v.re);
         }
         let Some([r, u_d]) = rows.solve() else { continue };
         if r.value > 0.0 && u_d.value > 0.0 {
@@ -190,10 +242,10 @@ fn alternating(r_0: Found, l_i: f64, l_pulse: f64, tones: &[Tone]) -> Option<([F
 }
 
 /// The stator flux over the settled currents, from what the voltage integrated to: [(ψ_s, i)] by falling current.
-fn flux_curve(levels: &[Level]) -> [[f64; 2]; LEVELS.len() - 1] {
-    let mut curve = [[0.0; 2]; LEVELS.len() - 1];
+fn flux_curve(levels: &[Level]) -> [[f64; 2]; FALLING] {
+    let mut curve = [[0.0; 2]; FALLING];
     let step = |a: &Level, b: &Level| {
-        let slope = (b.voltage_v - a.voltage_v) / (b.current_a - a.current_a);
+        let slope = (b.voltage_v.re - a.voltage_v.re) / (b.current_a - a.current_a);
         b.voltage_area_vs - slope * b.current_area_as
     };
     let count = curve.len();
@@ -220,15 +272,21 @@ pub(super) fn evaluate(
     pulse_leakage_h: f64,
 ) -> Result<AtStandstill, CommissioningFault> {
     let none = CommissioningFault::NoImpedance;
-    let [r_s, u_d, i_0] = direct(plan, levels).ok_or(none)?;
-    let bias = LEVELS[LEVELS.len() - 1] * plan.rated_current_a;
+    let falling = levels.get(..FALLING).ok_or(none)?;
+    let [r_a, u_d, i_0] = direct(plan, falling).ok_or(none)?;
+    let resistance_asymmetry_ohm = asymmetry(levels);
+    let [alpha, beta] = resistance_asymmetry_ohm;
+    let r_s = Found { value: r_a.value - alpha.value, half_width: r_a.half_width + alpha.half_width };
+    let (last, _) = LEVELS[LEVELS.len() - 1];
+    let along_last = (Complex::new(alpha.value, beta.value) * axis(-2.0 * last)).re;
+    let bias = BIAS * plan.rated_current_a;
     let slope = lost(bias, i_0.value)[1] + 0.5 * lost(0.5 * bias, i_0.value)[1];
     let r_0 = Found {
-        value: r_s.value + 2.0 / 3.0 * u_d.value * slope,
+        value: r_s.value + along_last + 2.0 / 3.0 * u_d.value * slope,
         // What the shape of the curve leaves open of its slope.
         half_width: r_s.half_width + 2.0 / 3.0 * 0.3 * u_d.value * slope,
     };
-    let curve = flux_curve(levels);
+    let curve = flux_curve(falling);
     let secant =
         curve.iter().find(|[psi, i]| *i > 0.0 && *psi > 0.0 && *i <= bias).map_or(10.0 * pulse_leakage_h, |[psi, i]| psi / i);
     let ([l_l, r_r], skin_effect) = alternating(r_0, secant, pulse_leakage_h, tones).ok_or(none)?;
@@ -260,6 +318,7 @@ pub(super) fn evaluate(
             rotor_resistance_ohm: r_r,
             magnetizing_inductance_h: l_m,
             skin_effect,
+            resistance_asymmetry_ohm,
         })
     } else {
         Err(none)

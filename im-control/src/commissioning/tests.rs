@@ -188,6 +188,25 @@ fn deep_bars_and_iron_loss_are_seen() {
 }
 
 /// Bars that add to the leakage more than there is of it: with loops made for the sum the drive swings at 20 Hz, and inductance and inertia are those of a swinging drive.
+/// A phase with a bad joint: the resistance by direction, and the mean of the phases.
+#[test]
+fn unlike_phases_are_found() {
+    let m = machines::MOTULATOR_2_2_KW;
+    let delta = Complex::new(-0.03, 0.05);
+    let machine = hidden(&m, |e| {
+        (e.stator_asymmetry.unbalance_alpha, e.stator_asymmetry.unbalance_beta) = (delta.re, delta.im);
+    });
+    let found = Rig::new(&machine, &m).run::<f64>().unwrap();
+    check(&machine, &m, &found);
+    let r_s = m.parameters().stator_resistance_ohm;
+    let [alpha, beta] = found.resistance_asymmetry_ohm;
+    assert!(
+        alpha.covers(delta.re * r_s) && beta.covers(delta.im * r_s) && alpha.half_width < 0.01 * r_s,
+        "{alpha:?} {beta:?} of {r_s}"
+    );
+    assert!((found.unlike_phases().unwrap() - delta.norm()).abs() < 0.005, "{:?}", found.unlike_phases());
+}
+
 #[test]
 fn strong_bars_do_not_make_the_drive_swing() {
     let m = machines::MOTULATOR_2_2_KW;

@@ -2,7 +2,7 @@
 //!
 //! **Torque up, none, torque down** gives inertia and friction from means over 20 ms, and over half a second of coasting, in which neither flux nor currents change in the frame of the flux:
 //!
-//! (3/2) n_p Re((u − u_lost − R_s i) ī)/ω_s = J Δω/Δt + D ω + τ_C + k ω² + (3/2) n_p G ω_s ψ²
+//! (3/2) n_p Re((u − u_lost − N ī − R_s i) ī)/ω_s = J Δω/Δt + D ω + τ_C + k ω² + (3/2) n_p G ω_s ψ²
 //!
 //! Windage k is kept where it is more than its uncertainty. Where it is not, friction in proportion to speed holds a part of it, and the intervals of D and τ_C reach to
 //! what they would be with it.
@@ -12,7 +12,7 @@
 //!
 //! **No load** at half the rated speed, at several levels of flux, in the frame of the flux:
 //!
-//! ψ_s = (u − u_lost − R_s i)/(jω_s),   ψ_m = ψ_s − L_l i,   i_m = Re(ψ̄_m i)/|ψ_m|,   Re((u − u_lost − R_s i) ī)/ω_s = G ω_sψ_m² + M_0
+//! ψ_s = (u − u_lost − N ī − R_s i)/(jω_s),   ψ_m = ψ_s − L_l i,   i_m = Re(ψ̄_m i)/|ψ_m|,   Re((u − u_lost − N ī − R_s i) ī)/ω_s = G ω_sψ_m² + M_0
 //!
 //! with M_0 the friction of that speed: over ω_s, so that what the slip takes, which is the larger the less the flux, is no iron loss.
 //!
@@ -58,7 +58,7 @@ const PARTS: [Part; 9] = [
 ];
 /// Flux while it coasts, over that of the plan.
 const COASTING_FLUX: f64 = 0.3;
-const COAST_S: f64 = 2.2;
+const COAST_S: f64 = 1.9;
 /// Where torque and speed hardly change, noise of the speed must not be taken for acceleration.
 const COAST_WINDOW_S: f64 = 0.5;
 /// A shaft that is not fast by then does not turn.
@@ -89,11 +89,11 @@ enum Stage {
 #[derive(Clone, Copy, Debug)]
 struct Window<T> {
     samples: u32,
-    /// Re((u − u_lost − R_s i) ī), W over 3/2.
+    /// Re((u − u_lost − N ī − R_s i) ī), W over 3/2.
     power: T,
     omega: T,
     begin: T,
-    /// Of the flux' frame: u − u_lost, i, and the angle turned.
+    /// Of the flux' frame: u − u_lost − N ī, i, and the angle turned.
     u: Complex<T>,
     i: Complex<T>,
     turned: T,
@@ -124,6 +124,7 @@ pub(super) struct Turning<T: Scalar> {
     torque_before_nm: f64,
     rotor_time_constant_s: f64,
     resistance_ohm: T,
+    asymmetry_ohm: Complex<T>,
     lost: DeadTimeCompensation<T>,
     /// T/(12 L_σ), 1/Ω.
     curvature: T,
@@ -172,7 +173,12 @@ fn drive_of<T: Scalar>(
         still.skin_effect,
         still.inverter(),
         Use { follows_torque: inertia_kg_m2.is_none(), learns_stator_resistance: false },
-    )
+    )?
+    .with_resistance_asymmetry(cast(still.asymmetry()))
+}
+
+fn cast<T: Scalar>(z: Complex<f64>) -> Complex<T> {
+    Complex::new(T::from_f64(z.re), T::from_f64(z.im))
 }
 
 /// What the torque goes to.
@@ -219,6 +225,7 @@ impl<T: Scalar> Turning<T> {
             torque_before_nm: 0.0,
             rotor_time_constant_s: (l_m + still.leakage_inductance_h.value) / still.rotor_resistance_ohm.value,
             resistance_ohm: f(still.stator_resistance_ohm.value),
+            asymmetry_ohm: cast(still.asymmetry()),
             lost: dead_time(plan, still.inverter()),
             curvature: f(plan.sample_time_s / (24.0 * still.leakage_inductance_h.value)),
             stage: Stage::Torque(0),
@@ -338,7 +345,7 @@ impl<T: Scalar> Turning<T> {
             }
             Stage::NoLoad(level) => {
                 // The first level also waits for the speed.
-                let wait = if level == 0 { settling + 3.0 } else { settling };
+                let wait = if level == 0 { settling + 1.5 } else { settling };
                 let averaged = NO_LOAD_S.get(level).copied().unwrap_or(0.0);
                 if self.elapsed_s <= wait {
                     self.window = Window::new(e.omega_m);
@@ -368,7 +375,7 @@ impl<T: Scalar> Turning<T> {
             let half = T::from_f64(0.5);
             let (middle, i) = (direction_before + direction, (i_before + i_s) * half);
             let middle = middle * (T::one() / norm(middle).max(half));
-            let u = u_s - self.lost.voltage(i, T::zero());
+            let u = u_s - self.lost.voltage(i, T::zero()) - self.asymmetry_ohm * i.conj();
             let turned = cross(direction_before, direction);
             let i = i * (T::one() + turned * turned * T::from_f64(1.0 / 12.0)) + j(u) * (turned * self.curvature);
             let w = &mut self.window;

@@ -9,6 +9,8 @@
 //!   ω̂ = 0, and while it is magnetized the observer finds the speed: ψ_R' = R_R i + aψ_R shows ω from the first currents on, at any speed.
 //! - **Offsets** of the current sensors, found while no current flows, are taken off ([`Sensorless::with_current_offset`]): one in a hundred of the rated current is a flux
 //!   that stands still, and near zero frequency the speed is lost by it.
+//! - **Unlike phases**, N of u = R_s i + N ī, are taken off the voltage that the observer gets ([`Sensorless::with_resistance_asymmetry`]): near zero frequency, where R_s i is
+//!   all of the voltage, a few per cent of R_s in one direction are a flux that is not there.
 //! - **Voltage.** [`Measured::u_s`] is what was commanded over the sample that ended. What the machine had of it, a `voltage_delay_s` later and without what was
 //!   added for the dead time, is what the observer gets.
 //! - **Supervision.** Where the estimate is not to be trusted for 0.2 s (a residual that stays, no flux, states at their limits), or the
@@ -51,6 +53,7 @@ pub struct Sensorless<T: Scalar, C, O: Observer<T>> {
     slip: T,
     pole_pairs: T,
     offset_a: Complex<T>,
+    asymmetry_ohm: Complex<T>,
     state: State<T, O::State>,
 }
 
@@ -85,6 +88,7 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
             slip: w.rotor_resistance_ohm * w.mutual_inductance_h / w.rotor_inductance_h,
             pole_pairs: machine.n_p(),
             offset_a: Complex::new(T::zero(), T::zero()),
+            asymmetry_ohm: Complex::new(T::zero(), T::zero()),
             state: State {
                 observer: O::State::default(),
                 voltage: Delayed::new(machine.voltage_delay_s / sample_time_s),
@@ -104,10 +108,22 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
         Ok(Self { drive: self.drive.compensating(dead_time)?, ..self })
     }
 
-    /// What the current sensors show of no current, A. One that is no number is none.
-    #[must_use]
-    pub fn with_current_offset(self, offset_a: Complex<T>) -> Self {
-        if is_finite(offset_a) { Self { offset_a, ..self } } else { self }
+    /// What the current sensors show of no current, A.
+    ///
+    /// # Errors
+    /// One that is no number.
+    pub fn with_current_offset(self, offset_a: Complex<T>) -> Result<Self, ControlError> {
+        guard::check_number("current offset", offset_a)?;
+        Ok(Self { offset_a, ..self })
+    }
+
+    /// What the stator resistance differs by with the direction of the current, u = R_s i + N ī: N, Ω.
+    ///
+    /// # Errors
+    /// One that is no number.
+    pub fn with_resistance_asymmetry(self, asymmetry_ohm: Complex<T>) -> Result<Self, ControlError> {
+        guard::check_number("resistance asymmetry", asymmetry_ohm)?;
+        Ok(Self { asymmetry_ohm, ..self })
     }
 
     /// Before a controller whose commands are currents, with an inverter that tracks them.
@@ -200,7 +216,10 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
         let m = &Measured { sample_time_s, i_s: m.i_s - self.offset_a, ..*m };
         // The search adds nothing for the dead time.
         let added = if self.state.searching { Complex::new(T::zero(), T::zero()) } else { self.drive.compensation() };
-        let u_s = self.state.voltage.step(m.u_s - added);
+        // Copper that is warmer is so in every direction.
+        let asymmetry = self.asymmetry_ohm * self.observer.stator_resistance_ratio(&self.state.observer);
+        let more = if is_finite(m.i_s) { asymmetry * m.i_s.conj() } else { Complex::new(T::zero(), T::zero()) };
+        let u_s = self.state.voltage.step(m.u_s - added) - more;
         let estimate = self.observer.step(&mut self.state.observer, &Input::new(u_s, m.i_s));
         self.state.estimate = Some(estimate);
         if self.state.searching { self.searching(m, u_s) } else { self.driving(m, reference, &estimate) }

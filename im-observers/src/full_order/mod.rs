@@ -217,6 +217,10 @@ impl<T: Scalar> Observer<T> for FullOrder<T> {
         FullOrderState { stator: before.stator, ..self.state_at(lambda, i_s, omega_m) }
     }
 
+    fn stator_resistance_ratio(&self, state: &FullOrderState<T>) -> T {
+        state.stator
+    }
+
     #[inline]
     fn step(&self, s: &mut FullOrderState<T>, input: &Input<T>) -> Estimate<T> {
         let basis = &self.basis;
