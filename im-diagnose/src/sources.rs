@@ -111,10 +111,10 @@ impl Source {
 
     fn unmapped(&self, draft: &Draft) -> Refused {
         let guesses = draft.listed();
-        let label = self.label();
+        let (label, nobody) = (self.label(), draft.nobody_says());
         Refused::Input(match self {
             Self::File(..) => format!(
-                "{label}: no recording.toml says what its columns mean. im compare --motor … --data {label} writes a first one; check it, \
+                "{label}: {nobody} what its columns mean. im compare --motor … --data {label} writes a first one; check it, \
                  then come back. As recording.toml it holds for every file of the folder.\nGuessed so far:\n{guesses}"
             ),
             Self::Columns(_) => {

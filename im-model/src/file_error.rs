@@ -91,6 +91,8 @@ pub enum Problem {
     NotANumber {
         /// What stands there.
         found: String,
+        /// ` at t_s = 0.5`: the time of the row as it stands in its column; empty where nobody said which that is.
+        at: String,
     },
     /// Time does not advance from this row's predecessor.
     TimeNotForward {
@@ -177,14 +179,12 @@ impl fmt::Display for What<'_> {
             Problem::RowLength { found, expected, .. } => {
                 write!(f, "the row has {found} fields, the header {expected}; repair the row or cut the recording there")
             }
-            Problem::NotANumber { found } if found.is_empty() => {
-                write!(f, "{key} is empty, expected a number; repair the row or cut the recording there")
-            }
-            Problem::NotANumber { found } => {
-                write!(
-                    f,
-                    "{key} is {found}, expected a finite number with a decimal point; repair the row or cut the recording there"
-                )
+            Problem::NotANumber { found, at } => {
+                let (found, expected) = match found.as_str() {
+                    "" => ("empty", "a number"),
+                    found => (found, "a finite number with a decimal point"),
+                };
+                write!(f, "{key} is {found}{at}, expected {expected}; repair the row or cut the recording there")
             }
             Problem::TimeNotForward { before_s, now_s } => write!(
                 f,

@@ -59,6 +59,8 @@ mod text_file;
 #[cfg(feature = "std")]
 pub mod toml_text;
 #[cfg(feature = "std")]
+mod utf16;
+#[cfg(feature = "std")]
 mod winding;
 
 pub use air_gap::AirGapSaturation;
@@ -85,7 +87,7 @@ pub use recording::Recording;
 #[cfg(feature = "std")]
 pub use recording_csv::{CanonicalColumns, VectorColumns};
 #[cfg(feature = "std")]
-pub use rows::{Rows, TextFormat, fields_of, number_in, sampling_time};
+pub use rows::{Rows, TextFormat, fields_of, number_in, sampling_time, time_of_day};
 pub use scalar::Scalar;
 #[cfg(feature = "std")]
 pub use shard::Shard;
@@ -93,6 +95,8 @@ pub use state::{LoadLaw, State};
 pub use steady_state::{Held, steady_state};
 #[cfg(feature = "std")]
 pub use text_file::read_text;
+#[cfg(feature = "std")]
+pub use utf16::AsUtf8;
 #[cfg(feature = "std")]
 pub use winding::Conductor;
 

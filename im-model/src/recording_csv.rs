@@ -157,6 +157,7 @@ impl CanonicalColumns {
             return Err(missing(rows, TAU));
         }
         this.all().for_each(|k| rows.require(k));
+        rows.time_in(this.time);
         Ok(this)
     }
 

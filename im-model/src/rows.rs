@@ -8,6 +8,7 @@ use std::path::Path;
 
 use crate::file_error::{FileError, Problem};
 use crate::toml_text::nearest;
+use crate::utf16::AsUtf8;
 
 /// No row is longer, with all lines in its quotes: a file without line ends is refused before it fills the memory.
 const LONGEST_ROW: u64 = 1 << 20;
@@ -56,6 +57,10 @@ pub struct Rows<'a, R> {
     needed: Vec<bool>,
     /// Columns of these whose fields may be empty.
     may_be_empty: Vec<bool>,
+    /// The column of time, once it is known.
+    time: Option<usize>,
+    /// What each column has shown of times of day.
+    clocks: Vec<Clock>,
     /// The line that was read for the names is the first row.
     pending: bool,
     rows: usize,
@@ -64,7 +69,7 @@ pub struct Rows<'a, R> {
     before_rows: u64,
 }
 
-impl<'a> Rows<'a, BufReader<File>> {
+impl<'a> Rows<'a, BufReader<AsUtf8<File>>> {
     /// Opens a file and reads its line of column names.
     ///
     /// # Errors
@@ -73,7 +78,7 @@ impl<'a> Rows<'a, BufReader<File>> {
         let io = |e: io::Error| FileError::io(label, "read", &e);
         let file = File::open(path).map_err(io)?;
         let bytes = file.metadata().map_err(io)?.len();
-        Self::new(BufReader::with_capacity(1 << 17, file), label, bytes, format)
+        Self::new(BufReader::with_capacity(1 << 17, AsUtf8::new(file)), label, bytes, format)
     }
 }
 
@@ -97,6 +102,8 @@ impl<'a, R: BufRead> Rows<'a, R> {
             names: Vec::new(),
             needed: Vec::new(),
             may_be_empty: Vec::new(),
+            time: None,
+            clocks: Vec::new(),
             pending: false,
             rows: 0,
             offsets: Vec::new(),
@@ -115,7 +122,8 @@ impl<'a, R: BufRead> Rows<'a, R> {
         this.names = this.fields.iter().map(name).collect();
         // A separator at the end of the line begins no column.
         this.names.truncate(this.names.iter().rposition(|n| !n.is_empty()).map_or(1, |last| last + 1));
-        let numbers = this.names.iter().all(|n| number(n.as_bytes(), format.decimal_comma).is_some());
+        let is_number = |n: &String| number(n.as_bytes(), format.decimal_comma).or_else(|| time_of_day(n)).is_some();
+        let numbers = this.names.iter().all(is_number);
         if !format.header.unwrap_or(!numbers) {
             this.pending = true;
             this.names = (1..=this.names.len()).map(|k| k.to_string()).collect();
@@ -126,6 +134,7 @@ impl<'a, R: BufRead> Rows<'a, R> {
         }
         this.needed = vec![false; this.names.len()];
         this.may_be_empty = this.needed.clone();
+        this.clocks = vec![Clock::default(); this.names.len()];
         this.before_rows = this.bytes_read;
         Ok(this)
     }
@@ -154,6 +163,16 @@ impl<'a, R: BufRead> Rows<'a, R> {
     pub fn require_where_given(&mut self, column: usize) {
         self.require(column);
         self.may_be_empty[column] = true;
+    }
+
+    /// From now on `column` is the one of time: it may hold times of day, and messages name a row's time.
+    pub fn time_in(&mut self, column: usize) {
+        self.time = Some(column);
+    }
+
+    /// Whether a column has shown times of day so far; they are read as seconds since midnight, and go on over the next.
+    pub fn is_clock(&self, column: usize) -> bool {
+        self.clocks[column].shown
     }
 
     /// Reads the next row into `row`, one number per column; `false` at the end.
@@ -238,7 +257,7 @@ impl<'a, R: BufRead> Rows<'a, R> {
     }
 
     fn not_text(&self) -> FileError {
-        let reason = "neither UTF-8 nor Latin-1 text (a workbook, UTF-16?); export the recording as CSV in UTF-8".to_owned();
+        let reason = "no text in UTF-8, UTF-16 or Latin-1 (a workbook?); export the recording as CSV in UTF-8".to_owned();
         self.error(None, Problem::Syntax { reason })
     }
 
@@ -264,7 +283,9 @@ impl<'a, R: BufRead> Rows<'a, R> {
         let mut found = 0;
         for field in self.fields.iter() {
             if let Some(x) = row.get_mut(found) {
-                *x = number(field, self.format.decimal_comma).unwrap_or(f64::NAN);
+                let clock = !self.needed[found] || self.time == Some(found);
+                let of_day = || if clock { self.clocks[found].read(field) } else { None };
+                *x = number(field, self.format.decimal_comma).or_else(of_day).unwrap_or(f64::NAN);
                 let empty = self.may_be_empty[found] && field.trim_ascii().is_empty();
                 if !x.is_finite() && self.needed[found] && !empty {
                     return Err(self.bad_field(found));
@@ -286,14 +307,19 @@ impl<'a, R: BufRead> Rows<'a, R> {
             let problem = Problem::RowLength { found: fields, expected: self.names.len(), last: true };
             return self.error(None, problem);
         }
-        let field = self.fields.iter().nth(column).unwrap_or_default();
-        let text = String::from_utf8_lossy(field.trim_ascii());
-        let found = match text.parse::<f64>() {
-            _ if text.is_empty() => String::new(),
-            Ok(x) => x.to_string(),
-            Err(_) => format!("\"{}\"", text.chars().take(40).collect::<String>()),
+        let text = |column: usize| -> String {
+            let field = self.fields.iter().nth(column).unwrap_or_default();
+            String::from_utf8_lossy(field.trim_ascii()).chars().take(40).collect()
         };
-        self.error(self.names.get(column).map(String::as_str), Problem::NotANumber { found })
+        let field = text(column);
+        let found = match field.parse::<f64>() {
+            _ if field.is_empty() => String::new(),
+            Ok(x) => x.to_string(),
+            Err(_) => format!("\"{field}\""),
+        };
+        let time = self.time.filter(|t| *t != column);
+        let at = time.map_or_else(String::new, |t| format!(" at {} = {}", self.names[t], text(t)));
+        self.error(self.names.get(column).map(String::as_str), Problem::NotANumber { found, at })
     }
 
     #[cold]
@@ -414,6 +440,52 @@ pub fn number_in(field: &str, decimal_comma: bool) -> Option<f64> {
     number(field.as_bytes(), decimal_comma)
 }
 
+/// Seconds in a day.
+const DAY_S: f64 = 86400.0;
+
+/// A time as clocks show it, `12:34:56.789`, as seconds since midnight. A date before it, `2026-03-01T` or `1.3.2026 `, and a zone behind it
+/// are passed over.
+pub fn time_of_day(field: &str) -> Option<f64> {
+    let field = field.trim().trim_matches('"');
+    let clock = match field.rsplit_once(['T', ' ']) {
+        Some((date, clock)) if date.bytes().all(|b| b.is_ascii_digit() || b"-./ ".contains(&b)) => clock,
+        Some(_) => return None,
+        None => field,
+    };
+    let clock = clock.strip_suffix('Z').or(clock.split(['+', '-']).next())?;
+    let mut parts = clock.splitn(3, ':');
+    let mut whole = |below: f64| {
+        let part = parts.next().filter(|p| (1..=2).contains(&p.len()) && p.bytes().all(|b| b.is_ascii_digit()))?;
+        part.parse().ok().filter(|x: &f64| *x < below)
+    };
+    let (hours, minutes) = (whole(24.0)?, whole(60.0)?);
+    let seconds = parts.next().filter(|p| p.starts_with(|c: char| c.is_ascii_digit()))?;
+    let seconds = seconds.replace(',', ".").parse().ok().filter(|x: &f64| *x < 61.0)?;
+    Some(hours * 3600.0 + minutes * 60.0 + seconds)
+}
+
+/// The times of day of a column, row after row.
+#[derive(Clone, Copy, Default)]
+struct Clock {
+    shown: bool,
+    last_s: f64,
+    /// The days that have passed.
+    days_s: f64,
+}
+
+impl Clock {
+    fn read(&mut self, field: &[u8]) -> Option<f64> {
+        // Looked for first: columns of words are many.
+        let of_day = field.contains(&b':').then(|| std::str::from_utf8(field).ok().and_then(time_of_day))??;
+        // Back by more than half a day is midnight; by less, time that runs backwards.
+        if self.shown && of_day < self.last_s - DAY_S / 2.0 {
+            self.days_s += DAY_S;
+        }
+        (self.shown, self.last_s) = (true, of_day);
+        Some(of_day + self.days_s)
+    }
+}
+
 /// Whether points part the digits before a decimal comma into thousands: `1.234.567,8`.
 fn in_thousands(whole: &[u8]) -> bool {
     let mut groups = whole.strip_prefix(b"-").unwrap_or(whole).split(|b| *b == b'.');
@@ -532,6 +604,66 @@ mod tests {
         let mut rows = Rows::new(long.as_bytes(), "t.csv", 0, TextFormat::default()).unwrap();
         assert!(rows.next(&mut [0.0; 2]).unwrap_err().to_string().contains("t.csv:2: a quote opens"));
         assert!(rows.bytes_read <= LONGEST_ROW + 16);
+    }
+
+    #[test]
+    fn times_of_day_are_seconds_and_go_on_over_midnight() {
+        for field in [
+            "12:34:56.789",
+            "\"12:34:56,789\"",
+            "2026-03-01T12:34:56.789+01:00",
+            "1.3.2026 12:34:56,789",
+            "2026-03-01 12:34:56.789Z",
+        ] {
+            assert!((time_of_day(field).unwrap() - 45296.789).abs() < 1e-9, "{field}");
+        }
+        for field in
+            ["12:34", "25:00:00", "12:60:00", "12:34:56:7", "at 12:34:56", "12:34:nan", "12:34:-5", "12:34:56.7 PM", "1:2", ""]
+        {
+            assert_eq!(time_of_day(field), None, "{field}");
+        }
+        let text = "t,u\n23:59:59.9,1\n00:00:00.0,2\n0:00:00.1,3\n";
+        let mut rows = Rows::new(text.as_bytes(), "t.csv", 0, TextFormat::default()).unwrap();
+        (0..2).for_each(|k| rows.require(k));
+        rows.time_in(0);
+        let mut row = [0.0; 2];
+        let mut times = Vec::new();
+        while rows.next(&mut row).unwrap() {
+            times.push(row[0]);
+        }
+        assert!(times.iter().zip([86399.9, 86400.0, 86400.1]).all(|(t, s)| (t - s).abs() < 1e-9), "{times:?}");
+        assert!(rows.is_clock(0) && !rows.is_clock(1));
+        // A time in another column is no number.
+        let e = table("t,u\n1,12:00:00\n", TextFormat::default()).unwrap_err().to_string();
+        assert!(e.contains("u is \"12:00:00\", expected a finite number"), "{e}");
+    }
+
+    #[test]
+    fn what_is_no_number_is_named_by_its_line_in_an_editor_its_column_and_its_time() {
+        let of = |text: &str, format| {
+            let mut rows = Rows::new(text.as_bytes(), "t.csv", 0, format).unwrap();
+            (0..2).for_each(|k| rows.require(k));
+            rows.time_in(0);
+            let mut row = [0.0; 2];
+            loop {
+                if let Err(e) = rows.next(&mut row) {
+                    return e.to_string();
+                }
+            }
+        };
+        // A remark over two lines, an empty line, the names, the units, two rows: in an editor the NaN stands in line 7.
+        let text = "Run 3,\"made\r\nby hand\"\r\n\r\nt_s,i_A\r\n(s),(A)\r\n0.1,1\r\n0.2,NaN\r\n";
+        let format = TextFormat { skip_lines: 3, skip_after_header: 1, ..TextFormat::default() };
+        assert!(
+            of(text, format).starts_with("t.csv:7: i_A is NaN at t_s = 0.2, expected a finite number"),
+            "{}",
+            of(text, format)
+        );
+        assert!(
+            of("t_s,i_A\n# remark\n\n0.1,\n", TextFormat::default())
+                .starts_with("t.csv:4: i_A is empty at t_s = 0.1, expected a number;")
+        );
+        assert!(of("t_s,i_A\nx,1\n", TextFormat::default()).starts_with("t.csv:2: t_s is \"x\", expected"));
     }
 
     proptest::proptest! {

@@ -5,6 +5,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use crate::file_error::{FileError, Problem};
+use crate::utf16::AsUtf8;
 
 /// The largest file that is read into memory: a hundred times the largest that the program writes.
 const LARGEST: u64 = 64 << 20;
@@ -12,7 +13,7 @@ const LARGEST: u64 = 64 << 20;
 /// The text of a file.
 ///
 /// # Errors
-/// The file cannot be read, is larger than 64 MiB, or is no text in UTF-8.
+/// The file cannot be read, is larger than 64 MiB, or is no text in UTF-8 or UTF-16.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
     read_at_most(path, LARGEST)
 }
@@ -26,7 +27,7 @@ fn read_at_most(path: &Path, largest: u64) -> Result<String, FileError> {
         return Err(said("a folder; name the file in it".to_owned()));
     }
     let mut bytes = Vec::new();
-    file.take(largest + 1).read_to_end(&mut bytes).map_err(refused)?;
+    AsUtf8::new(file).take(largest + 1).read_to_end(&mut bytes).map_err(refused)?;
     if bytes.len() as u64 > largest {
         return Err(said(format!("larger than {} MB: it cannot be a file of the kind that is read here", largest >> 20)));
     }

@@ -115,8 +115,9 @@ fn taken_or_draft(
             if let Some(draft) = taken.iter().find_map(|t| t.draft.as_ref()) {
                 let written = write_draft(path, draft, folder)?;
                 said.push(format!(
-                    "{}: no recording.toml says what its columns mean; {} was written with what was guessed. Check it; as recording.toml it holds for every file of the folder",
+                    "{}: {} what its columns mean; {} was written with what was guessed. Check it; as recording.toml it holds for every file of the folder",
                     path.display(),
+                    draft.nobody_says(),
                     written.display()
                 ));
                 said.extend(draft.guesses.iter().cloned());
@@ -178,9 +179,11 @@ impl Replayed {
     }
 }
 
-/// Writes a draft beside its recording, or into `folder`, or where we are; never over a file that is there.
+/// Writes a draft beside its recording, or into `folder`, or where we are; never over a file that is there. One that completes a mapping has a
+/// name of its own.
 fn write_draft(path: &Path, draft: &Draft, folder: Option<&Path>) -> Result<PathBuf, Failure> {
-    let name = PathBuf::from(path.with_extension("recording.toml").file_name().unwrap_or_default());
+    let end = if draft.completes.is_some() { "completed.recording.toml" } else { "recording.toml" };
+    let name = PathBuf::from(path.with_extension(end).file_name().unwrap_or_default());
     let beside = path.with_file_name(&name);
     let here = folder.unwrap_or(Path::new("")).join(&name);
     let write = |to: &Path, text: &str| {

@@ -9,7 +9,7 @@ use im_model::{FileError, Problem, TextFormat};
 
 use super::columns::Columns;
 use super::lag::{Lag, lag};
-use super::mapping::{Also, Clock, Column, Mapping, Signal};
+use super::mapping::{Also, Clock, Column, Mapping, Signal, TextSaid};
 use super::raw::{RawTable, find, open};
 use super::signals::{seconds, time_of};
 use super::sniff::sniff;
@@ -30,7 +30,8 @@ pub fn join(path: &Path, mapping: &Mapping) -> Result<Columns, FileError> {
         Clock::Alike { with, .. } => Some(&**with),
         Clock::Shift(_) => None,
     });
-    let mut own = taken(path, &label, mapping.format, &asked.iter().copied().chain(with).collect::<Vec<_>>())?;
+    let own_signals: Vec<_> = asked.iter().copied().chain(with).collect();
+    let mut own = taken(path, &label, mapping.format, &own_signals, mapping.time.signal.as_ref())?;
     let time = time_of(&own, mapping)?;
     let (mut from, mut to) = ends(&time);
     let mut others = Vec::new();
@@ -42,7 +43,7 @@ pub fn join(path: &Path, mapping: &Mapping) -> Result<Columns, FileError> {
         if let Clock::Alike { column, .. } = &also.clock {
             wanted.push(column);
         }
-        let table = taken(&path, &label, sniff(&path, &label)?.format, &wanted)?;
+        let table = taken(&path, &label, sniff(&path, &label, TextSaid::default())?.format, &wanted, Some(&also.time))?;
         let mut clock = seconds(&table, &also.time, mapping)?;
         let shift = match &also.clock {
             Clock::Shift(s) => *s,
@@ -96,8 +97,14 @@ fn has(table: &RawTable, signal: &Signal) -> bool {
     }
 }
 
-/// The columns of `signals` that a file has.
-fn taken(path: &Path, label: &str, format: TextFormat, signals: &[&Signal]) -> Result<RawTable, FileError> {
+/// The columns of `signals` that a file has, one of them that of time.
+fn taken(
+    path: &Path,
+    label: &str,
+    format: TextFormat,
+    signals: &[&Signal],
+    time: Option<&Signal>,
+) -> Result<RawTable, FileError> {
     let mut rows = open(path, label, format)?;
     let mut asked = Vec::new();
     for s in signals {
@@ -108,6 +115,9 @@ fn taken(path: &Path, label: &str, format: TextFormat, signals: &[&Signal]) -> R
     asked.sort_unstable();
     asked.dedup();
     asked.iter().for_each(|&k| rows.require(k));
+    if let Some(k) = time.and_then(|t| find(rows.names(), t, label).ok()) {
+        rows.time_in(k);
+    }
     RawTable::from_rows(rows, label, &asked, usize::MAX)
 }
 

@@ -6,12 +6,12 @@ use std::fmt::Write as _;
 use im_model::{Complex, MotorFile, TextFormat, space_vector::from_phases, toml_text::quoted};
 
 use super::instant::Choice;
-use super::mapping::Instant;
+use super::mapping::{Begin, Instant, Preface};
 use super::names::{self, Origin};
 use super::quality::{clip::median, steady};
 use super::raw::RawTable;
 use super::sniff::Sniffed;
-use super::unit::{Quantity, Unit, in_name_among, is_phase_v, named};
+use super::unit::{Quantity, Unit, in_name_among, named};
 
 /// Rows that are looked at.
 pub const ROWS: usize = 100_000;
@@ -23,6 +23,8 @@ pub struct Draft {
     pub text: String,
     /// What was guessed and why, a sentence each.
     pub guesses: Vec<String>,
+    /// The mapping that names no column and is completed by this one.
+    pub completes: Option<String>,
     /// What could not be guessed and must be filled in, a sentence each; without any the mapping can be used as it is.
     pub missing: Vec<String>,
 }
@@ -45,11 +47,12 @@ struct Seen<'a> {
     taken: bool,
 }
 
-/// Drafts the mapping of a table whose columns have been read as far as they are numbers.
-pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile) -> Draft {
+/// Drafts the mapping of a table whose columns have been read as far as they are numbers; `said` is kept.
+pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, said: &Preface, motor: &MotorFile) -> Draft {
     let format = &sniffed.format;
     let has_names = format.header != Some(false);
-    let mut d = Draft::default();
+    let completes = Some(said.label.clone()).filter(|l| !l.is_empty());
+    let mut d = Draft { completes, ..Draft::default() };
     let n = table.len();
     let mut seen: Vec<Seen<'_>> = table
         .names
@@ -58,9 +61,9 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
         .enumerate()
         .filter(|(_, (_, x))| x.len() == n && x.iter().all(|v| v.is_finite()))
         .map(|(k, (name, x))| {
-            let under = sniffed.units.get(k).and_then(|u| named(u));
+            let under = sniffed.units.get(k).and_then(|u| named(u)).filter(|_| !table.clocks[k]);
             // "Channel A" is no current where the line of units says V.
-            let named_unit = in_name_among(name, &table.names);
+            let named_unit = if table.clocks[k] { named("s") } else { in_name_among(name, &table.names) };
             let unit = under.or(named_unit);
             let said = under.filter(|u| named_unit != Some(*u));
             let quantity = unit.map(|u| u.quantity).or_else(|| names::quantity(name));
@@ -74,7 +77,7 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
                 unit,
                 said,
                 quantity,
-                place: if is_phase_v(name, &table.names) { Some(1) } else { names::place(name) },
+                place: names::place(name, named_unit),
                 size,
                 origin: names::origin(name),
                 taken: false,
@@ -88,7 +91,12 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, motor: &MotorFile)
         text,
         "# What the columns of {shown} mean: a draft by im. Check every line.\n# As recording.toml it holds for every file of the folder.\n"
     );
-    let _ = writeln!(text, "file = {}\nstart = \"auto\"      # \"at_rest\", \"in_motion\"\n", quoted(file));
+    let other = if said.begin == Begin::Auto { "      # \"at_rest\", \"in_motion\"" } else { "" };
+    let _ = writeln!(text, "file = {}\nstart = {:?}{other}", quoted(file), said.begin.word());
+    if let Some(c) = said.winding_c {
+        let _ = writeln!(text, "winding_c = {c:?}");
+    }
+    text.push('\n');
     text_section(&mut text, format, has_names);
     let dt = time_section(&mut text, &mut d, &mut seen);
     let rated_v = motor.rating.phase_voltage_peak_v;
@@ -143,6 +151,9 @@ fn text_section(text: &mut String, format: &TextFormat, has_names: bool) {
     }
     if !has_names {
         let _ = writeln!(lines, "header = false");
+    }
+    if format.comment != TextFormat::default().comment {
+        let _ = writeln!(lines, "comment = {:?}", char::from(format.comment).to_string());
     }
     if format.skip_lines > 0 {
         let _ = writeln!(lines, "skip_lines = {}", format.skip_lines);
@@ -204,6 +215,14 @@ impl Draft {
     /// The guesses as a list, one to a line.
     pub fn listed(&self) -> String {
         self.guesses.iter().map(|g| format!("  - {g}")).collect::<Vec<_>>().join("\n")
+    }
+
+    /// Who does not say what the columns mean.
+    pub fn nobody_says(&self) -> String {
+        match &self.completes {
+            Some(label) => format!("{label} does not say"),
+            None => "no recording.toml says".to_owned(),
+        }
     }
 
     /// Notes which instant of the voltages fits better.

@@ -14,7 +14,7 @@ pub enum IntakeError {
     #[error(transparent)]
     File(#[from] FileError),
     /// The columns of a file are foreign, no mapping says what they mean, and not everything could be guessed.
-    #[error("{}: no recording.toml says what its columns mean, and not all could be guessed. Fill in: {}", .file.display(), .draft.missing.join("; "))]
+    #[error("{}: {} what its columns mean, and not all could be guessed. Fill in: {}", .file.display(), .draft.nobody_says(), .draft.missing.join("; "))]
     Unmapped {
         /// The recording.
         file: PathBuf,

@@ -3,7 +3,7 @@
 //! Of every column the value used is gain · (x − offset) · unit, with x as it stands in the file and the unit in SI.
 
 use im_identify::offline::Size;
-use im_model::TextFormat;
+use im_model::{FileError, Problem, TextFormat};
 use serde::Deserialize;
 
 use super::unit::Quantity;
@@ -151,6 +151,17 @@ pub enum Instant {
     HeldUntilRow,
 }
 
+impl Begin {
+    /// The word in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::AtRest => "at_rest",
+            Self::InMotion => "in_motion",
+        }
+    }
+}
+
 impl Instant {
     /// The word in files.
     pub fn word(self) -> &'static str {
@@ -277,11 +288,94 @@ pub struct Time {
     pub fill_gaps: bool,
 }
 
+/// How a text is written, as far as somebody says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TextSaid {
+    /// Between the fields.
+    pub separator: Option<u8>,
+    /// Whether numbers have a decimal comma.
+    pub decimal_comma: Option<bool>,
+    /// Whether the columns have names.
+    pub header: Option<bool>,
+    /// Lines before the names.
+    pub skip_lines: Option<usize>,
+    /// Lines between the names and the first row.
+    pub skip_after_header: Option<usize>,
+    /// What a line begins with that is passed over.
+    pub comment: Option<u8>,
+}
+
+impl TextSaid {
+    /// The whole, what is not said as `other` has it.
+    pub fn over(self, other: TextFormat) -> TextFormat {
+        TextFormat {
+            separator: self.separator.or(other.separator),
+            decimal_comma: self.decimal_comma.unwrap_or(other.decimal_comma),
+            header: self.header.or(other.header),
+            skip_lines: self.skip_lines.unwrap_or(other.skip_lines),
+            skip_after_header: self.skip_after_header.unwrap_or(other.skip_after_header),
+            comment: self.comment.unwrap_or(other.comment),
+        }
+    }
+}
+
+/// A mapping that names no column: what its columns mean is seen or guessed, as without one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Preface {
+    /// The mapping file, for messages.
+    pub label: String,
+    /// Data files it belongs to.
+    pub files: Vec<String>,
+    /// How the text is written.
+    pub text: TextSaid,
+    /// Start.
+    pub begin: Begin,
+    /// Temperature of the windings, °C.
+    pub winding_c: Option<f64>,
+}
+
+/// What a `recording.toml` says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Said {
+    /// What the columns mean.
+    Columns(Box<Mapping>),
+    /// Something, but of no column.
+    Preface(Preface),
+}
+
+impl Said {
+    /// Data files it belongs to.
+    pub fn files(&self) -> &[String] {
+        match self {
+            Self::Columns(m) => &m.files,
+            Self::Preface(p) => &p.files,
+        }
+    }
+
+    /// The file, for messages.
+    pub fn label(&self) -> &str {
+        match self {
+            Self::Columns(m) => &m.label,
+            Self::Preface(p) => &p.label,
+        }
+    }
+
+    /// Where columns are given a meaning.
+    pub fn columns(&self) -> Option<&Mapping> {
+        match self {
+            Self::Columns(m) => Some(m),
+            Self::Preface(_) => None,
+        }
+    }
+}
+
 /// What the columns of a file mean.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mapping {
     /// The mapping file, for messages.
     pub label: String,
+    /// What each line is about, where a program wrote the lines and messages name this instead; else empty.
+    pub keys: Vec<String>,
     /// Data files it belongs to, relative to it; empty: those named like it, or beside it.
     pub files: Vec<String>,
     /// Files of the same run by other instruments.
@@ -327,7 +421,20 @@ impl CurrentForm {
     }
 }
 
+/// An error named by what its line is about, where lines mean nothing to the reader.
+pub(super) fn by_key(keys: &[String], e: FileError) -> FileError {
+    match e.line.and_then(|l| keys.get(l - 1)) {
+        Some(key) => FileError { file: format!("{}[\"{key}\"]", e.file), line: None, ..e },
+        None => e,
+    }
+}
+
 impl Mapping {
+    /// An error at one of its lines.
+    pub fn error(&self, line: Option<usize>, key: &str, problem: Problem) -> FileError {
+        by_key(&self.keys, FileError::new(&self.label, line, Some(key), problem))
+    }
+
     /// Every column that is asked for, with what it measures; `None` for a pure number.
     pub fn signals(&self) -> Vec<(&Signal, Option<Quantity>)> {
         let mut all: Vec<(&Signal, Option<Quantity>)> = Vec::new();

@@ -12,8 +12,8 @@ use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
 use toml::Spanned;
 
 use super::mapping::{
-    Also, Begin, Calibration, Clock, Column, CurrentForm, Instant, Line, Load, Mapping, Offset, Signal, Speed, Time, Voltage,
-    VoltageForm,
+    Also, Begin, Calibration, Clock, Column, CurrentForm, Instant, Line, Load, Mapping, Offset, Preface, Said, Signal, Speed,
+    TextSaid, Time, Voltage, VoltageForm, by_key,
 };
 use super::unit::{Quantity, UNITS, named};
 
@@ -41,9 +41,9 @@ struct MappingToml {
     start: Option<Begin>,
     winding_c: Option<Within<-100, 300>>,
     text: Option<TextToml>,
-    time: Spanned<TimeToml>,
-    voltage: Spanned<VoltageToml>,
-    current: Spanned<CurrentToml>,
+    time: Option<Spanned<TimeToml>>,
+    voltage: Option<Spanned<VoltageToml>>,
+    current: Option<Spanned<CurrentToml>>,
     frame: Option<Spanned<FrameToml>>,
     speed: Option<Spanned<SpeedToml>>,
     load: Option<Spanned<LoadToml>>,
@@ -409,17 +409,36 @@ fn to_fill_in(text: &str) -> Option<(usize, &str)> {
 }
 
 impl Mapping {
-    /// Reads a mapping; `label` names the file in messages.
+    /// Reads a mapping of columns; `label` names the file in messages.
     ///
     /// # Errors
     /// What is not understood, is missing or contradicts itself, with its line and key.
     pub fn parse(text: &str, label: &str) -> Result<Self, FileError> {
-        let voltages = format!("[voltage] with {VOLTAGES}");
-        let currents = format!("[current] with {CURRENTS}");
+        match Said::parse(text, label)? {
+            Said::Columns(mapping) => Ok(*mapping),
+            Said::Preface(_) => Err(TomlText::new(text, label, &[]).missing(0..0, "time", TIME)),
+        }
+    }
+
+    /// Reads a mapping of columns that a program wrote, each key of the top in a line of its own: messages name it, for nobody sees the lines.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_keys(text: &str, label: &str) -> Result<Self, FileError> {
+        let keys: Vec<String> = text.lines().map(|l| l.split(" = ").next().unwrap_or_default().to_owned()).collect();
+        let read = Self::parse(text, label).map_err(|e| by_key(&keys, e))?;
+        Ok(Self { keys, ..read })
+    }
+}
+
+impl Said {
+    /// Reads a `recording.toml`; `label` names the file in messages.
+    ///
+    /// # Errors
+    /// As [`Mapping::parse`].
+    pub fn parse(text: &str, label: &str) -> Result<Self, FileError> {
         let hints = [
-            ("time", TIME),
-            ("voltage", &voltages),
-            ("current", &currents),
+            ("also.time", "the column of time of that file"),
             ("from_s", CALIBRATE),
             ("to_s", CALIBRATE),
             ("value", CALIBRATE),
@@ -437,26 +456,39 @@ impl Mapping {
             (Some(many), None) => many.0,
             (None, one) => one.into_iter().collect(),
         };
-        let angle = match (m.frame, m.voltage.get_ref().turns() || m.current.get_ref().turns()) {
+        let format = m.text.map_or_else(TextSaid::default, TextSaid::from);
+        let (begin, winding_c) = (m.start.unwrap_or_default(), m.winding_c.map(|c| c.0));
+        let columns = [m.frame.is_some(), m.speed.is_some(), m.load.is_some(), !m.also.is_empty()].contains(&true);
+        let (table_of_time, voltages, currents) = match (m.time, m.voltage, m.current) {
+            (Some(t), Some(u), Some(i)) => (t, u, i),
+            (None, None, None) if !columns => {
+                return Ok(Self::Preface(Preface { label: label.to_owned(), files, text: format, begin, winding_c }));
+            }
+            (None, ..) => return Err(toml.missing(0..0, "time", TIME)),
+            (_, None, _) => return Err(toml.missing(0..0, "voltage", format!("[voltage] with {VOLTAGES}"))),
+            _ => return Err(toml.missing(0..0, "current", format!("[current] with {CURRENTS}"))),
+        };
+        let angle = match (m.frame, voltages.get_ref().turns() || currents.get_ref().turns()) {
             (Some(f), true) => Some(signal(&toml, f.into_inner().angle, Some(Quantity::Angle), &PLAIN)?),
             (None, true) => return Err(toml.missing(0..0, "frame", FRAME)),
             (Some(f), false) => return Err(toml.refused(f.span(), "frame", "given without columns d and q", "none, or d and q")),
             (None, false) => None,
         };
-        Ok(Self {
+        Ok(Self::Columns(Box::new(Mapping {
             label: label.to_owned(),
+            keys: Vec::new(),
             also: m.also.into_iter().map(|t| also(&toml, t, files.len())).collect::<Result<_, _>>()?,
             files,
             angle,
-            format: m.text.map_or_else(TextFormat::default, TextFormat::from),
-            time: time(&toml, m.time)?,
-            voltage: voltage(&toml, m.voltage)?,
-            current: current(&toml, m.current)?,
+            format: format.over(TextFormat::default()),
+            time: time(&toml, table_of_time)?,
+            voltage: voltage(&toml, voltages)?,
+            current: current(&toml, currents)?,
             speed: m.speed.map_or(Ok(Speed::Absent), |t| speed(&toml, t))?,
             load: m.load.map_or(Ok(Load::Unstated), |t| load(&toml, t))?,
-            begin: m.start.unwrap_or_default(),
-            winding_c: m.winding_c.map(|c| c.0),
-        })
+            begin,
+            winding_c,
+        })))
     }
 }
 
@@ -474,15 +506,15 @@ impl CurrentToml {
     }
 }
 
-impl From<TextToml> for TextFormat {
+impl From<TextToml> for TextSaid {
     fn from(t: TextToml) -> Self {
         Self {
             separator: t.separator.map(|s| s as u8),
-            decimal_comma: t.decimal == Some(Decimal::Comma),
+            decimal_comma: t.decimal.map(|d| d == Decimal::Comma),
             header: t.header,
-            comment: t.comment.map_or(b'#', |c| c as u8),
-            skip_lines: t.skip_lines.unwrap_or_default().0 as usize,
-            skip_after_header: t.skip_after_header.unwrap_or_default().0 as usize,
+            comment: t.comment.map(|c| c as u8),
+            skip_lines: t.skip_lines.map(|n| n.0 as usize),
+            skip_after_header: t.skip_after_header.map(|n| n.0 as usize),
         }
     }
 }

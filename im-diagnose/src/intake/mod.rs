@@ -38,7 +38,7 @@ pub use draft::Draft;
 pub use error::IntakeError;
 pub use finding::{Finding, FindingKind, Severity, joined};
 pub use load_plan::LoadPlan;
-use mapping::{Begin, CurrentForm, Instant, Load, Mapping, Signal, Speed, Time, Voltage, VoltageForm};
+use mapping::{Begin, CurrentForm, Instant, Load, Mapping, Preface, Said, Signal, Speed, TextSaid, Time, Voltage, VoltageForm};
 use raw::RawTable;
 use signals::{Signals, SpeedTrace};
 use sniff::Sniffed;
@@ -81,7 +81,7 @@ pub fn read(path: &Path, mapping: Option<&Path>, motor: &MotorFile) -> Result<Ve
 /// # Errors
 /// As [`read`].
 pub fn read_columns(columns: &Columns, motor: &MotorFile) -> Result<Intake, IntakeError> {
-    read_one(Origin::Columns(columns), columns.mapping.clone(), motor)
+    read_one(Origin::Columns(columns), columns.mapping.clone().map(|m| Said::Columns(Box::new(m))), motor)
 }
 
 /// Where the rows of a recording stand.
@@ -106,34 +106,38 @@ impl Origin<'_> {
         }
     }
 
-    fn sniff(self, label: &str) -> Result<Sniffed, FileError> {
+    fn sniff(self, label: &str, said: TextSaid) -> Result<Sniffed, FileError> {
         match self {
-            Self::File(path) => sniff::sniff(path, label),
+            Self::File(path) => sniff::sniff(path, label, said),
             Self::Columns(_) => Ok(Sniffed::default()),
         }
     }
 }
 
-fn read_one(origin: Origin<'_>, mapping: Option<Mapping>, motor: &MotorFile) -> Result<Intake, IntakeError> {
+fn read_one(origin: Origin<'_>, said: Option<Said>, motor: &MotorFile) -> Result<Intake, IntakeError> {
+    let (mapping, preface) = match said {
+        Some(Said::Columns(m)) => (Some(*m), Preface::default()),
+        Some(Said::Preface(p)) => (None, p),
+        None => (None, Preface::default()),
+    };
     if let (Origin::File(path), Some(m)) = (origin, &mapping)
         && !m.also.is_empty()
     {
-        let joined = also::join(path, m)?;
-        return read_one(Origin::Columns(&joined), joined.mapping.clone(), motor);
+        return read_columns(&also::join(path, m)?, motor);
     }
     let label = origin.label();
-    let format = mapping.as_ref().map_or_else(TextFormat::default, |m| m.format);
+    let format = mapping.as_ref().map_or_else(|| preface.text.over(TextFormat::default()), |m| m.format);
     let mut rows = origin.rows(&label, format)?;
     let (mapping, mut draft) = match mapping {
         Some(m) => (m, None),
         None => {
-            let meant = CanonicalColumns::meant(rows.names()).then(|| canonical(&mut rows, &label));
+            let meant = CanonicalColumns::meant(rows.names()).then(|| canonical(&mut rows, &label, &preface));
             match meant {
                 Some(Ok(mapping)) => (mapping, None),
                 // A name that is nearly right is a slip of the pen; one that is quite another is guessed.
                 Some(Err(e)) if !matches!(*e.problem, Problem::MissingColumn { nearest: None, .. }) => return Err(e.into()),
                 _ => {
-                    let (mapping, draft) = guess(origin, &label, motor)?;
+                    let (mapping, draft) = guess(origin, &label, &preface, motor)?;
                     rows = origin.rows(&label, mapping.format)?;
                     (mapping, Some(draft))
                 }
@@ -145,6 +149,9 @@ fn read_one(origin: Origin<'_>, mapping: Option<Mapping>, motor: &MotorFile) -> 
     asked.sort_unstable();
     asked.dedup();
     asked.iter().for_each(|&k| rows.require(k));
+    if let Some(time) = &mapping.time.signal {
+        rows.time_in(raw::place(rows.names(), time, &mapping)?);
+    }
     let mut table = RawTable::from_rows(rows, &label, &asked, usize::MAX)?;
     let mut signals = Signals::new(&mut table, &mapping, motor.machine.pole_pairs())?;
     let repeated = table.repeated;
@@ -176,15 +183,15 @@ fn read_one(origin: Origin<'_>, mapping: Option<Mapping>, motor: &MotorFile) -> 
     Ok(taken)
 }
 
-/// Guesses what the columns of a file mean.
-fn guess(origin: Origin<'_>, label: &str, motor: &MotorFile) -> Result<(Mapping, Draft), IntakeError> {
-    let sniffed = origin.sniff(label)?;
+/// Guesses what the columns of a file mean, by what is said of it.
+fn guess(origin: Origin<'_>, label: &str, said: &Preface, motor: &MotorFile) -> Result<(Mapping, Draft), IntakeError> {
+    let sniffed = origin.sniff(label, said.text)?;
     let rows = origin.rows(label, sniffed.format)?;
     let all: Vec<usize> = (0..rows.names().len()).collect();
     let table = RawTable::from_rows(rows, label, &all, draft::ROWS)?;
     let path = PathBuf::from(label);
     let file = path.file_name().map_or_else(|| label.to_owned(), |f| f.to_string_lossy().into_owned());
-    let draft = draft::draft(&table, &file, &sniffed, motor);
+    let draft = draft::draft(&table, &file, &sniffed, said, motor);
     if !draft.missing.is_empty() {
         return Err(IntakeError::Unmapped { file: path, draft: Box::new(draft) });
     }
@@ -199,9 +206,9 @@ fn guess(origin: Origin<'_>, label: &str, motor: &MotorFile) -> Result<(Mapping,
 pub fn files(path: &Path, mapping: Option<&Path>) -> Result<Vec<PathBuf>, FileError> {
     let mut files = vec![path.to_path_buf()];
     for (data, mapping) in sources(path, mapping)? {
-        files.extend(mapping.iter().flat_map(|m| also::files(&data, m)));
+        files.extend(mapping.iter().filter_map(Said::columns).flat_map(|m| also::files(&data, m)));
         files.push(data);
-        files.extend(mapping.map(|m| PathBuf::from(m.label)));
+        files.extend(mapping.map(|m| PathBuf::from(m.label())));
     }
     Ok(files)
 }
@@ -217,16 +224,16 @@ pub fn findings<'a>(all: impl Iterator<Item = &'a Intake>) -> Vec<Finding> {
 pub const ENDINGS: [&str; 6] = ["csv", "parquet", "mat", "mf4", "tdms", "cfg"];
 
 /// The recordings that a path names, each with its mapping.
-fn sources(path: &Path, mapping: Option<&Path>) -> Result<Vec<(PathBuf, Option<Mapping>)>, FileError> {
+fn sources(path: &Path, mapping: Option<&Path>) -> Result<Vec<(PathBuf, Option<Said>)>, FileError> {
     if path.extension().is_some_and(|e| e == "toml") {
         let mapping = read_mapping(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let files: Vec<PathBuf> = if mapping.files.is_empty() {
+        let files: Vec<PathBuf> = if mapping.files().is_empty() {
             let stem = path.file_name().map(|n| n.to_string_lossy().replace(".recording.toml", "").replace(".toml", ""));
             let data = ENDINGS.map(|end| folder.join(format!("{}.{end}", stem.as_deref().unwrap_or_default())));
             vec![data.iter().find(|p| p.is_file()).unwrap_or(&data[0]).clone()]
         } else {
-            mapping.files.iter().map(|f| folder.join(f)).collect()
+            mapping.files().iter().map(|f| folder.join(f)).collect()
         };
         if let Some(missing) = files.iter().find(|f| !f.is_file()) {
             let problem =
@@ -244,12 +251,12 @@ fn sources(path: &Path, mapping: Option<&Path>) -> Result<Vec<(PathBuf, Option<M
 ///
 /// # Errors
 /// The file cannot be read, or is no mapping.
-pub fn read_mapping(path: &Path) -> Result<Mapping, FileError> {
-    Mapping::parse(&read_text(path)?, &path.display().to_string())
+pub fn read_mapping(path: &Path) -> Result<Said, FileError> {
+    Said::parse(&read_text(path)?, &path.display().to_string())
 }
 
 /// The mapping of a file in canonical columns.
-fn canonical<R: std::io::BufRead>(rows: &mut Rows<'_, R>, label: &str) -> Result<Mapping, FileError> {
+fn canonical<R: std::io::BufRead>(rows: &mut Rows<'_, R>, label: &str, said: &Preface) -> Result<Mapping, FileError> {
     let found = CanonicalColumns::find(rows)?;
     let signal = |k: usize| Signal::plain(&rows.names()[k]);
     let voltage = match found.u {
@@ -264,9 +271,10 @@ fn canonical<R: std::io::BufRead>(rows: &mut Rows<'_, R>, label: &str) -> Result
     };
     Ok(Mapping {
         label: label.to_owned(),
+        keys: Vec::new(),
         files: Vec::new(),
         also: Vec::new(),
-        format: TextFormat::default(),
+        format: said.text.over(TextFormat::default()),
         time: Time {
             signal: Some(signal(found.time)),
             sample_time_s: None,
@@ -279,8 +287,8 @@ fn canonical<R: std::io::BufRead>(rows: &mut Rows<'_, R>, label: &str) -> Result
         angle: None,
         speed: Speed::Measured { signal: signal(found.omega_m), electrical: false },
         load: found.tau_load.map_or(Load::Unstated, |k| Load::Measured { signal: signal(k), times: None }),
-        begin: Begin::Auto,
-        winding_c: None,
+        begin: said.begin,
+        winding_c: said.winding_c,
     })
 }
 

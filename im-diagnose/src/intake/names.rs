@@ -1,6 +1,6 @@
 //! What the names of columns say: the quantity, the phase or axis, and whether a sensor measured it.
 
-use super::unit::{Quantity, in_name};
+use super::unit::{Quantity, Unit};
 
 /// Who made a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -80,7 +80,7 @@ fn words(name: &str) -> Vec<String> {
 pub(super) fn quantity(name: &str) -> Option<Quantity> {
     let low = name.to_lowercase();
     let has = |words: &[&str]| words.iter().any(|w| low.contains(w));
-    let marked = place(name).is_some();
+    let marked = place(name, None).is_some();
     let starts = |words: &[&str]| {
         words.iter().any(|w| {
             low == *w
@@ -114,10 +114,10 @@ pub(super) fn quantity(name: &str) -> Option<Quantity> {
     }
 }
 
-/// Which phase or axis a name says.
-pub(super) fn place(name: &str) -> Option<usize> {
+/// Which phase or axis a name says that has this unit in it.
+pub(super) fn place(name: &str, unit: Option<Unit>) -> Option<usize> {
     // The A of ib_A is no phase; that of "phase A" is.
-    let unit = in_name(name).filter(|u| name.strip_suffix(u.text).is_some_and(|before| before.ends_with('_')));
+    let unit = unit.filter(|u| name.strip_suffix(u.text).is_some_and(|before| before.ends_with('_')));
     let low = unit.and_then(|u| name.strip_suffix(u.text)).unwrap_or(name).to_lowercase();
     if low.contains("alpha") || low.contains('α') {
         return Some(3);
@@ -147,6 +147,7 @@ pub(super) fn place(name: &str) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::unit::in_name;
     use super::*;
 
     #[test]
@@ -176,7 +177,7 @@ mod tests {
             ("i_V", None),
         ];
         for (name, phase) in all {
-            assert_eq!(place(name), phase, "{name}");
+            assert_eq!(place(name, in_name(name)), phase, "{name}");
         }
         assert_eq!((axis("id_A"), axis("u_q"), axis("Isd"), axis("idle")), (Some("d"), Some("q"), Some("d"), None));
         assert!(is_frame_angle("theta_rad") && is_duty("duty_a") && !is_duty("induct"));

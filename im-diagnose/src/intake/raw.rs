@@ -5,10 +5,10 @@ use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
 use im_formats::FormatError;
-use im_model::{FileError, Problem, Rows, TextFormat};
+use im_model::{AsUtf8, FileError, Problem, Rows, TextFormat};
 
 use super::columns::Columns;
-use super::mapping::{Column, Mapping, Signal};
+use super::mapping::{Column, Mapping, Signal, by_key};
 
 /// Columns of numbers of one length.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +19,8 @@ pub struct RawTable {
     pub names: Vec<String>,
     /// One per name; empty where a column was not asked for.
     pub columns: Vec<Vec<f64>>,
+    /// Whether a column showed times of day, which are seconds.
+    pub clocks: Vec<bool>,
     /// Rows that were left out because they repeat the row before them in everything, time included.
     pub repeated: usize,
     /// Line in the file less row, from a row on.
@@ -54,12 +56,14 @@ impl RawTable {
             let found = if n == 0 { "no rows under the header" } else { "only one row: the sampling time needs two" };
             return Err(rows.error(None, Problem::NoRows { found }));
         }
-        Ok(Self { label: label.to_owned(), names, columns, repeated, offsets: rows.line_offsets().to_vec() })
+        let clocks = (0..names.len()).map(|k| rows.is_clock(k)).collect();
+        Ok(Self { label: label.to_owned(), names, columns, clocks, repeated, offsets: rows.line_offsets().to_vec() })
     }
 
     /// Columns that come from no text.
     pub fn from_columns(label: &str, names: Vec<String>, columns: Vec<Vec<f64>>) -> Self {
-        Self { label: label.to_owned(), names, columns, repeated: 0, offsets: Vec::new() }
+        let clocks = vec![false; names.len()];
+        Self { label: label.to_owned(), names, columns, clocks, repeated: 0, offsets: Vec::new() }
     }
 
     /// Number of rows.
@@ -96,7 +100,7 @@ pub fn open<'a>(path: &Path, label: &'a str, format: TextFormat) -> Result<Rows<
             let (text, format) = parquet_as_text(file, label)?;
             (text, 0, format)
         }
-        Kind::Text => (Box::new(file), bytes, format),
+        Kind::Text => (Box::new(AsUtf8::new(file)), bytes, format),
     };
     Rows::new(BufReader::with_capacity(1 << 17, source), label, bytes, format)
 }
@@ -158,7 +162,7 @@ fn parquet_as_text(_: File, label: &str) -> Result<(Box<dyn Read>, TextFormat), 
 /// # Errors
 /// The file has no such column, or has it twice; the error points at the mapping.
 pub fn place(names: &[String], signal: &Signal, mapping: &Mapping) -> Result<usize, FileError> {
-    find(names, signal, &mapping.label)
+    find(names, signal, &mapping.label).map_err(|e| by_key(&mapping.keys, e))
 }
 
 /// As [`place`]; `mapping` names the mapping in messages.

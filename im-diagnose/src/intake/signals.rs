@@ -11,7 +11,7 @@ use super::mapping::{Calibration, CurrentForm, Instant, Line, Load, Mapping, Off
 use super::raw::{RawTable, place};
 use super::repair;
 use super::trace::Trace;
-use super::unit::{Quantity, in_name_among};
+use super::unit::{Quantity, by_name};
 
 /// A current and what else shows it.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,7 +82,7 @@ impl Signals {
         if to - from < 2 {
             let found = format!("a window from {} s to {} s", mapping.time.from_s, mapping.time.to_s);
             let expected = format!("rows in it: the recording goes from {} s to {} s", time[0], time[n - 1]);
-            return Err(FileError::new(&mapping.label, None, Some("time"), Problem::Unexpected { found, expected }));
+            return Err(mapping.error(None, "time", Problem::Unexpected { found, expected }));
         }
         let grid = Grid::new(&time[from..to], mapping.time.fill_gaps).map_err(|(k, problem)| at(from + k, problem))?;
         let sample_time_s = mapping.time.sample_time_s.unwrap_or(grid.sample_time_s);
@@ -257,7 +257,7 @@ impl Read<'_> {
                 let found = format!("{what}, where there are no rows");
                 let (first, last) = (self.time[0], self.time[x.len() - 1]);
                 let problem = Problem::Unexpected { found, expected: format!("a time between {first} s and {last} s") };
-                return Err(FileError::new(&self.mapping.label, signal.line, Some(what), problem));
+                return Err(self.mapping.error(signal.line, what, problem));
             }
             Ok(used.iter().sum::<f64>() / used.len() as f64)
         };
@@ -273,7 +273,7 @@ impl Read<'_> {
                 if shown.abs() < 1e-9 * value.abs() || shown == 0.0 {
                     let found = format!("about a stretch where the column shows {shown}");
                     let problem = Problem::Unexpected { found, expected: "a stretch where it is not zero".to_owned() };
-                    return Err(FileError::new(&self.mapping.label, signal.line, Some("calibrate"), problem));
+                    return Err(self.mapping.error(signal.line, "calibrate", problem));
                 }
                 value / shown
             }
@@ -307,8 +307,8 @@ pub(super) fn time_of(table: &RawTable, mapping: &Mapping) -> Result<Vec<f64>, F
 
 /// A column of time, s, which goes forward.
 pub(super) fn seconds(table: &RawTable, time: &Signal, mapping: &Mapping) -> Result<Vec<f64>, FileError> {
-    let unit = unit_of(time, table, mapping, Some(Quantity::Time))?;
     let column = place(&table.names, time, mapping)?;
+    let unit = if table.clocks[column] { 1.0 } else { unit_of(time, table, mapping, Some(Quantity::Time))? };
     let t: Vec<f64> = table.columns[column].iter().map(|t| t * unit).collect();
     match (1..t.len()).find(|&k| !matches!(t[k - 1].partial_cmp(&t[k]), Some(std::cmp::Ordering::Less))) {
         None => Ok(t),
@@ -330,21 +330,13 @@ pub(super) fn unit_of(
     if let Some(unit) = signal.unit {
         return Ok(unit);
     }
-    let k = place(&table.names, signal, mapping)?;
-    let name = &table.names[k];
-    let (words, si) = quantity.words();
-    let fail = |found: String, expected: String| {
-        FileError::new(&mapping.label, signal.line, Some("unit"), Problem::Unexpected { found, expected })
-    };
-    match in_name_among(name, &table.names) {
-        Some(u) if u.quantity == quantity => Ok(u.si),
-        Some(u) => Err(fail(
-            format!("not given, and column {name} is in {} by its name", u.text),
-            format!("{words}; if it is one, say unit = \"{si}\" or whatever it is in"),
-        )),
+    let name = &table.names[place(&table.names, signal, mapping)?];
+    let fail = |[found, expected]: [String; 2]| mapping.error(signal.line, "unit", Problem::Unexpected { found, expected });
+    match by_name(name, &table.names, quantity).map_err(fail)? {
+        Some(si) => Ok(si),
         // Speeds come in rpm as often as in rad/s: an error of a factor of ten is not to be risked.
         None if quantity == Quantity::Speed => {
-            Err(fail(format!("missing for column {name}"), "\"rpm\", \"rad/s\" or \"Hz\"".to_owned()))
+            Err(fail([format!("missing for column {name}"), "\"rpm\", \"rad/s\" or \"Hz\"".to_owned()]))
         }
         None => Ok(1.0),
     }

@@ -4,8 +4,9 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-use im_model::{FileError, TextFormat, fields_of, number_in};
+use im_model::{AsUtf8, FileError, TextFormat, fields_of, number_in, time_of_day};
 
+use super::mapping::TextSaid;
 use super::raw::{self, Kind};
 
 /// Lines that are looked at, and rows of numbers in a row that make a table.
@@ -25,11 +26,11 @@ pub struct Sniffed {
     pub left_out: Vec<String>,
 }
 
-/// Looks at the beginning of a file.
+/// Looks at the beginning of a file, where `said` does not say how it is written.
 ///
 /// # Errors
 /// The file cannot be read.
-pub fn sniff(path: &Path, label: &str) -> Result<Sniffed, FileError> {
+pub fn sniff(path: &Path, label: &str, said: TextSaid) -> Result<Sniffed, FileError> {
     let io = |e: std::io::Error| FileError::io(label, "read", &e);
     let mut file = File::open(path).map_err(io)?;
     match raw::kind_of(&mut file, path).map_err(io)? {
@@ -37,21 +38,23 @@ pub fn sniff(path: &Path, label: &str) -> Result<Sniffed, FileError> {
         Kind::OtherPrograms => return Ok(Sniffed { left_out: raw::other_programs(path, label)?.1, ..Sniffed::default() }),
         Kind::Text => {}
     }
-    let source = BufReader::new(file.take(1 << 20));
+    let source = BufReader::new(AsUtf8::new(file).take(1 << 20));
     let mut lines = Vec::new();
     for line in source.split(b'\n').take(LINES) {
         lines.push(
             String::from_utf8_lossy(&line.map_err(io)?).trim_start_matches('\u{feff}').trim_matches([' ', '\r']).to_owned(),
         );
     }
-    Ok(of_lines(&lines))
+    Ok(of_lines(&lines, said))
 }
 
-fn of_lines(lines: &[String]) -> Sniffed {
+fn of_lines(lines: &[String], said: TextSaid) -> Sniffed {
+    let skipped = said.skip_lines.unwrap_or(0).min(lines.len());
+    let lines = &lines[skipped..];
     let mut best: Option<(usize, usize, u8, bool)> = None;
-    for (separator, comma) in
-        [(b';', false), (b';', true), (b'\t', false), (b'\t', true), (b',', false), (b' ', false), (b' ', true)]
-    {
+    let usual = [(b';', false), (b';', true), (b'\t', false), (b'\t', true), (b',', false), (b' ', false), (b' ', true)];
+    let usual = usual.map(|(s, comma)| (said.separator.unwrap_or(s), said.decimal_comma.unwrap_or(comma)));
+    for (separator, comma) in usual {
         let shape = |line: &String| {
             let f = fields_of(line, separator);
             (f.len(), f.iter().filter(|x| is_number(x, comma)).count())
@@ -70,16 +73,21 @@ fn of_lines(lines: &[String]) -> Sniffed {
         }
     }
     let Some((_, first, separator, comma)) = best else {
-        return Sniffed::default();
+        return Sniffed { format: said.over(TextFormat::default()), ..Sniffed::default() };
     };
     let count = fields_of(&lines[first], separator).len();
+    let comment = char::from(said.comment.unwrap_or(TextFormat::default().comment));
     let heads = |line: &String| {
         let f = fields_of(line, separator);
         // A spreadsheet fills a line of remarks up with empty fields.
         let filled = f.iter().filter(|x| !x.trim().is_empty()).count();
-        f.len() == count && 2 * filled > count && !line.starts_with('#') && f.iter().all(|x| !is_number(x, comma))
+        f.len() == count && 2 * filled > count && !line.starts_with(comment) && f.iter().all(|x| !is_number(x, comma))
     };
-    let head = lines[..first].iter().position(heads);
+    let head = match (said.header, said.skip_lines) {
+        (Some(false), _) => None,
+        (_, Some(_)) => (first > 0).then_some(0),
+        _ => lines[..first].iter().position(heads),
+    };
     let units = head
         .and_then(|h| lines[h + 1..first].iter().find(|l| heads(l)))
         .map(|l| fields_of(l, separator).iter().map(|f| f.trim_matches(['(', ')', '[', ']', ' ', '"']).to_owned()).collect());
@@ -87,16 +95,17 @@ fn of_lines(lines: &[String]) -> Sniffed {
         separator: Some(separator),
         decimal_comma: comma,
         header: Some(head.is_some()),
-        skip_lines: head.unwrap_or(first),
+        skip_lines: skipped + head.unwrap_or(first),
         skip_after_header: head.map_or(0, |h| first - h - 1),
         ..TextFormat::default()
     };
-    Sniffed { format, units: units.unwrap_or_default(), left_out: Vec::new() }
+    Sniffed { format: said.over(format), units: units.unwrap_or_default(), left_out: Vec::new() }
 }
 
 fn is_number(text: &str, comma: bool) -> bool {
     // A point alone is no decimal comma's.
-    number_in(text, comma).is_some() && (!comma || !text.contains('.') || text.contains(','))
+    let number = number_in(text, comma).is_some() && (!comma || !text.contains('.') || text.contains(','));
+    number || time_of_day(text).is_some()
 }
 
 #[cfg(test)]
@@ -104,7 +113,11 @@ mod tests {
     use super::*;
 
     fn of(text: &str) -> Sniffed {
-        of_lines(&text.lines().map(str::to_owned).collect::<Vec<_>>())
+        said(text, TextSaid::default())
+    }
+
+    fn said(text: &str, said: TextSaid) -> Sniffed {
+        of_lines(&text.lines().map(str::to_owned).collect::<Vec<_>>(), said)
     }
 
     #[test]
@@ -125,5 +138,22 @@ mod tests {
         assert_eq!((sheet.separator, sheet.decimal_comma, sheet.skip_lines, sheet.header), (Some(b';'), true, 2, Some(true)));
         let bare = of("0.0 1.5 2\n0.1  1.6 3\n0.2 1.6 3\n").format;
         assert_eq!((bare.separator, bare.header, bare.skip_lines), (Some(b' '), Some(false), 0));
+    }
+
+    #[test]
+    fn what_is_said_of_a_text_is_kept_and_the_rest_is_seen() {
+        let text = "Messung;;\nU;I;n\n1;2;3\nt;u;i\ns;V;A\n0,0;1,5;2\n0,1;1,6;3\n0,2;1,6;3,5\n";
+        let f = said(text, TextSaid { skip_lines: Some(3), ..TextSaid::default() }).format;
+        assert_eq!(
+            (f.separator, f.decimal_comma, f.header, f.skip_lines, f.skip_after_header),
+            (Some(b';'), true, Some(true), 3, 1)
+        );
+        let f = said(text, TextSaid { separator: Some(b'|'), decimal_comma: Some(true), ..TextSaid::default() }).format;
+        assert_eq!((f.separator, f.decimal_comma, f.skip_lines), (Some(b'|'), true, 0));
+        let f = said("a b c\n1 2 3\n1 2 3\n1 2 3\n", TextSaid { header: Some(false), ..TextSaid::default() }).format;
+        assert_eq!((f.header, f.skip_lines), (Some(false), 1));
+        // A date and a time of day are columns of numbers, or one.
+        let f = of("t;u;i\n2026-03-01 12:00:00,000;1,5;2\n2026-03-01 12:00:00,001;1,5;2\n2026-03-01 12:00:00,002;1,5;2\n").format;
+        assert_eq!((f.separator, f.decimal_comma, f.header), (Some(b';'), true, Some(true)));
     }
 }

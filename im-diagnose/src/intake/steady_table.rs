@@ -21,7 +21,7 @@ use im_model::toml_text::{Positive, TomlText, Within};
 use im_model::{FileError, Problem, TextFormat, read_text};
 use serde::{Deserialize, Serialize};
 
-use super::mapping::{Column, Offset, Signal};
+use super::mapping::{Offset, Signal, TextSaid};
 use super::mapping_file::{ColumnToml, TextToml, plain_signal};
 use super::raw;
 use super::sniff::sniff;
@@ -76,7 +76,21 @@ pub struct SteadyTable {
     pub rows: Vec<SteadyRow>,
 }
 
+/// The keys of a mapping; in their order, the names of the columns where there is none, and what is measured (a power, a temperature: `None`).
+const KEYS: [&str; 9] = ["voltage", "phase_voltage", "current", "power", "reactive_power", "speed", "torque", "winding", "rotor"];
 const CANONICAL: [&str; 9] = ["V_LL_V", "V_ph_V", "I_A", "P_3ph_W", "Q_3ph_var", "n_rpm", "T_Nm", "winding_C", "rotor_C"];
+
+const QUANTITIES: [Option<Quantity>; 9] = [
+    Some(Quantity::Voltage),
+    Some(Quantity::Voltage),
+    Some(Quantity::Current),
+    None,
+    None,
+    Some(Quantity::Speed),
+    Some(Quantity::Torque),
+    None,
+    None,
+];
 
 /// Class of instruments where nobody says.
 const USUAL_CLASS_PERCENT: f64 = 0.5;
@@ -116,7 +130,7 @@ struct TableMapping {
     winding_c: Option<f64>,
     /// How the text is written, where somebody says.
     format: Option<TextFormat>,
-    signals: [Option<(Signal, f64)>; CANONICAL.len()],
+    signals: [Option<Signal>; CANONICAL.len()],
 }
 
 impl SteadyTable {
@@ -128,7 +142,7 @@ impl SteadyTable {
     pub fn read(path: &Path, mapping: Option<&Path>) -> Result<Self, FileError> {
         let label = path.display().to_string();
         // The decimal comma is seen; which lines count nobody guesses.
-        let seen = sniff(path, &label)?.format;
+        let seen = sniff(path, &label, TextSaid::default())?.format;
         let seen = TextFormat { separator: seen.separator, decimal_comma: seen.decimal_comma, ..TextFormat::default() };
         let mut rows = raw::open(path, &label, seen)?;
         let own = TableMapping::canonical(rows.names(), &label);
@@ -139,9 +153,10 @@ impl SteadyTable {
             rows = raw::open(path, &label, format)?;
         }
         let names = rows.names().to_vec();
+        // Where a column stands, and its unit in SI.
         let mut places = [None; CANONICAL.len()];
         for (k, place) in places.iter_mut().enumerate() {
-            if let Some((signal, _)) = &mapping.signals[k] {
+            if let Some(signal) = &mapping.signals[k] {
                 let at = match raw::find(&names, signal, &mapping.label) {
                     Ok(at) => at,
                     // One mapping for several tests, of which not each has a speed; a name that is nearly right is a slip of the pen.
@@ -153,7 +168,7 @@ impl SteadyTable {
                 } else {
                     rows.require_where_given(at)
                 }
-                *place = Some(at);
+                *place = Some((at, mapping.unit(k, signal, &names[at], &names)?));
             }
         }
         for (k, any) in [(0, places[0].or(places[1])), (2, places[2]), (3, places[3])] {
@@ -166,10 +181,10 @@ impl SteadyTable {
         let mut row = vec![0.0; names.len()];
         while rows.next(&mut row)? {
             let get = |k: usize| -> Option<f64> {
-                let (signal, unit) = mapping.signals[k].as_ref()?;
+                let (signal, (at, unit)) = (mapping.signals[k].as_ref()?, places[k]?);
                 let offset = if let Offset::Value(x) = signal.offset { x } else { 0.0 };
                 // An empty field was not measured.
-                Some(signal.gain * unit * (row[places[k]?] - offset)).filter(|x| x.is_finite())
+                Some(signal.gain * unit * (row[at] - offset)).filter(|x| x.is_finite())
             };
             let voltage = get(1).or(get(0).map(|v| v / 3f64.sqrt())).unwrap_or(0.0);
             let (current, power) = (get(2).unwrap_or(0.0), get(3).unwrap_or(0.0));
@@ -226,7 +241,7 @@ fn kind_of(rows: &[SteadyRow]) -> TableKind {
 
 /// A first mapping for the columns of a table, by their units.
 fn proposal(path: &Path, names: &[String]) -> String {
-    let of = |q: Quantity| names.iter().find(|n| unit::in_name(n).is_some_and(|u| u.quantity == q));
+    let of = |q: Quantity| names.iter().find(|n| unit::in_name_among(n, names).is_some_and(|u| u.quantity == q));
     let power = |units: &[&str]| names.iter().find(|n| power_unit(n).is_some_and(|u| units.contains(&u)));
     let lines = [
         ("voltage", of(Quantity::Voltage), "   # line to line, rms; phase_voltage where it is the phase's"),
@@ -257,11 +272,7 @@ impl TableMapping {
     }
 
     fn canonical(names: &[String], label: &str) -> Self {
-        let rpm = |k: usize| if k == 5 { std::f64::consts::PI / 30.0 } else { 1.0 };
-        let signals = std::array::from_fn(|k| {
-            let name = CANONICAL[k];
-            names.iter().any(|n| n == name).then(|| (Signal::plain(name), rpm(k)))
-        });
+        let signals = CANONICAL.map(|name| names.iter().any(|n| n == name).then(|| Signal::plain(name)));
         let class_percent = USUAL_CLASS_PERCENT;
         Self { label: label.to_owned(), kind: None, class_percent, winding_c: None, format: None, signals }
     }
@@ -271,29 +282,43 @@ impl TableMapping {
         let text = read_text(path)?;
         let toml = TomlText::new(&text, &label, &[("table", "[table] with voltage, current and power")]);
         let MappingToml { table: t, text } = toml.read::<MappingToml>()?;
-        let columns = [
-            ("voltage", t.voltage),
-            ("phase_voltage", t.phase_voltage),
-            ("current", t.current),
-            ("power", t.power),
-            ("reactive_power", t.reactive_power),
-            ("speed", t.speed),
-            ("torque", t.torque),
-            ("winding", t.winding),
-            ("rotor", t.rotor),
-        ];
-        let mut signals: [Option<(Signal, f64)>; CANONICAL.len()] = std::array::from_fn(|_| None);
-        for (signal, (key, given)) in signals.iter_mut().zip(columns) {
-            *signal = given.map(|c| column(&toml, key, c)).transpose()?;
+        let columns = [t.voltage, t.phase_voltage, t.current, t.power, t.reactive_power, t.speed, t.torque, t.winding, t.rotor];
+        let mut signals = [const { None }; CANONICAL.len()];
+        for (signal, given) in signals.iter_mut().zip(columns) {
+            *signal = given.map(|c| column(&toml, c)).transpose()?;
         }
         let class_percent = t.class.map_or(USUAL_CLASS_PERCENT, |c| c.0);
         let winding_c = t.winding_c.map(|c| c.0);
-        Ok(Self { label, kind: t.kind, class_percent, winding_c, format: text.map(TextFormat::from), signals })
+        let format = text.map(|t| TextSaid::from(t).over(TextFormat::default()));
+        Ok(Self { label, kind: t.kind, class_percent, winding_c, format, signals })
+    }
+
+    /// The unit in SI of a signal that stands in the column `name`: as the mapping says, else as the name says among the others; a speed is in rpm.
+    fn unit(&self, k: usize, signal: &Signal, name: &str, names: &[String]) -> Result<f64, FileError> {
+        if let Some(unit) = signal.unit {
+            return Ok(unit);
+        }
+        let fail = |[found, expected]: [String; 2]| {
+            FileError::new(
+                &self.label,
+                signal.line,
+                Some(&format!("unit of {}", KEYS[k])),
+                Problem::Unexpected { found, expected },
+            )
+        };
+        Ok(match QUANTITIES[k] {
+            Some(q) => {
+                let usual = if q == Quantity::Speed { std::f64::consts::PI / 30.0 } else { 1.0 };
+                unit::by_name(name, names, q).map_err(fail)?.unwrap_or(usual)
+            }
+            None if power_unit(name).is_some_and(|u| u.starts_with('k')) => 1e3,
+            None => 1.0,
+        })
     }
 }
 
-/// A column with its unit in SI.
-fn column(toml: &TomlText<'_>, key: &str, given: ColumnToml) -> Result<(Signal, f64), FileError> {
+/// A column of a table.
+fn column(toml: &TomlText<'_>, given: ColumnToml) -> Result<Signal, FileError> {
     let at = given.span();
     let signal = plain_signal(toml, given)?;
     let of_time = signal.calibrate.is_some() || !matches!(signal.offset, Offset::Value(_));
@@ -301,14 +326,7 @@ fn column(toml: &TomlText<'_>, key: &str, given: ColumnToml) -> Result<(Signal, 
         let expected = "column, unit, gain and an offset that is a number: a table has no time and one sensor of each quantity";
         return Err(toml.unexpected(at, Some("given with calibrate, alternate or an offset over time"), expected));
     }
-    let name = if let Column::Name(n) = &signal.column { n.clone() } else { String::new() };
-    let by_name = || match key {
-        "power" | "reactive_power" => power_unit(&name).map_or(1.0, |u| if u.starts_with('k') { 1e3 } else { 1.0 }),
-        "speed" => unit::in_name(&name).map_or(std::f64::consts::PI / 30.0, |u| u.si),
-        _ => unit::in_name(&name).map_or(1.0, |u| u.si),
-    };
-    let unit = signal.unit.unwrap_or_else(by_name);
-    Ok((signal, unit))
+    Ok(signal)
 }
 
 /// The unit of power at the end of a name: `P (kW)`, `Q_var`.

@@ -120,8 +120,23 @@ pub fn in_name_among(name: &str, all: &[String]) -> Option<Unit> {
     if is_phase_v(name, all) { None } else { in_name(name) }
 }
 
+/// The size of the unit of a quantity by the name of its column among the others.
+///
+/// # Errors
+/// The name has the unit of another quantity: what was found and what is expected.
+pub fn by_name(name: &str, all: &[String], quantity: Quantity) -> Result<Option<f64>, [String; 2]> {
+    let (words, si) = quantity.words();
+    match in_name_among(name, all) {
+        Some(u) if u.quantity != quantity => Err([
+            format!("not given, and column {name} is in {} by its name", u.text),
+            format!("{words}; if it is one, say unit = \"{si}\" or whatever it is in"),
+        ]),
+        unit => Ok(unit.map(|u| u.si)),
+    }
+}
+
 /// Whether a name ends in the V of phases U, V and W.
-pub fn is_phase_v(name: &str, all: &[String]) -> bool {
+fn is_phase_v(name: &str, all: &[String]) -> bool {
     let is = |stem: &str, phase: char| all.iter().any(|n| n.trim().strip_suffix(phase) == Some(stem));
     name.trim().strip_suffix('V').is_some_and(|stem| is(stem, 'U') && is(stem, 'W'))
 }
@@ -152,5 +167,18 @@ mod tests {
         for name in ["A", "V", "n_raw", "n_rpm_uncal", "iA", "comment", "", "s"] {
             assert_eq!(of(name), None, "{name}");
         }
+    }
+
+    #[test]
+    fn a_v_beside_u_and_w_is_a_phase_and_no_voltage() {
+        let names = |list: &[&str]| -> Vec<String> { list.iter().map(|n| (*n).to_owned()).collect() };
+        let phases = names(&["t_s", "I_U", "I_V ", "I_W", "V_V", "V_U"]);
+        assert!(is_phase_v("I_V ", &phases) && in_name_among("I_V ", &phases).is_none());
+        assert_eq!(by_name("I_V ", &phases, Quantity::Current), Ok(None));
+        // Two of the three say nothing, and small letters are no unit anyhow.
+        assert!(!is_phase_v("V_V", &phases) && !is_phase_v("I_U", &phases) && !is_phase_v("I_V", &names(&["I_V", "I_U"])));
+        assert_eq!(in_name_among("V_V", &phases).map(|u| u.text), Some("V"));
+        let wrong = by_name("V_V", &phases, Quantity::Current).unwrap_err();
+        assert!(wrong[0].contains("column V_V is in V by its name"), "{wrong:?}");
     }
 }

@@ -298,3 +298,82 @@ fn a_parquet_file_says_which_build_reads_it() {
     let message = take(&folder.put("run.parquet", b"PAR1....PAR1")).map(|_| ()).unwrap_err().to_string();
     assert!(message.contains("run.parquet") && message.contains("--features parquet"), "{message}");
 }
+
+/// A spreadsheet's text: semicolons, decimal commas, a remark and a line of units.
+fn spreadsheet() -> String {
+    let text = csv(&columns());
+    let rows: String = text.lines().skip(1).map(|l| l.replace(',', ";").replace('.', ",") + "\r\n").collect();
+    let head = text.lines().next().unwrap().replace(',', ";");
+    format!("Run 3;;\r\n{head}\r\n{rows}")
+}
+
+#[test]
+fn a_mapping_that_names_no_column_is_completed_by_the_guess() {
+    let folder = Folder::new("text alone");
+    let path = folder.put("run.csv", spreadsheet());
+    folder.put("run.recording.toml", "start = \"at_rest\"\nwinding_c = 40\n[text]\ndecimal = \",\"\nskip_lines = 1\n");
+    let t = take(&path).unwrap();
+    let draft = t.draft.unwrap();
+    assert!(draft.completes.is_some_and(|label| label.ends_with("run.recording.toml")));
+    assert!(!draft.guesses.is_empty() && draft.text.contains("\nstart = \"at_rest\"\nwinding_c = 40.0\n"), "{}", draft.text);
+    assert!(draft.text.contains("[text]\nseparator = \";\"\ndecimal = \",\"\nskip_lines = 1\n"), "{}", draft.text);
+    assert_eq!(t.experiment.len(), start().u_s.len());
+    // The draft reads what was guessed.
+    let mapping = folder.put("whole.toml", &draft.text);
+    let again = &im_diagnose::intake::read(&mapping, None, &motor()).unwrap()[0];
+    assert!(again.draft.is_none() && again.experiment.u_s == t.experiment.u_s && again.begin == t.begin);
+    // Canonical columns need no guess, only the text as it is said.
+    let canonical =
+        "t_s;u_alpha_V;u_beta_V;i_alpha_A;i_beta_A;omega_m_rad_s\n0,0;1,5;0;1;0;0\n0,001;1,5;0;1;0;0\n0,002;1,5;0;1;0;0\n";
+    let path = folder.put("canonical.csv", canonical);
+    folder.put("canonical.recording.toml", "[text]\ndecimal = \",\"\n");
+    let t = take(&path).unwrap();
+    assert!(t.draft.is_none() && t.experiment.u_s[0].re == 1.5);
+    // With a column's table it is a mapping, and has to be whole.
+    folder.put("canonical.recording.toml", "[text]\ndecimal = \",\"\n[load]\nnone = true\n");
+    let e = take(&path).unwrap_err().to_string();
+    assert!(e.contains("time is missing at the top of the file: [time] with column"), "{e}");
+}
+
+#[test]
+fn what_is_wrong_with_a_mapping_that_nobody_wrote_as_lines_is_said_by_its_key() {
+    let text = "time = { column = \"t_s\" }\nvoltage = { a = \"u1\", b = \"u2_V\", c = \"u3_V\" }\ncurrent = { a = \"i1_A\", b = \"i2_A\" }\n";
+    let error = |text: &str| Mapping::parse_keys(text, "mapping").unwrap_err().to_string();
+    let e = error(&text.replace("c = \"u3_V\"", "gain = 0"));
+    assert!(e.starts_with("mapping[\"voltage\"]: gain is 0"), "{e}");
+    let e = error(&text.replace("current", "curent"));
+    assert!(e.starts_with("mapping[\"curent\"]: unknown key curent"), "{e}");
+    let all = columns().into_iter().map(|(name, x)| (name.to_owned(), x)).collect();
+    let mapping = Mapping::parse_keys(text, "mapping").unwrap();
+    let frame = im_diagnose::intake::Columns::try_new("frame", all, Some(mapping)).unwrap();
+    let e = im_diagnose::intake::read_columns(&frame, &motor()).unwrap_err().to_string();
+    assert!(e.starts_with("mapping[\"voltage\"]: column u1 is missing; is u1_V meant for it?"), "{e}");
+}
+
+#[test]
+fn utf_16_and_times_of_day_are_read() {
+    let folder = Folder::new("clock");
+    let all = columns();
+    let plain = taken("plain", &all, MAPPING);
+    // The run begins a tenth of a second before midnight.
+    let clock = |t: f64| {
+        let s = (86_399.9 + t) % 86_400.0;
+        format!("1.3.2026 {:02}:{:02}:{:09.6}", (s / 3600.0) as u32, (s / 60.0) as u32 % 60, s % 60.0)
+    };
+    let text = csv(&all);
+    let rows = text.lines().skip(1).zip(&all[0].1).map(|(l, t)| format!("{},{}\n", clock(*t), l.split_once(',').unwrap().1));
+    let text = format!("{}\n{}", text.lines().next().unwrap(), rows.collect::<String>());
+    let bytes: Vec<u8> = [0xfeff].into_iter().chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    let path = folder.put("run.csv", bytes);
+    folder.put("run.recording.toml", MAPPING);
+    let t = take(&path).unwrap();
+    assert_eq!((&t.experiment.u_s, &t.experiment.channels), (&plain.experiment.u_s, &plain.experiment.channels));
+    assert!(
+        (t.start_s - 86_399.9).abs() < 1e-6 && (t.experiment.sample_time_s / plain.experiment.sample_time_s - 1.0).abs() < 1e-6
+    );
+    // A guess takes it for the time, whatever it is called.
+    std::fs::remove_file(folder.0.join("run.recording.toml")).unwrap();
+    folder.put("run.csv", text.replace("t_s", "when (ms)"));
+    let draft = take(&path).unwrap().draft.unwrap();
+    assert!(draft.text.contains("[time]\ncolumn = \"when (ms)\"\n\n"), "{}", draft.text);
+}

@@ -34,6 +34,24 @@ fn canonical_and_foreign_tables_say_the_same() {
     }
 }
 
+/// A name's unit is read among the other names, as of a recording.
+#[test]
+fn a_phase_v_of_a_table_is_no_voltage() {
+    let folder = Folder::new("table-uvw");
+    let mapping = folder.put("m.toml", "[table]\nvoltage = \"U_kV\"\ncurrent = \"I_V\"\npower = \"P (kW)\"\n");
+    let row = "0.4,2.0,2.1,2.2,0.2\n";
+    let table = folder.put("a.csv", format!("U_kV,I_U,I_V,I_W,P (kW)\n{row}"));
+    let read = SteadyTable::read(&table, Some(&mapping)).unwrap().rows[0];
+    assert!(
+        (read.phase_voltage_rms_v - 400.0 / 3f64.sqrt()).abs() < 1e-9
+            && read.current_rms_a == 2.1
+            && read.active_power_w == 200.0
+    );
+    let table = folder.put("a.csv", format!("U_kV,a,I_V,c,P (kW)\n{row}"));
+    let e = SteadyTable::read(&table, Some(&mapping)).unwrap_err().to_string();
+    assert!(e.contains("m.toml:3: unit of current is not given, and column I_V is in V by its name, expected a current"), "{e}");
+}
+
 /// An offset is taken off; what only a recording has is refused by its line.
 #[test]
 fn a_column_of_a_table_has_a_gain_and_an_offset_and_nothing_over_time() {
