@@ -1,7 +1,7 @@
 //! What is to be explained: a motor as its papers give it, recordings to learn from, and one held out.
 
-use im_identify::offline::{Experiment, Start, guess_start};
-use im_model::{EffectId, MotorFile, Recording, State};
+use im_identify::offline::{Experiment, Start, guess_start, residuals, start_on};
+use im_model::{EffectId, Machine, MotorFile, Recording, State};
 
 use rayon::prelude::*;
 
@@ -9,6 +9,7 @@ use crate::intake::mapping::Begin;
 use crate::intake::quality::convention;
 use crate::intake::{Intake, LoadPlan};
 use crate::noise::white_sigma;
+use crate::residuals::nudged;
 
 /// A run with how it begins and what is known of its load.
 pub type Run = (Experiment, Begin, LoadPlan);
@@ -97,6 +98,17 @@ impl Case {
                 c.sigma = c.sigma.min(s);
             }
         }
+    }
+
+    /// Counts errors as a diagnosis does whose fit is `machine`: the noise of every sensor is the roughness of what it leaves, and where the load is
+    /// unknown, what the noise of the speed does to its currents is noise, too.
+    pub fn judge_by(&mut self, machine: &Machine<f64>) {
+        let drawn = nudged(&self.train);
+        let starts: Vec<State<f64>> = drawn.par_iter().map(|e| start_on(machine, e, &self.motor.rating)).collect();
+        let left: Vec<_> = drawn.par_iter().zip(&starts).map(|(e, x)| residuals(machine, e, x)).collect();
+        self.set_noise_from(&drawn, &left);
+        let by = |(e, x): (Experiment, &State<f64>)| e.smoothed_by_torque(machine, x).with_speed_found_by(machine, x);
+        self.train = std::mem::take(&mut self.train).into_par_iter().zip(&starts).map(by).collect();
     }
 
     /// Sets the noise of every channel from the data: the median over the recordings that have it.

@@ -1,6 +1,6 @@
 //! A motor before and after, on a recording that neither has seen.
 
-use im_identify::offline::{residuals, start_on};
+use im_identify::offline::start_on;
 use im_model::MotorFile;
 use serde_json::{Value, json};
 
@@ -40,13 +40,12 @@ impl Validation {
         }
         let recording = taken.experiment.name.clone();
         let mut case = Case::from_intake(after.0.clone(), vec![taken], None);
+        case.judge_by(&after.0.machine);
         let drawn = nudged(&case.train);
         let starts = |m: &MotorFile| drawn.iter().map(|e| start_on(&m.machine, e, &m.rating)).collect::<Vec<_>>();
         let starts = [starts(before.0), starts(after.0)];
-        let left: Vec<_> = drawn.iter().zip(&starts[1]).map(|(e, x)| residuals(&after.0.machine, e, x)).collect();
-        case.set_noise_from(&drawn, &left);
         let pair = |e: &[_]| [errors(&before.0.machine, e, &starts[0]), errors(&after.0.machine, e, &starts[1])];
-        let this = Self { unaided: pair(&case.train), speed_drawn: pair(&nudged(&case.train)), noticed };
+        let this = Self { unaided: pair(&case.train), speed_drawn: pair(&drawn), noticed };
         for ((_, label), k) in [(before, 0), (after, 1)] {
             if [&this.unaided[k], &this.speed_drawn[k]].iter().any(|e| !e.chi2_per_sample.is_finite()) {
                 return Err(Refused::Input(format!(

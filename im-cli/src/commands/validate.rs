@@ -57,8 +57,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     writeln!(out, "{}: rms error in units of the sensor noise σ\n", args.data.display())?;
     writeln!(out, "{:<34} {:>10} {:>10}", "", "before", "after")?;
     let mut row = |name: &str, b: f64, a: f64| writeln!(out, "{name:<34} {:>10} {:>10}", rounded(b), rounded(a));
-    row("simulated on its own", before.rms_in_sigma(), after.rms_in_sigma())?;
-    row("speed nudged to the measured one", drawn[0].rms_in_sigma(), drawn[1].rms_in_sigma())?;
+    // Where no speed is compared, there is none to draw to another.
+    let one = *drawn == found.unaided;
+    row(if one { "error" } else { "simulated on its own" }, before.rms_in_sigma(), after.rms_in_sigma())?;
+    if !one {
+        row("speed nudged to the measured one", drawn[0].rms_in_sigma(), drawn[1].rms_in_sigma())?;
+    }
     for (name, rms) in &before.rmse {
         row(&format!("{name}, rms"), *rms, after.rmse[name])?;
     }

@@ -87,10 +87,11 @@ impl Comparison {
         let clock: Vec<Finding> = noticed.iter().filter(|f| f.kind == FindingKind::TimeUnit).cloned().collect();
         meaningful(&clock, anyway)?;
         taken.iter().try_for_each(|t| followed(motor, label, t))?;
-        let case = Case::from_intake(motor.clone(), taken, None);
+        let mut case = Case::from_intake(motor.clone(), taken, None);
         if !noticed.iter().any(Finding::stops) {
             noticed.extend(consistency::check(&case));
         }
+        case.judge_by(&motor.machine);
         let compared = Self::new(motor.clone(), case.train);
         // Signals that the model fits as it is are in the convention that they are read in.
         noticed.retain(|f| f.kind != FindingKind::Convention || !compared.fits(&f.recording));
@@ -164,8 +165,8 @@ impl Comparison {
     }
 }
 
-/// Where σ comes from, and why a diagnosis may have another.
-const NOISE: &str = "σ is read from the raw signals here; im diagnose reads it again from what its fit leaves, usually less.";
+/// Where σ comes from.
+const NOISE: &str = "σ, the noise of a sensor, is the roughness of what the model leaves of its signal from row to row.";
 
 /// What makes everything else doubtful.
 fn serious(meta: &Meta) -> Vec<Finding> {

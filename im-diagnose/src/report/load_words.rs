@@ -17,8 +17,7 @@ impl Loads {
             format!(
                 "No torque was measured: the measured speed drives the model, and the load is what the torque balance leaves, with J = {} \
                  and D = {} as given. The band is that of the speed sensor's noise; an error of J shows as a torque in proportion to the \
-                 acceleration. What the noise of the speed sensor makes of the currents counts for nothing in a fit or a diagnosis; compare \
-                 and validate show the whole error.",
+                 acceleration. What the noise of the speed sensor makes of the currents counts for nothing.",
                 quantity(p.inertia_kg_m2, "kg m²", 3),
                 quantity(p.viscous_friction_nm_s_per_rad, "Nm s/rad", 3)
             )
