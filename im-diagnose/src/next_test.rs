@@ -57,6 +57,10 @@ pub struct Proposal {
     pub profile: Vec<ProfileTrace>,
 }
 
+/// Why a proposal is not the test on an effect's card.
+pub const WHY: &str = "Of the manoeuvres that are safe for this motor, this one shows best what is open, all of it at once, and tells it \
+                       apart; the test on an effect's card (im effects show NAME) is for that effect alone.";
+
 impl Proposal {
     /// Why it may be shorter than the tests on the cards of the effects that it shows, where it is.
     pub fn why_so_short(&self) -> Option<String> {

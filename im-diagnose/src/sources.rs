@@ -64,8 +64,16 @@ impl Source {
     /// Reads recordings that are long enough to say something, and whose columns somebody has said the meaning of.
     ///
     /// # Errors
-    /// As [`intake::read`]; nobody has said the meaning of the columns, or there are too few rows.
+    /// As [`mapped`](Self::mapped); there are too few rows.
     pub fn recordings(&self, motor: &MotorFile) -> Result<Vec<Intake>, Refused> {
+        self.long_enough(self.mapped(motor)?)
+    }
+
+    /// Reads recordings whose columns somebody has said the meaning of.
+    ///
+    /// # Errors
+    /// As [`intake::read`]; nobody has said the meaning of the columns.
+    pub fn mapped(&self, motor: &MotorFile) -> Result<Vec<Intake>, Refused> {
         let taken = self.read(motor).map_err(|e| match e {
             IntakeError::File(e) => Refused::File(e),
             IntakeError::Unmapped { draft, .. } => self.unmapped(&draft),
@@ -73,7 +81,7 @@ impl Source {
         if let Some(draft) = taken.iter().find_map(|t| t.draft.as_ref()) {
             return Err(self.unmapped(draft));
         }
-        self.long_enough(taken)
+        Ok(taken)
     }
 
     /// Reads the one recording that there is.

@@ -43,15 +43,15 @@ pub fn results(campaign: &Campaign, rows: &[Row]) -> String {
             continue;
         }
         let head =
-            "| | claim | found | cases | violated | failure rate (95 %) | smallest margin |\n|---|---|---|---|---|---|---|";
+            "| | claim | in the paper | found | cases | violated | failure rate (95 %) | smallest margin |\n|---|---|---|---|---|---|---|---|";
         let _ = writeln!(out, "{title} ({}):\n\n{head}", own.len());
         for (c, r) in own {
             let outcome = if r.outcome == Outcome::AsStated { String::new() } else { format!(", {}", r.outcome.words()) };
             let (found, rate, margin) = (stated(c.found), percent(r.interval), margin(r));
             let _ = writeln!(
                 out,
-                "| {} | `{}` | {found}{outcome} | {} | {} | {rate} | {margin} |",
-                c.number, c.name, r.cases, r.violated
+                "| {} | `{}` | {} | {found}{outcome} | {} | {} | {rate} | {margin} |",
+                c.number, c.name, c.place, r.cases, r.violated
             );
         }
         out.push('\n');

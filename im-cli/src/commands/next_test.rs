@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use im_diagnose::next_test::{Limits, open_after, planning_noise, propose, to_json};
+use im_diagnose::next_test::{Limits, WHY, open_after, planning_noise, propose, to_json};
 use im_diagnose::worst_case::machines_after;
 use im_model::{EffectId, MotorFile, read_text, write_atomically};
 use serde_json::Value;
@@ -93,6 +93,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     write!(out, "{}", wrapped("In question: ", &open.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ")))?;
     write!(out, "{}", wrapped("Next test:   ", &best.what))?;
+    write!(out, "{}", wrapped("             ", WHY))?;
     let margin =
         |reached: f64, limit: f64| format!("{:.0} % below the limit of {}", 100.0 * (1.0 - reached / limit), rounded(limit));
     let ((current, speed), most) = (best.reaches, best.limits);

@@ -4,7 +4,7 @@ use im_model::EffectId;
 
 use super::NextTest;
 use crate::diagnosis::{Diagnosis, Verdict};
-use crate::next_test::{Limits, propose};
+use crate::next_test::{Limits, WHY, propose};
 use crate::worst_case::machines_after;
 
 impl NextTest {
@@ -36,7 +36,7 @@ impl NextTest {
                 format!("{}: {seen} (smallest size found is {:.2} of the largest usual one)", e.card().title, x)
             })
             .collect();
-        let mut text = format!("{} im next-test writes it as a scenario.", best.what);
+        let mut text = format!("{} im next-test writes it as a scenario. {WHY}", best.what);
         if let Some(why) = best.why_so_short() {
             text = format!("{text} {why}");
         }

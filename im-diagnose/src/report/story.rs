@@ -343,9 +343,9 @@ pub(crate) fn summary(s: &Story) -> Summary {
         sure.push(words);
         let card = e.card();
         refute.push(format!(
-            "{} {}",
+            "{} The error has to behave there as its card says (im effects show {}); if it does not, this is not the cause.",
             test_of(e),
-            "The error has to behave there as its card says; if it does not, this is not the cause."
+            e.name()
         ));
         for a in &d.alternatives[k] {
             if let Some((_, how)) = card.rivals.iter().find(|r| r.0 == a.name()) {

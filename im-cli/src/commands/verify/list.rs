@@ -31,10 +31,13 @@ pub fn print(claims: &[Claim], format: Format) -> io::Result<()> {
                         "{}",
                         wrapped("     ", &format!("{}: \"{}\" Tried: {}", c.place, c.origin.words(), c.statement))
                     )?;
+                    write!(out, "{}", wrapped("     ", &format!("Found: {}", c.finding)))?;
                 }
                 writeln!(out)?;
             }
-            Ok(())
+            let derived = "Ranges: docs/background/claims.md. Derivations of what is found against a paper: docs/background/errata.md, and once more \
+                           in scripts/second-derivations.";
+            write!(out, "{}", wrapped("", derived))
         }
     }
 }

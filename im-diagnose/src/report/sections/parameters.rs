@@ -118,12 +118,10 @@ pub(crate) fn section(s: &Story) -> Section {
         let or_none = |value: Option<f64>| text(value.map_or("–".to_owned(), |x| quantity(x, unit, 4)));
         let mut row = vec![html! {
             span title=(meaning) { (name) }
+            @if p.ratio_held { ", " (term("ratio", "ratio held as given")) }
             @if warning(p, d).is_some() { " " span.flag { "⚠" } }
         }];
-        row.push(html! {
-            (interval(p.after, HALF_95 * p.std, unit))
-            @if p.ratio_held { ", " (term("ratio", "ratio held as given")) }
-        });
+        row.push(text(interval(p.after, HALF_95 * p.std, unit)));
         row.push(or_none((!new).then_some(p.before)));
         if several {
             row.push(or_none((!new).then(|| p.quantity.of(base))));
