@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use im_diagnose::intake::mapping::Mapping;
 use im_diagnose::intake::{Columns, IntakeError};
 use im_diagnose::sources::Source;
+use im_model::Complex;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -19,6 +20,11 @@ use crate::motor::Motor;
 pub struct Recording {
     pub source: Source,
 }
+
+/// Time, voltage, current, speed.
+type Reals<'py> = Bound<'py, PyArray1<f64>>;
+type Vectors<'py> = Bound<'py, PyArray1<Complex<f64>>>;
+type Rows<'py> = (Reals<'py>, Vectors<'py>, Vectors<'py>, Option<Reals<'py>>);
 
 /// Columns of the canonical form.
 pub fn canonical(r: &im_model::Recording) -> PyResult<Recording> {
@@ -43,10 +49,11 @@ impl Recording {
         Self { source: Source::File(path, mapping) }
     }
 
-    /// `mapping` is the text of a `recording.toml`.
+    /// `mapping` is the text of a `recording.toml`; `keys`: messages are to name the key of the top instead of its line.
     #[staticmethod]
-    fn columns(name: &str, columns: Vec<(String, Numbers<'_>)>, mapping: Option<&str>) -> PyResult<Self> {
-        let mapping = mapping.map(|text| Mapping::parse(text, "mapping")).transpose().map_err(refused)?;
+    fn columns(name: &str, columns: Vec<(String, Numbers<'_>)>, mapping: Option<&str>, keys: bool) -> PyResult<Self> {
+        let parse = if keys { Mapping::parse_keys } else { Mapping::parse };
+        let mapping = mapping.map(|text| parse(text, "mapping")).transpose().map_err(refused)?;
         let columns = columns.into_iter().map(|(name, x)| (name, x.as_array().to_vec())).collect();
         Ok(Self { source: Source::Columns(Box::new(Columns::try_new(name, columns, mapping).map_err(refused)?)) })
     }
@@ -75,6 +82,16 @@ impl Recording {
         };
         let draft = taken.iter().find_map(|t| t.draft.as_ref()).map(|d| d.text.clone());
         Ok((im_diagnose::intake::findings(taken.iter()).iter().map(im_diagnose::intake::Finding::line).collect(), draft))
+    }
+
+    /// Time, voltage, current and speed as a drive would have seen them, by the mapping; what was left out is NaN, and `None` a speed that was not
+    /// measured.
+    fn replay<'py>(&self, py: Python<'py>, motor: &Motor) -> PyResult<Rows<'py>> {
+        let taken = self.source.mapped(&motor.file).and_then(|all| self.source.only(all)).map_err(refused)?;
+        let r = taken.replay();
+        let t: Vec<f64> = (0..r.len()).map(|k| r.time_s(k)).collect();
+        let speed = r.omega_m.iter().any(|w| w.is_finite()).then(|| PyArray1::from_slice(py, &r.omega_m));
+        Ok((PyArray1::from_slice(py, &t), PyArray1::from_slice(py, &r.u_s), PyArray1::from_slice(py, &r.i_s), speed))
     }
 }
 

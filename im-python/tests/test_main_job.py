@@ -40,7 +40,7 @@ def test_the_loop_finds_what_was_left_out(bare, motor, recording, unseen, tmp_pa
 
 
 def test_an_answer_is_tables_and_pictures(bare, recording):
-    import matplotlib
+    import matplotlib.figure
 
     matplotlib.use("Agg")
     found = imkit.diagnose(bare, recording)
@@ -50,12 +50,16 @@ def test_an_answer_is_tables_and_pictures(bare, recording):
     assert {"base model", "refined model"} == set(fails["model"]) and {"flux", "speed", "slip"} <= set(fails["over"])
     rms = fails[fails["error"] == "current"].groupby("model")["rms"].mean()
     assert rms["refined model"] < rms["base model"]
-    for what in ("signals", "residuals", "candidates", "parameters", "torque_speed"):
-        found.plot(what)
+    # Always an array of axes, also on axes of one's own.
+    panels = {what: len(found.plot(what)) for what in ("signals", "residuals", "candidates", "parameters", "torque_speed")}
+    assert panels == {"signals": 3, "residuals": 3, "candidates": 1, "parameters": 1, "torque_speed": 1}
+    own = matplotlib.figure.Figure().subplots()
+    assert list(found.plot("candidates", ax=own)) == [own]
     with pytest.raises(imkit.InputError, match="parrot"):
         found.plot("parrot")
-    with pytest.raises(imkit.InputError, match="no curve was learned"):
-        found.rust()
+    for none in (found.rust, lambda: found.plot("learned")):
+        with pytest.raises(imkit.InputError, match="no curve was learned"):
+            none()
     with pytest.raises(imkit.InputError, match="0.7.*between 0 and 0.5"):
         imkit.diagnose(bare, recording, significance=0.7)
 
@@ -74,7 +78,7 @@ def test_an_effect_that_nobody_wrote_is_learned(bare, tmp_path):
     assert (np.abs(together - true(curve["x"])) < 0.1 * 3.0).all(), curve
     peak = found.formulas().set_index("name")["formula"].filter(like="critical value")
     assert len(peak) == 1 and "impl" in found.rust()
-    found.plot("learned")
+    assert len(found.plot("learned")) == len(found.to_dict()["learned"])
     again = imkit.Motor.parse(found.refined.to_toml())
     assert set(again.effects) == set(found.refined.effects)
 
@@ -127,7 +131,7 @@ def test_pictures_are_drawn(bare, recording):
     compared = imkit.compare(bare, recording)
     assert len(compared.plot()) == 3
     assert compared.findings and len(compared.errors()) == 3
-    assert bare.plot().lines
+    assert bare.plot()[0].lines
 
 
 def test_the_next_test_is_a_scenario(bare):

@@ -80,6 +80,18 @@ def test_what_is_wrong_is_said(motor, recording):
         imkit.compare(motor, columns | {"i_alpha_A": broken})
 
 
+def test_what_is_wrong_with_a_mapping_is_said_by_its_key(motor, recording):
+    wrong = MAPPING | {"voltage": {"a": "ua", "b": "ub", "c": "ux"}}
+    given = imkit.Recording.from_frame(foreign(recording), wrong)
+    for one in [given, pickle.loads(pickle.dumps(given))]:
+        with pytest.raises(imkit.InputError, match=r'^mapping\["voltage"\]: column ux is missing'):
+            imkit.compare(motor, one)
+    with pytest.raises(imkit.InputError, match=r'^mapping\["speed"\]: unit is "knots"'):
+        imkit.Recording.from_frame(foreign(recording), MAPPING | {"speed": {"column": "n", "unit": "knots"}})
+    with pytest.raises(imkit.InputError, match=r"^mapping:2: "):
+        imkit.Recording.from_frame(foreign(recording), "[time]\nsample = 1\n")
+
+
 def test_a_mapping_is_drafted(motor, recording):
     draft = imkit.Recording.from_frame(foreign(recording)).draft(motor)
     assert "[voltage]" in draft and '"ua"' in draft

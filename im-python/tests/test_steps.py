@@ -88,6 +88,19 @@ def test_an_observer_takes_frames_and_refuses_rows_of_another_time(motor, record
         imkit.Observer("full-order", motor, 1e-4).run(recording)
 
 
+def test_an_observer_takes_a_mapped_recording_and_a_file_as_their_mapping_says(motor, recording, tmp_path):
+    from test_recording import MAPPING, foreign
+
+    t = recording.columns["t_s"]
+    wanted = imkit.Observer("full-order", motor, t[1] - t[0]).run(recording)["omega_m_rad_s"]
+    recording.write_csv(tmp_path / "run.csv")
+    for given in [imkit.Recording.from_frame(foreign(recording), MAPPING), imkit.Recording.from_file(tmp_path / "run.csv"), tmp_path / "run.csv"]:
+        seen = imkit.Observer("full-order", motor, t[1] - t[0]).run(given)
+        assert np.allclose(seen["t_s"], t) and np.allclose(seen["omega_m_rad_s"], wanted, atol=1e-6)
+    with pytest.raises(imkit.InputError, match="no mapping says what its columns mean"):
+        imkit.Observer("full-order", motor, t[1] - t[0]).run(foreign(recording))
+
+
 def test_what_is_wrong_is_said(motor):
     for make in (lambda: imkit.Observer("parrot", motor, 1e-4), lambda: imkit.Controller("parrot", motor, 1e-4), lambda: imkit.design("parrot", motor)):
         with pytest.raises(imkit.InputError, match="parrot"):

@@ -192,7 +192,7 @@ class Motor:
         return _frames.frame({"omega_m_rad_s": speed, "torque_Nm": torque, "i_s_A": current})
 
     def plot(self, ax: Any = None) -> Any:
-        """The static torque-speed curve."""
+        """The static torque-speed curve; an array of one Matplotlib axes, as every ``plot()`` gives an array."""
         curve = self.torque_speed()
         return _pictures.curves(ax, [(self.name, curve)], "omega_m_rad_s", "torque_Nm")
 

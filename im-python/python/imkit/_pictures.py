@@ -8,9 +8,9 @@ import numpy as np
 
 
 def axes(ax: Any, rows: int = 1, share: bool = True) -> Any:
-    """The axes given, or new ones."""
+    """The axes given, or new ones: always an array."""
     if ax is not None:
-        return ax
+        return np.atleast_1d(ax).ravel()
     try:
         from matplotlib import pyplot
     except ImportError as e:
@@ -21,13 +21,14 @@ def axes(ax: Any, rows: int = 1, share: bool = True) -> Any:
 
 def curves(ax: Any, named: list[tuple[str, Any]], x: str, y: str) -> Any:
     """Curves over a common axis."""
-    ax = axes(ax)[0] if ax is None else ax
+    panels = axes(ax)
+    panel = panels[0]
     for name, curve in named:
-        ax.plot(np.asarray(curve[x]), np.asarray(curve[y]), label=name)
-    ax.set_xlabel(x)
-    ax.set_ylabel(y)
-    ax.legend()
-    return ax
+        panel.plot(np.asarray(curve[x]), np.asarray(curve[y]), label=name)
+    panel.set_xlabel(x)
+    panel.set_ylabel(y)
+    panel.legend()
+    return panels
 
 
 def signals(parts: list[dict[str, Any]], recording: int | str, ax: Any, residuals: bool = False) -> Any:
@@ -36,7 +37,7 @@ def signals(parts: list[dict[str, Any]], recording: int | str, ax: Any, residual
     part = parts[names.index(recording) if isinstance(recording, str) else recording]
     channels = [name.removesuffix("_measured") for name in part if name.endswith("_measured")]
     channels = [name for name in channels if np.isfinite(part[f"{name}_modelled"]).any()]
-    panels = np.atleast_1d(axes(ax, len(channels)))
+    panels = axes(ax, len(channels))
     for panel, name in zip(panels, channels):
         if residuals:
             panel.plot(part["t_s"], part[f"{name}_residual"], linewidth=0.6, label="measured − modelled")
@@ -53,35 +54,38 @@ def signals(parts: list[dict[str, Any]], recording: int | str, ax: Any, residual
 
 def scores(ranking: list[dict[str, Any]], ax: Any) -> Any:
     """The candidates of a diagnosis, strongest at the top, with the threshold of each."""
-    ax = axes(ax)[0] if ax is None else ax
+    panels = axes(ax)
+    panel = panels[0]
     shown = [c for c in ranking if c["score"] is not None][:12][::-1]
     places = np.arange(len(shown))
-    ax.barh(places, [max(c["score"], 1e-3) for c in shown])
-    ax.plot([c["threshold"] for c in shown], places, "k|", markersize=12, label="threshold")
-    ax.set_yticks(places, [c["effect"] for c in shown])
-    ax.set_xscale("log")
-    ax.set_xlabel("score")
-    ax.legend()
-    return ax
+    # Pale, so that the thresholds are seen on it.
+    panel.barh(places, [max(c["score"], 1e-3) for c in shown], color="0.75")
+    panel.plot([c["threshold"] for c in shown], places, "k|", markersize=12, label="threshold")
+    panel.set_yticks(places, [c["effect"] for c in shown])
+    panel.set_xscale("log")
+    panel.set_xlabel("score")
+    panel.legend()
+    return panels
 
 
 def parameters(values: dict[str, dict[str, Any]], ax: Any) -> Any:
     """What the recordings determine, after over before, with 95 % intervals."""
-    ax = axes(ax)[0] if ax is None else ax
+    panels = axes(ax)
+    panel = panels[0]
     shown = {name: v for name, v in values.items() if v["std"] is not None and v["before"]}
     names = list(shown)[::-1]
     ratio = [shown[name]["after"] / shown[name]["before"] for name in names]
     half = [1.96 * shown[name]["std"] / abs(shown[name]["before"]) for name in names]
-    ax.errorbar(ratio, np.arange(len(names)), xerr=half, fmt="o", capsize=3)
-    ax.axvline(1, color="0.6", linewidth=1)
-    ax.set_yticks(np.arange(len(names)), names)
-    ax.set_xlabel("after / before, 95 % interval")
-    return ax
+    panel.errorbar(ratio, np.arange(len(names)), xerr=half, fmt="o", capsize=3)
+    panel.axvline(1, color="0.6", linewidth=1)
+    panel.set_yticks(np.arange(len(names)), names)
+    panel.set_xlabel("after / before, 95 % interval")
+    return panels
 
 
 def learned(curves: list[dict[str, Any]], ax: Any) -> Any:
     """Learned curves with their 95 % bands, one panel for each."""
-    panels = np.atleast_1d(axes(ax, max(len(curves), 1), share=False))
+    panels = axes(ax, len(curves), share=False)
     for panel, curve in zip(panels, curves):
         x, y, half = np.array(curve["curve"]).T
         panel.fill_between(x, y - half, y + half, alpha=0.3, label="95 % band")

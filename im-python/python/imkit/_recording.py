@@ -56,7 +56,7 @@ class Recording:
         ...                           "current": {"a": "ia", "b": "ib", "c": "ic"},
         ...                           "speed": {"column": "n", "unit": "rpm"}})  # doctest: +SKIP
         """
-        return cls._of_columns(name, _frames.columns_of(frame), _text(mapping))
+        return cls._of_columns(name, _frames.columns_of(frame), mapping)
 
     @classmethod
     def from_arrays(
@@ -84,9 +84,11 @@ class Recording:
         return cls._of_columns(name, columns, None)
 
     @classmethod
-    def _of_columns(cls, name: str, columns: Mapping[str, np.ndarray], mapping: str | None) -> Recording:
+    def _of_columns(cls, name: str, columns: Mapping[str, np.ndarray], mapping: Mapping[str, Any] | str | None) -> Recording:
         pairs = [(column, _frames.numbers(values)) for column, values in columns.items()]
-        return cls(_native.Recording.columns(name, pairs, mapping), ("columns", name, dict(pairs), mapping))
+        # Of a dict nobody has seen the lines of its text: messages name its keys.
+        native = _native.Recording.columns(name, pairs, _text(mapping), isinstance(mapping, Mapping))
+        return cls(native, ("columns", name, dict(pairs), mapping))
 
     @classmethod
     def _simulated(cls, native: _native.Recording) -> Recording:
@@ -116,9 +118,16 @@ class Recording:
         columns = self.columns or {}
         if alpha not in columns or beta not in columns:
             raise _native.InputError(
-                f"{self.name}: has no columns {alpha}, {beta} in memory, and a mapping is not applied here: give a frame with these columns, or step() the arrays"
+                f"{self.name}: has no columns {alpha}, {beta} in memory, and a mapping is not applied here: give a frame with these columns"
             )
         return columns[alpha] + 1j * columns[beta]
+
+    def _rows(self, motor: Motor) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
+        """Time, voltage, current and speed as a drive would have seen them: canonical columns as they stand, others by their mapping."""
+        columns = self.columns or {}
+        if self._origin[-1] is None and {"t_s", "u_alpha_V", "u_beta_V", "i_alpha_A", "i_beta_A"} <= columns.keys():
+            return columns["t_s"], self.u_s, self.i_s, columns.get("omega_m_rad_s")
+        return self._native.replay(motor._native)
 
     def to_frame(self) -> Any:
         """The columns as a DataFrame."""

@@ -213,7 +213,10 @@ class Diagnosis(_Result):
 
     def plot(self, what: str = "signals", recording: int | str = 0, ax: Any = None) -> Any:
         """``"signals"``: measured and modelled; ``"residuals"``; ``"candidates"``: scores; ``"parameters"``: before and after with 95 %
-        intervals; ``"torque_speed"``: the curve before and after; ``"learned"``: curves with their bands."""
+        intervals; ``"torque_speed"``: the curve before and after; ``"learned"``: curves with their bands.
+
+        An array of Matplotlib axes whatever is drawn: one for each signal or learned curve, else one.
+        """
         if what == "signals":
             return _pictures.signals(self._native.signals(), recording, ax)
         if what == "candidates":
@@ -224,8 +227,12 @@ class Diagnosis(_Result):
         if what == "residuals":
             return _pictures.signals(self._native.signals(), recording, ax, residuals=True)
         if what == "parameters":
-            return _pictures.parameters(self._answer["parameters"], ax)
+            # What an effect that was off had before says nothing.
+            new = set(self.effects) - set(self.given.effects)
+            return _pictures.parameters({name: v for name, v in self._answer["parameters"].items() if name.split(".")[0] not in new}, ax)
         if what == "learned":
+            if not self._answer["learned"]:
+                raise _native.InputError("no curve was learned")
             return _pictures.learned(self._answer["learned"], ax)
         raise _native.InputError(
             f"there is no picture of {what!r}: signals, residuals, candidates, parameters, torque_speed or learned"

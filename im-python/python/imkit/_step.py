@@ -23,24 +23,26 @@ class Observer:
         self, name: str, motor: Motor, sample_time_s: float, gains: Certificate | str | dict[str, Any] | None = None, plain: bool = False
     ) -> None:
         self.name = name
+        self._motor = motor
         self._native = _native.Observer(name, motor._native, sample_time_s, _gains(gains), plain)
         self._sample_time_s = float(sample_time_s)
         self._last = 0j
 
     def run(self, recording: Any) -> dict[str, np.ndarray]:
-        """Over a recording in memory or a data frame in canonical columns, whose voltages hold from their row to the next."""
+        """Over a recording, with its mapping where it has one, a file, or a data frame in canonical columns; ``t_s`` comes with what :meth:`step` gives.
+
+        As in ``im observe``, rows of a mapped recording or a file that the checks leave out are lost samples.
+        """
         if not isinstance(recording, Recording):
             whole = isinstance(recording, (str, os.PathLike))
             recording = Recording.from_file(recording) if whole else Recording.from_frame(recording)
-        u = recording.u_s
-        t = (recording.columns or {}).get("t_s")
-        if t is not None and len(t) > 1:
-            step = float(np.median(np.diff(t)))
-            if not abs(step - self._sample_time_s) <= 0.01 * self._sample_time_s:
-                raise _native.InputError(f"{recording.name}: a row every {step:.4g} s, but sample_time_s = {self._sample_time_s:g}: make the observer for it")
+        t, u, i, speed = recording._rows(self._motor)
+        step = float(np.median(np.diff(t))) if len(t) > 1 else self._sample_time_s
+        if not abs(step - self._sample_time_s) <= 0.01 * self._sample_time_s:
+            raise _native.InputError(f"{recording.name}: a row every {step:.4g} s, but sample_time_s = {self._sample_time_s:g}: make the observer for it")
         before = np.concatenate([[self._last], u[:-1]])
         self._last = u[-1]
-        return self.step(before, recording.i_s, (recording.columns or {}).get("omega_m_rad_s"))
+        return {"t_s": t, **self.step(before, i, speed)}
 
     def step(self, u_s: Any, i_s: Any, omega_m_rad_s: Any = None) -> dict[str, np.ndarray]:
         """Row by row: the mean voltage over the sample that ends there (V), the current then (A), and the measured speed, which only
