@@ -2,7 +2,7 @@
 //!
 //! Rows are read one by one into the recording itself, so that memory stays at about the size of the data.
 
-use std::io::{self, BufRead, Write};
+use std::io::{self, Read, Write};
 use std::path::Path;
 
 use num_complex::Complex;
@@ -86,7 +86,7 @@ impl Recording {
     ///
     /// # Errors
     /// As [`read_csv`](Self::read_csv).
-    pub fn from_csv(source: impl BufRead, label: &str) -> Result<Self, FileError> {
+    pub fn from_csv(source: impl Read, label: &str) -> Result<Self, FileError> {
         all(Rows::new(source, label, 0, TextFormat::default())?, label)
     }
 
@@ -141,7 +141,7 @@ impl CanonicalColumns {
     ///
     /// # Errors
     /// A column is missing or stands twice, or a space vector stands in two forms.
-    pub fn find<R: BufRead>(rows: &mut Rows<'_, R>) -> Result<Self, FileError> {
+    pub fn find<R: Read>(rows: &mut Rows<'_, R>) -> Result<Self, FileError> {
         if !rows.has_names() {
             return Err(rows.error(None, Problem::NoRows { found: "the first line holds numbers" }));
         }
@@ -171,7 +171,7 @@ impl CanonicalColumns {
     }
 }
 
-fn all<R: BufRead>(mut rows: Rows<'_, R>, label: &str) -> Result<Recording, FileError> {
+fn all<R: Read>(mut rows: Rows<'_, R>, label: &str) -> Result<Recording, FileError> {
     let columns = CanonicalColumns::find(&mut rows)?;
     let mut r = Recording {
         name: label.to_owned(),
@@ -224,11 +224,11 @@ fn all<R: BufRead>(mut rows: Rows<'_, R>, label: &str) -> Result<Recording, File
     Ok(r)
 }
 
-fn need<R: BufRead>(rows: &Rows<'_, R>, name: &str) -> Result<usize, FileError> {
+fn need<R: Read>(rows: &Rows<'_, R>, name: &str) -> Result<usize, FileError> {
     rows.find(name)?.ok_or_else(|| missing(rows, name))
 }
 
-fn missing<R: BufRead>(rows: &Rows<'_, R>, name: &str) -> FileError {
+fn missing<R: Read>(rows: &Rows<'_, R>, name: &str) -> FileError {
     rows.missing(name, |n| !known(n))
 }
 
@@ -237,7 +237,7 @@ fn known(name: &str) -> bool {
     [T, OMEGA, TAU].iter().chain(vectors).any(|k| *k == name)
 }
 
-fn need_vector<R: BufRead>(rows: &Rows<'_, R>, names: &Names) -> Result<VectorColumns, FileError> {
+fn need_vector<R: Read>(rows: &Rows<'_, R>, names: &Names) -> Result<VectorColumns, FileError> {
     let phases = [rows.find(names.phases[0])?, rows.find(names.phases[1])?, rows.find(names.phases[2])?];
     let vector = [rows.find(names.vector[0])?, rows.find(names.vector[1])?];
     match (vector, phases) {
@@ -316,11 +316,11 @@ mod tests {
         let bad = |from: &str, to: &str| error(&GOOD.replacen(from, to, 1));
         assert_eq!(
             bad("0.0001,7,8,9", "0.0001,7,8,x9"),
-            "run.csv:3: i_alpha_A is \"x9\", expected a finite number with a decimal point; repair the row or cut the recording there"
+            "run.csv:3: i_alpha_A is \"x9\" at t_s = 0.0001, expected a finite number with a decimal point; repair the row or cut the recording there"
         );
-        assert!(bad("0.0001,7,8,9", "0.0001,7,8,").starts_with("run.csv:3: i_alpha_A is empty, "));
-        assert!(bad("0.0001,7,8,9", "0.0001,7,8,nan").starts_with("run.csv:3: i_alpha_A is NaN, "));
-        assert!(bad("0.0001,7,8,9", "0.0001,7,8,-inf").starts_with("run.csv:3: i_alpha_A is -inf, "));
+        assert!(bad("0.0001,7,8,9", "0.0001,7,8,").starts_with("run.csv:3: i_alpha_A is empty at t_s = 0.0001, "));
+        assert!(bad("0.0001,7,8,9", "0.0001,7,8,nan").starts_with("run.csv:3: i_alpha_A is NaN at t_s = 0.0001, "));
+        assert!(bad("0.0001,7,8,9", "0.0001,7,8,-inf").starts_with("run.csv:3: i_alpha_A is -inf at t_s = 0.0001, "));
         assert_eq!(
             bad("7,8,9,10,11,12", "7,8,9"),
             "run.csv:3: the row has 4 fields, the header 7; repair the row or cut the recording there"
@@ -354,10 +354,12 @@ mod tests {
         assert!(error("0,1,2,3,4,5,6\n1,1,2,3,4,5,6\n").starts_with("run.csv:1: the first line holds numbers"));
         assert!(error(&GOOD.lines().take(2).collect::<Vec<_>>().join("\n")).contains("only one row"));
         assert!(bad("u_alpha_V", "u_a_V").contains("one form or the other"), "{}", bad("u_alpha_V", "u_a_V"));
-        let binary = Recording::from_csv(&[0xff, 0xfe, b't', 0, b'\n'][..], "run.csv").unwrap_err();
-        assert!(binary.to_string().contains("UTF-8"), "{binary}");
+        let binary = Recording::from_csv(&[0xff, 0xfd, b't', 0, b'\n'][..], "run.csv").unwrap_err();
+        assert!(binary.to_string().contains("no text in UTF-8"), "{binary}");
+        let wide: Vec<u8> = [0xfeff].into_iter().chain(GOOD.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+        assert_eq!(Recording::from_csv(&wide[..], "run.csv").unwrap(), Recording::from_csv(GOOD.as_bytes(), "run.csv").unwrap());
         let endless = Recording::from_csv(io::BufReader::new(io::repeat(b'7')), "run.csv").unwrap_err();
-        assert!(endless.to_string().contains("Latin-1 text"), "{endless}");
+        assert!(endless.to_string().contains("or Latin-1"), "{endless}");
     }
 
     #[test]

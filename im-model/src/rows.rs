@@ -40,7 +40,7 @@ impl Default for TextFormat {
 
 /// Reads rows of numbers under named columns.
 pub struct Rows<'a, R> {
-    source: R,
+    source: BufReader<AsUtf8<R>>,
     label: &'a str,
     /// Length of the source, if known.
     bytes: u64,
@@ -69,7 +69,7 @@ pub struct Rows<'a, R> {
     before_rows: u64,
 }
 
-impl<'a> Rows<'a, BufReader<AsUtf8<File>>> {
+impl<'a> Rows<'a, File> {
     /// Opens a file and reads its line of column names.
     ///
     /// # Errors
@@ -78,18 +78,18 @@ impl<'a> Rows<'a, BufReader<AsUtf8<File>>> {
         let io = |e: io::Error| FileError::io(label, "read", &e);
         let file = File::open(path).map_err(io)?;
         let bytes = file.metadata().map_err(io)?.len();
-        Self::new(BufReader::with_capacity(1 << 17, AsUtf8::new(file)), label, bytes, format)
+        Self::new(file, label, bytes, format)
     }
 }
 
-impl<'a, R: BufRead> Rows<'a, R> {
+impl<'a, R: Read> Rows<'a, R> {
     /// Reads the line of column names; `label` names the source in messages, `bytes` is its length or 0.
     ///
     /// # Errors
     /// The source cannot be read, is empty, or is no text.
     pub fn new(source: R, label: &'a str, bytes: u64, format: TextFormat) -> Result<Self, FileError> {
         let mut this = Self {
-            source,
+            source: BufReader::with_capacity(1 << 17, AsUtf8::new(source)),
             label,
             bytes,
             line: Vec::new(),

@@ -34,9 +34,11 @@ impl<R: Read> AsUtf8<R> {
         self.order = match self.ready[..] {
             [0xff, 0xfe] => Order::Utf16(u16::from_le_bytes),
             [0xfe, 0xff] => Order::Utf16(u16::from_be_bytes),
-            _ => return Ok(self.order = Order::NoUtf16),
+            _ => Order::NoUtf16,
         };
-        self.ready.clear();
+        if let Order::Utf16(_) = self.order {
+            self.ready.clear();
+        }
         Ok(())
     }
 

@@ -42,8 +42,7 @@ pub fn results(campaign: &Campaign, rows: &[Row]) -> String {
         if own.is_empty() {
             continue;
         }
-        let head =
-            "| | claim | in the paper | found | cases | violated | failure rate (95 %) | smallest margin |\n|---|---|---|---|---|---|---|---|";
+        let head = "| | claim | in the paper | found | cases | violated | failure rate (95 %) | smallest margin |\n|---|---|---|---|---|---|---|---|";
         let _ = writeln!(out, "{title} ({}):\n\n{head}", own.len());
         for (c, r) in own {
             let outcome = if r.outcome == Outcome::AsStated { String::new() } else { format!(", {}", r.outcome.words()) };

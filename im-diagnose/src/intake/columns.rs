@@ -3,7 +3,7 @@
 //! Row k is line k + 1; the names of the columns are line 1. Numbers keep their exact value, NaN is an empty field.
 
 use std::fmt::Write;
-use std::io::{self, BufReader, Read};
+use std::io::{self, Read};
 use std::sync::Arc;
 
 use im_model::{FileError, Problem, Rows, TextFormat};
@@ -57,10 +57,10 @@ impl Columns {
     ///
     /// # Errors
     /// As [`Rows::new`].
-    pub fn rows<'a>(&self, label: &'a str) -> Result<Rows<'a, BufReader<Box<dyn Read>>>, FileError> {
+    pub fn rows<'a>(&self, label: &'a str) -> Result<Rows<'a, Box<dyn Read>>, FileError> {
         let names: Vec<String> = self.names.iter().map(|n| n.replace(['\t', '\n', '\r'], " ")).collect();
         let text = ColumnsText { values: self.values.clone(), row: 0, text: names.join("\t") + "\n", given: 0 };
-        Rows::new(BufReader::with_capacity(1 << 17, Box::new(text)), label, 0, TABBED)
+        Rows::new(Box::new(text) as Box<dyn Read>, label, 0, TABBED)
     }
 }
 

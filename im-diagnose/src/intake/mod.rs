@@ -27,7 +27,7 @@ pub mod steady_table;
 mod trace;
 pub mod unit;
 
-use std::io::{BufReader, Read};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use im_identify::offline::{Channel, ChannelKind, Experiment, Start};
@@ -99,7 +99,7 @@ impl Origin<'_> {
         }
     }
 
-    fn rows<'l>(self, label: &'l str, format: TextFormat) -> Result<Rows<'l, BufReader<Box<dyn Read>>>, FileError> {
+    fn rows<'l>(self, label: &'l str, format: TextFormat) -> Result<Rows<'l, Box<dyn Read>>, FileError> {
         match self {
             Self::File(path) => raw::open(path, label, format),
             Self::Columns(c) => c.rows(label),
@@ -256,7 +256,7 @@ pub fn read_mapping(path: &Path) -> Result<Said, FileError> {
 }
 
 /// The mapping of a file in canonical columns.
-fn canonical<R: std::io::BufRead>(rows: &mut Rows<'_, R>, label: &str, said: &Preface) -> Result<Mapping, FileError> {
+fn canonical<R: Read>(rows: &mut Rows<'_, R>, label: &str, said: &Preface) -> Result<Mapping, FileError> {
     let found = CanonicalColumns::find(rows)?;
     let signal = |k: usize| Signal::plain(&rows.names()[k]);
     let voltage = match found.u {

@@ -1,11 +1,11 @@
 //! The columns of a file as they stand in it.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Seek};
+use std::io::{Read, Seek};
 use std::path::Path;
 
 use im_formats::FormatError;
-use im_model::{AsUtf8, FileError, Problem, Rows, TextFormat};
+use im_model::{FileError, Problem, Rows, TextFormat};
 
 use super::columns::Columns;
 use super::mapping::{Column, Mapping, Signal, by_key};
@@ -32,7 +32,7 @@ impl RawTable {
     ///
     /// # Errors
     /// As [`Rows::next`]; fewer than two rows.
-    pub fn from_rows<R: BufRead>(mut rows: Rows<'_, R>, label: &str, asked: &[usize], limit: usize) -> Result<Self, FileError> {
+    pub fn from_rows<R: Read>(mut rows: Rows<'_, R>, label: &str, asked: &[usize], limit: usize) -> Result<Self, FileError> {
         let names = rows.names().to_vec();
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
         let mut row = vec![0.0; names.len()];
@@ -86,7 +86,7 @@ impl RawTable {
 ///
 /// # Errors
 /// It cannot be read, is a folder, is empty, or is none of these.
-pub fn open<'a>(path: &Path, label: &'a str, format: TextFormat) -> Result<Rows<'a, BufReader<Box<dyn Read>>>, FileError> {
+pub fn open<'a>(path: &Path, label: &'a str, format: TextFormat) -> Result<Rows<'a, Box<dyn Read>>, FileError> {
     if path.is_dir() {
         let problem = Problem::Syntax { reason: "a folder, not a recording; name the file in it".to_owned() };
         return Err(FileError::new(label, None, None, problem));
@@ -100,9 +100,9 @@ pub fn open<'a>(path: &Path, label: &'a str, format: TextFormat) -> Result<Rows<
             let (text, format) = parquet_as_text(file, label)?;
             (text, 0, format)
         }
-        Kind::Text => (Box::new(AsUtf8::new(file)), bytes, format),
+        Kind::Text => (Box::new(file), bytes, format),
     };
-    Rows::new(BufReader::with_capacity(1 << 17, source), label, bytes, format)
+    Rows::new(source, label, bytes, format)
 }
 
 /// How a file is written.

@@ -4,6 +4,7 @@ mod also;
 mod draft;
 mod findings;
 mod formats;
+mod judged;
 mod mapping;
 mod measured;
 #[cfg(feature = "parquet")]

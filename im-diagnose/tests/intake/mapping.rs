@@ -347,7 +347,7 @@ fn what_is_wrong_with_a_mapping_that_nobody_wrote_as_lines_is_said_by_its_key() 
     let mapping = Mapping::parse_keys(text, "mapping").unwrap();
     let frame = im_diagnose::intake::Columns::try_new("frame", all, Some(mapping)).unwrap();
     let e = im_diagnose::intake::read_columns(&frame, &motor()).unwrap_err().to_string();
-    assert!(e.starts_with("mapping[\"voltage\"]: column u1 is missing; is u1_V meant for it?"), "{e}");
+    assert!(e.starts_with("mapping[\"voltage\"]: column u1 is missing; the file has t_s, u1_V"), "{e}");
 }
 
 #[test]
