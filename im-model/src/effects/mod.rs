@@ -50,6 +50,7 @@ registry::registry! {
     // Order matters for the voltage: what is amplified then loses the dead time.
     SupplyUnbalance supply_unbalance,
     VoltageGain voltage_gain,
+    VoltageOffset voltage_offset,
     VoltageDelay voltage_delay,
     InverterNonlinearity inverter_nonlinearity,
     // A sensor's gain acts before its offset.

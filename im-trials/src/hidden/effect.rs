@@ -79,6 +79,8 @@ effects! {
     SpeedSensorScale "speed_sensor_scale" [0.003, 0.01, 0.03],
     /// Size: fraction by which one phase's voltage is low; the others are high by half of it.
     SupplyUnbalance "supply_unbalance" [0.008, 0.02, 0.05],
+    /// Size: voltage that one leg of the inverter makes too much, over rated voltage.
+    VoltageOffset "voltage_offset" [0.0008, 0.002, 0.006],
     /// Size: relative difference of the main inductance between two stator axes, over two.
     MagneticAnisotropy "magnetic_anisotropy" [0.02, 0.06, 0.15],
     /// Size: torque of the slots over rated torque.
@@ -124,7 +126,12 @@ impl EffectKind {
         use EffectKind as E;
         let electric = matches!(
             self,
-            E::InverterNonlinearity | E::SupplyUnbalance | E::StatorAsymmetry | E::RotorAsymmetry | E::LoadTorqueRipple
+            E::InverterNonlinearity
+                | E::SupplyUnbalance
+                | E::VoltageOffset
+                | E::StatorAsymmetry
+                | E::RotorAsymmetry
+                | E::LoadTorqueRipple
         );
         let sensors = matches!(self, E::CurrentSensorGain | E::CurrentSensorOffset | E::CurrentSensorSaturation);
         electric || sensors || matches!(self, E::RotorSlotting | E::HysteresisLoss | E::MagneticAnisotropy)

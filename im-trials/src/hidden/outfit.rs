@@ -22,6 +22,8 @@ pub struct Outfit {
     pub voltage_gain: f64,
     /// Factor of each phase's voltage beside that.
     pub phase_voltage: [f64; 3],
+    /// What one leg of the inverter makes too much, V, once it modulates, and from which command on it does.
+    pub leg_too_long: Option<(usize, f64, f64)>,
     /// Samples by which the voltage is late.
     pub delay_samples: f64,
     /// The sensors.
@@ -81,6 +83,7 @@ impl Outfit {
             plant,
             voltage_gain: 1.0,
             phase_voltage: [1.0; 3],
+            leg_too_long: None,
             delay_samples: 0.0,
             sensors: Sensors::default(),
             start_angle_rad: 0.0,
@@ -172,6 +175,14 @@ impl Outfit {
                 self.plant.stator_resistance =
                     self.plant.stator_resistance + Symmetric::along_across(axis, 2.0 / 3.0 * cable_ohm, 0.0);
                 (["phase a", "phase b", "phase c"][phase], vec![("low", size), ("cable_ohm", cable_ohm)])
+            }
+            EffectKind::VoltageOffset => {
+                // The upper pulses of one leg are too long, as soon as there are any.
+                let (phase, sign) = (chance.one_of(3), chance.sign());
+                let too_much_v = sign * size * m.rated_voltage_v;
+                let from_v = m.rated_voltage_v * chance.between(0.005, 0.02);
+                self.leg_too_long = Some((phase, too_much_v, from_v));
+                (["leg a", "leg b", "leg c"][phase], vec![("too_much_v", too_much_v), ("from_v", from_v)])
             }
             EffectKind::CurrentSensorGain => {
                 self.sensors.two_phases = chance.one_of(2) == 1;
@@ -282,11 +293,16 @@ impl Outfit {
     /// What the source makes of a commanded voltage.
     pub fn supplied(&self, command: Vector) -> Vector {
         let amplified = command * self.voltage_gain;
-        if self.phase_voltage == [1.0; 3] {
+        if self.phase_voltage == [1.0; 3] && self.leg_too_long.is_none() {
             return amplified;
         }
         let phases = amplified.phases();
-        Vector::from_phases([0, 1, 2].map(|k| self.phase_voltage[k] * phases[k]))
+        let mut sent = [0, 1, 2].map(|k| self.phase_voltage[k] * phases[k]);
+        if let Some((phase, too_much_v, from_v)) = self.leg_too_long {
+            sent[phase] += too_much_v * (command.length() / from_v).tanh();
+        }
+        // The star point takes what the three have in common.
+        Vector::from_phases(sent)
     }
 
     fn phases_form(&self) -> &'static str {
