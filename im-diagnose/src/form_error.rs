@@ -155,15 +155,15 @@ pub fn marginal(
     (deviance(experiments, &around.left(&sizes)) + cost).min(as_it_is)
 }
 
-/// The mean squared residual of each experiment, in σ², with the curves of the effects bent as the data ask for: by two standard deviations at
-/// most, and by any amount.
+/// The mean squared residual of each experiment, in σ², with the curves of the effects bent as the data ask for, by two standard deviations at
+/// most.
 pub fn bent(
     machine: &Machine<f64>,
     starts: &[State<f64>],
     experiments: &[Experiment],
     free: &[Free],
     ratio_std: f64,
-) -> [Vec<f64>; 2] {
+) -> Vec<f64> {
     let around = Around::new(machine, starts, experiments, free, ratio_std);
     let mean_square = |run: &Vec<Vec<f64>>| {
         let n: usize = run.iter().map(Vec::len).sum();
@@ -172,7 +172,7 @@ pub fn bent(
     let left = |sizes: &DVector<f64>| around.left(sizes).iter().map(mean_square).collect::<Vec<f64>>();
     let nothing = DVector::zeros(around.changes.len());
     if around.is_short() {
-        return [left(&nothing), left(&nothing)];
+        return left(&nothing);
     }
     let (normal, b) = around.normal(machine, free, Change::clone);
     let bends = around.parameters..around.parameters + around.bends;
@@ -183,9 +183,8 @@ pub fn bent(
         stiff.cholesky().map(|c| c.solve(&b))
     };
     let mild = |sizes: &DVector<f64>| SIZE * sizes.rows(bends.start, bends.len()).amax() <= 2.0 * SIZE_IN_SEARCH;
-    let Some(freely) = at(0.0) else { return [left(&nothing), left(&nothing)] };
-    let mut mildly = freely.clone();
-    if !bends.is_empty() && !mild(&freely) {
+    let Some(mut mildly) = at(0.0) else { return left(&nothing) };
+    if !bends.is_empty() && !mild(&mildly) {
         let (mut low, mut high) = (0.0, (1.0 + normal.diagonal().amax()).ln());
         mildly = nothing;
         for _ in 0..BISECTIONS {
@@ -196,7 +195,7 @@ pub fn bent(
             }
         }
     }
-    [left(&mildly), left(&freely)]
+    left(&mildly)
 }
 
 /// The currents of a change turned by a right angle.
@@ -345,11 +344,9 @@ mod tests {
             e.channels[2].values = (0..n).map(|k| here[2][k] + 1e-3 * part * at(k) * explained[k]).collect();
             let missed =
                 im_identify::offline::residuals(&machine, &e, &start)[2].iter().map(|r| r * r).sum::<f64>() / (3 * n) as f64;
-            bent(&machine, &starts, std::slice::from_ref(&e), &[], 0.1).map(|left| left[0] / missed)
+            bent(&machine, &starts, std::slice::from_ref(&e), &[], 0.1)[0] / missed
         });
-        assert!(shares[0].iter().all(|x| *x < 1e-3), "{shares:?}");
-        let [mildly, freely] = shares[1];
-        assert!(freely < 1e-6 && mildly > 1e-3 && mildly < 0.5, "{shares:?}");
+        assert!(shares[0] < 1e-3 && shares[1] > 1e-3 && shares[1] < 0.5, "{shares:?}");
     }
 
     /// The ratio of the leakages is another name for the same inverse-Γ circuit, with a second branch of the rotor or without.

@@ -21,6 +21,7 @@ impl Diagnosis {
             "verdict": self.verdict.name(),
             "effects": names(&self.effects),
             "named": names(self.named()),
+            "curves": names(&self.curves),
             "alternatives": alternatives,
             "posterior": self.course.posterior.to_json(),
             "ranking": self.ranking.iter().map(|c| json!({

@@ -13,7 +13,7 @@ use im_model::{EffectId, MotorFile, ParameterId};
 
 use crate::case::Case;
 use crate::held_ratio::{HELD, held_std, is_held};
-use crate::learn::{Curve, continued};
+use crate::learn::{Curve, with_curves};
 use crate::loads::Loads;
 use crate::losses::{ModelPoint, by_model};
 use crate::residual_tests::Dependence;
@@ -25,7 +25,7 @@ use ranking::ranking;
 pub(crate) use ranking::{NOT_EXCITED, SUSPECTED};
 pub use steps::Step;
 use steps::{Found, steps};
-use verdict::{Left, caused, remainder, unexplained, verdict};
+use verdict::{Left, caused, is_contested, remainder, verdict};
 pub use verdict::{Remainder, Verdict};
 
 /// A parameter before and after.
@@ -76,6 +76,8 @@ pub struct Diagnosis {
     pub refined: MotorFile,
     /// What the last model's residual still depends on.
     pub leftover: Vec<Dependence>,
+    /// Curves of no known form with which the recordings are likelier than with the effects alone; the refined motor is without them.
+    pub curves: Vec<EffectId>,
     /// Loads that no column holds, as the last model finds them, and the effects that are not determined without them.
     pub loads: Loads,
     /// More than noise that is left beside effects that were found: less than a tenth, or the verdict is `unexplained`.
@@ -114,17 +116,22 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     let before = loop_.case().motor.clone();
     let mut course = loop_.run(base)?;
     let mut found = Found::new(&loop_, &course);
-    let learns = match learning {
-        Learning::Always => true,
-        Learning::Unexplained => unexplained(&course, &Left::new(&loop_, &course, &found)),
-        Learning::Never => false,
-    };
-    if learns {
-        course = continued(&mut loop_, course)?;
-        found = Found::new(&loop_, &course);
+    let left = Left::new(&loop_, &course, &found);
+    let mut curves = Vec::new();
+    if learning == Learning::Always || is_contested(&course, &left) {
+        let learns = learning != Learning::Never;
+        if let Some(with) = with_curves(&mut loop_, &course, learns)? {
+            if learns {
+                course = with;
+                found = Found::new(&loop_, &course);
+            } else {
+                let effects = &with.last().model.effects;
+                curves = effects.iter().copied().filter(|e| e.free_form().is_some()).collect();
+            }
+        }
     }
     let last = &course.last().model;
-    let left = Left::new(&loop_, &course, &found);
+    let left = Left::new(&loop_, &course, &found).beside(curves);
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
     let floor = if caused(&course, &left) { 1.0 } else { found.last().train.chi2_per_sample.max(1.0) };
     let (steps, judged) = if floor > 1.05 {
@@ -160,6 +167,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         parameters,
         estimates,
         refined,
+        curves: left.curves.clone(),
         leftover: found.leftover,
         loads,
         remainder,

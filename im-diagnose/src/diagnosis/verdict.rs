@@ -85,12 +85,14 @@ const HINT: f64 = 0.003;
 pub(super) struct Left<'a> {
     /// The larger of training and held-out error, χ²/N, of the refitted base model and of the last.
     error: [f64; 2],
-    /// Of the last, with the curves of its effects bent by two standard deviations of their form at most, and by any amount.
-    bent: [f64; 2],
+    /// Of the last, with the curves of its effects bent by two standard deviations of their form at most.
+    bent: f64,
     /// On what it depends.
     dependences: &'a [Dependence],
     /// −log₁₀ of the probability that instruments of their class show so much in tables of steady states.
     of_tables: f64,
+    /// Curves of no known form with which the recordings are likelier than with the effects of the library alone.
+    pub(super) curves: Vec<EffectId>,
 }
 
 /// From here on, −log₁₀ of a probability, there is no doubt.
@@ -106,10 +108,16 @@ impl<'a> Left<'a> {
         let error = [found.steps[0].error(), found.last().error()];
         Self {
             error,
-            bent: if error[1] - 1.0 > NEGLIGIBLE { bent_error(loop_, found) } else { [error[1]; 2] },
+            bent: if error[1] - 1.0 > NEGLIGIBLE { bent_error(loop_, found) } else { error[1] },
             dependences: &found.leftover,
             of_tables: if freedom == 0 { 0.0 } else { log_p(cost, freedom) },
+            curves: Vec::new(),
         }
+    }
+
+    /// The same where curves of no known form make the recordings likelier.
+    pub(super) fn beside(self, curves: Vec<EffectId>) -> Self {
+        Self { curves, ..self }
     }
 
     /// Whether it is no noise, beyond doubt: it depends on something, or no instruments err so much.
@@ -119,21 +127,20 @@ impl<'a> Left<'a> {
 }
 
 /// [`Left::bent`].
-fn bent_error(loop_: &Refinement, found: &Found) -> [f64; 2] {
+fn bent_error(loop_: &Refinement, found: &Found) -> f64 {
     let Step { machine, starts, holdout_start, effects, .. } = found.last();
     if effects.is_empty() {
-        return [found.last().error(); 2];
+        return found.last().error();
     }
     let train = &found.judged.train;
     let all: Vec<Experiment> = train.iter().chain(&found.judged.holdout).cloned().collect();
     let starts: Vec<_> = starts.iter().chain(holdout_start).copied().collect();
     let ratio_std = loop_.case().motor.leakage_ratio_std();
-    bent(machine, &starts, &all, &loop_.free(machine, effects, &all), ratio_std).map(|each| {
-        let (seen, unseen) = each.split_at(train.len());
-        let count = |e: &Experiment| e.count() as f64;
-        let seen: f64 = seen.iter().zip(train).map(|(x, e)| x * count(e)).sum::<f64>() / train.iter().map(count).sum::<f64>();
-        unseen.first().map_or(seen, |u| seen.max(*u))
-    })
+    let each = bent(machine, &starts, &all, &loop_.free(machine, effects, &all), ratio_std);
+    let (seen, unseen) = each.split_at(train.len());
+    let count = |e: &Experiment| e.count() as f64;
+    let seen: f64 = seen.iter().zip(train).map(|(x, e)| x * count(e)).sum::<f64>() / train.iter().map(count).sum::<f64>();
+    unseen.first().map_or(seen, |u| seen.max(*u))
 }
 
 /// Part of the excess that an effect which is not added takes off, from which on what is left is no noise.
@@ -152,25 +159,21 @@ fn gains(t: &Trial) -> bool {
     t.refusal != Some(Refusal::NotLikelier)
 }
 
-/// Whether what the last model leaves has a cause that the candidates do not hold.
-pub(super) fn unexplained(course: &Course, left: &Left<'_>) -> bool {
-    verdict_of(course, left, 1.0) == Some(Verdict::Unexplained)
+/// Whether more than noise is left, so that curves of no known form must show what they explain of it.
+pub(super) fn is_contested(course: &Course, left: &Left<'_>) -> bool {
+    left.error[1] - 1.0 > NEGLIGIBLE && caused(course, left)
 }
 
 /// Part of the excess that effects leave, errors of their form aside, from which on they do not explain it.
 const UNEXPLAINED: f64 = 0.1;
 
-/// Part of the excess that only curves bent beyond what forms differ by would take: the square of the tenth by which they do.
-const IMITATED: f64 = 0.01;
-
 /// The verdict as far as effects and leftover decide it.
 fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     let last = &course.last().model;
     let excess = |error: f64| error / floor - 1.0;
-    let (before, [mildly, freely]) = (excess(left.error[0]), left.bent.map(excess));
-    let imitates = mildly - freely > IMITATED * before;
-    let explains_little = mildly > UNEXPLAINED * before && left.is_structured();
-    if mildly > NEGLIGIBLE && (imitates || explains_little) {
+    let (before, bent) = (excess(left.error[0]), excess(left.bent));
+    let explains_little = bent > NEGLIGIBLE.max(UNEXPLAINED * before) && left.is_structured();
+    if explains_little || !left.curves.is_empty() {
         Some(Verdict::Unexplained)
     } else if last.effects.is_empty() {
         None

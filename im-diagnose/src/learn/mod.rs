@@ -20,18 +20,24 @@ use im_identify::offline::FitError;
 use crate::residual_tests::{Dependence, dependences};
 use crate::search::{Course, Refinement};
 
-/// Continues a course with free-form effects among the candidates.
-pub fn continued(loop_: &mut Refinement, course: Course) -> Result<Course, FitError> {
+/// The course with curves of no known form among the candidates, where such a curve is part of the likeliest set: then the library alone does not
+/// explain the recordings. The candidates are as before unless `keep`.
+pub fn with_curves(loop_: &mut Refinement, course: &Course, keep: bool) -> Result<Option<Course>, FitError> {
     let (base, last) = (&course.first().model, &course.last().model);
-    let leftover = ripples(loop_, &course);
+    let leftover = ripples(loop_, course);
     let places = places::places(&last.fit.machine, &last.fit.starts, loop_.nudged(), &leftover);
     if places.is_empty() {
-        return Ok(course);
+        return Ok(None);
     }
     let beside = if last.effects.is_empty() { vec![base] } else { vec![base, last] };
     loop_.consider(&places, &beside);
     let fitted = beside[1..].iter().copied().cloned().collect();
-    loop_.run_knowing(base.clone(), fitted)
+    let with = loop_.run_knowing(base.clone(), fitted)?;
+    let wins = with.last().model.effects.iter().any(|e| places.contains(e));
+    if !(wins && keep) {
+        loop_.forget(&places);
+    }
+    Ok(wins.then_some(with))
 }
 
 /// What the residual of the base model depends on, and of the last: an effect that only imitates may have taken the strongest ripple.

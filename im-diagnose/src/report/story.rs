@@ -278,7 +278,18 @@ pub(crate) fn summary(s: &Story) -> Summary {
         }
         Verdict::Unexplained => {
             let found = main_leftover(d).map_or("it shows no simple dependence".into(), dependence_words);
-            format!("something is missing that the library of effects does not hold: {found}")
+            let curves = match d.curves.len() {
+                0 => String::new(),
+                1 => format!(
+                    "; a curve of no known form, {}, explains it better than the library (im learn draws it)",
+                    names(&d.curves)
+                ),
+                _ => format!(
+                    "; curves of no known form, {}, explain it better than the library (im learn draws them)",
+                    names(&d.curves)
+                ),
+            };
+            format!("something is missing that the library of effects does not hold: {found}{curves}")
         }
         Verdict::Inconclusive => format!(
             "these recordings cannot decide: nothing is seen to be missing ({which} error {} rms), but {} of {} effects would not have shown in them at any usual size",

@@ -43,15 +43,15 @@ pub struct Options {
     pub learning: Learning,
 }
 
-/// When a diagnosis learns an effect that the library does not hold.
+/// When an effect that the library does not hold becomes part of the answer, as a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Learning {
-    /// Never.
+    /// Never: where a curve of no known form is likelier than what the library holds, the answer is `unexplained`.
     #[default]
     Never,
-    /// Where the library leaves something unexplained.
+    /// Where such a curve is likelier than what the library holds.
     Unexplained,
-    /// In any case.
+    /// The same, and curves are tried where the library leaves nothing but noise, too.
     Always,
 }
 
@@ -283,6 +283,12 @@ impl Refinement {
         let mut ranked = more.to_vec();
         ranked.sort_by(|a, b| promise(b).total_cmp(&promise(a)));
         self.set_aside.extend(ranked.iter().skip(NOMINATED));
+    }
+
+    /// Considers some effects no longer.
+    pub fn forget(&mut self, some: &[EffectId]) {
+        self.candidates.retain(|e| !some.contains(e));
+        self.set_aside.retain(|e| !some.contains(e));
     }
 
     /// The likelihood of a model with the errors of its form as unknowns, where a sample counts 1/λ.
