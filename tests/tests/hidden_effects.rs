@@ -36,6 +36,21 @@ fn nothing_is_found_where_nothing_is_hidden() {
     }
 }
 
+/// A drag that is largest at a low speed and falls beyond it, and a tachogenerator that bends: Coulomb friction and a scale of the sensor imitate
+/// them with one parameter each. Curves of no known form explain them better, and nothing is named.
+#[test]
+fn what_a_curve_explains_better_is_not_named() {
+    for (machine, kind, place) in [
+        (2, EffectKind::EddyCurrentBrake, "learned_torque_over_speed"),
+        (1, EffectKind::BentTachogenerator, "learned_speed_sensor_over_speed"),
+    ] {
+        let (o, d) = run(&TrialCase::new(machine, &[(kind, Strength::Medium)], 900)).unwrap();
+        assert!(o.verdict.name() == "unexplained" && o.named.is_empty(), "{}: {:?} {:?}", kind.name(), o.verdict, o.named);
+        assert!(d.curves.iter().any(|c| c.name() == place), "{}: {:?}", kind.name(), d.curves);
+        assert!(d.effects.iter().all(|e| e.free_form().is_none()), "{:?}", d.effects);
+    }
+}
+
 /// White-noise thresholds would find an effect in nearly every such run.
 #[test]
 fn coloured_noise_is_no_effect() {
