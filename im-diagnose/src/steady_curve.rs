@@ -1,19 +1,35 @@
 //! The steady states of a machine on a sinusoidal supply: its static torque-speed and current-speed curves, and what it does at its rated torque.
 
-use im_model::{Complex, Held, Machine, MotorFile, Plant, PlantInput, Powers, steady_state};
+use im_model::effects::{Place, SteadyState};
+use im_model::{Complex, Held, Machine, ModelError, MotorFile, Plant, PlantInput, Powers, steady_state};
 use serde_json::{Map, Value, json};
 
 /// Points of a curve in a file.
 const POINTS: usize = 56;
 
+/// The motor by itself on a sinusoidal supply: without what stands between a command and its terminals, without its sensors, and without what ripples.
+/// Torque and powers are the motor's own then, and those of the state that they are taken at.
+fn motor_alone(machine: &Machine<f64>) -> Result<Machine<f64>, ModelError> {
+    let mut effects = *machine.effects();
+    for id in machine.effects().ids() {
+        let about = id.about();
+        let outside = matches!(about.place, Place::Voltage | Place::Command | Place::Sensors);
+        if outside || about.steady_state == SteadyState::Ripples {
+            effects.switch_off(id);
+        }
+    }
+    machine.with_effects(effects)
+}
+
 /// Speed, rad/s, electromagnetic torque, Nm, and peak stator current, A, from standstill to a tenth above synchronous speed; speeds without a
-/// steady state are left out. Effects that ripple (asymmetries, dead time, sensors) are left out of each state, as in [`steady_state`].
+/// steady state are left out. Of the motor alone: what ripples (asymmetries, slots), inverter, supply and sensors are left out.
 pub fn torque_speed(machine: &Machine<f64>, phase_voltage_peak_v: f64, frequency_hz: f64, points: usize) -> Vec<[f64; 3]> {
+    let Ok(machine) = motor_alone(machine) else { return Vec::new() };
     let synchronous = std::f64::consts::TAU * frequency_hz / f64::from(machine.pole_pairs());
-    let plant = Plant::new(machine);
+    let plant = Plant::new(&machine);
     let at = |k: usize| {
         let omega_m = 1.1 * synchronous * k as f64 / (points.max(2) - 1) as f64;
-        let state = steady_state(machine, phase_voltage_peak_v, frequency_hz, Held::Speed(omega_m)).ok()?;
+        let state = steady_state(&machine, phase_voltage_peak_v, frequency_hz, Held::Speed(omega_m)).ok()?;
         Some([omega_m, plant.torque(&state), plant.currents(&state).i_s.norm()])
     };
     (0..points.max(2)).filter_map(at).collect()
@@ -50,9 +66,10 @@ pub struct RatedLoad {
 
 impl RatedLoad {
     fn of(motor: &MotorFile) -> Option<Self> {
-        let (r, plant) = (&motor.rating, Plant::new(&motor.machine));
+        let (r, machine) = (&motor.rating, motor_alone(&motor.machine).ok()?);
+        let plant = Plant::new(&machine);
         let u = r.phase_voltage_peak_v;
-        let state = steady_state(&motor.machine, u, r.electrical_frequency_hz, Held::Load(r.torque_nm)).ok()?;
+        let state = steady_state(&machine, u, r.electrical_frequency_hz, Held::Load(r.torque_nm)).ok()?;
         let e = plant.evaluate(&state, &PlantInput::new(Complex::new(u, 0.0), r.torque_nm));
         Some(Self { omega_m: state.omega_m, current_a: e.currents.i_s.norm(), powers: e.powers })
     }
@@ -106,6 +123,43 @@ mod tests {
             let admittance = rotor + 1.0 / Complex::new(0.0, omega * gamma.stator_inductance_h);
             assert!((current - u * admittance.norm()).abs() < 1e-4 * current, "{w}: {current} A");
         }
+    }
+
+    /// A gain of the voltage, an inverter, a sensor or what ripples is none of the motor's: its curve and its efficiency stay. (They were those of the
+    /// motor on another voltage, and of one instant of a ripple: an efficiency of 102 % could come out.)
+    #[test]
+    fn what_is_not_the_motors_or_ripples_moves_neither_curve_nor_powers() {
+        use im_model::{EffectId, ParameterId, Rating};
+        let named = im_model::machines::MOTULATOR_2_2_KW;
+        let base = Machine::base(named.parameters(), named.pole_pairs).unwrap();
+        let rating = Rating::guess(base.parameters(), base.pole_pairs());
+        let alone = RatedSupply::of(&MotorFile::new("m", base, rating));
+        let mut left = 0;
+        for &e in EffectId::ALL {
+            let set: Vec<_> = e
+                .parameters()
+                .iter()
+                .enumerate()
+                .filter(|(_, p)| p.role == im_model::effects::Role::Strength)
+                .map(|(k, p)| {
+                    (ParameterId::Effect(e, k), p.typical.1 * rating.unit_of(p.scale, base.parameters(), base.pole_pairs()))
+                })
+                .collect();
+            let with = RatedSupply::of(&MotorFile::new("m", base.with(&set).unwrap(), rating));
+            let loaded = with.loaded.unwrap();
+            assert!(
+                (0.5..1.0).contains(&loaded.efficiency()) && loaded.powers.net().abs() < 1e-6 * loaded.powers.load,
+                "{e}: {loaded:?}"
+            );
+            let about = e.about();
+            if matches!(about.place, Place::Voltage | Place::Command | Place::Sensors)
+                || about.steady_state == SteadyState::Ripples
+            {
+                assert_eq!(with, alone, "{e}");
+                left += 1;
+            }
+        }
+        assert!(left > 8, "{left}");
     }
 
     /// What goes in comes out or is lost, and is the product of torque and speed where it comes out.

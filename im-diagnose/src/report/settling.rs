@@ -4,6 +4,7 @@ use im_model::EffectId;
 
 use super::NextTest;
 use crate::diagnosis::{Diagnosis, Verdict};
+use crate::format::number;
 use crate::next_test::{Limits, WHY, propose};
 use crate::worst_case::machines_after;
 
@@ -33,7 +34,7 @@ impl NextTest {
             .iter()
             .map(|(e, x)| {
                 let seen = if *x < 1.0 { "shows it" } else { "still does not show it" };
-                format!("{}: {seen} (smallest size found is {:.2} of the largest usual one)", e.card().title, x)
+                format!("{}: {seen} (smallest size found is {} of the largest usual one)", e.card().title, number(*x, 2))
             })
             .collect();
         let mut text = format!("{} im next-test writes it as a scenario. {WHY}", best.what);

@@ -1,4 +1,5 @@
-//! Measured against modelled, with the band of prediction: whether readings lie as far off the last model as they may.
+//! Measured against modelled, and the difference of the two with the band of prediction, which is thinner than a line beside the signal itself:
+//! whether readings lie as far off the last model as they may.
 
 use im_chart::{Axis, Chart};
 use maud::{Markup, html};
@@ -16,7 +17,7 @@ const BINS: usize = 24;
 /// Of the recording that no fit has seen, else of the first; nothing where no fit says how sure it is.
 pub(crate) fn section(views: &[View]) -> Markup {
     let Some(view) = views.iter().find(|v| v.held_out).or(views.first()).filter(|v| !v.band.is_empty()) else { return html! {} };
-    let channels: Vec<Markup> = (0..view.experiment.channels.len()).filter_map(|c| picture(view, c)).collect();
+    let channels: Vec<Markup> = (0..view.experiment.channels.len()).filter_map(|c| pictures(view, c)).collect();
     let entries = [
         ("measured", text("readings")),
         ("refined", text("as modelled")),
@@ -26,12 +27,12 @@ pub(crate) fn section(views: &[View]) -> Markup {
         @if !channels.is_empty() {
             h3 { "Measured against modelled: " (label(view)) }
             (legend(&entries))
-            div.grid2 { @for picture in &channels { (picture) } }
+            @for pair in &channels { div.grid2 { (pair) } }
         }
     }
 }
 
-fn picture(view: &View, c: usize) -> Option<Markup> {
+fn pictures(view: &View, c: usize) -> Option<Markup> {
     let (channel, band) = (&view.experiment.channels[c], &view.band[c]);
     let modelled = view.predictions.last().map(|p| &p[c])?;
     let rows: Vec<usize> = (0..modelled.len()).filter(|&k| channel.is_valid(k) && modelled[k].is_finite()).collect();
@@ -53,22 +54,34 @@ fn picture(view: &View, c: usize) -> Option<Markup> {
     let known = widths.iter().enumerate().filter(|(_, w)| w.1 > 0);
     let shade: Vec<[f64; 3]> = known
         .map(|(bin, (sum, count))| {
-            let (x, half) = (middle(bin), sum / *count as f64);
-            [x, x - half, x + half]
+            let half = sum / *count as f64;
+            [middle(bin), -half, half]
         })
         .collect();
     let (name, unit) = channel_words(&channel.name, channel.kind);
     let around = || points.iter().flatten().copied();
-    let mut chart = Chart::new(
+    let modelled_axis = || Axis::around(around(), format!("modelled, {unit}"));
+    let mut against = Chart::new(
         format!("{name}, measured against modelled"),
-        Axis::around(around(), format!("modelled, {unit}")),
-        Axis::around(around(), format!("measured, {unit}")),
+        modelled_axis(),
+        Axis::around(around(), format!("{name}, measured, {unit}")),
     );
-    chart.band(&shade, "fill-noise");
-    chart.line(&[[lo, lo], [hi, hi]], "refined solid thin");
-    chart.dots(&points, "measured");
+    let band: Vec<[f64; 3]> = shade.iter().map(|[x, lower, upper]| [*x, x + lower, x + upper]).collect();
+    against.band(&band, "fill-noise");
+    against.line(&[[lo, lo], [hi, hi]], "refined solid thin");
+    against.dots(&points, "measured");
+    let off: Vec<[f64; 2]> = points.iter().map(|[x, y]| [*x, y - x]).collect();
+    let extent = off.iter().map(|p| p[1]).chain(shade.iter().flat_map(|s| [1.2 * s[1], 1.2 * s[2]]));
+    let mut difference = Chart::new(
+        format!("{name}, measured less modelled, over modelled"),
+        modelled_axis(),
+        Axis::around(extent, format!("measured − modelled, {unit}")),
+    );
+    difference.band(&shade, "fill-noise");
+    difference.line(&[[lo, 0.0], [hi, 0.0]], "refined solid thin");
+    difference.dots(&off, "measured");
     let share = number(100.0 * outside as f64 / rows.len() as f64, 2);
     let said =
         format!("{} {share} % of the readings lie outside the band, where 5 % are expected of a right model.", sentence(&name));
-    Some(figure(drawn(chart), said))
+    Some(html! { (figure(drawn(against), "")) (figure(drawn(difference), said)) })
 }

@@ -16,24 +16,24 @@ pub(crate) fn section(s: &Story) -> Section {
     let d = s.d;
     let head = [
         words("effect"),
+        words("conclusion"),
         numbers(term("score", "score")),
         numbers("threshold"),
         numbers(term("size", "predicted size")),
         numbers(term("detectable", "detectable size")),
         numbers(term("keep", "keep")),
-        words("conclusion"),
     ];
     let row = |c: &Candidate| {
         let size = |x: f64| text(quantity(x, c.unit, 2));
         let score = number(c.score, 3);
         let cells = [
             html! { span title=(c.effect.card().what) { (short_effect_name(c.effect)) } },
+            text(&c.conclusion),
             html! { @if c.score > c.threshold { b { (score) } } @else { (score) } },
             text(number(c.threshold, 3)),
             size(c.predicted_size),
             size(c.detectable_size),
             text(format!("{}\u{a0}%", number(100.0 * c.explained_share, 2))),
-            text(&c.conclusion),
         ];
         Row { hit: d.effects.contains(&c.effect), ..Row::new(cells) }
     };
@@ -143,7 +143,9 @@ fn alike(s: &Story) -> Markup {
 /// Cosines between all pairs of signatures, with the names beside the rows.
 fn triangle(chosen: &[(String, &[f64])]) -> Markup {
     let n = chosen.len() as f64;
-    let (left, side) = (152.0, 230.0 / n);
+    // A letter of this size is at most six pixels wide; behind each name stands its number.
+    let longest = chosen.iter().map(|c| c.0.chars().count()).max().unwrap_or(0) as f64 + 3.0;
+    let (left, side) = (f64::max(152.0, 6.0 * longest), 230.0 / n);
     let cell = |r: usize, c: usize| {
         let v = if r == c { 1.0 } else { cosine(chosen[r].1, chosen[c].1) };
         let (x, y) = (left + c as f64 * side, 16.0 + r as f64 * side);
@@ -160,7 +162,7 @@ fn triangle(chosen: &[(String, &[f64])]) -> Markup {
         }
     };
     html! {
-        svg.chart viewBox={ "0 0 386 " (short(22.0 + n * side)) } role="img" aria-label="which effects look alike" {
+        svg.chart viewBox={ "0 0 " (short(left + 234.0)) " " (short(22.0 + n * side)) } role="img" aria-label="which effects look alike" {
             @for (r, (name, _)) in chosen.iter().enumerate() {
                 @let y = 16.0 + r as f64 * side;
                 text.small x=(short(left - 4.0)) y=(short(y + 0.5 * side + 4.0)) text-anchor="end" { (name) "\u{a0}" (r + 1) }

@@ -43,7 +43,7 @@ fn card(s: &Story, e: EffectId, note: &str) -> Markup {
                         dt { "Learned" } dd { (sentence(&learned.extent())) }
                         dt { "May be" } dd { @for t in learned.meaning() { (sentence(&t)) " " } }
                         @for f in learned.formulas.iter().skip(1).take(3).filter(|f| f.off < UNLIKE) {
-                            dt { "Less like" } dd { (f.name) ": " (f.text) ", off by " (number(100.0 * f.off, 2)) " %" }
+                            dt { "Next best" } dd { (f.name) ": " (f.text) ", off by " (number(100.0 * f.off, 2)) " %" }
                         }
                     }
                     dt { "Acts on" } dd { (c.place) }

@@ -131,7 +131,11 @@ pub(crate) fn waterfall(rows: &[Fall], most: f64) -> Markup {
     };
     html! {
         svg.chart viewBox={ "0 0 360 " (short(height)) } role="img" aria-label="rms error in units of the sensor noise, step by step" {
-            path class="line floor" d={ "M" (short(floor)) " 18L" (short(floor)) " " (short(height - 8.0)) } {}
+            @for k in 0..=rows.len() {
+                // Beside the bars alone, so that it strikes no name through; after the last row down to its own word.
+                @let (from, to) = if k < rows.len() { (k as f64 * line + 20.0, (k + 1) as f64 * line) } else { (height - 26.0, height - 8.0) };
+                path class="line floor" d={ "M" (short(floor)) " " (short(from)) "L" (short(floor)) " " (short(to)) } {}
+            }
             text.tick x=(short(floor + 4.0)) y=(short(height - 6.0)) { "1 σ: as good as the sensors can tell" }
             @for (k, r) in rows.iter().enumerate() {
                 @let y = k as f64 * line;

@@ -31,7 +31,9 @@ pub(crate) fn picture(d: &Diagnosis) -> Markup {
     if shown.is_empty() {
         return html! {};
     }
-    let entries = [("refined", text("refined, ± 95 %")), ("third", text("hardly determined")), ("base solid", text("as given"))];
+    let mut entries = vec![("refined", text("refined, ± 95 %"))];
+    entries.extend(shown.iter().any(|(p, _)| is_open(p.after, p.std)).then(|| ("third", text("hardly determined"))));
+    entries.extend(shown.iter().any(|(p, _)| given(d, p)).then(|| ("base solid", text("as given"))));
     let caption = "Every parameter over its refined value. Where the value as given lies beyond the axis it stands at its end.";
     html! { (legend(&entries)) (figure(lines(d, &shown), caption)) }
 }

@@ -24,7 +24,7 @@ pub(crate) fn section(s: &Story) -> Option<Section> {
         number(s.d.refined.rating.electrical_frequency_hz, 3)
     );
     let body = html! {
-        p { "The motor as given and as refined in steady states on its rated supply, " (supply) "; what ripples (asymmetries, dead time, sensors) is left out." }
+        p { "The motor as given and as refined in steady states on its rated supply, " (supply) ". Inverter, supply and sensors are not the motor's, and are left out; so is what ripples (asymmetries, slots)." }
         (legend(&[("base", text("as given")), ("refined", text("refined"))]))
         div.grid2 {
             (picture(motors, 1, "torque", "Nm"))

@@ -46,7 +46,9 @@ pub(crate) fn run(m: &Meta, motor: &MotorFile, used: &[Used]) -> Section {
     let program = if m.program.is_empty() { format!("im-diagnose {}", env!("CARGO_PKG_VERSION")) } else { m.program.clone() };
     let fact = |name: &str, value: Markup| Row::new([text(name), value]);
     let mut facts = vec![fact("program", text(program))];
-    facts.extend(m.command.as_ref().map(|c| fact("command", html! { code { (c) } })));
+    facts.extend(
+        m.command.as_ref().map(|c| fact("command", html! { code.words { @for word in c.split(' ') { span { (word) } " " } } })),
+    );
     let digest = text_digest(&motor.to_toml());
     facts.push(fact("motor as given", html! { (motor.name) ", hash " code { (digest) } }));
     facts.push(fact("seed", text(m.seed.map_or("none: nothing in it is random".into(), |s| s.to_string()))));
