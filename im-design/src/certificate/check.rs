@@ -58,7 +58,7 @@ pub enum CheckError {
         now: String,
     },
     /// An obligation is false.
-    #[error("false: {name} is not positive definite (pivot {pivot} is {value:e})")]
+    #[error("false: {name} is not positive definite (pivot {pivot} is {value:.3e})")]
     Indefinite {
         /// Which obligation.
         name: String,
@@ -68,7 +68,7 @@ pub enum CheckError {
         value: f64,
     },
     /// An obligation is false.
-    #[error("false: {name} = {value:e} is not positive")]
+    #[error("false: {name} = {value:.3e} is not positive")]
     NotPositive {
         /// Which obligation.
         name: String,

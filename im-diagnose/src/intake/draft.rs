@@ -208,6 +208,9 @@ fn sampled(step_s: f64) -> String {
     format!("sampled at {} Hz", crate::format::number(1.0 / step_s, 4))
 }
 
+/// Names of voltages in canonical columns, which are means from their row to the next.
+const CANONICAL_VOLTAGES: [&str; 5] = ["u_alpha_V", "u_beta_V", "u_a_V", "u_b_V", "u_c_V"];
+
 /// The line of a draft that says which instant the voltages belong to, until a fit has decided.
 const INSTANT: &str = "instant = \"held_from_row\"      # \"held_from_row\", \"sample\", \"held_until_row\"\n";
 
@@ -223,6 +226,11 @@ impl Draft {
             Some(label) => format!("{label} does not say"),
             None => "no recording.toml says".to_owned(),
         }
+    }
+
+    /// Whether a fit has to say which instant the voltages belong to.
+    pub(super) fn leaves_the_instant_open(&self) -> bool {
+        self.text.contains(INSTANT)
     }
 
     /// Notes which instant of the voltages fits better.
@@ -281,7 +289,13 @@ fn set_section(
             format!("candidates are {}", found.join(", "))
         };
         d.missing.push(format!("[{section}] a, b, c: {found}"));
-        let _ = writeln!(text, "a = FILL_IN                    # {found}\nb = FILL_IN\nc = FILL_IN\n");
+        let instead = if quantity == Quantity::Voltage {
+            "instead: two or three of ab, bc, ca; a and b against the star point; alpha, beta; d, q; duty_a, duty_b, duty_c and dc_link"
+        } else {
+            "two of them do; instead: alpha, beta; d, q"
+        };
+        let _ = writeln!(text, "a = FILL_IN                    # {found}\nb = FILL_IN\nc = FILL_IN\n# {instead}");
+        let _ = writeln!(text, "# gain = 1                     # what one of the file's numbers is in the unit, of a probe or a clamp\n");
         return None;
     };
     chosen.iter().for_each(|&k| seen[k].taken = true);
@@ -342,7 +356,13 @@ fn set_section(
     }
     if quantity == Quantity::Voltage {
         per_unit(text, d, seen, &names, &mut vector, rated_v);
-        text.push_str(INSTANT);
+        if names.iter().all(|n| CANONICAL_VOLTAGES.contains(n)) {
+            // What these names mean is said once for all; a fit without the effects that are missing would not know better.
+            text.push_str("instant = \"held_from_row\"      # as columns of these names are\n");
+            d.guesses.push(format!("{} are means from their row to the next, as columns of these names are", names.join(", ")));
+        } else {
+            text.push_str(INSTANT);
+        }
         if commanded {
             let _ =
                 writeln!(text, "measured = false                # a drive's commands: what its inverter makes of them is open");

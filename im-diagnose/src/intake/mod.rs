@@ -156,7 +156,7 @@ fn read_one(origin: Origin<'_>, said: Option<Said>, motor: &MotorFile) -> Result
     let mut signals = Signals::new(&mut table, &mapping, motor.machine.pole_pairs())?;
     let repeated = table.repeated;
     drop(table);
-    if let Some(draft) = &mut draft {
+    if let Some(draft) = draft.as_mut().filter(|d| d.leaves_the_instant_open()) {
         let at = |instant| {
             let there = Signals { instant, ..signals.clone() };
             assemble(&there, quality::check(&there, motor), mapping.begin).experiment

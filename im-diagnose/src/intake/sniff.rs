@@ -83,10 +83,16 @@ fn of_lines(lines: &[String], said: TextSaid) -> Sniffed {
         let filled = f.iter().filter(|x| !x.trim().is_empty()).count();
         f.len() == count && 2 * filled > count && !line.starts_with(comment) && f.iter().all(|x| !is_number(x, comma))
     };
+    let distinct = |line: &String| {
+        let mut names: Vec<String> = fields_of(line, separator).iter().map(|f| f.trim().to_owned()).collect();
+        names.sort_unstable();
+        names.windows(2).all(|w| w[0] != w[1])
+    };
     let head = match (said.header, said.skip_lines) {
         (Some(false), _) => None,
         (_, Some(_)) => (first > 0).then_some(0),
-        _ => lines[..first].iter().position(heads),
+        // A line of units or settings above the names says the same of several columns; names tell them apart.
+        _ => lines[..first].iter().position(|l| heads(l) && distinct(l)).or_else(|| lines[..first].iter().position(heads)),
     };
     let units = head
         .and_then(|h| lines[h + 1..first].iter().find(|l| heads(l)))
@@ -136,6 +142,9 @@ mod tests {
             of("Messung 3;;\nDatum: 1.2.;;\nZeit (ms);U1;n\n999,9;1,5;1.000,5\n1.000,0;1,6;1.001,5\n1.000,1;1,6;1.002,0\n")
                 .format;
         assert_eq!((sheet.separator, sheet.decimal_comma, sheet.skip_lines, sheet.header), (Some(b';'), true, 2, Some(true)));
+        // A scope's settings, a value for each channel, stand above the names.
+        let settings = of("Model,X\nProbe,1,1,1\nVertical Units,V,V,V\n\nTIME,CH1,CH2,CH3\n0.0,1.5,2,1\n0.1,1.6,3,1\n0.2,1.6,3,1\n").format;
+        assert_eq!((settings.separator, settings.skip_lines, settings.skip_after_header), (Some(b','), 4, 0));
         let bare = of("0.0 1.5 2\n0.1  1.6 3\n0.2 1.6 3\n").format;
         assert_eq!((bare.separator, bare.header, bare.skip_lines), (Some(b' '), Some(false), 0));
     }

@@ -56,6 +56,24 @@ fn a_spreadsheet_in_another_language_is_guessed() {
     assert!((i(2000) - r.i_s[2000]).norm() < 0.3, "{} {}", i(2000), r.i_s[2000]);
 }
 
+/// Whether voltages are samples or means over the sample, a fit says; of canonical names it is known.
+#[test]
+fn canonical_names_say_which_instant_a_voltage_belongs_to() {
+    let mut all = columns();
+    for (name, x) in all.iter_mut().filter(|(n, _)| n.starts_with('u')) {
+        // What a voltmeter shows at the row: half way between the means before and after it.
+        *x = (0..x.len()).map(|k| 0.5 * (x[k.saturating_sub(1)] + x[k])).collect();
+        *name = ["u1", "u2", "u3"][usize::from(name.as_bytes()[1] - b'1')];
+    }
+    let folder = Folder::new("instant");
+    let guessed = |all: &[(&str, Vec<f64>)]| take(&folder.put("run.csv", csv(all))).unwrap().draft.unwrap().text;
+    assert!(guessed(&all).contains("instant = \"sample\""), "{}", guessed(&all));
+    for (name, _) in all.iter_mut().filter(|(n, _)| n.starts_with('u')) {
+        *name = ["u_a_V", "u_b_V", "u_c_V"][usize::from(name.as_bytes()[1] - b'1')];
+    }
+    assert!(guessed(&all).contains("instant = \"held_from_row\""), "{}", guessed(&all));
+}
+
 #[test]
 fn what_cannot_be_guessed_is_asked_for_with_its_key() {
     let mut all = columns();

@@ -61,18 +61,21 @@ fn answer(machine: &Machine<f64>, ripple: f64) -> Diagnosis {
 }
 
 fn answer_with(machine: &Machine<f64>, ripple: f64, most_effects: usize) -> Diagnosis {
+    answer_to(machine, [1, 2, 3].map(|k| recording(machine, ["first.csv", "second.csv", "third.csv"][k - 1], k as u64, ripple)), most_effects)
+}
+
+fn answer_to(machine: &Machine<f64>, recordings: [Recording; 3], most_effects: usize) -> Diagnosis {
     let m = &MOTULATOR_2_2_KW;
     let mut given = m.parameters();
     given.stator_resistance_ohm *= 1.1;
     given.rotor_resistance_ohm *= 0.93;
     given.inertia_kg_m2 *= 1.1;
     let motor = MotorFile::new("2.2 kW <test> & \"co\"", Machine::base(given, m.pole_pairs).unwrap(), m.rating);
-    let train = [recording(machine, "first.csv", 1, ripple), recording(machine, "second.csv", 2, ripple)];
-    let holdout = recording(machine, "third.csv", 3, ripple);
+    let (train, holdout) = recordings.split_at(2);
     let candidates =
         vec![EffectId::MainFluxSaturation, EffectId::IronLoss, EffectId::CoulombFriction, EffectId::InverterNonlinearity];
     let options = Options { candidates, most_effects, ..Options::default() };
-    diagnose(Case::new(motor, &train, Some(&holdout)), options).unwrap()
+    diagnose(Case::new(motor, train, holdout.first()), options).unwrap()
 }
 
 fn base() -> Machine<f64> {
@@ -83,6 +86,14 @@ fn base() -> Machine<f64> {
 pub fn missing() -> Diagnosis {
     let set = |k, v| (ParameterId::Effect(EffectId::MainFluxSaturation, k), v);
     answer(&base().with(&[set(0, 0.5), set(1, 6.0)]).unwrap(), 0.0)
+}
+
+/// The same, of recordings without a load torque.
+pub fn without_load() -> Diagnosis {
+    let set = |k, v| (ParameterId::Effect(EffectId::MainFluxSaturation, k), v);
+    let machine = base().with(&[set(0, 0.5), set(1, 6.0)]).unwrap();
+    let recordings = [1, 2, 3].map(|seed| Recording { tau_load: None, ..recording(&machine, "run.csv", seed, 0.0) });
+    answer_to(&machine, recordings, 1)
 }
 
 /// Saturation is missing, and friction that the loop is not allowed to add.

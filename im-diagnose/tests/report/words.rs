@@ -45,6 +45,10 @@ fn check(d: &Diagnosis, name: &str) -> (String, String) {
     for key in page.split("href=\"#").skip(1).map(|s| s.split('"').next().unwrap()) {
         assert!(page.contains(&format!("id=\"{key}\"")), "{name}: nothing at #{key}");
     }
+    // A closed path without a colour of its own is filled with black.
+    for path in page.split("<path ").skip(1).map(|s| s.split("/>").next().unwrap()).filter(|p| p.contains("Z\"")) {
+        assert!(path.contains("class=\"fill-"), "{name}: {path}");
+    }
     for width in [60, 100] {
         let text = terminal(&Story::new(d, &meta()), width);
         for line in text.lines() {
@@ -55,6 +59,12 @@ fn check(d: &Diagnosis, name: &str) -> (String, String) {
     // Equal input, equal file.
     assert_eq!(page, html(&Story::new(d, &meta())));
     (page, terminal(&Story::new(d, &meta()), 100))
+}
+
+#[test]
+fn a_load_that_was_not_measured_is_drawn_with_its_band() {
+    let (page, _) = check(&cases::without_load(), "without load");
+    assert!(page.contains("Load torque, found") && page.contains("load torque over time"));
 }
 
 #[test]

@@ -114,7 +114,12 @@ pub fn proven(kind: &str, margins: &[Margin]) -> String {
 
 /// That a certificate is about another machine than a motor: in what, and whether its claim holds for the motor as well.
 pub fn other_machine(certificate: &Certificate, motor: &MotorFile, differences: &[Difference]) -> String {
-    let each = |d: &Difference| format!("{} = {} there, {} here", d.key, d.certified, d.motor);
+    // Six digits, and all of them where six do not show the difference.
+    let six = |x: f64| format!("{x:.5e}").parse::<f64>().unwrap_or(x);
+    let each = |d: &Difference| match (six(d.certified), six(d.motor)) {
+        (there, here) if there != here => format!("{} = {there} there, {here} here", d.key),
+        _ => format!("{} = {} there, {} here", d.key, d.certified, d.motor),
+    };
     let listed: Vec<_> = differences.iter().take(3).map(each).collect();
     let more = if differences.len() > 3 { format!(" and {} more", differences.len() - 3) } else { String::new() };
     let also = match certificate.prove_for(&motor.machine) {

@@ -90,10 +90,10 @@ pub(crate) fn unexcited(s: &Story) -> Option<Section> {
     if hidden.is_empty() {
         return None;
     }
-    let head = [words("effect"), numbers("smallest that would show"), numbers("usual at most"), words("test that would show it")];
+    let head = [words("effect"), words("test that would show it"), numbers("smallest that would show"), numbers("usual at most")];
     let row = |c: &&crate::diagnosis::Candidate| {
         let size = |x: f64| quantity(x, c.unit, 2);
-        Row::of([short_effect_name(c.effect), size(c.detectable_size), size(c.usual_size), c.effect.card().test.to_owned()])
+        Row::of([short_effect_name(c.effect), c.effect.card().test.to_owned(), size(c.detectable_size), size(c.usual_size)])
     };
     let rows: Vec<Row> = hidden.iter().map(row).collect();
     Some(Section {

@@ -18,7 +18,7 @@ fn picture(f: &FoundLoad) -> Option<Chart> {
     let y = Axis::around([low, high, 0.0], axis);
     let mut chart =
         Chart::new(format!("{what} over time, {}", f.recording), Axis::new(0.0, end, "time, s"), y).sized(440.0, 200.0);
-    chart.band(&points.iter().map(|p| [p[0], p[1] - 2.0 * p[2], p[1] + 2.0 * p[2]]).collect::<Vec<_>>(), "noise");
+    chart.band(&points.iter().map(|p| [p[0], p[1] - 2.0 * p[2], p[1] + 2.0 * p[2]]).collect::<Vec<_>>(), "fill-refined");
     chart.level(0.0, "zero");
     chart.line(&points.iter().map(|p| [p[0], p[1]]).collect::<Vec<_>>(), "refined solid");
     Some(chart)
@@ -30,12 +30,12 @@ pub(crate) fn section(loads: &Loads, motor: &MotorFile) -> Option<Section> {
     }
     let body = html! {
         @if let Some(note) = loads.note(motor) { p { (note) } }
-        @for f in &loads.found {
+        div.grid2 { @for f in &loads.found {
             @match picture(f) {
                 Some(picture) => (figure(drawn(picture), words(f))),
                 None => p { (words(f)) },
             }
-        }
+        } }
     };
     let unseen = loads.found.iter().any(|f| matches!(f.found, Found::Speed(_)));
     let title = if unseen { "Speed, found" } else { "Load torque, found" };
