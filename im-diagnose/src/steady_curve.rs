@@ -132,7 +132,9 @@ mod tests {
         use im_model::{EffectId, ParameterId, Rating};
         let named = im_model::machines::MOTULATOR_2_2_KW;
         let base = Machine::base(named.parameters(), named.pole_pairs).unwrap();
-        let rating = Rating::guess(base.parameters(), base.pole_pairs());
+        let mut rating = Rating::guess(base.parameters(), base.pole_pairs());
+        let breakdown = RatedSupply::of(&MotorFile::new("m", base, rating)).curve.iter().map(|p| p[1]).fold(0.0, f64::max);
+        rating.torque_nm = 0.3 * breakdown;
         let alone = RatedSupply::of(&MotorFile::new("m", base, rating));
         let mut left = 0;
         for &e in EffectId::ALL {
@@ -146,7 +148,7 @@ mod tests {
                 })
                 .collect();
             let with = RatedSupply::of(&MotorFile::new("m", base.with(&set).unwrap(), rating));
-            let loaded = with.loaded.unwrap();
+            let loaded = with.loaded.unwrap_or_else(|| panic!("{e} at {} Nm of {breakdown}", rating.torque_nm));
             assert!(
                 (0.5..1.0).contains(&loaded.efficiency()) && loaded.powers.net().abs() < 1e-6 * loaded.powers.load,
                 "{e}: {loaded:?}"

@@ -295,7 +295,10 @@ fn set_section(
             "two of them do; instead: alpha, beta; d, q"
         };
         let _ = writeln!(text, "a = FILL_IN                    # {found}\nb = FILL_IN\nc = FILL_IN\n# {instead}");
-        let _ = writeln!(text, "# gain = 1                     # what one of the file's numbers is in the unit, of a probe or a clamp\n");
+        let _ = writeln!(
+            text,
+            "# gain = 1                     # what one of the file's numbers is in the unit, of a probe or a clamp\n"
+        );
         return None;
     };
     chosen.iter().for_each(|&k| seen[k].taken = true);

@@ -143,7 +143,8 @@ mod tests {
                 .format;
         assert_eq!((sheet.separator, sheet.decimal_comma, sheet.skip_lines, sheet.header), (Some(b';'), true, 2, Some(true)));
         // A scope's settings, a value for each channel, stand above the names.
-        let settings = of("Model,X\nProbe,1,1,1\nVertical Units,V,V,V\n\nTIME,CH1,CH2,CH3\n0.0,1.5,2,1\n0.1,1.6,3,1\n0.2,1.6,3,1\n").format;
+        let settings =
+            of("Model,X\nProbe,1,1,1\nVertical Units,V,V,V\n\nTIME,CH1,CH2,CH3\n0.0,1.5,2,1\n0.1,1.6,3,1\n0.2,1.6,3,1\n").format;
         assert_eq!((settings.separator, settings.skip_lines, settings.skip_after_header), (Some(b','), 4, 0));
         let bare = of("0.0 1.5 2\n0.1  1.6 3\n0.2 1.6 3\n").format;
         assert_eq!((bare.separator, bare.header, bare.skip_lines), (Some(b' '), Some(false), 0));

@@ -106,6 +106,7 @@ fn pages_zoom_tell_values_overflow_nowhere_and_ask_for_nothing() {
         ("adequate", html(&Story::new(&cases::adequate(), &Meta::default()))),
         ("confounded", html(&Story::new(&cases::confounded(), &meta()))),
         ("inconclusive", html(&Story::new(&cases::inconclusive(), &meta()))),
+        ("without load", html(&Story::new(&cases::without_load(), &meta()))),
         ("comparison", compare_html(&compared, &Meta::default())),
         ("diverging", compare_html(&cases::diverging(), &Meta::default())),
         ("side by side", side_by_side(&both)),

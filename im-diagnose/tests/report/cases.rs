@@ -61,10 +61,13 @@ fn answer(machine: &Machine<f64>, ripple: f64) -> Diagnosis {
 }
 
 fn answer_with(machine: &Machine<f64>, ripple: f64, most_effects: usize) -> Diagnosis {
-    answer_to(machine, [1, 2, 3].map(|k| recording(machine, ["first.csv", "second.csv", "third.csv"][k - 1], k as u64, ripple)), most_effects)
+    answer_to(
+        [1, 2, 3].map(|k| recording(machine, ["first.csv", "second.csv", "third.csv"][k - 1], k as u64, ripple)),
+        most_effects,
+    )
 }
 
-fn answer_to(machine: &Machine<f64>, recordings: [Recording; 3], most_effects: usize) -> Diagnosis {
+fn answer_to(recordings: [Recording; 3], most_effects: usize) -> Diagnosis {
     let m = &MOTULATOR_2_2_KW;
     let mut given = m.parameters();
     given.stator_resistance_ohm *= 1.1;
@@ -93,7 +96,7 @@ pub fn without_load() -> Diagnosis {
     let set = |k, v| (ParameterId::Effect(EffectId::MainFluxSaturation, k), v);
     let machine = base().with(&[set(0, 0.5), set(1, 6.0)]).unwrap();
     let recordings = [1, 2, 3].map(|seed| Recording { tau_load: None, ..recording(&machine, "run.csv", seed, 0.0) });
-    answer_to(&machine, recordings, 1)
+    answer_to(recordings, 1)
 }
 
 /// Saturation is missing, and friction that the loop is not allowed to add.

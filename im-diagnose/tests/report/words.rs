@@ -47,7 +47,7 @@ fn check(d: &Diagnosis, name: &str) -> (String, String) {
     }
     // A closed path without a colour of its own is filled with black.
     for path in page.split("<path ").skip(1).map(|s| s.split("/>").next().unwrap()).filter(|p| p.contains("Z\"")) {
-        assert!(path.contains("class=\"fill-"), "{name}: {path}");
+        assert!(path.contains("class=\"fill-"), "{name}: {}", path.chars().take(80).collect::<String>());
     }
     for width in [60, 100] {
         let text = terminal(&Story::new(d, &meta()), width);
