@@ -135,6 +135,9 @@ mod tests {
         let mut rating = Rating::guess(base.parameters(), base.pole_pairs());
         let breakdown = RatedSupply::of(&MotorFile::new("m", base, rating)).curve.iter().map(|p| p[1]).fold(0.0, f64::max);
         rating.torque_nm = 0.3 * breakdown;
+        let mut effects = *base.effects();
+        effects.rescale(&rating, base.parameters(), base.pole_pairs());
+        let base = base.with_effects(effects).unwrap();
         let alone = RatedSupply::of(&MotorFile::new("m", base, rating));
         let mut left = 0;
         for &e in EffectId::ALL {

@@ -61,10 +61,12 @@ fn answer(machine: &Machine<f64>, ripple: f64) -> Diagnosis {
 }
 
 fn answer_with(machine: &Machine<f64>, ripple: f64, most_effects: usize) -> Diagnosis {
-    answer_to(
-        [1, 2, 3].map(|k| recording(machine, ["first.csv", "second.csv", "third.csv"][k - 1], k as u64, ripple)),
-        most_effects,
-    )
+    answer_to(recordings(machine, ripple), most_effects)
+}
+
+/// Two to learn from, one held out.
+fn recordings(machine: &Machine<f64>, ripple: f64) -> [Recording; 3] {
+    [("first.csv", 1), ("second.csv", 2), ("third.csv", 3)].map(|(name, seed)| recording(machine, name, seed, ripple))
 }
 
 fn answer_to(recordings: [Recording; 3], most_effects: usize) -> Diagnosis {
@@ -95,8 +97,7 @@ pub fn missing() -> Diagnosis {
 pub fn without_load() -> Diagnosis {
     let set = |k, v| (ParameterId::Effect(EffectId::MainFluxSaturation, k), v);
     let machine = base().with(&[set(0, 0.5), set(1, 6.0)]).unwrap();
-    let recordings = [1, 2, 3].map(|seed| Recording { tau_load: None, ..recording(&machine, "run.csv", seed, 0.0) });
-    answer_to(recordings, 1)
+    answer_to(recordings(&machine, 0.0).map(|r| Recording { tau_load: None, ..r }), 1)
 }
 
 /// Saturation is missing, and friction that the loop is not allowed to add.
