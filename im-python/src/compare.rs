@@ -31,7 +31,7 @@ pub fn compare(py: Python<'_>, motor: &Motor, data: Vec<Recording>, anyway: bool
             taken.extend(source.long_enough(source.read(&file).map_err(|e| Refused::Input(e.to_string()))?)?);
         }
         let guessed: Vec<String> = taken.iter().filter_map(|t| t.draft.as_ref()).flat_map(|d| d.guesses.clone()).collect();
-        Ok((report::Comparison::of_intake(&file, &motor.label, taken, anyway)?, guessed))
+        Ok::<_, Refused>((report::Comparison::of_intake(&file, &motor.label, taken, anyway)?, guessed))
     })?;
     let ((inner, noticed), guessed) = made.map_err(refused)?;
     let meta = Meta { program: PROGRAM.into(), quality: Some(noticed), ..Meta::default() };
