@@ -18,8 +18,6 @@ use crate::work::work;
 pub struct Comparison {
     inner: report::Comparison,
     meta: Meta,
-    /// What was taken for what in recordings without a mapping, a sentence each.
-    guessed: Vec<String>,
 }
 
 #[pyfunction]
@@ -30,19 +28,17 @@ pub fn compare(py: Python<'_>, motor: &Motor, data: Vec<Recording>, anyway: bool
         for source in &data {
             taken.extend(source.long_enough(source.read(&file).map_err(|e| Refused::Input(e.to_string()))?)?);
         }
-        let guessed: Vec<String> = taken.iter().filter_map(|t| t.draft.as_ref()).flat_map(|d| d.guesses.clone()).collect();
-        Ok::<_, Refused>((report::Comparison::of_intake(&file, &motor.label, taken, anyway)?, guessed))
+        report::Comparison::of_intake(&file, &motor.label, taken, anyway)
     })?;
-    let ((inner, noticed), guessed) = made.map_err(refused)?;
+    let (inner, noticed) = made.map_err(refused)?;
     let meta = Meta { program: PROGRAM.into(), quality: Some(noticed), ..Meta::default() };
-    Ok(Comparison { inner, meta, guessed })
+    Ok(Comparison { inner, meta })
 }
 
 #[pymethods]
 impl Comparison {
     fn json(&self) -> String {
         let mut report = self.inner.to_json();
-        report["guessed"] = json!(self.guessed);
         report["data_quality"] = json!(self.meta.quality);
         report.to_string()
     }

@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import json
 import os
-import textwrap
 from typing import Any
 
 import numpy as np
@@ -37,11 +36,6 @@ class Comparison(_Result):
     def __init__(self, native: _native.Comparison) -> None:
         super().__init__(native.json())
         self._native = native
-
-    @property
-    def guessed(self) -> list[str]:
-        """What was taken for what in recordings without a mapping: to be checked; ``recording.draft(motor)`` is it as a ``recording.toml``."""
-        return self._answer["guessed"]
 
     @property
     def findings(self) -> list[str]:
@@ -86,8 +80,7 @@ class Comparison(_Result):
         _write(path, self._native.html())
 
     def __str__(self) -> str:
-        guesses = [textwrap.fill(g, 100, initial_indent="? ", subsequent_indent="  ") + "\n" for g in self.guessed]
-        return "".join(guesses + ["\n"] * bool(guesses)) + self._native.text(100)
+        return self._native.text(100)
 
     __repr__ = __str__
 
