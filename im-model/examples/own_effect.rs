@@ -67,7 +67,7 @@ impl<T: Scalar> Effect<T> for SlippingHub<T> {
 
 impl<T: Scalar> Hooks<T> for SlippingHub<T> {
     fn braking_torque(&self, torque: T, at: &Operating<T>, _own: &[T]) -> T {
-        let (w, w_0) = (at.state.omega_m, self.slip_speed_rad_s);
+        let (w, w_0) = (at.state.omega_m(), self.slip_speed_rad_s);
         torque + self.torque_nm * w / (w * w + w_0 * w_0).sqrt()
     }
 }

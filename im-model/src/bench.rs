@@ -4,8 +4,9 @@ use num_complex::Complex;
 use num_traits::Zero;
 
 use crate::effects::FILTER_STATES;
+use crate::instant::PlantInput;
 use crate::machine::Machine;
-use crate::plant::{Plant, PlantInput};
+use crate::plant::Plant;
 use crate::scalar::Scalar;
 use crate::state::State;
 

@@ -13,9 +13,7 @@ use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAss
 
 use num_traits::{Num, One, Zero};
 
-use crate::effects::{CustomEffect, CustomHooks};
 use crate::scalar::Scalar;
-use crate::steady_state::UNKNOWNS;
 
 /// A value `re` with N first derivatives `eps`.
 #[derive(Clone, Copy, Debug)]
@@ -238,27 +236,6 @@ impl<const N: usize> Scalar for Dual<N> {
     fn is_finite(self) -> bool {
         self.re.is_finite() && self.eps.iter().all(|e| e.is_finite())
     }
-    #[inline]
-    fn hooks(effect: &'static dyn CustomEffect) -> Option<&'static dyn CustomHooks<Self>> {
-        dual_hooks::<N>(effect)
-    }
-}
-
-/// User effects take part in the widths that the fitting and the steady states use.
-fn dual_hooks<const N: usize>(effect: &'static dyn CustomEffect) -> Option<&'static dyn CustomHooks<Dual<N>>> {
-    use core::any::Any;
-    // The widths are a closed set; the comparison folds at compile time.
-    macro_rules! width {
-        ($($w:expr),*) => {
-            $(if N == $w {
-                let hooks: &'static dyn CustomHooks<Dual<{ $w }>> = effect;
-                let boxed: &dyn Any = &hooks;
-                return boxed.downcast_ref::<&'static dyn CustomHooks<Dual<N>>>().copied();
-            })*
-        };
-    }
-    width!(4, 6, 8, UNKNOWNS);
-    None
 }
 
 #[cfg(test)]

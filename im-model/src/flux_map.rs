@@ -15,6 +15,7 @@ use num_traits::{One, Zero};
 
 use crate::air_gap::{AirGapSaturation, PreparedGap};
 use crate::effects::{Active, Effects, LeakageLaw};
+use crate::instant::Currents;
 use crate::parameters::TParameters;
 use crate::scalar::Scalar;
 use crate::space_vector::norm2;
@@ -28,17 +29,6 @@ fn interval(x: f64) -> u32 {
 /// The values without derivatives.
 fn real<T: Scalar>(x: Complex<T>) -> Complex<T::Real> {
     Complex::new(x.re.real(), x.im.real())
-}
-
-/// Currents and magnetizing flux.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Currents<T> {
-    /// Stator current, A.
-    pub i_s: Complex<T>,
-    /// Rotor current, A.
-    pub i_r: Complex<T>,
-    /// Magnetizing flux linkage, Vs.
-    pub psi_m: Complex<T>,
 }
 
 /// Intervals of the saturation grid; the test `the_grid_is_as_good_as_the_law` states the interpolation error.

@@ -36,6 +36,7 @@ mod error;
 #[cfg(feature = "std")]
 mod file_error;
 mod flux_map;
+mod instant;
 mod integral;
 mod machine;
 #[cfg(feature = "std")]
@@ -43,6 +44,7 @@ mod motor_file;
 mod nameplate;
 mod parameters;
 mod plant;
+mod rating;
 #[cfg(feature = "std")]
 mod recording;
 #[cfg(feature = "std")]
@@ -72,8 +74,8 @@ pub use effects::{EffectId, Effects, Extra};
 pub use error::{Bound, ModelError};
 #[cfg(feature = "std")]
 pub use file_error::{FileError, Problem};
-pub use flux_map::Currents;
-pub use machine::{Machine, ParameterId, Rating};
+pub use instant::{Currents, PlantInput, Powers};
+pub use machine::{Machine, ParameterId};
 #[cfg(feature = "std")]
 pub use motor_file::{Known, MotorFile, TerminalResistance, WARMER_IN_USE, WINDING_C};
 pub use nameplate::{DesignClass, Nameplate, NameplateGuess};
@@ -81,7 +83,8 @@ pub use num_complex::Complex;
 pub use parameters::{
     BaseParameter, DerivedConstants, GammaParameters, InverseGammaParameters, KenneConstants, TParameters, WindingParameters,
 };
-pub use plant::{Evaluation, Ledger, Plant, PlantInput, Powers, SUBSTEPS_MAX};
+pub use plant::{Evaluation, Ledger, Plant, SUBSTEPS_MAX};
+pub use rating::Rating;
 #[cfg(feature = "std")]
 pub use recording::Recording;
 #[cfg(feature = "std")]

@@ -1,8 +1,8 @@
 //! The machines of the papers and of public references, as named constants.
 
 use crate::aqdm::Aqdm;
-use crate::machine::Rating;
 use crate::parameters::{TParameters, WindingParameters};
+use crate::rating::Rating;
 
 /// A named machine in the form its source prints.
 #[derive(Clone, Copy, Debug, PartialEq)]

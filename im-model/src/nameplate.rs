@@ -18,8 +18,8 @@
 use num_complex::Complex;
 
 use crate::error::{Bound, ModelError};
-use crate::machine::{INERTIA_CONSTANT_S, Rating};
 use crate::parameters::TParameters;
+use crate::rating::{INERTIA_CONSTANT_S, Rating};
 use crate::scalar::Scalar;
 
 /// Locked-rotor over rated current when the data sheet does not say: of small machines, and from `SMALL_W` up.

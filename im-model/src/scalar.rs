@@ -5,8 +5,6 @@ use core::ops::Neg;
 
 use num_traits::NumAssign;
 
-use crate::effects::{CustomEffect, CustomHooks};
-
 /// A real number that the equations of motion can be written in.
 ///
 /// Implemented for `f32`, `f64` and [`Dual`](crate::Dual). [`is_zero`](num_traits::Zero::is_zero) is true only when the value
@@ -41,10 +39,6 @@ pub trait Scalar: NumAssign + Neg<Output = Self> + PartialOrd + Copy + Debug + S
     fn powf(self, y: Self) -> Self;
     /// |x|.
     fn abs(self) -> Self;
-    /// The hooks of a user's effect for this number type; `None` where the type does not take part.
-    fn hooks(_effect: &'static dyn CustomEffect) -> Option<&'static dyn CustomHooks<Self>> {
-        None
-    }
 
     /// Whether the value is neither infinite nor NaN.
     fn is_finite(self) -> bool {
@@ -135,10 +129,6 @@ macro_rules! scalar {
             #[inline]
             fn abs(self) -> Self {
                 <$t>::abs(self)
-            }
-            #[inline]
-            fn hooks(effect: &'static dyn CustomEffect) -> Option<&'static dyn CustomHooks<Self>> {
-                Some(effect)
             }
         }
     };

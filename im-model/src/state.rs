@@ -3,7 +3,7 @@
 use num_complex::Complex;
 use num_traits::Zero;
 
-use crate::effects::{Active, EffectId, Extra, StateKind};
+use crate::effects::{Active, BaseState, EffectId, Extra, StateKind};
 use crate::scalar::Scalar;
 
 /// A load torque of known form whose sizes are unknown: τ_c + c ω|ω|. It rides along with the state, as what a run does not change and
@@ -116,6 +116,12 @@ impl<T: Scalar> State<T> {
 }
 
 impl<T> State<T> {
+    /// What effects see of it.
+    #[inline(always)]
+    pub(crate) fn base(&self) -> BaseState<'_, T> {
+        BaseState { fluxes: [&self.psi_s, &self.psi_r], motion: [&self.omega_m, &self.theta_m] }
+    }
+
     /// Changes the speed of every mass in the same way.
     pub fn change_speed(&mut self, change: impl Fn(&mut T)) {
         change(&mut self.omega_m);

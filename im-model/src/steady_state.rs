@@ -7,15 +7,14 @@ use num_complex::Complex;
 use num_traits::Zero;
 
 use crate::dual::Dual;
-use crate::effects::{EffectId, Extra, Role, SETTLING_STATES, StateKind, SteadyState};
+use crate::effects::{EffectId, Extra, Role, StateKind, SteadyState, UNKNOWNS};
 use crate::error::ModelError;
+use crate::instant::PlantInput;
 use crate::machine::Machine;
-use crate::plant::{Plant, PlantInput};
+use crate::plant::Plant;
 use crate::space_vector::j;
 use crate::state::State;
 
-/// The unknowns: ψ_s and ψ_r (complex), ω_m, and the states of the effects but for those that drift, which are held.
-pub(crate) const UNKNOWNS: usize = 5 + SETTLING_STATES;
 const N: usize = UNKNOWNS;
 
 /// What is held in the steady state.

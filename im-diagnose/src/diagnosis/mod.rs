@@ -141,7 +141,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         (found.steps.clone(), found.judged.clone())
     };
     let remainder = remainder(&course, &left);
-    let ranking = ranking(&loop_, &course, significance.get(), remainder.as_ref());
+    let ranking = ranking(&loop_, &course, significance.get(), remainder.as_ref().and_then(|r| r.suspect));
     let verdict = verdict(&course, &ranking, &left, floor);
     let last_step = &steps[steps.len() - 1];
     let Step { machine, starts, holdout_start, effects, .. } = last_step;

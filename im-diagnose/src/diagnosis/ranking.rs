@@ -3,7 +3,6 @@
 use crate::format::short_effect_name;
 use im_model::EffectId;
 
-use super::Remainder;
 use crate::search::score::{LEAST_EXPLAINED_SHARE, Score, strengths};
 use crate::search::{Course, Refinement, Refusal};
 use crate::statistics::{cosine, threshold};
@@ -40,7 +39,8 @@ pub struct Candidate {
     pub most_alike: Option<(EffectId, f64)>,
 }
 
-pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, remainder: Option<&Remainder>) -> Vec<Candidate> {
+/// Every candidate; `suspect` would explain part of what is left.
+pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, suspect: Option<EffectId>) -> Vec<Candidate> {
     let first = &course.first().round;
     let m = first.scores.len().max(1);
     let last = &course.last().model;
@@ -67,7 +67,7 @@ pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, re
                 if rivals.is_empty() { "added".into() } else { format!("added; confounded with {}", rivals.join(", ")) }
             } else if course.stages.iter().flat_map(|s| &s.rivals).any(|e| *e == s.effect) {
                 "explains the data as well as an effect added".into()
-            } else if remainder.is_some_and(|r| r.suspect == Some(s.effect)) {
+            } else if suspect == Some(s.effect) {
                 format!("{SUSPECTED}: explains part of what is left, but is not confirmed")
             } else if !shown(s, usual, threshold) {
                 format!("{NOT_EXCITED}: these recordings cannot show it at any usual size")

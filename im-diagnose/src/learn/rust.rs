@@ -14,12 +14,12 @@ const SHAPES: [&str; 2] = ["s", "t"];
 /// The variable where the machine is, as Rust.
 fn variable(over: Over) -> Option<&'static str> {
     Some(match over {
-        Over::Speed => "at.state.omega_m",
+        Over::Speed => "at.state.omega_m()",
         Over::Time => "own[0]",
         Over::Current => "length(at.currents.i_s)",
-        Over::Slip => "-dot(at.currents.i_r, j(at.state.psi_r)) * at.r_r / (norm2(at.state.psi_r) + T::from_f64(1e-9))",
-        Over::Flux => "length(at.state.psi_s)",
-        Over::ShaftAngle => "self.order * at.state.theta_m",
+        Over::Slip => "-dot(at.currents.i_r, j(at.state.psi_r())) * at.r_r / (norm2(at.state.psi_r()) + T::from_f64(1e-9))",
+        Over::Flux => "length(at.state.psi_s())",
+        Over::ShaftAngle => "self.order * at.state.theta_m()",
         // No arc tangent in the numbers of the model.
         Over::FluxDirection => return None,
     })
@@ -45,7 +45,7 @@ fn hook(acts: Acts, over: Over) -> Option<String> {
     Some(match acts {
         Acts::Torque => brake("self.formula(x)"),
         Acts::Friction => brake(
-            "{\n            let turning = at.state.omega_m.scale(1.0 / 3.0);\n            self.formula(x) * turning / (turning * turning + T::one()).sqrt()\n        }",
+            "{\n            let turning = at.state.omega_m().scale(1.0 / 3.0);\n            self.formula(x) * turning / (turning * turning + T::one()).sqrt()\n        }",
         ),
         Acts::StatorResistance => drop("stator_drop", "+ at.currents.i_s * (at.r_s * self.formula(x))"),
         Acts::RotorResistance => drop("rotor_drop", "+ at.currents.i_r * (at.r_r * self.formula(x))"),
@@ -65,26 +65,26 @@ fn hook(acts: Acts, over: Over) -> Option<String> {
         }
         Acts::MagnetizingCurrent | Acts::LossCurrent | Acts::LeakageCurrent => {
             let x = match over {
-                Over::ShaftAngle => "self.order * x.theta_m",
-                Over::Speed => "x.omega_m",
+                Over::ShaftAngle => "self.order * x.theta_m()",
+                Over::Speed => "x.omega_m()",
                 Over::Current => "length(c.i_s)",
-                _ => "length(x.psi_s)",
+                _ => "length(x.psi_s())",
             };
             let body = match acts {
                 Acts::MagnetizingCurrent => {
-                    format!("Currents {{ i_s: c.i_s + x.psi_s * (self.formula({x}) / p.magnetizing_inductance_h), ..c }}")
+                    format!("Currents {{ i_s: c.i_s + x.psi_s() * (self.formula({x}) / p.magnetizing_inductance_h), ..c }}")
                 }
                 Acts::LossCurrent => format!(
-                    "let turning = x.omega_m.scale(n_p / 3.0);\n        let sense = turning / (turning * turning + T::one()).sqrt();\n        \
-                     Currents {{ i_s: c.i_s + j(x.psi_s) * (self.formula({x}) * sense / length(x.psi_s)), ..c }}"
+                    "let turning = x.omega_m().scale(n_p / 3.0);\n        let sense = turning / (turning * turning + T::one()).sqrt();\n        \
+                     Currents {{ i_s: c.i_s + j(x.psi_s()) * (self.formula({x}) * sense / length(x.psi_s())), ..c }}"
                 ),
                 _ => format!(
-                    "let through = (x.psi_s - x.psi_r) * (self.formula({x}) / (p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h));\n        \
+                    "let through = (x.psi_s() - x.psi_r()) * (self.formula({x}) / (p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h));\n        \
                      Currents {{ i_s: c.i_s + through, i_r: c.i_r - through, ..c }}"
                 ),
             };
             format!(
-                "    fn added_currents(&self, c: Currents<T>, x: &State<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {{\n        \
+                "    fn added_currents(&self, c: Currents<T>, x: BaseState<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {{\n        \
                  let _ = (p, n_p);\n        {body}\n    }}\n"
             )
         }
@@ -134,10 +134,10 @@ pub fn own_effect(curve: &Curve, name: &str) -> Option<String> {
     );
     put("#![allow(dead_code, unused_imports, unused_variables)]\n");
     put(
-        "use im_model::effects::{About, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};",
+        "use im_model::effects::{About, BaseState, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};",
     );
     put("use im_model::space_vector::{dot, j, norm2};");
-    put("use im_model::{Bound, Complex, Currents, Powers, Scalar, State, TParameters, register_effect};\n");
+    put("use im_model::{Bound, Complex, Currents, Powers, Scalar, TParameters, register_effect};\n");
     put(&format!("/// {}\n#[derive(Clone, Copy)]\nstruct {ty}<T> {{", card.what));
     for f in &fields {
         put(&format!("    {f}: T,"));

@@ -27,7 +27,7 @@ const POINTS: usize = 81;
 
 /// The curve of an effect at a machine, with the uncertainty of the fit that made it.
 pub(crate) fn curve(e: EffectId, machine: &Machine<f64>, fit: &Fit, rating: &Rating) -> Option<Curve> {
-    let f = machine.effects().frame(e, &Rated::new(machine, rating))?;
+    let f = machine.effects().frame(e, &Rated::new(machine.parameters(), machine.pole_pairs(), rating))?;
     let (lo, hi) = f.range;
     let at: Vec<f64> = (0..POINTS)
         .map(|k| {
@@ -36,7 +36,7 @@ pub(crate) fn curve(e: EffectId, machine: &Machine<f64>, fit: &Fit, rating: &Rat
         })
         .collect();
     let drawn = |m: &Machine<f64>| {
-        let on = Rated::new(m, rating);
+        let on = Rated::new(m.parameters(), m.pole_pairs(), rating);
         at.iter().map(|&x| m.effects().law(e, &on, x)).collect::<Vec<_>>()
     };
     let values = drawn(machine);
@@ -95,7 +95,7 @@ mod tests {
             let mut effects = *motor.effects();
             effects.rescale(&rating, motor.parameters(), motor.pole_pairs());
             let off = motor.with_effects(effects).unwrap();
-            let f = effects.frame(e, &Rated::new(&off, &rating)).unwrap();
+            let f = effects.frame(e, &Rated::new(off.parameters(), 2, &rating)).unwrap();
             let mut on = effects;
             for (k, info) in e.parameters().iter().enumerate() {
                 if info.role == im_model::effects::Role::Strength {
@@ -105,7 +105,7 @@ mod tests {
             let on = off.with_effects(on).unwrap();
             let differs = (0..=20).any(|k| {
                 let x = f.range.0 + (f.range.1 - f.range.0) * f64::from(k) / 20.0;
-                let law = |m: &Machine<f64>| m.effects().law(e, &Rated::new(m, &rating), x);
+                let law = |m: &Machine<f64>| m.effects().law(e, &Rated::new(m.parameters(), 2, &rating), x);
                 let (a, b) = (law(&off), law(&on));
                 assert!(a.is_finite() && b.is_finite(), "{e} at {x}: {a}, {b}");
                 (a - b).abs() > 1e-12

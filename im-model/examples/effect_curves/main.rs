@@ -5,15 +5,14 @@
 
 use im_chart::{Panel, Series, panels};
 use im_model::effects::{Rated, Role};
-use im_model::{EffectId, Effects, Machine, machines};
+use im_model::{EffectId, Effects, machines};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).ok_or("give the folder to draw into")?;
     std::fs::create_dir_all(&folder)?;
     let m = machines::MOTULATOR_2_2_KW;
     let p = m.parameters();
-    let machine = Machine::base(p, m.pole_pairs)?;
-    let on = Rated::new(&machine, &m.rating);
+    let on = Rated::new(&p, m.pole_pairs, &m.rating);
     let without = Effects::scaled(&m.rating, &p, m.pole_pairs);
     for &effect in EffectId::ALL {
         let mut with = without;

@@ -34,8 +34,8 @@ effect! {
     hooks: {
         #[inline(always)]
         fn braking_torque(&self, torque: T, at: &Operating<T>, _own: &[T]) -> T {
-            let w2 = at.state.omega_m * at.state.omega_m;
-            let sign = at.state.omega_m / (w2 + self.smoothing_speed_rad_s * self.smoothing_speed_rad_s).sqrt();
+            let w2 = at.state.omega_m() * at.state.omega_m();
+            let sign = at.state.omega_m() / (w2 + self.smoothing_speed_rad_s * self.smoothing_speed_rad_s).sqrt();
             let rise = self.stribeck_rise * (-w2 / (self.stribeck_speed_rad_s * self.stribeck_speed_rad_s)).exp();
             torque + self.torque_nm * (T::one() + rise) * sign
         }
@@ -61,6 +61,6 @@ impl super::Drawn for CoulombFriction<f64> {
     fn law(&self, on: &super::Rated, x: f64) -> f64 {
         let sign = x / x.hypot(self.smoothing_speed_rad_s);
         let rise = self.stribeck_rise * (-(x / self.stribeck_speed_rad_s).powi(2)).exp();
-        on.machine.parameters().viscous_friction_nm_s_per_rad * x + self.torque_nm * (1.0 + rise) * sign
+        on.parameters.viscous_friction_nm_s_per_rad * x + self.torque_nm * (1.0 + rise) * sign
     }
 }

@@ -1,13 +1,14 @@
 //! The law of an effect as a curve: what reports draw, and `docs/effects.md`.
 
 use super::{EffectId, Effects};
-use crate::machine::{Machine, Rating};
+use crate::parameters::TParameters;
+use crate::rating::Rating;
 
 /// What a curve is drawn for.
 #[derive(Clone, Copy, Debug)]
 pub struct Rated<'a> {
-    /// The machine.
-    pub machine: &'a Machine<f64>,
+    /// The parameters of the machine.
+    pub parameters: &'a TParameters<f64>,
     /// Its rating.
     pub rating: &'a Rating,
     /// Peak phase current at rated torque, A.
@@ -19,14 +20,13 @@ pub struct Rated<'a> {
 }
 
 impl<'a> Rated<'a> {
-    /// A machine with its rating.
-    pub fn new(machine: &'a Machine<f64>, rating: &'a Rating) -> Self {
-        let n_p = machine.pole_pairs();
+    /// The parameters of a machine with its rating.
+    pub fn new(parameters: &'a TParameters<f64>, pole_pairs: u32, rating: &'a Rating) -> Self {
         Self {
-            machine,
+            parameters,
             rating,
-            current_a: rating.current_peak_a(machine.parameters(), n_p),
-            speed_rad_s: rating.synchronous_speed_rad_s(n_p),
+            current_a: rating.current_peak_a(parameters, pole_pairs),
+            speed_rad_s: rating.synchronous_speed_rad_s(pole_pairs),
             frequency_hz: rating.electrical_frequency_hz,
         }
     }

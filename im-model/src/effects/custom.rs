@@ -1,14 +1,14 @@
 //! Effects written by users of the crate: the same trait [`Effect`], carried through every scalar type by reference.
 
+use core::any::Any;
 use core::cmp::Ordering;
 use core::hash::{Hash, Hasher};
 
 #[allow(unused_imports, reason = "named in the documentation")]
 use super::Effect;
-use super::{About, Card, EffectId, FreeForm, HookSet, Hooks, ParameterInfo, Role, StateInfo};
+use super::{About, Card, EffectId, FreeForm, HookSet, Hooks, ParameterInfo, Role, StateInfo, UNKNOWNS};
 use crate::dual::Dual;
 use crate::scalar::Scalar;
-use crate::steady_state::UNKNOWNS;
 
 /// How many effects of the user's own a machine can carry.
 pub const MAX_CUSTOM: usize = 2;
@@ -50,6 +50,20 @@ pub trait CustomEffect:
     fn free_form(&self) -> Option<&FreeForm> {
         None
     }
+}
+
+/// The hooks of a user's effect in a number type; none in a type that nothing is simulated in.
+fn hooks_in<T: Scalar>(effect: &'static dyn CustomEffect) -> Option<&'static dyn CustomHooks<T>> {
+    // The comparison of types folds at compile time.
+    fn same<A: Copy + 'static, B: Copy + 'static>(hooks: A) -> Option<B> {
+        (&hooks as &dyn Any).downcast_ref().copied()
+    }
+    same::<&'static dyn CustomHooks<f64>, _>(effect)
+        .or_else(|| same::<&'static dyn CustomHooks<f32>, _>(effect))
+        .or_else(|| same::<&'static dyn CustomHooks<Dual<4>>, _>(effect))
+        .or_else(|| same::<&'static dyn CustomHooks<Dual<6>>, _>(effect))
+        .or_else(|| same::<&'static dyn CustomHooks<Dual<8>>, _>(effect))
+        .or_else(|| same::<&'static dyn CustomHooks<Dual<UNKNOWNS>>, _>(effect))
 }
 
 /// Names a user's effect.
@@ -125,7 +139,7 @@ impl<T: Scalar> Custom<T> {
     /// Carries `so_far` through a hook.
     pub(crate) fn through<A: Copy>(&self, so_far: A, hook: impl Fn(&dyn Hooks<T>, A) -> A) -> A {
         let mut value = so_far;
-        if let Some(effect) = T::hooks(self.id.0) {
+        if let Some(effect) = hooks_in(self.id.0) {
             effect.with(&self.values, &mut |h| value = hook(h, value));
         }
         value
@@ -133,7 +147,7 @@ impl<T: Scalar> Custom<T> {
 
     /// Lets a hook do what it does.
     pub(crate) fn act(&self, hook: &mut dyn FnMut(&dyn Hooks<T>)) {
-        if let Some(effect) = T::hooks(self.id.0) {
+        if let Some(effect) = hooks_in(self.id.0) {
             effect.with(&self.values, hook);
         }
     }

@@ -2,19 +2,47 @@
 
 use num_complex::Complex;
 
-use super::leakage_flux_saturation::LeakageLaw;
-use crate::flux_map::Currents;
+use super::leakage_law::LeakageLaw;
+use crate::instant::{Currents, PlantInput, Powers};
 use crate::integral::integral;
 use crate::parameters::TParameters;
-use crate::plant::{PlantInput, Powers};
 use crate::scalar::Scalar;
-use crate::state::State;
+
+/// The states of the machine itself, without those that effects add, where they lie: with derivatives they are too large to be copied.
+#[derive(Clone, Copy, Debug)]
+pub struct BaseState<'a, T> {
+    pub(crate) fluxes: [&'a Complex<T>; 2],
+    pub(crate) motion: [&'a T; 2],
+}
+
+impl<T: Copy> BaseState<'_, T> {
+    /// Stator flux linkage, Vs.
+    #[inline(always)]
+    pub fn psi_s(&self) -> Complex<T> {
+        *self.fluxes[0]
+    }
+    /// Rotor flux linkage, Vs.
+    #[inline(always)]
+    pub fn psi_r(&self) -> Complex<T> {
+        *self.fluxes[1]
+    }
+    /// Mechanical speed of the rotor, rad/s.
+    #[inline(always)]
+    pub fn omega_m(&self) -> T {
+        *self.motion[0]
+    }
+    /// Mechanical angle of the rotor, rad.
+    #[inline(always)]
+    pub fn theta_m(&self) -> T {
+        *self.motion[1]
+    }
+}
 
 /// What an effect sees of the machine.
 #[derive(Clone, Copy, Debug)]
 pub struct Operating<'a, T> {
     /// Fluxes, speed and angle.
-    pub state: &'a State<T>,
+    pub state: BaseState<'a, T>,
     /// Currents and magnetizing flux.
     pub currents: &'a Currents<T>,
     /// Parameters, resistances cold.
@@ -35,19 +63,38 @@ impl<T: Scalar> Operating<'_, T> {
     /// Electrical speed, rad/s.
     #[inline(always)]
     pub fn omega_e(&self) -> T {
-        self.state.omega_m.scale(self.n_p)
+        self.state.omega_m().scale(self.n_p)
+    }
+}
+
+/// A copy of what a [`BaseState`] points to.
+pub(super) struct BaseStateApart<T> {
+    fluxes: [Complex<T>; 2],
+    motion: [T; 2],
+}
+
+impl<T: Copy> BaseStateApart<T> {
+    pub(super) fn new(x: &BaseState<T>) -> Self {
+        Self { fluxes: x.fluxes.map(|psi| *psi), motion: x.motion.map(|x| *x) }
+    }
+    pub(super) fn seen(&self) -> BaseState<'_, T> {
+        BaseState { fluxes: self.fluxes.each_ref(), motion: self.motion.each_ref() }
     }
 }
 
 /// Copies of what an [`Operating`] points to: for hooks behind a call that the compiler does not see into.
-pub(crate) struct Apart<T>(State<T>, Currents<T>, PlantInput<T>);
+pub(crate) struct Apart<T> {
+    state: BaseStateApart<T>,
+    currents: Currents<T>,
+    input: PlantInput<T>,
+}
 
 impl<T: Scalar> Apart<T> {
     pub(crate) fn new(at: &Operating<T>) -> Self {
-        Self(*at.state, *at.currents, *at.input)
+        Self { state: BaseStateApart::new(&at.state), currents: *at.currents, input: *at.input }
     }
     pub(crate) fn operating<'a>(&'a self, at: &Operating<'a, T>) -> Operating<'a, T> {
-        Operating { state: &self.0, currents: &self.1, input: &self.2, ..*at }
+        Operating { state: self.state.seen(), currents: &self.currents, input: &self.input, ..*at }
     }
 }
 
@@ -215,7 +262,13 @@ pub trait Hooks<T: Scalar> {
 
     /// Flux-current map: adds to the currents at given fluxes, after the map is solved: branches across the windings.
     #[inline(always)]
-    fn added_currents(&self, currents: Currents<T>, _state: &State<T>, _parameters: &TParameters<T>, _n_p: f64) -> Currents<T> {
+    fn added_currents(
+        &self,
+        currents: Currents<T>,
+        _state: BaseState<T>,
+        _parameters: &TParameters<T>,
+        _n_p: f64,
+    ) -> Currents<T> {
         currents
     }
 

@@ -10,7 +10,7 @@ use num_complex::Complex;
 
 use super::{About, Card, Operating, Place, effect};
 use crate::error::Bound;
-use crate::plant::Powers;
+use crate::instant::Powers;
 use crate::scalar::Scalar;
 use crate::space_vector::norm2;
 

@@ -4,12 +4,8 @@
 //!
 //! for stator and rotor leakage alike: L_l at small currents, L_l/(1+κ) far above the knee. Monotone for κ ≥ 0; conservative.
 
-use num_complex::Complex;
-
-use super::{About, Card, Place, effect};
+use super::{About, Card, LeakageLaw, Place, effect};
 use crate::error::Bound;
-use crate::scalar::Scalar;
-use crate::space_vector::norm2;
 
 effect! {
     /// Saturation of both leakage paths.
@@ -42,56 +38,6 @@ effect! {
     }
 }
 
-/// The saturation of one leakage branch, prepared; the default does not saturate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LeakageLaw<T> {
-    /// κ/L_l.
-    strength: T,
-    /// 1/(L_l I_k)².
-    scale: T,
-}
-
-impl<T: Scalar> Default for LeakageLaw<T> {
-    fn default() -> Self {
-        Self { strength: T::zero(), scale: T::one() }
-    }
-}
-
-impl<T: Scalar> LeakageLaw<T> {
-    pub(crate) fn real(&self) -> LeakageLaw<T::Real> {
-        LeakageLaw { strength: self.strength.real(), scale: self.scale.real() }
-    }
-
-    /// κ of a branch whose 1/L_l is given.
-    pub(crate) fn drop(&self, inv_l: T) -> T {
-        self.strength / inv_l
-    }
-
-    /// (φ − 1) ψ/L_l at a leakage flux, A.
-    #[inline(always)]
-    pub(crate) fn correction(&self, psi: Complex<T>) -> Complex<T> {
-        let q = norm2(psi) * self.scale;
-        psi * (self.strength * q / (T::one() + q))
-    }
-
-    /// The same with its derivative by ψ, a symmetric matrix (αα, αβ, ββ).
-    #[inline(always)]
-    pub(crate) fn correction_and_slope(&self, psi: Complex<T>) -> (Complex<T>, [T; 3]) {
-        let q = norm2(psi) * self.scale;
-        let d = T::one() / (T::one() + q);
-        let a = self.strength * q * d;
-        let b = self.strength * self.scale * d * d;
-        let b = b + b;
-        (psi * a, [a + b * psi.re * psi.re, b * psi.re * psi.im, a + b * psi.im * psi.im])
-    }
-
-    /// ∫ (φ − 1) ψ dψ/L_l: the extra magnetic energy over 3/2, J.
-    pub(crate) fn energy(&self, psi_squared: T) -> T {
-        let q = psi_squared * self.scale;
-        self.strength / self.scale * T::from_f64(0.5) * (q - (T::one() + q).ln())
-    }
-}
-
 #[cfg(feature = "std")]
 impl super::Drawn for LeakageFluxSaturation<f64> {
     fn frame(&self, on: &super::Rated) -> super::Frame {
@@ -104,7 +50,7 @@ impl super::Drawn for LeakageFluxSaturation<f64> {
     }
 
     fn law(&self, on: &super::Rated, x: f64) -> f64 {
-        let l = on.machine.parameters().stator_leakage_inductance_h;
+        let l = on.parameters.stator_leakage_inductance_h;
         // ψ(i) by bisection: the law is monotone.
         let i_of = |psi: f64| {
             let q = (psi / (l * self.knee_current_a)).powi(2);

@@ -36,7 +36,7 @@ effect! {
     hooks: {
         #[inline(always)]
         fn braking_torque(&self, torque: T, at: &Operating<T>, _own: &[T]) -> T {
-            let (s, c) = (self.order * at.state.theta_m).sin_cos();
+            let (s, c) = (self.order * at.state.theta_m()).sin_cos();
             let (s2, c2) = (T::from_f64(2.0) * s * c, c * c - s * s);
             torque + self.cosine_nm * c + self.sine_nm * s + self.second_cosine_nm * c2 + self.second_sine_nm * s2
         }

@@ -67,7 +67,7 @@ impl super::Drawn for MainFluxSaturation<f64> {
     }
 
     fn law(&self, on: &super::Rated, x: f64) -> f64 {
-        let l_m = on.machine.parameters().magnetizing_inductance_h;
+        let l_m = on.parameters.magnetizing_inductance_h;
         x / l_m * (1.0 + self.excess * (x / self.reference_flux_vs).abs().powf(self.exponent))
     }
 }

@@ -14,8 +14,10 @@ mod custom;
 mod effect;
 mod free_form;
 mod hooks;
+mod leakage_law;
 mod registry;
 mod set;
+mod sizes;
 #[cfg(test)]
 mod trying;
 
@@ -29,11 +31,12 @@ pub use effect::Effect;
 pub(crate) use effect::effect;
 pub use free_form::{Acts, COEFFICIENTS, FreeForm, Over};
 use hooks::Apart;
-pub use hooks::{Hook, HookSet, Hooks, Operating};
+pub use hooks::{BaseState, Hook, HookSet, Hooks, Operating};
+pub use leakage_law::LeakageLaw;
 pub(crate) use registry::Active;
-pub(crate) use set::{FILTER_STATES, SETTLING_STATES};
+pub(crate) use sizes::{FILTER_STATES, UNKNOWNS};
 
-use crate::plant::Powers;
+use crate::instant::Powers;
 use crate::scalar::Scalar;
 
 // Formatting: `cargo fmt` does not see modules that a macro declares; `rustfmt im-model/src/effects/*.rs` does.
@@ -63,5 +66,3 @@ registry::registry! {
     ShaftCompliance shaft_compliance,
     LoadTorqueRipple load_torque_ripple,
 }
-
-pub use leakage_flux_saturation::LeakageLaw;

@@ -298,7 +298,7 @@ macro_rules! registry {
             #[inline(always)]
             pub(crate) fn measured_speed(&self, on: Active, mut omega_m: T, filters: &[T; FILTER_STATES]) -> T {
                 $(if on.has(Index::$variant as u32) {
-                    omega_m = self.$field.measured_speed(omega_m, &filters[set::filters(Index::$variant as usize)]);
+                    omega_m = self.$field.measured_speed(omega_m, &filters[sizes::filters(Index::$variant as usize)]);
                 })*
                 self.through_custom(on, Hook::measured_speed, omega_m, |h, w, _| h.measured_speed(w, &[]))
             }
@@ -315,7 +315,7 @@ macro_rules! registry {
             #[inline(always)]
             pub(crate) fn filter(&self, on: Active, filters: &mut [T; FILTER_STATES], before: T, now: T, t: T) {
                 $(if on.has(Index::$variant as u32) {
-                    self.$field.filter(&mut filters[set::filters(Index::$variant as usize)], before, now, t);
+                    self.$field.filter(&mut filters[sizes::filters(Index::$variant as usize)], before, now, t);
                 })*
             }
 

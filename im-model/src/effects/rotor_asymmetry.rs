@@ -37,7 +37,7 @@ effect! {
     hooks: {
         #[inline(always)]
         fn rotor_drop(&self, drop: Complex<T>, at: &Operating<T>, _own: &[T]) -> Complex<T> {
-            let twice = at.state.theta_m.scale(2.0 * at.n_p);
+            let twice = at.state.theta_m().scale(2.0 * at.n_p);
             drop + Complex::new(self.unbalance_direct, self.unbalance_quadrature) * unit(twice) * at.currents.i_r.conj() * at.r_r
         }
 
@@ -61,7 +61,7 @@ impl super::Drawn for RotorAsymmetry<f64> {
 
     fn law(&self, on: &super::Rated, x: f64) -> f64 {
         let (sin, cos) = (2.0 * x.to_radians()).sin_cos();
-        on.machine.parameters().rotor_resistance_ohm * (1.0 + self.unbalance_direct * cos + self.unbalance_quadrature * sin)
+        on.parameters.rotor_resistance_ohm * (1.0 + self.unbalance_direct * cos + self.unbalance_quadrature * sin)
     }
 }
 

@@ -6,7 +6,7 @@
 
 use super::{About, Card, Operating, Place, SteadyState, effect};
 use crate::error::Bound;
-use crate::plant::Powers;
+use crate::instant::Powers;
 
 effect! {
     /// Temperature of the rotor cage; one thermal mass, cooled to where it started.
@@ -58,7 +58,7 @@ impl super::Drawn for RotorHeating<f64> {
     }
 
     fn law(&self, on: &super::Rated, x: f64) -> f64 {
-        let cold = on.machine.parameters().rotor_resistance_ohm;
+        let cold = on.parameters.rotor_resistance_ohm;
         let loss = 1.5 * cold * on.current_a * on.current_a;
         let rise = self.inverse_heat_capacity_k_per_j * loss * self.time_constant_s * (1.0 - (-x / self.time_constant_s).exp());
         cold * (1.0 + self.temperature_coefficient_per_k * rise)

@@ -9,7 +9,7 @@ use num_complex::Complex;
 
 use super::{About, Card, Operating, Place, effect};
 use crate::error::Bound;
-use crate::plant::Powers;
+use crate::instant::Powers;
 use crate::scalar::Scalar;
 use crate::space_vector::{dot, j, norm2};
 
@@ -101,6 +101,6 @@ impl super::Drawn for RotorSkinEffect<f64> {
 
     fn law(&self, on: &super::Rated, x: f64) -> f64 {
         let q = (core::f64::consts::TAU * x * self.time_constant_s).powi(2);
-        on.machine.parameters().rotor_resistance_ohm * (1.0 + self.resistance_rise * q / (1.0 + q))
+        on.parameters.rotor_resistance_ohm * (1.0 + self.resistance_rise * q / (1.0 + q))
     }
 }

@@ -1,51 +1,13 @@
 //! A set of effects: what is the same whatever is on the list.
 
-use core::ops::Range;
-
 use super::about::StateKind;
+use super::hooks::BaseStateApart;
 use super::registry::acts_in_equations;
-use super::{ABOUT, Active, COUNT, Custom, CustomId, EffectId, Effects, Extra, FILTERS, Hook, Hooks, Place, STATES};
+use super::{ABOUT, Active, BaseState, COUNT, Custom, CustomId, EffectId, Effects, Extra, Hook, Hooks, Place, STATES};
 use crate::error::ModelError;
-use crate::flux_map::Currents;
+use crate::instant::Currents;
 use crate::parameters::TParameters;
 use crate::scalar::Scalar;
-use crate::state::State;
-
-/// How many filter states the speed sensor can have.
-pub(crate) const FILTER_STATES: usize = FILTER_STARTS[COUNT];
-
-/// For each place of the registry where its filter states begin.
-const FILTER_STARTS: [usize; COUNT + 1] = {
-    let (mut out, mut k) = ([0; COUNT + 1], 0);
-    while k < COUNT {
-        out[k + 1] = out[k] + FILTERS[k];
-        k += 1;
-    }
-    out
-};
-
-/// The filter states of the effect at a place of the registry.
-#[inline(always)]
-pub(super) const fn filters(index: usize) -> Range<usize> {
-    FILTER_STARTS[index]..FILTER_STARTS[index + 1]
-}
-
-/// How many numbers the states of all built-in effects are but for those that drift.
-pub(crate) const SETTLING_STATES: usize = {
-    let (mut sum, mut effect) = (0, 0);
-    while effect < COUNT {
-        let mut k = 0;
-        while k < STATES[effect].len() {
-            let info = &STATES[effect][k];
-            if !matches!(info.kind, StateKind::Drifts) {
-                sum += info.width();
-            }
-            k += 1;
-        }
-        effect += 1;
-    }
-    sum
-};
 
 impl<T> Extra<T> {
     /// The states of the built-in effects, in the order of the registry.
@@ -142,9 +104,16 @@ impl<T: Scalar> Effects<T> {
 
     /// Carries the currents through [`Hooks::added_currents`] of the user's effects that are on.
     #[inline(never)]
-    pub(crate) fn added_currents(&self, on: Active, c: Currents<T>, x: &State<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {
-        let (x, p) = (*x, *p);
-        self.through_custom(on, Hook::added_currents, c, |h, c, _| h.added_currents(c, &x, &p, n_p))
+    pub(crate) fn added_currents(
+        &self,
+        on: Active,
+        c: Currents<T>,
+        x: BaseState<T>,
+        p: &TParameters<T>,
+        n_p: f64,
+    ) -> Currents<T> {
+        let (x, p) = (BaseStateApart::new(&x), *p);
+        self.through_custom(on, Hook::added_currents, c, |h, c, _| h.added_currents(c, x.seen(), &p, n_p))
     }
 
     /// Carries the speed through [`Hooks::shown_speed`] of the user's effects that are on.

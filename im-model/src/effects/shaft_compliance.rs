@@ -8,7 +8,7 @@
 
 use super::{About, Card, Operating, Place, SteadyState, effect};
 use crate::error::Bound;
-use crate::plant::Powers;
+use crate::instant::Powers;
 use crate::scalar::Scalar;
 
 effect! {
@@ -45,7 +45,7 @@ effect! {
         #[inline(always)]
         fn shaft_torque(&self, _torque: T, at: &Operating<T>, own: &[T]) -> T {
             let &[omega_load, twist] = own else { return at.tau_load };
-            self.stiffness_nm_per_rad(at.parameters.inertia_kg_m2) * twist + self.damping_nm_s_per_rad(at.parameters.inertia_kg_m2) * (at.state.omega_m - omega_load)
+            self.stiffness_nm_per_rad(at.parameters.inertia_kg_m2) * twist + self.damping_nm_s_per_rad(at.parameters.inertia_kg_m2) * (at.state.omega_m() - omega_load)
         }
 
         #[inline(always)]
@@ -55,18 +55,18 @@ effect! {
 
         #[inline(always)]
         fn rates(&self, rates: &mut [T], at: &Operating<T>, _powers: &Powers<T>, own: &[T]) {
-            let (slide, w) = (at.state.omega_m - own[0], self.antiresonance_rad_s);
+            let (slide, w) = (at.state.omega_m() - own[0], self.antiresonance_rad_s);
             let spring = w * w * own[1] + (self.damping_ratio * w * slide).scale(2.0);
             rates[0] = spring - at.tau_load / (self.load_inertia_fraction * at.parameters.inertia_kg_m2);
             rates[1] = slide;
-            if let Some(nudging) = at.input.nudging(at.state.omega_m) {
+            if let Some(nudging) = at.input.nudging(at.state.omega_m()) {
                 rates[0] += nudging;
             }
         }
 
         #[inline(always)]
         fn powers(&self, powers: &mut Powers<T>, at: &Operating<T>, own: &[T]) {
-            let slide = at.state.omega_m - own[0];
+            let slide = at.state.omega_m() - own[0];
             powers.shaft_damping += self.damping_nm_s_per_rad(at.parameters.inertia_kg_m2) * slide * slide;
         }
 
@@ -109,7 +109,7 @@ impl super::Drawn for ShaftCompliance<f64> {
 
     fn law(&self, on: &super::Rated, x: f64) -> f64 {
         let (w, a) = (core::f64::consts::TAU * x, self.antiresonance_rad_s);
-        let stiff = 1.0 / (on.machine.parameters().inertia_kg_m2 * w);
+        let stiff = 1.0 / (on.parameters.inertia_kg_m2 * w);
         let damping = num_complex::Complex::new(0.0, 2.0 * self.damping_ratio * a * w);
         let (zeros, poles) = (a * a - w * w + damping, a * a - w * w * (1.0 - self.load_inertia_fraction) + damping);
         stiff * zeros.norm() / poles.norm()

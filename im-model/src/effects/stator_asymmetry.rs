@@ -59,7 +59,7 @@ impl super::Drawn for StatorAsymmetry<f64> {
 
     fn law(&self, on: &super::Rated, x: f64) -> f64 {
         let (sin, cos) = (2.0 * x.to_radians()).sin_cos();
-        on.machine.parameters().stator_resistance_ohm * (1.0 + self.unbalance_alpha * cos + self.unbalance_beta * sin)
+        on.parameters.stator_resistance_ohm * (1.0 + self.unbalance_alpha * cos + self.unbalance_beta * sin)
     }
 }
 
@@ -84,7 +84,8 @@ mod tests {
             let circuit = |w: f64, slip: f64| {
                 let rotor = Complex::new(p.rotor_resistance_ohm / slip, w * p.rotor_leakage_inductance_h);
                 let magnetizing = Complex::new(0.0, w * p.magnetizing_inductance_h);
-                Complex::new(p.stator_resistance_ohm, w * p.stator_leakage_inductance_h) + magnetizing * rotor / (magnetizing + rotor)
+                Complex::new(p.stator_resistance_ohm, w * p.stator_leakage_inductance_h)
+                    + magnetizing * rotor / (magnetizing + rotor)
             };
             let z_1 = circuit(omega, slip);
             let z_2 = circuit(-omega, 2.0 - slip);

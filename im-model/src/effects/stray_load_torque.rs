@@ -40,7 +40,7 @@ effect! {
     hooks: {
         #[inline(always)]
         fn braking_torque(&self, torque: T, at: &Operating<T>, _own: &[T]) -> T {
-            let y = at.state.omega_m / self.reference_speed_rad_s;
+            let y = at.state.omega_m() / self.reference_speed_rad_s;
             let with_speed = y * (y * y + T::from_f64(Y_0 * Y_0)).powf((self.speed_exponent - T::one()).scale(0.5));
             let load = norm2(at.currents.i_s) / (self.reference_current_a * self.reference_current_a);
             torque + self.torque_nm * load * with_speed

@@ -26,7 +26,7 @@ effect! {
     hooks: {
         #[inline(always)]
         fn braking_torque(&self, torque: T, at: &Operating<T>, _own: &[T]) -> T {
-            torque + self.coefficient_nm_s2 * at.state.omega_m * at.state.omega_m.abs()
+            torque + self.coefficient_nm_s2 * at.state.omega_m() * at.state.omega_m().abs()
         }
     }
 }
@@ -43,6 +43,6 @@ impl super::Drawn for Windage<f64> {
     }
 
     fn law(&self, on: &super::Rated, x: f64) -> f64 {
-        on.machine.parameters().viscous_friction_nm_s_per_rad * x + self.coefficient_nm_s2 * x * x.abs()
+        on.parameters.viscous_friction_nm_s_per_rad * x + self.coefficient_nm_s2 * x * x.abs()
     }
 }

@@ -8,8 +8,9 @@ use thiserror::Error;
 
 use crate::bench::Bench;
 use crate::error::ModelError;
+use crate::instant::PlantInput;
 use crate::machine::Machine;
-use crate::plant::{Plant, PlantInput};
+use crate::plant::Plant;
 use crate::recording::Recording;
 use crate::simulation::bridge::{Bridge, Fed, Legs};
 use crate::simulation::carrier_pwm::CarrierPwm;

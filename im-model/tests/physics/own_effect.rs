@@ -44,7 +44,7 @@ impl<T: Scalar> Effect<T> for Fan<T> {
 }
 impl<T: Scalar> Hooks<T> for Fan<T> {
     fn braking_torque(&self, torque: T, at: &Operating<T>, _own: &[T]) -> T {
-        torque + self.0 * at.state.omega_m * at.state.omega_m.abs()
+        torque + self.0 * at.state.omega_m() * at.state.omega_m().abs()
     }
 }
 register_effect!(pub FanEffect: Fan);

@@ -6,9 +6,9 @@
 
 #![allow(dead_code, unused_imports, unused_variables)]
 
-use im_model::effects::{About, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};
+use im_model::effects::{About, BaseState, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};
 use im_model::space_vector::{dot, j, norm2};
-use im_model::{Bound, Complex, Currents, Powers, Scalar, State, TParameters, register_effect};
+use im_model::{Bound, Complex, Currents, Powers, Scalar, TParameters, register_effect};
 
 /// A magnetizing current that grows otherwise than the flux: saturation.
 #[derive(Clone, Copy)]
@@ -60,9 +60,9 @@ impl<T: Scalar> Effect<T> for OwnMagnetizingCurrentOverFlux<T> {
 }
 
 impl<T: Scalar> Hooks<T> for OwnMagnetizingCurrentOverFlux<T> {
-    fn added_currents(&self, c: Currents<T>, x: &State<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {
+    fn added_currents(&self, c: Currents<T>, x: BaseState<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {
         let _ = (p, n_p);
-        Currents { i_s: c.i_s + x.psi_s * (self.formula(length(x.psi_s)) / p.magnetizing_inductance_h), ..c }
+        Currents { i_s: c.i_s + x.psi_s() * (self.formula(length(x.psi_s())) / p.magnetizing_inductance_h), ..c }
     }
 
 }

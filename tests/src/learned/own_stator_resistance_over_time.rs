@@ -6,9 +6,9 @@
 
 #![allow(dead_code, unused_imports, unused_variables)]
 
-use im_model::effects::{About, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};
+use im_model::effects::{About, BaseState, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};
 use im_model::space_vector::{dot, j, norm2};
-use im_model::{Bound, Complex, Currents, Powers, Scalar, State, TParameters, register_effect};
+use im_model::{Bound, Complex, Currents, Powers, Scalar, TParameters, register_effect};
 
 /// A stator resistance that changes with time: heat, a contact.
 #[derive(Clone, Copy)]

@@ -6,9 +6,9 @@
 
 #![allow(dead_code, unused_imports, unused_variables)]
 
-use im_model::effects::{About, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};
+use im_model::effects::{About, BaseState, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};
 use im_model::space_vector::{dot, j, norm2};
-use im_model::{Bound, Complex, Currents, Powers, Scalar, State, TParameters, register_effect};
+use im_model::{Bound, Complex, Currents, Powers, Scalar, TParameters, register_effect};
 
 /// A torque that repeats with the turn of the shaft: slots, poles, a crank, a gear, an unbalance.
 #[derive(Clone, Copy)]
@@ -70,7 +70,7 @@ impl<T: Scalar> Effect<T> for OwnTorqueOverShaftAngle<T> {
 impl<T: Scalar> Hooks<T> for OwnTorqueOverShaftAngle<T> {
     fn braking_torque(&self, torque: T, at: &Operating<T>, own: &[T]) -> T {
         let _ = own;
-        let x = self.order * at.state.theta_m;
+        let x = self.order * at.state.theta_m();
         torque + self.formula(x)
     }
 

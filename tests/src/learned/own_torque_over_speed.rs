@@ -6,9 +6,9 @@
 
 #![allow(dead_code, unused_imports, unused_variables)]
 
-use im_model::effects::{About, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};
+use im_model::effects::{About, BaseState, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};
 use im_model::space_vector::{dot, j, norm2};
-use im_model::{Bound, Complex, Currents, Powers, Scalar, State, TParameters, register_effect};
+use im_model::{Bound, Complex, Currents, Powers, Scalar, TParameters, register_effect};
 
 /// A torque that depends on speed: friction, a fan, a load of another form.
 #[derive(Clone, Copy)]
@@ -66,7 +66,7 @@ impl<T: Scalar> Effect<T> for OwnTorqueOverSpeed<T> {
 impl<T: Scalar> Hooks<T> for OwnTorqueOverSpeed<T> {
     fn braking_torque(&self, torque: T, at: &Operating<T>, own: &[T]) -> T {
         let _ = own;
-        let x = at.state.omega_m;
+        let x = at.state.omega_m();
         torque + self.formula(x)
     }
 

@@ -7,32 +7,24 @@
 //! Source: P-splines, Eilers and Marx, Statistical Science 11 (1996); the precision of the coefficients is their roughness penalty.
 
 mod basis;
+mod form;
 mod parameters;
 
 use num_complex::Complex;
 
+pub use form::FreeForm;
 pub use parameters::{Acts, COEFFICIENTS, Over};
 
 #[cfg(feature = "std")]
 use super::CustomId;
 use super::{
-    About, Card, CustomEffect, CustomHooks, Hook, HookSet, Hooks, Operating, ParameterInfo, Place, StateInfo, StateKind,
-    SteadyState,
+    About, BaseState, Card, CustomEffect, CustomHooks, Hook, HookSet, Hooks, Operating, ParameterInfo, Place, StateInfo,
+    StateKind, SteadyState,
 };
-use crate::flux_map::Currents;
+use crate::instant::{Currents, Powers};
 use crate::parameters::TParameters;
-use crate::plant::Powers;
 use crate::scalar::Scalar;
 use crate::space_vector::{dot, j, norm2, unit};
-use crate::state::State;
-
-/// A free-form effect: where it acts, what it depends on, and where its curve lies.
-#[derive(Clone, Copy, Debug)]
-pub struct FreeForm {
-    acts: Acts,
-    over: Over,
-    parameters: &'static [ParameterInfo],
-}
 
 /// Speed at which a loss current (electrical) or a friction has all but found its sense, rad/s.
 const SENSE_RAD_S: f64 = 3.0;
@@ -44,20 +36,6 @@ fn sense<T: Scalar>(omega: T) -> T {
 }
 
 impl FreeForm {
-    /// One whose parameters are given, for a `static`: coefficients, [`SPREAD`](Self::SPREAD), then the ends of the range or the order.
-    pub const fn with_parameters(acts: Acts, over: Over, parameters: &'static [ParameterInfo]) -> Self {
-        Self { acts, over, parameters }
-    }
-
-    /// The quantity that it adds to.
-    pub fn acts(&self) -> Acts {
-        self.acts
-    }
-    /// What it depends on.
-    pub fn over(&self) -> Over {
-        self.over
-    }
-
     /// The precision of the coefficients of a curve of size one before any data; see [`SPREAD`](Self::SPREAD).
     pub fn precision(&self) -> [[f64; COEFFICIENTS]; COEFFICIENTS] {
         basis::precision(self.over.is_angle())
@@ -120,17 +98,17 @@ impl<T: Scalar> Curve<'_, T> {
     fn here(&self, at: &Operating<T>, own: &[T]) -> T {
         let x = at.state;
         match self.form.over {
-            Over::Speed => self.at(x.omega_m),
+            Over::Speed => self.at(x.omega_m()),
             Over::Time => self.at(own[0]),
             Over::Current => self.at(self.magnitude(norm2(at.currents.i_s))),
             Over::Slip => {
                 // dψ_r/dt seen from the rotor is −R_r i_r: its part across ψ_r turns the flux.
-                let turning = dot(at.currents.i_r, j(x.psi_r)) * at.r_r;
-                self.at(-turning / (norm2(x.psi_r) + T::from_f64(1e-9)))
+                let turning = dot(at.currents.i_r, j(x.psi_r())) * at.r_r;
+                self.at(-turning / (norm2(x.psi_r()) + T::from_f64(1e-9)))
             }
-            Over::Flux => self.at(self.magnitude(norm2(x.psi_s))),
-            Over::ShaftAngle => self.around_shaft(x.theta_m),
-            Over::FluxDirection => self.in_direction(x.psi_s),
+            Over::Flux => self.at(self.magnitude(norm2(x.psi_s()))),
+            Over::ShaftAngle => self.around_shaft(x.theta_m()),
+            Over::FluxDirection => self.in_direction(x.psi_s()),
         }
     }
 
@@ -175,39 +153,39 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
     fn braking_torque(&self, torque: T, at: &Operating<T>, own: &[T]) -> T {
         match self.form.acts {
             Acts::Torque => torque + self.here(at, own),
-            Acts::Friction => torque + self.here(at, own) * sense(at.state.omega_m),
+            Acts::Friction => torque + self.here(at, own) * sense(at.state.omega_m()),
             _ => torque,
         }
     }
 
-    fn added_currents(&self, c: Currents<T>, x: &State<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {
+    fn added_currents(&self, c: Currents<T>, x: BaseState<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {
         let over = |psi: Complex<T>| match self.form.over {
             Over::Flux => self.at(self.magnitude(norm2(psi))),
-            Over::Speed => self.at(x.omega_m),
+            Over::Speed => self.at(x.omega_m()),
             Over::Current => self.at(self.magnitude(norm2(c.i_s))),
             Over::FluxDirection => self.in_direction(psi),
-            _ => self.around_shaft(x.theta_m),
+            _ => self.around_shaft(x.theta_m()),
         };
         match self.form.acts {
             Acts::MagnetizingCurrent => {
-                let more = x.psi_s * (over(x.psi_s) / p.magnetizing_inductance_h);
+                let more = x.psi_s() * (over(x.psi_s()) / p.magnetizing_inductance_h);
                 Currents { i_s: c.i_s + more, ..c }
             }
             Acts::ShaftFlux => {
                 // Of the flux that the stator links, the windings' currents make what is left without it.
                 let leak = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
-                let length = (norm2(x.psi_s) + T::from_f64(1e-12)).sqrt();
-                let through = self.fixed_to_shaft(x.theta_m) * (length / leak);
+                let length = (norm2(x.psi_s()) + T::from_f64(1e-12)).sqrt();
+                let through = self.fixed_to_shaft(x.theta_m()) * (length / leak);
                 Currents { i_s: c.i_s - through, i_r: c.i_r + through, ..c }
             }
             Acts::LossCurrent => {
-                let sense = sense(x.omega_m.scale(n_p));
-                let direction = x.psi_s * (T::one() / (norm2(x.psi_s) + T::from_f64(1e-12)).sqrt());
-                Currents { i_s: c.i_s + j(direction) * (over(x.psi_s) * sense), ..c }
+                let sense = sense(x.omega_m().scale(n_p));
+                let direction = x.psi_s() * (T::one() / (norm2(x.psi_s()) + T::from_f64(1e-12)).sqrt());
+                Currents { i_s: c.i_s + j(direction) * (over(x.psi_s()) * sense), ..c }
             }
             Acts::LeakageCurrent => {
                 let leak = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
-                let through = (x.psi_s - x.psi_r) * (over(x.psi_s) / leak);
+                let through = (x.psi_s() - x.psi_r()) * (over(x.psi_s()) / leak);
                 Currents { i_s: c.i_s + through, i_r: c.i_r - through, ..c }
             }
             _ => c,
@@ -348,10 +326,6 @@ impl FreeForm {
     pub fn all() -> impl Iterator<Item = (Acts, Over)> {
         parameters::ROWS.iter().map(|r| (r.acts, r.over))
     }
-
-    /// Index of the parameter that holds the size that the coefficients have before any data: their precision is
-    /// [`precision`](Self::precision) over its square.
-    pub const SPREAD: usize = COEFFICIENTS;
 }
 
 #[cfg(all(test, feature = "std"))]

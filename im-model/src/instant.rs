@@ -1,0 +1,86 @@
+//! What is known of the machine at an instant: what drives it, its currents and its powers.
+
+use num_complex::Complex;
+
+use crate::scalar::Scalar;
+
+/// What drives the machine during a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlantInput<T> {
+    /// Commanded stator voltage over the step that begins, V.
+    pub u_s: Complex<T>,
+    /// Load torque, Nm, positive against positive rotation.
+    pub tau_load: T,
+    /// When given, the rotor turns at this speed (rad/s at the start and at the end of the step) whatever the torque.
+    pub imposed_speed: Option<[T; 2]>,
+    /// When given as (ω, k), the speed is nudged towards ω, rad/s, at the rate k, 1/s: dω_m/dt gains k(ω − ω_m), and with it
+    /// the speed of a load behind a soft shaft. Comparing with a recording, this keeps a wrong model from pulling out of step, and leaves its torque errors visible as speed errors.
+    pub speed_nudge: Option<[T; 2]>,
+}
+
+impl<T: Scalar> PlantInput<T> {
+    /// Voltage and load torque, speed free.
+    pub fn new(u_s: Complex<T>, tau_load: T) -> Self {
+        Self { u_s, tau_load, imposed_speed: None, speed_nudge: None }
+    }
+
+    /// What nudging adds to the acceleration at a rotor speed, rad/s²: of everything on the shaft alike, rigid or not.
+    #[inline(always)]
+    pub fn nudging(&self, omega_m: T) -> Option<T> {
+        self.speed_nudge.map(|[target, rate]| (target - omega_m) * rate)
+    }
+}
+
+/// Powers at an instant, W; a loss is positive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Powers<T> {
+    /// Taken in at the commanded voltage.
+    pub electrical_input: T,
+    /// Between command and terminals (inverter, gain).
+    pub inverter_loss: T,
+    /// Stator winding.
+    pub stator_copper: T,
+    /// Rotor winding, both cages.
+    pub rotor_copper: T,
+    /// Iron.
+    pub iron: T,
+    /// Friction, windage, ripple and what user effects brake.
+    pub friction: T,
+    /// Damping in the shaft.
+    pub shaft_damping: T,
+    /// Given to the load.
+    pub load: T,
+}
+
+impl<T: Scalar> Powers<T> {
+    /// The values, in the order of the fields.
+    pub fn values(&self) -> [T; 8] {
+        [
+            self.electrical_input,
+            self.inverter_loss,
+            self.stator_copper,
+            self.rotor_copper,
+            self.iron,
+            self.friction,
+            self.shaft_damping,
+            self.load,
+        ]
+    }
+
+    /// Input less losses and load: what goes into fields, masses and springs.
+    pub fn net(&self) -> T {
+        let [input, rest @ ..] = self.values();
+        rest.into_iter().fold(input, |p, loss| p - loss)
+    }
+}
+
+/// Currents and magnetizing flux.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Currents<T> {
+    /// Stator current, A.
+    pub i_s: Complex<T>,
+    /// Rotor current, A.
+    pub i_r: Complex<T>,
+    /// Magnetizing flux linkage, Vs.
+    pub psi_m: Complex<T>,
+}
