@@ -1,16 +1,15 @@
-//! Dense numerics over faer: eigenvalues, norms, linear and Lyapunov equations.
+//! Dense numerics: eigenvalues, norms, linear and Lyapunov equations.
 
 use crate::matrix::Matrix;
-use faer::Side;
-use faer::linalg::solvers::Solve;
+use im_lapack::dense::{self, Mat};
 
-fn to_faer(a: &Matrix<f64>) -> faer::Mat<f64> {
-    faer::Mat::from_fn(a.rows(), a.cols(), |i, j| a[(i, j)])
+fn mat(a: &Matrix<f64>) -> Mat<f64> {
+    Mat::from_fn(a.rows(), a.cols(), |i, j| a[(i, j)])
 }
 
 /// Eigenvalues (real part, imaginary part) of a square matrix; empty when they do not converge.
 pub fn eigenvalues(a: &Matrix<f64>) -> Vec<(f64, f64)> {
-    to_faer(a).eigenvalues().map(|v| v.iter().map(|z| (z.re, z.im)).collect()).unwrap_or_default()
+    dense::eigenvalues(&mat(a))
 }
 
 /// Largest real part of the eigenvalues; NaN when they do not converge.
@@ -25,17 +24,17 @@ pub fn spectral_radius(a: &Matrix<f64>) -> f64 {
 
 /// Eigenvalues of a symmetric matrix in ascending order (its lower triangle is read).
 pub fn symmetric_eigenvalues(a: &Matrix<f64>) -> Vec<f64> {
-    to_faer(a).self_adjoint_eigenvalues(Side::Lower).unwrap_or_else(|_| vec![f64::NAN; a.rows()])
+    dense::symmetric_eigenvalues(&mat(a)).unwrap_or_else(|| vec![f64::NAN; a.rows()])
 }
 
 /// Induced 2-norm.
 pub fn norm2(a: &Matrix<f64>) -> f64 {
-    to_faer(a).singular_values().map_or(f64::NAN, |s| s.first().copied().unwrap_or(0.0))
+    dense::norm2(&mat(a)).unwrap_or(f64::NAN)
 }
 
 /// Solution of A x = b, both square systems of any right-hand width.
 pub fn solve(a: &Matrix<f64>, b: &Matrix<f64>) -> Matrix<f64> {
-    let x = to_faer(a).partial_piv_lu().solve(&to_faer(b));
+    let x = dense::solve(&mat(a), &mat(b));
     Matrix::from_fn(b.rows(), b.cols(), |i, j| x[(i, j)])
 }
 

@@ -1,16 +1,76 @@
 //! The twelve routines over matrix views. Matrices are column-major views with any stride; a triangle that BLAS says is
 //! not referenced is neither read nor written.
+//!
+//! Single precision is computed in double: the solver links its symbols and nobody here calls them, so that faer need not be compiled twice.
 
 use core::ops::{Mul, Sub};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
-use faer::traits::RealField;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 
 /// Scalars of both precisions.
-pub trait Real: RealField + Copy + PartialOrd + Mul<Output = Self> + Sub<Output = Self> {}
-impl Real for f32 {}
-impl Real for f64 {}
+pub trait Real: Copy + PartialOrd + Mul<Output = Self> + Sub<Output = Self> {
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// In double precision.
+    fn double(self) -> f64;
+    /// From double precision.
+    fn from_double(x: f64) -> Self;
+    /// C ← C + α A B.
+    fn add_product(c: MatMut<'_, Self>, alpha: Self, a: MatRef<'_, Self>, b: MatRef<'_, Self>);
+}
+
+impl Real for f32 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    fn double(self) -> f64 {
+        self.into()
+    }
+    fn from_double(x: f64) -> Self {
+        x as Self
+    }
+    fn add_product(c: MatMut<'_, Self>, alpha: Self, a: MatRef<'_, Self>, b: MatRef<'_, Self>) {
+        in_double(c, |c| f64::add_product(c, alpha.double(), double(a).as_ref(), double(b).as_ref()));
+    }
+}
+
+impl Real for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    fn double(self) -> f64 {
+        self
+    }
+    fn from_double(x: f64) -> Self {
+        x
+    }
+    fn add_product(c: MatMut<'_, Self>, alpha: Self, a: MatRef<'_, Self>, b: MatRef<'_, Self>) {
+        matmul(c, Accum::Add, a, b, alpha, Par::Seq);
+    }
+}
+
+/// The matrix in double precision.
+fn double<T: Real>(a: MatRef<'_, T>) -> Mat<f64> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)].double())
+}
+
+/// The matrix from double precision.
+fn from_double<T: Real>(a: MatRef<'_, f64>) -> Mat<T> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| T::from_double(a[(i, j)]))
+}
+
+/// Changes a matrix in double precision.
+fn in_double<T: Real, R>(mut a: MatMut<'_, T>, change: impl FnOnce(MatMut<'_, f64>) -> R) -> R {
+    let mut wide = double(a.as_ref());
+    let result = change(wide.as_mut());
+    for j in 0..a.ncols() {
+        for i in 0..a.nrows() {
+            a[(i, j)] = T::from_double(wide[(i, j)]);
+        }
+    }
+    result
+}
 
 /// Which triangle of a symmetric matrix is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +102,7 @@ impl Triangle {
 fn scale<T: Real>(beta: T, mut c: MatMut<'_, T>) {
     for j in 0..c.ncols() {
         for i in 0..c.nrows() {
-            c[(i, j)] = if beta == T::zero_impl() { T::zero_impl() } else { beta * c[(i, j)] };
+            c[(i, j)] = if beta == T::ZERO { T::ZERO } else { beta * c[(i, j)] };
         }
     }
 }
@@ -51,19 +111,19 @@ fn scale<T: Real>(beta: T, mut c: MatMut<'_, T>) {
 pub fn gemm<T: Real>(alpha: T, a: MatRef<'_, T>, b: MatRef<'_, T>, beta: T, mut c: MatMut<'_, T>) {
     scale(beta, c.as_mut());
     if c.nrows() > 0 && c.ncols() > 0 && a.ncols() > 0 {
-        matmul(c, Accum::Add, a, b, alpha, Par::Seq);
+        T::add_product(c, alpha, a, b);
     }
 }
 
 /// The stored triangle of C ← α (A Bᵀ) + β C.
 fn rank_update<T: Real>(uplo: Triangle, alpha: T, a: MatRef<'_, T>, b: MatRef<'_, T>, beta: T, mut c: MatMut<'_, T>) {
     let n = c.nrows();
-    let mut product = Mat::<T>::zeros(n, n);
-    gemm(alpha, a, b.transpose(), T::zero_impl(), product.as_mut());
+    let mut product = Mat::from_fn(n, n, |_, _| T::ZERO);
+    gemm(alpha, a, b.transpose(), T::ZERO, product.as_mut());
     for j in 0..n {
         for i in uplo.rows(j, n) {
-            let old = if beta == T::zero_impl() { T::zero_impl() } else { beta * c[(i, j)] };
-            c[(i, j)] = old - (T::zero_impl() - product[(i, j)]);
+            let old = if beta == T::ZERO { T::ZERO } else { beta * c[(i, j)] };
+            c[(i, j)] = old - (T::ZERO - product[(i, j)]);
         }
     }
 }
@@ -76,7 +136,7 @@ pub fn syrk<T: Real>(uplo: Triangle, alpha: T, a: MatRef<'_, T>, beta: T, c: Mat
 /// C ← α (A Bᵀ + B Aᵀ) + β C, one triangle of C.
 pub fn syr2k<T: Real>(uplo: Triangle, alpha: T, a: MatRef<'_, T>, b: MatRef<'_, T>, beta: T, mut c: MatMut<'_, T>) {
     rank_update(uplo, alpha, a, b, beta, c.as_mut());
-    rank_update(uplo, alpha, b, a, T::one_impl(), c);
+    rank_update(uplo, alpha, b, a, T::ONE, c);
 }
 
 /// The full symmetric matrix of which `a` stores a triangle.
@@ -96,29 +156,31 @@ pub fn symmetric<T: Real>(uplo: Triangle, a: MatRef<'_, T>) -> Mat<T> {
 /// The order of the first leading minor that is not positive, from 1.
 pub fn potrf<T: Real>(uplo: Triangle, mut a: MatMut<'_, T>) -> Result<(), usize> {
     let n = a.nrows();
-    let factor = a.as_ref().llt(uplo.side()).map_err(|error| match error {
+    let factor = double(a.as_ref()).llt(uplo.side()).map_err(|error| match error {
         faer::linalg::cholesky::llt::factor::LltError::NonPositivePivot { index } => index + 1,
     })?;
     let lower = factor.L();
     for j in 0..n {
         for i in uplo.rows(j, n) {
-            a[(i, j)] = match uplo {
+            a[(i, j)] = T::from_double(match uplo {
                 Triangle::Lower => lower[(i, j)],
                 Triangle::Upper => lower[(j, i)],
-            };
+            });
         }
     }
     Ok(())
 }
 
 /// Solve A X = B in place of B from the factor [`potrf`] left.
-pub fn potrs<T: Real>(uplo: Triangle, factor: MatRef<'_, T>, mut b: MatMut<'_, T>) {
+pub fn potrs<T: Real>(uplo: Triangle, factor: MatRef<'_, T>, b: MatMut<'_, T>) {
     let lower = match uplo {
-        Triangle::Lower => factor,
-        Triangle::Upper => factor.transpose(),
+        Triangle::Lower => double(factor),
+        Triangle::Upper => double(factor.transpose()),
     };
-    solve_lower_triangular_in_place(lower, b.as_mut(), Par::Seq);
-    solve_upper_triangular_in_place(lower.transpose(), b, Par::Seq);
+    in_double(b, |mut b| {
+        solve_lower_triangular_in_place(lower.as_ref(), b.as_mut(), Par::Seq);
+        solve_upper_triangular_in_place(lower.transpose(), b, Par::Seq);
+    });
 }
 
 /// Solve A X = B in place of B by Gaussian elimination with partial pivoting; leaves L and U in A and the row exchanges,
@@ -128,7 +190,7 @@ pub fn potrs<T: Real>(uplo: Triangle, factor: MatRef<'_, T>, mut b: MatMut<'_, T
 /// The index, from 1, of the first exactly zero pivot; B is then unchanged but for row exchanges.
 pub fn gesv<T: Real>(mut a: MatMut<'_, T>, pivots: &mut [usize], mut b: MatMut<'_, T>) -> Result<(), usize> {
     let n = a.nrows();
-    let magnitude = |x: T| if x < T::zero_impl() { T::zero_impl() - x } else { x };
+    let magnitude = |x: T| if x < T::ZERO { T::ZERO - x } else { x };
     let mut singular = None;
     for k in 0..n {
         let mut p = k;
@@ -138,7 +200,7 @@ pub fn gesv<T: Real>(mut a: MatMut<'_, T>, pivots: &mut [usize], mut b: MatMut<'
             }
         }
         pivots[k] = p;
-        if a[(p, k)] == T::zero_impl() {
+        if a[(p, k)] == T::ZERO {
             singular.get_or_insert(k + 1);
             continue;
         }
@@ -150,7 +212,7 @@ pub fn gesv<T: Real>(mut a: MatMut<'_, T>, pivots: &mut [usize], mut b: MatMut<'
                 (b[(k, j)], b[(p, j)]) = (b[(p, j)], b[(k, j)]);
             }
         }
-        let inverse = T::recip_impl(&a[(k, k)]);
+        let inverse = T::from_double(1.0 / a[(k, k)].double());
         for i in k + 1..n {
             let l = a[(i, k)] * inverse;
             a[(i, k)] = l;
@@ -162,8 +224,11 @@ pub fn gesv<T: Real>(mut a: MatMut<'_, T>, pivots: &mut [usize], mut b: MatMut<'
     if let Some(index) = singular {
         return Err(index);
     }
-    faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place(a.as_ref(), b.as_mut(), Par::Seq);
-    solve_upper_triangular_in_place(a.as_ref(), b, Par::Seq);
+    let factors = double(a.as_ref());
+    in_double(b, |mut b| {
+        faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place(factors.as_ref(), b.as_mut(), Par::Seq);
+        solve_upper_triangular_in_place(factors.as_ref(), b, Par::Seq);
+    });
     Ok(())
 }
 
@@ -173,9 +238,9 @@ pub fn gesv<T: Real>(mut a: MatMut<'_, T>, pivots: &mut [usize], mut b: MatMut<'
 /// `()` when the iteration does not converge (a matrix with NaN or infinity).
 #[allow(clippy::result_unit_err)]
 pub fn syevr<T: Real>(uplo: Triangle, a: MatRef<'_, T>) -> Result<(Vec<T>, Mat<T>), ()> {
-    let eigen = a.self_adjoint_eigen(uplo.side()).map_err(|_| ())?;
-    let values = eigen.S().column_vector().iter().copied().collect();
-    Ok((values, eigen.U().to_owned()))
+    let eigen = double(a).self_adjoint_eigen(uplo.side()).map_err(|_| ())?;
+    let values = eigen.S().column_vector().iter().map(|x| T::from_double(*x)).collect();
+    Ok((values, from_double(eigen.U())))
 }
 
 /// Singular values in descending order, left vectors (m × m or m × min) and right vectors, transposed.
@@ -184,7 +249,8 @@ pub fn syevr<T: Real>(uplo: Triangle, a: MatRef<'_, T>) -> Result<(Vec<T>, Mat<T
 /// `()` when the iteration does not converge (a matrix with NaN or infinity).
 #[allow(clippy::result_unit_err, clippy::type_complexity)]
 pub fn svd<T: Real>(a: MatRef<'_, T>, full: bool) -> Result<(Vec<T>, Mat<T>, Mat<T>), ()> {
+    let a = double(a);
     let svd = if full { a.svd() } else { a.thin_svd() }.map_err(|_| ())?;
-    let values = svd.S().column_vector().iter().copied().collect();
-    Ok((values, svd.U().to_owned(), svd.V().transpose().to_owned()))
+    let values = svd.S().column_vector().iter().map(|x| T::from_double(*x)).collect();
+    Ok((values, from_double(svd.U()), from_double(svd.V().transpose())))
 }

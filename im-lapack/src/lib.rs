@@ -10,6 +10,7 @@
 //! and `libblas` are linked instead.
 //!
 //! * [`kernels`] is the mathematics, safe, over matrix views; this is what the tests compare with nalgebra.
+//! * [`dense`] are eigenvalues, norms and equations that gain design asks for itself.
 //! * `export` turns C pointers into views and calls the kernels; all `unsafe` of the host crates is in there.
 //!
 //! # Features
@@ -19,6 +20,7 @@
 //! | `pure-rust` | yes | the symbols, from this crate |
 //! | `system-lapack` | no | none: the system's libraries are linked, whatever `pure-rust` says |
 
+pub mod dense;
 #[cfg(all(feature = "pure-rust", not(feature = "system-lapack")))]
 mod export;
 pub mod kernels;
