@@ -21,7 +21,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Verdict::MissingEffects => println!("missing: {:?}", d.effects.iter().map(|e| e.name()).collect::<Vec<_>>()),
         Verdict::Confounded => println!("missing, but confounded: {:?} or {:?}", d.effects, d.alternatives),
         Verdict::Inconclusive => println!("the recordings do not show enough: see `im_diagnose::next_test`"),
-        Verdict::Unexplained => println!("nothing in the library explains it; what is left depends on {:?}", d.leftover.first()),
+        Verdict::Unexplained => {
+            println!("nothing in the library explains it; what is left depends on {:?}", d.dependences.first())
+        }
     }
     for candidate in d.ranking.iter().take(3) {
         let (score, chance) = (candidate.score, candidate.threshold);

@@ -103,10 +103,10 @@ impl Case {
     /// Counts errors as a diagnosis does whose fit is `machine`: the noise of every sensor is the roughness of what it leaves, and where the load is
     /// unknown, what the noise of the speed does to its currents is noise, too.
     pub fn judge_by(&mut self, machine: &Machine<f64>) {
-        let drawn = nudged(&self.train);
-        let starts: Vec<State<f64>> = drawn.par_iter().map(|e| start_on(machine, e, &self.motor.rating)).collect();
-        let left: Vec<_> = drawn.par_iter().zip(&starts).map(|(e, x)| residuals(machine, e, x)).collect();
-        self.set_noise_from(&drawn, &left);
+        let runs = nudged(&self.train);
+        let starts: Vec<State<f64>> = runs.par_iter().map(|e| start_on(machine, e, &self.motor.rating)).collect();
+        let left: Vec<_> = runs.par_iter().zip(&starts).map(|(e, x)| residuals(machine, e, x)).collect();
+        self.set_noise_from(&runs, &left);
         let by = |(e, x): (Experiment, &State<f64>)| e.smoothed_by_torque(machine, x).with_speed_found_by(machine, x);
         self.train = std::mem::take(&mut self.train).into_par_iter().zip(&starts).map(by).collect();
     }

@@ -1,4 +1,4 @@
-//! What the leftover depends on: the residual of a model against flux, current, speed, slip, angles and time, without naming a cause.
+//! What the residual of a model still depends on: flux, current, speed, slip, angles and time, without naming a cause.
 //!
 //! The tests run on whitened residuals, so that a slow drift of coloured noise is no finding; the curves shown are of the raw ones.
 

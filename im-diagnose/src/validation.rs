@@ -15,7 +15,7 @@ pub struct Validation {
     /// Simulated on its own: before, after.
     pub unaided: [Errors; 2],
     /// With the speed nudged towards the measured one.
-    pub speed_drawn: [Errors; 2],
+    pub speed_nudged: [Errors; 2],
     /// What was noticed about the recording.
     pub noticed: Vec<Finding>,
 }
@@ -41,13 +41,13 @@ impl Validation {
         let recording = taken.experiment.name.clone();
         let mut case = Case::from_intake(after.0.clone(), vec![taken], None);
         case.judge_by(&after.0.machine);
-        let drawn = nudged(&case.train);
-        let starts = |m: &MotorFile| drawn.iter().map(|e| start_on(&m.machine, e, &m.rating)).collect::<Vec<_>>();
+        let runs = nudged(&case.train);
+        let starts = |m: &MotorFile| runs.iter().map(|e| start_on(&m.machine, e, &m.rating)).collect::<Vec<_>>();
         let starts = [starts(before.0), starts(after.0)];
         let pair = |e: &[_]| [errors(&before.0.machine, e, &starts[0]), errors(&after.0.machine, e, &starts[1])];
-        let this = Self { unaided: pair(&case.train), speed_drawn: pair(&drawn), noticed };
+        let this = Self { unaided: pair(&case.train), speed_nudged: pair(&runs), noticed };
         for ((_, label), k) in [(before, 0), (after, 1)] {
-            if [&this.unaided[k], &this.speed_drawn[k]].iter().any(|e| !e.chi2_per_sample.is_finite()) {
+            if [&this.unaided[k], &this.speed_nudged[k]].iter().any(|e| !e.chi2_per_sample.is_finite()) {
                 return Err(Refused::Input(format!(
                     "{label}: simulated with {recording} it leaves the finite range; check the voltages and times of the recording, and the motor's \
                      numbers"
@@ -61,6 +61,6 @@ impl Validation {
     pub fn to_json(&self) -> Value {
         let one = |e: &Errors| json!({"chi2_per_sample": e.chi2_per_sample, "rms_in_sigma": e.rms_in_sigma(), "rmse": e.rmse});
         let pair = |[before, after]: &[Errors; 2]| json!({"before": one(before), "after": one(after)});
-        json!({"schema": 1, "data_quality": self.noticed, "unaided": pair(&self.unaided), "speed_drawn": pair(&self.speed_drawn)})
+        json!({"schema": 1, "data_quality": self.noticed, "unaided": pair(&self.unaided), "speed_nudged": pair(&self.speed_nudged)})
     }
 }

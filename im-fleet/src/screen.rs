@@ -19,7 +19,7 @@ pub struct Screening {
     /// The fitted base model.
     pub fitted: Fitted,
     /// What the residual depends on, strongest first.
-    pub leftover: Vec<Dependence>,
+    pub dependences: Vec<Dependence>,
     refinement: Refinement,
     base: Model,
 }
@@ -31,8 +31,8 @@ impl Screening {
     /// The fit cannot be made.
     pub fn new(case: Case, options: Options) -> Result<Self, FitError> {
         let (refinement, base) = Refinement::new(case, options)?;
-        let leftover = dependences(&base.fit.machine, &base.fit.starts, refinement.nudged());
-        Ok(Self { fitted: Fitted::of_model(&refinement, &base), leftover, refinement, base })
+        let dependences = dependences(&base.fit.machine, &base.fit.starts, refinement.nudged());
+        Ok(Self { fitted: Fitted::of_model(&refinement, &base), dependences, refinement, base })
     }
 
     /// The whole diagnosis, from the fitted base model on.
@@ -45,7 +45,7 @@ impl Screening {
 
     /// Why a diagnosis is asked for; `None` where nothing stands out.
     pub fn suspicion(&self) -> Option<String> {
-        if let Some(d) = self.leftover.first().filter(|d| d.log_p > SURE) {
+        if let Some(d) = self.dependences.first().filter(|d| d.log_p > SURE) {
             return Some(format!("{} depends on {} (p = 1e-{:.0})", d.part.label(), d.variable.label(), d.log_p));
         }
         let errors = [Some(self.fitted.train.chi2_per_sample), self.fitted.holdout];

@@ -1,4 +1,4 @@
-//! An effect that the library does not hold: the loop says `unexplained` and shows on what the leftover depends; one writes the effect
+//! An effect that the library does not hold: the loop says `unexplained` and shows on what the residual depends; one writes the effect
 //! (`im_tests::own_effect`, thirty lines), gives it to the loop, and it is named, sized and judged like a built-in one.
 //!
 //! cargo run --release -p im-tests --example own_effect_in_the_loop -- own_effect_in_the_loop.svg
@@ -17,8 +17,8 @@ fn tell(d: &Diagnosis) {
     let error = last.holdout.as_ref().map_or(f64::NAN, |e| e.rms_in_sigma());
     println!("  verdict: {}, effects {:?}", d.verdict.name(), d.effects.iter().map(|e| e.name()).collect::<Vec<_>>());
     println!("  held-out error: {error:.2} σ rms");
-    for l in d.leftover.iter().take(2) {
-        println!("  leftover: {} depends on {} (p = 1e-{:.0})", l.part.label(), l.variable.label(), l.log_p);
+    for l in d.dependences.iter().take(2) {
+        println!("  residual: {} depends on {} (p = 1e-{:.0})", l.part.label(), l.variable.label(), l.log_p);
     }
 }
 

@@ -35,7 +35,7 @@ pub fn why(answer: &Diagnosis) {
             println!("         try {name:<26} train {seen:.4} held out {unseen:.4} D {:.0} {:?}", m.deviance, t.refusal);
         }
     }
-    for l in answer.leftover.iter().take(3) {
-        println!("         leftover {:?} of {:?} log p {:.1} size {:.4}", l.variable, l.part, l.log_p, l.size);
+    for l in answer.dependences.iter().take(3) {
+        println!("         residual {:?} of {:?} log p {:.1} size {:.4}", l.variable, l.part, l.log_p, l.size);
     }
 }

@@ -47,7 +47,7 @@ impl Diagnosis {
                 "leakage_ratio_held": p.ratio_held,
             }))).collect::<serde_json::Map<_, _>>(),
             "covariance": self.estimates.to_json(),
-            "leftover": self.leftover.iter().take(6).map(|d| json!({
+            "residual_tests": self.dependences.iter().take(6).map(|d| json!({
                 "depends_on": d.variable.label(), "part": d.part.label(), "log10_p": -d.log_p, "size": d.size, "curve": d.curve,
             })).collect::<Vec<_>>(),
             "learned": self.learned.iter().map(|c| json!({

@@ -75,7 +75,7 @@ pub struct Diagnosis {
     /// The motor with the effects added and everything refitted.
     pub refined: MotorFile,
     /// What the last model's residual still depends on.
-    pub leftover: Vec<Dependence>,
+    pub dependences: Vec<Dependence>,
     /// Curves of no known form with which the recordings are likelier than with the effects alone; the refined motor is without them.
     pub curves: Vec<EffectId>,
     /// Loads that no column holds, as the last model finds them, and the effects that are not determined without them.
@@ -168,7 +168,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         estimates,
         refined,
         curves: left.curves.clone(),
-        leftover: found.leftover,
+        dependences: found.dependences,
         loads,
         remainder,
         rated,

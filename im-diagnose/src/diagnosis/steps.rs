@@ -95,15 +95,15 @@ pub(super) struct Found {
     /// The recordings as they are judged on them.
     pub judged: Judged,
     /// What the residual of the last step depends on.
-    pub leftover: Vec<Dependence>,
+    pub dependences: Vec<Dependence>,
 }
 
 impl Found {
     pub(super) fn new(loop_: &Refinement, course: &Course) -> Self {
         let (steps, judged) = steps(loop_, course);
         let Step { machine, starts, .. } = &steps[steps.len() - 1];
-        let leftover = dependences(machine, starts, &judged.train);
-        Self { steps, judged, leftover }
+        let dependences = dependences(machine, starts, &judged.train);
+        Self { steps, judged, dependences }
     }
 
     /// The last step.

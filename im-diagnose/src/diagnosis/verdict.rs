@@ -109,7 +109,7 @@ impl<'a> Left<'a> {
         Self {
             error,
             bent: if error[1] - 1.0 > NEGLIGIBLE { bent_error(loop_, found) } else { error[1] },
-            dependences: &found.leftover,
+            dependences: &found.dependences,
             of_tables: if freedom == 0 { 0.0 } else { log_p(cost, freedom) },
             curves: Vec::new(),
         }
@@ -167,7 +167,7 @@ pub(super) fn is_contested(course: &Course, left: &Left<'_>) -> bool {
 /// Part of the excess that effects leave, errors of their form aside, from which on they do not explain it.
 const UNEXPLAINED: f64 = 0.1;
 
-/// The verdict as far as effects and leftover decide it.
+/// The verdict as far as effects and residual tests decide it.
 fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     let last = &course.last().model;
     let excess = |error: f64| error / floor - 1.0;

@@ -24,8 +24,8 @@ use crate::search::{Course, Refinement};
 /// explain the recordings. The candidates are as before unless `keep`.
 pub fn with_curves(loop_: &mut Refinement, course: &Course, keep: bool) -> Result<Option<Course>, FitError> {
     let (base, last) = (&course.first().model, &course.last().model);
-    let leftover = ripples(loop_, course);
-    let places = places::places(&last.fit.machine, &last.fit.starts, loop_.nudged(), &leftover);
+    let dependences = ripples(loop_, course);
+    let places = places::places(&last.fit.machine, &last.fit.starts, loop_.nudged(), &dependences);
     if places.is_empty() {
         return Ok(None);
     }

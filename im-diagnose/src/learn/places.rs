@@ -68,14 +68,14 @@ impl Reach {
 /// Up to this order the ripples of a turn are harmonics of one curve over the turn.
 const HARMONICS: i32 = 4;
 
-/// How often per turn of the shaft the fundamental of what is missing repeats, from the strongest ripple that the leftover shows.
-fn order(acts: Acts, leftover: &[Dependence], pole_pairs: u32) -> Option<f64> {
+/// How often per turn of the shaft the fundamental of what is missing repeats, from the strongest ripple that the dependences shows.
+fn order(acts: Acts, dependences: &[Dependence], pole_pairs: u32) -> Option<f64> {
     let shown = |d: &&Dependence| match acts {
         Acts::Torque | Acts::Friction | Acts::SpeedSensor => d.part == Part::Speed,
         _ => d.part != Part::Speed,
     };
     let of = |d: &Dependence| if let Variable::RotorAngle(n) = d.variable { Some(n) } else { None };
-    let strongest = leftover.iter().filter(shown).find_map(of).or_else(|| leftover.iter().find_map(of))?;
+    let strongest = dependences.iter().filter(shown).find_map(of).or_else(|| dependences.iter().find_map(of))?;
     if acts == Acts::ShaftFlux {
         // Seen along and across the main flux, which turns n_p times.
         return Some(f64::from(strongest) + f64::from(pole_pairs));
@@ -83,18 +83,18 @@ fn order(acts: Acts, leftover: &[Dependence], pole_pairs: u32) -> Option<f64> {
     Some(f64::from(if strongest <= HARMONICS { 1 } else { strongest }))
 }
 
-/// The free-form effects that recordings may show; `leftover` is what the residual of the base model depends on.
+/// The free-form effects that recordings may show; `dependences` is what the residual of the base model depends on.
 pub fn places(
     machine: &Machine<f64>,
     starts: &[State<f64>],
     experiments: &[Experiment],
-    leftover: &[Dependence],
+    dependences: &[Dependence],
 ) -> Vec<EffectId> {
     let Some(reach) = Reach::of(machine, starts, experiments) else { return Vec::new() };
     let imposed = experiments.iter().all(Experiment::speed_is_imposed);
     let place = |(acts, over): (Acts, Over)| {
         let order = match over {
-            Over::ShaftAngle => order(acts, leftover, machine.pole_pairs())?,
+            Over::ShaftAngle => order(acts, dependences, machine.pole_pairs())?,
             // The field of the stator is the same after half a turn.
             Over::FluxDirection => 2.0,
             _ => 1.0,

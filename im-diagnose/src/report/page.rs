@@ -40,7 +40,7 @@ const GLOSSARY: &[(&str, &str, &str)] = &[
     ),
     (
         "keep",
-        "keep",
+        "explained share",
         "The part of an effect's trace in the data that a refit of the other parameters cannot imitate, 0 to 100 %. Near zero the effect hides behind the parameters.",
     ),
     ("size", "predicted size", "How large the score says the effect would have to be; before any refit with it."),

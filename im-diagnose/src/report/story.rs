@@ -211,7 +211,7 @@ fn names(effects: &[EffectId]) -> String {
     join(&effects.iter().map(|e| effect_name(*e)).collect::<Vec<_>>())
 }
 
-/// What a leftover depends on, as a phrase.
+/// What a residual depends on, as a phrase.
 pub(crate) fn dependence_words(x: &Dependence) -> String {
     use crate::residual_tests::Variable as V;
     let part = x.part.label().split(',').next().unwrap_or_default().to_owned();
@@ -225,14 +225,14 @@ pub(crate) fn dependence_words(x: &Dependence) -> String {
 }
 
 /// Of what is surely there, the dependence that makes up the largest error against the sensor's noise.
-pub(crate) fn main_leftover(d: &Diagnosis) -> Option<&Dependence> {
+pub(crate) fn main_dependence(d: &Diagnosis) -> Option<&Dependence> {
     let noise = |x: &Dependence| {
         let speed = x.part == crate::residual_tests::Part::Speed;
         let of = d.noise.iter().filter(|(name, _)| name.starts_with("omega") == speed).map(|(_, s)| *s);
         of.fold(0.0, f64::max).max(1e-300)
     };
-    let sure = d.leftover.iter().filter(|x| x.log_p > 6.0);
-    sure.max_by(|a, b| (a.size / noise(a)).total_cmp(&(b.size / noise(b)))).or(d.leftover.first())
+    let sure = d.dependences.iter().filter(|x| x.log_p > 6.0);
+    sure.max_by(|a, b| (a.size / noise(a)).total_cmp(&(b.size / noise(b)))).or(d.dependences.first())
 }
 
 /// The three answers.
@@ -277,7 +277,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
             )
         }
         Verdict::Unexplained => {
-            let found = main_leftover(d).map_or("it shows no simple dependence".into(), dependence_words);
+            let found = main_dependence(d).map_or("it shows no simple dependence".into(), dependence_words);
             let curves = match d.curves.len() {
                 0 => String::new(),
                 1 => format!(
@@ -389,7 +389,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
         }
         Verdict::Unexplained => {
             sure.push(format!("the {which} error stays at {} rms after every effect of the library was tried", in_sigma(after)));
-            if let Some(x) = main_leftover(d) {
+            if let Some(x) = main_dependence(d) {
                 sure.push(format!(
                     "that the dependence is chance has a probability of {}",
                     crate::format::power_of_ten(-x.log_p)

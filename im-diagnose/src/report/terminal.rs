@@ -38,7 +38,7 @@ pub fn terminal(s: &Story, width: usize) -> String {
         place(&mut out, &s.shown);
     }
     if d.verdict == Verdict::Unexplained {
-        leftover(&mut out, d);
+        residual_tests(&mut out, d);
     }
     learned(&mut out, d);
     candidates(&mut out, d);
@@ -246,9 +246,9 @@ fn learned(out: &mut Text, d: &Diagnosis) {
     }
 }
 
-fn leftover(out: &mut Text, d: &Diagnosis) {
+fn residual_tests(out: &mut Text, d: &Diagnosis) {
     out.heading("What is left, and its shape");
-    for x in d.leftover.iter().take(4) {
+    for x in d.dependences.iter().take(4) {
         let values: Vec<f64> = x.curve.iter().map(|c| c[1]).collect();
         let (lo, hi) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
         out.paragraph("  - ", &sentence(&super::story::dependence_words(x)));

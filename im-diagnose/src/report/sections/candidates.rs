@@ -21,7 +21,7 @@ pub(crate) fn section(s: &Story) -> Section {
         numbers("threshold"),
         numbers(term("size", "predicted size")),
         numbers(term("detectable", "detectable size")),
-        numbers(term("keep", "keep")),
+        numbers(term("keep", "explained share")),
     ];
     let row = |c: &Candidate| {
         let size = |x: f64| text(quantity(x, c.unit, 2));

@@ -12,7 +12,7 @@ use crate::uncertainty::HALF_95;
 /// Nothing where nothing is left.
 pub(crate) fn section(s: &Story, unexplained: bool) -> Option<Section> {
     let d = s.d;
-    if d.leftover.is_empty() {
+    if d.dependences.is_empty() {
         return None;
     }
     let last = &d.steps[d.steps.len() - 1];
@@ -27,7 +27,7 @@ pub(crate) fn section(s: &Story, unexplained: bool) -> Option<Section> {
         )
     };
     let most = if unexplained { 6 } else { 2 };
-    let hints = if unexplained { hints(&d.leftover, d.refined.machine.pole_pairs()) } else { Vec::new() };
+    let hints = if unexplained { hints(&d.dependences, d.refined.machine.pole_pairs()) } else { Vec::new() };
     Some(Section {
         id: "left",
         short: "what is left",
@@ -35,7 +35,7 @@ pub(crate) fn section(s: &Story, unexplained: bool) -> Option<Section> {
         body: html! {
             p { (intro) }
             (list(&hints))
-            div.grid2 { @for x in d.leftover.iter().take(most) { (chart(x)) } }
+            div.grid2 { @for x in d.dependences.iter().take(most) { (chart(x)) } }
         },
     })
 }
