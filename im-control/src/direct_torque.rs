@@ -320,6 +320,11 @@ impl<T: Scalar> BeginsAt<T> for DirectTorque<T> {
         s.stator = StatorFlux::at(caught.rotor_flux_vs * self.k_r, self.leakage_h, caught.i_s, caught.u_s);
         s.standing.command = caught.u_s;
     }
+
+    #[inline]
+    fn draw_flux(&mut self, rotor_flux_vs: Complex<T>, share: T) {
+        self.state.rotor.draw(rotor_flux_vs, share);
+    }
 }
 
 impl<T: Scalar> Reports for DirectTorque<T> {

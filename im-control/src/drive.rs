@@ -295,6 +295,11 @@ impl<T: Scalar, C: BeginsAt<T>> BeginsAt<T> for Drive<T, C> {
     fn begin_at(&mut self, caught: &Caught<T>) {
         self.controller.begin_at(caught);
     }
+
+    #[inline]
+    fn draw_flux(&mut self, rotor_flux_vs: Complex<T>, share: T) {
+        self.controller.draw_flux(rotor_flux_vs, share);
+    }
 }
 
 impl<T: Scalar, C: Reports> Reports for Drive<T, C> {

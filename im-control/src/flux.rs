@@ -40,6 +40,12 @@ impl<T: Scalar> RotorFlux<T> {
     pub(crate) fn of(caught: &Caught<T>) -> Self {
         Self { flux_vs: caught.rotor_flux_vs, current_a: caught.i_s, omega_m: caught.omega_m }
     }
+
+    /// Draws it towards another estimate of the same instant.
+    #[inline]
+    pub(crate) fn draw(&mut self, flux_vs: Complex<T>, share: T) {
+        self.flux_vs += (flux_vs - self.flux_vs) * share;
+    }
 }
 
 impl<T: Scalar> RotorFluxModel<T> {

@@ -52,6 +52,12 @@ pub struct Caught<T> {
 pub trait BeginsAt<T> {
     /// Takes the state over; the next step is a sample later.
     fn begin_at(&mut self, caught: &Caught<T>);
+
+    /// Draws the rotor flux that the last step believed in towards another estimate of it, stator frame, Vs, by this share of the difference. Controllers whose flux is no
+    /// state of a current model do nothing.
+    fn draw_flux(&mut self, rotor_flux_vs: Complex<T>, share: T) {
+        let _ = (rotor_flux_vs, share);
+    }
 }
 
 /// Finds the flux before its controller begins.

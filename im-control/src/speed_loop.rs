@@ -81,6 +81,11 @@ impl<T, C: BeginsAt<T>> BeginsAt<T> for SpeedLoop<T, C> {
     fn begin_at(&mut self, caught: &Caught<T>) {
         self.inner.begin_at(caught);
     }
+
+    #[inline]
+    fn draw_flux(&mut self, rotor_flux_vs: Complex<T>, share: T) {
+        self.inner.draw_flux(rotor_flux_vs, share);
+    }
 }
 
 impl<T: Scalar, C: Reports> Reports for SpeedLoop<T, C> {

@@ -155,6 +155,11 @@ pub trait Observer<T: Scalar> {
         T::one()
     }
 
+    /// Whether the flux follows the voltage, where there is enough of it, so that an error of ω̂ does not show in it as it does in a current model.
+    fn flux_follows_voltage(&self) -> bool {
+        false
+    }
+
     /// Takes one sample in.
     fn step(&self, state: &mut Self::State, input: &Input<T>) -> Estimate<T>;
 }
@@ -172,6 +177,10 @@ impl<T: Scalar, O: Observer<T>> Observer<T> for &O {
 
     fn stator_resistance_ratio(&self, state: &Self::State) -> T {
         (**self).stator_resistance_ratio(state)
+    }
+
+    fn flux_follows_voltage(&self) -> bool {
+        (**self).flux_follows_voltage()
     }
 
     fn step(&self, state: &mut Self::State, input: &Input<T>) -> Estimate<T> {

@@ -42,8 +42,9 @@ pub(super) fn drive<T: Scalar>(
         ..typical
     };
     let mut observed = FullOrderGains::for_machine(&machine, rating);
-    observed.current_bandwidth_rad_s *= fast;
-    observed.speed_bandwidth_rad_s *= fast;
+    // As fast as the current loop: the speed loop stands on it.
+    observed.current_bandwidth_rad_s = gains.current_bandwidth_rad_s.value();
+    observed.speed_bandwidth_rad_s = 0.5 * observed.current_bandwidth_rad_s;
     observed.stator_resistance_per_s *= fast;
     if !purpose.learns_stator_resistance {
         observed.stator_resistance_per_s = 0.0;

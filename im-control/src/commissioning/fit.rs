@@ -88,7 +88,7 @@ pub(super) struct Linear<const P: usize> {
 }
 
 impl<const P: usize> Linear<P> {
-    pub fn new() -> Self {
+    pub const fn new() -> Self {
         Self { a: [[0.0; P]; P], b: [0.0; P], y2: 0.0, rows: 0 }
     }
 
@@ -103,6 +103,35 @@ impl<const P: usize> Linear<P> {
         }
         self.y2 += y * y;
         self.rows += 1;
+    }
+
+    /// The same rows with the means of `x` and `y` taken off: whatever constant y has beside is fitted.
+    pub fn about_the_mean(&self, x: [f64; P], y: f64) -> Self {
+        let mut left = *self;
+        let n = f64::from(self.rows.max(1));
+        for (i, (row, b)) in left.a.iter_mut().zip(&mut left.b).enumerate() {
+            for (a, xj) in row.iter_mut().zip(x) {
+                *a -= n * x[i] * xj;
+            }
+            *b -= n * x[i] * y;
+        }
+        left.y2 -= n * y * y;
+        left.rows = self.rows.saturating_sub(1);
+        left
+    }
+
+    /// Adds the rows of another.
+    pub fn join(&mut self, other: &Self) {
+        for (row, more) in self.a.iter_mut().zip(&other.a) {
+            for (a, m) in row.iter_mut().zip(more) {
+                *a += m;
+            }
+        }
+        for (b, m) in self.b.iter_mut().zip(&other.b) {
+            *b += m;
+        }
+        self.y2 += other.y2;
+        self.rows += other.rows;
     }
 
     /// The coefficients with their intervals.

@@ -1,8 +1,12 @@
 //! The machine turns: the sensorless drive with what standstill has shown, first following torque, then speed.
 //!
-//! **Torque up, none, torque down** gives inertia and friction from means over 20 ms, and over half a second of coasting, in which neither flux nor currents change in the frame of the flux:
+//! **Torque up, none, torque down** gives inertia and friction by what the torque adds up to. For each part, from when flux and currents have settled in the frame of the flux,
+//! and with a constant M for each:
 //!
-//! (3/2) n_p Re((u − u_lost − N ī − R_s i) ī)/ω_s = J Δω/Δt + D ω + τ_C + k ω² + (3/2) n_p G ω_s ψ²
+//! ∫τ dt = J ω + D ∫ω dt + τ_C t + k ∫ω² dt + (3/2) n_p G ∫ω_s ψ² dt + M,   τ = (3/2) n_p Re((u − u_lost − N ī − R_s i) ī)/ω_s
+//!
+//! Nothing is differentiated: noise and ripple of the speed, and what ω̂ lags by under a constant torque (it is in M), make no acceleration. With a torque that ripples and a
+//! shaft that gives the mean is the machine's all the same.
 //!
 //! Windage k is kept where it is more than its uncertainty. Where it is not, friction in proportion to speed holds a part of it, and the intervals of D and τ_C reach to
 //! what they would be with it.
@@ -59,16 +63,15 @@ const PARTS: [Part; 9] = [
 /// Flux while it coasts, over that of the plan.
 const COASTING_FLUX: f64 = 0.3;
 const COAST_S: f64 = 1.9;
-/// Where torque and speed hardly change, noise of the speed must not be taken for acceleration.
-const COAST_WINDOW_S: f64 = 0.5;
 /// A shaft that is not fast by then does not turn.
 const UP_S: f64 = 15.0;
 /// Mean torque and speed are taken over this.
 const WINDOW_S: f64 = 0.02;
-/// The torque of two windows in a row differs by no more than this share of what is asked for: flux and currents have settled.
-const STEADY: f64 = 0.015;
-/// A light shaft gets less torque, so that speeding up takes this long.
+/// Currents and estimates have settled to a torque that changed, s.
+const SETTLED_S: f64 = 0.08;
+/// A light shaft gets less torque beyond its friction, so that speeding up takes this long; and the least share of it.
 const UP_AT_LEAST_S: f64 = 0.8;
+const LEAST_TORQUE: f64 = 0.15;
 /// Below this share of the rated frequency the power does not show the torque.
 const SEEN_FROM: f64 = 0.08;
 /// No load: flux over that of the plan, and the speed over the synchronous one.
@@ -92,7 +95,6 @@ struct Window<T> {
     /// Re((u − u_lost − N ī − R_s i) ī), W over 3/2.
     power: T,
     omega: T,
-    begin: T,
     /// Of the flux' frame: u − u_lost − N ī, i, and the angle turned.
     u: Complex<T>,
     i: Complex<T>,
@@ -100,9 +102,9 @@ struct Window<T> {
 }
 
 impl<T: Scalar> Window<T> {
-    fn new(begin: T) -> Self {
+    fn new() -> Self {
         let (o, z) = (T::zero(), Complex::new(T::zero(), T::zero()));
-        Self { samples: 0, power: o, omega: o, begin, u: z, i: z, turned: o }
+        Self { samples: 0, power: o, omega: o, u: z, i: z, turned: o }
     }
 }
 
@@ -114,6 +116,46 @@ struct NoLoad {
     omega_s: f64,
 }
 
+/// A part of the run under torque: what torque, speed and iron have added up to.
+#[derive(Clone, Copy, Debug)]
+struct Momentum {
+    rows: Linear<5>,
+    /// Σx and Σy of the rows, for their means.
+    sum: [f64; 5],
+    sum_y: f64,
+    count: f64,
+    /// ∫τ dt, ∫ω dt, t, ∫ω² dt, (3/2) n_p ∫ω_s ψ² dt.
+    impulse_nm_s: f64,
+    integrals: [f64; 4],
+}
+
+impl Momentum {
+    const NONE: Self =
+        Self { rows: Linear::new(), sum: [0.0; 5], sum_y: 0.0, count: 0.0, impulse_nm_s: 0.0, integrals: [0.0; 4] };
+
+    /// A window, and the speed at its end.
+    fn add(&mut self, seconds: f64, torque_nm: f64, [omega, iron]: [f64; 2], omega_at_end: f64) {
+        self.impulse_nm_s += torque_nm * seconds;
+        for (sum, x) in self.integrals.iter_mut().zip([omega, 1.0, omega * omega, iron]) {
+            *sum += x * seconds;
+        }
+        let [turned, time, square, iron] = self.integrals;
+        let x = [omega_at_end, turned, time, square, iron];
+        self.rows.add(x, self.impulse_nm_s);
+        for (sum, x) in self.sum.iter_mut().zip(x) {
+            *sum += x;
+        }
+        self.sum_y += self.impulse_nm_s;
+        self.count += 1.0;
+    }
+
+    /// Its rows, with a constant of their own.
+    fn rows(&self) -> Option<Linear<5>> {
+        let n = self.count;
+        (n > 2.0).then(|| self.rows.about_the_mean(self.sum.map(|x| x / n), self.sum_y / n))
+    }
+}
+
 /// The machine that turns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turning<T: Scalar> {
@@ -121,7 +163,9 @@ pub(super) struct Turning<T: Scalar> {
     still: AtStandstill,
     drive: Drive<T>,
     torque_nm: f64,
-    torque_before_nm: f64,
+    /// How fast the shaft gained speed on average while it first sped up, rad/s², and how long that took.
+    first_up: [f64; 2],
+    coasting_from: f64,
     rotor_time_constant_s: f64,
     resistance_ohm: T,
     asymmetry_ohm: Complex<T>,
@@ -132,6 +176,7 @@ pub(super) struct Turning<T: Scalar> {
     elapsed_s: f64,
     window: Window<T>,
     before: Option<(Complex<T>, Complex<T>)>,
+    momentum: Momentum,
     mechanics: Linear<5>,
     levels: [NoLoad; NO_LOAD_LEVELS],
     doubtful_s: f64,
@@ -222,7 +267,8 @@ impl<T: Scalar> Turning<T> {
             still: *still,
             drive: drive_of(plan, still, None)?,
             torque_nm: 1.5 * f64::from(plan.pole_pairs) * plan.rating.rotor_flux_vs * torque_current,
-            torque_before_nm: 0.0,
+            first_up: [0.0; 2],
+            coasting_from: 0.0,
             rotor_time_constant_s: (l_m + still.leakage_inductance_h.value) / still.rotor_resistance_ohm.value,
             resistance_ohm: f(still.stator_resistance_ohm.value),
             asymmetry_ohm: cast(still.asymmetry()),
@@ -230,8 +276,9 @@ impl<T: Scalar> Turning<T> {
             curvature: f(plan.sample_time_s / (24.0 * still.leakage_inductance_h.value)),
             stage: Stage::Torque(0),
             elapsed_s: 0.0,
-            window: Window::new(T::zero()),
+            window: Window::new(),
             before: None,
+            momentum: Momentum::NONE,
             mechanics: Linear::new(),
             levels: [NoLoad::default(); NO_LOAD_LEVELS],
             doubtful_s: 0.0,
@@ -293,7 +340,7 @@ impl<T: Scalar> Turning<T> {
         if is_finite(m.i_s) {
             self.take(u_s, m.i_s, e.rotor_flux_vs, e.omega_m);
         } else {
-            (self.before, self.window) = (None, Window::new(e.omega_m));
+            (self.before, self.window) = (None, Window::new());
         }
         let speed = self.plan.rating.synchronous_speed_rad_s(self.plan.pole_pairs);
         let omega = e.omega_m.value() / speed;
@@ -301,29 +348,25 @@ impl<T: Scalar> Turning<T> {
         let settling = (2.0 * self.rotor_time_constant_s).clamp(0.3, 1.5);
         match self.stage {
             Stage::Torque(part) => {
-                let coasts = matches!(PARTS.get(part), Some(Part::Coast));
-                let whole = f64::from(self.window.samples) * t >= if coasts { COAST_WINDOW_S } else { WINDOW_S };
-                if whole {
-                    let w = self.window;
-                    let n = f64::from(w.samples);
-                    let settled = match PARTS.get(part) {
-                        Some(Part::Up(_) | Part::Down(_)) => self.elapsed_s > 2.0 * WINDOW_S,
-                        Some(Part::Coast) => self.elapsed_s > settling + COAST_WINDOW_S,
-                        _ => false,
+                let w = self.window;
+                let n = f64::from(w.samples);
+                if n * t >= WINDOW_S {
+                    let after = match PARTS.get(part) {
+                        Some(Part::Up(_) | Part::Down(_)) => SETTLED_S,
+                        Some(Part::Coast) => settling + SETTLED_S,
+                        _ => f64::INFINITY,
                     };
                     let omega_s = w.turned.value() / (n * t);
-                    let torque = 1.5 * f64::from(self.plan.pole_pairs) * w.power.value() / (n * omega_s);
-                    let steady = coasts || (torque - self.torque_before_nm).abs() < STEADY * self.torque_nm;
-                    self.torque_before_nm = torque;
-                    if settled && steady && !lost && omega_s.abs() > SEEN_FROM * self.plan.omega_rad_s() {
-                        let change = (e.omega_m - w.begin).value() / (n * t);
-                        let flux = norm2(e.rotor_flux_vs).value();
-                        let iron = 1.5 * f64::from(self.plan.pole_pairs) * omega_s * flux;
-                        let weight = Scalar::sqrt(n * t / WINDOW_S);
-                        let omega = w.omega.value() / n;
-                        self.mechanics.add([change, omega, 1.0, omega * omega, iron].map(|x| weight * x), weight * torque);
+                    let seen = omega_s.abs() > SEEN_FROM * self.plan.omega_rad_s();
+                    if self.elapsed_s > after + n * t && seen && !lost {
+                        let factor = 1.5 * f64::from(self.plan.pole_pairs);
+                        let torque = factor * w.power.value() / (n * omega_s);
+                        let iron = factor * omega_s * norm2(e.rotor_flux_vs).value();
+                        self.momentum.add(n * t, torque, [w.omega.value() / n, iron], e.omega_m.value());
+                    } else {
+                        self.part_done();
                     }
-                    self.window = Window::new(e.omega_m);
+                    self.window = Window::new();
                 }
                 let done = match PARTS.get(part) {
                     Some(Part::Up(to)) => omega >= *to,
@@ -332,8 +375,14 @@ impl<T: Scalar> Turning<T> {
                     _ if part == 0 => self.elapsed_s > 2.0 * settling + 0.1,
                     _ => self.elapsed_s > settling + 0.1,
                 };
-                if done && part == 1 {
-                    self.torque_nm *= (self.elapsed_s / UP_AT_LEAST_S).clamp(0.15, 1.0);
+                match part {
+                    1 if done => (self.first_up, self.coasting_from) = ([omega, self.elapsed_s], omega),
+                    2 if done => self.weigh(omega),
+                    _ => (),
+                }
+                if done {
+                    self.part_done();
+                    self.window = Window::new();
                 }
                 if done && part + 1 < PARTS.len() {
                     self.go_on(Stage::Torque(part + 1));
@@ -348,7 +397,7 @@ impl<T: Scalar> Turning<T> {
                 let wait = if level == 0 { settling + 1.5 } else { settling };
                 let averaged = NO_LOAD_S.get(level).copied().unwrap_or(0.0);
                 if self.elapsed_s <= wait {
-                    self.window = Window::new(e.omega_m);
+                    self.window = Window::new();
                 } else if self.elapsed_s > wait + averaged {
                     let (w, n) = (self.window, f64::from(self.window.samples));
                     let mean = |z: Complex<T>| Complex::new(z.re.value() / n, z.im.value() / n);
@@ -361,6 +410,23 @@ impl<T: Scalar> Turning<T> {
             Stage::Stop => return Ok((u, self.elapsed_s > STOP_S)),
         }
         Ok((u, false))
+    }
+
+    /// A part has ended, or what it adds up to is interrupted.
+    fn part_done(&mut self) {
+        if let Some(rows) = self.momentum.rows() {
+            self.mechanics.join(&rows);
+        }
+        self.momentum = Momentum::NONE;
+    }
+
+    /// After the first coasting, down to `omega` over the synchronous speed: the torque that speeds the shaft up in [`UP_AT_LEAST_S`] beside its friction.
+    fn weigh(&mut self, omega: f64) {
+        let [gained, took_s] = self.first_up;
+        let (up, down) = (gained / took_s, ((self.coasting_from - omega) / self.elapsed_s).max(0.0));
+        let friction = down / (up + down);
+        let least = LEAST_TORQUE.max(1.5 * friction).min(1.0);
+        self.torque_nm *= (friction + (1.0 - friction) * took_s / UP_AT_LEAST_S).clamp(least, 1.0);
     }
 
     /// Adds a sample to the window.

@@ -371,6 +371,11 @@ impl<T: Scalar> BeginsAt<T> for FieldOriented<T> {
         s.flux_limit = norm(psi);
         s.wanted_v = norm(psi) * s.omega_s.abs();
     }
+
+    #[inline]
+    fn draw_flux(&mut self, rotor_flux_vs: Complex<T>, share: T) {
+        self.state.rotor.draw(rotor_flux_vs, share);
+    }
 }
 
 impl<T: Scalar> Reports for FieldOriented<T> {

@@ -291,6 +291,11 @@ impl<T: Scalar> BeginsAt<T> for Kenne<T> {
         s.flux_limit = norm(caught.rotor_flux_vs);
         s.wanted_v = norm(caught.rotor_flux_vs) * s.omega_s.abs();
     }
+
+    #[inline]
+    fn draw_flux(&mut self, rotor_flux_vs: Complex<T>, share: T) {
+        self.state.rotor.draw(rotor_flux_vs, share);
+    }
 }
 
 impl<T: Scalar> Reports for Kenne<T> {

@@ -13,6 +13,9 @@
 //!   all of the voltage, a few per cent of R_s in one direction are a flux that is not there.
 //! - **Voltage.** [`Measured::u_s`] is what was commanded over the sample that ended. What the machine had of it, a `voltage_delay_s` later and without what was
 //!   added for the dead time, is what the observer gets.
+//! - **Flux.** While the speed changes ω̂ lags, and a current model driven by it is off by the lag: the slip that it makes is another than the torque's, which at rated
+//!   torque within a tenth of a second is half of it. The observer's flux follows the voltage and does not lag: above 5 Hz the controller is drawn to it
+//!   ([`BeginsAt::draw_flux`]). Near zero frequency the voltage shows no flux; what the inverter keeps for itself could hold the field still, and the current model alone decides.
 //! - **Supervision.** Where the estimate is not to be trusted for 0.2 s (a residual that stays, no flux, states at their limits), or the
 //!   [`Drive`] restarts its controller, the search begins again: the drive finds its machine and goes on. What the observer learnt of R_s stays.
 //! - **Zero stator frequency** is passed, not held: within ±0.05 Hz no observer sees the speed, and [`DriveStatus::SPEED_UNSEEN`] says so.
@@ -42,6 +45,10 @@ use search::{EmfSearch, Found};
 const DOUBT_S: f64 = 0.2;
 /// Stator frequency below which the speed is not seen, rad/s.
 const UNSEEN_RAD_S: f64 = 0.3;
+/// Stator frequency above which the controller takes the observer's flux, rad/s, and how fast, 1/s for each rad/s beyond: by a tenth of the rated frequency what the dead
+/// time leaves is no more than a per cent or two of the emf.
+const FLUX_SEEN_RAD_S: f64 = 31.4;
+const FLUX_DRAWN: f64 = 4.0;
 
 /// A drive whose speed is an observer's.
 #[derive(Clone, Copy, Debug)]
@@ -197,6 +204,10 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
         status = status
             .and_if(doubtful, DriveStatus::SPEED_LOST)
             .and_if(!magnetizing && omega_s.abs() < T::from_f64(UNSEEN_RAD_S), DriveStatus::SPEED_UNSEEN);
+        let beyond = omega_s.abs() - T::from_f64(FLUX_SEEN_RAD_S);
+        if beyond > T::zero() && !doubtful && !status.has(DriveStatus::RESTARTED) && self.observer.flux_follows_voltage() {
+            self.drive.draw_flux(lambda, (beyond * m.sample_time_s * T::from_f64(FLUX_DRAWN)).min(T::one()));
+        }
         if s.doubtful_s > T::from_f64(DOUBT_S) {
             self.drive.restart();
             status = status.and(DriveStatus::RESTARTED);

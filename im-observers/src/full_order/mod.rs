@@ -221,6 +221,10 @@ impl<T: Scalar> Observer<T> for FullOrder<T> {
         state.stator
     }
 
+    fn flux_follows_voltage(&self) -> bool {
+        true
+    }
+
     #[inline]
     fn step(&self, s: &mut FullOrderState<T>, input: &Input<T>) -> Estimate<T> {
         let basis = &self.basis;
