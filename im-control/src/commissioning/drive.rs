@@ -14,6 +14,9 @@ pub type CommissionedDrive<T> = Sensorless<T, FieldOriented<T>, FullOrder<T>>;
 /// The knee of a compensation, over the rated current: narrower, noise would switch the whole amount back and forth.
 const SOFTEST: f64 = 0.03;
 
+/// Leakage for fast changes over that for slow ones, from which on the observer's flux is the better one.
+const FLUX_FROM: f64 = 0.8;
+
 /// What distinguishes the drive of a commissioning from the one after it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Use {
@@ -42,16 +45,18 @@ pub(super) fn drive<T: Scalar>(
         ..typical
     };
     let mut observed = FullOrderGains::for_machine(&machine, rating);
-    // As fast as the current loop: the speed loop stands on it.
-    observed.current_bandwidth_rad_s = gains.current_bandwidth_rad_s.value();
+    // As fast as the current loop, for the speed loop stands on it. Where bars make the leakage another for fast changes, what a current's change meets is not what the
+    // observer expects, and it is taken for speed: slower by as much again, to what is the observer's own.
+    observed.current_bandwidth_rad_s = fast * observed.current_bandwidth_rad_s.max(fast * typical.current_bandwidth_rad_s.value());
     observed.speed_bandwidth_rad_s = 0.5 * observed.current_bandwidth_rad_s;
-    observed.stator_resistance_per_s *= fast;
     if !purpose.learns_stator_resistance {
         observed.stator_resistance_per_s = 0.0;
     }
     let observer = FullOrder::try_new(Basis::try_new(&machine, rating, plan.sample_time_s)?, observed)?;
     let limits = DriveLimits::generous(&data, f(rating.synchronous_speed_rad_s(plan.pole_pairs)), flux);
     let drive = Sensorless::try_new(FieldOriented::try_new(&data, &gains)?, observer, &data, &limits, t)?;
+    // With such bars its flux is off with every change of current, too.
+    let drive = if fast < FLUX_FROM { drive.with_flux_of_controller() } else { drive };
     let lost = dead_time(plan, inverter);
     if lost.drop_v > T::zero() { drive.compensating(&lost) } else { Ok(drive) }
 }

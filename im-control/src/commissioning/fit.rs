@@ -264,6 +264,27 @@ mod tests {
         assert!(covered >= 185, "{covered} of 200");
     }
 
+    /// Two runs with constants of their own, of which neither alone tells both coefficients.
+    #[test]
+    fn runs_are_joined_whatever_constant_each_has() {
+        let mut all = Linear::<2>::new();
+        for (run, constant) in [(0, 7.0), (1, -40.0)] {
+            let (mut rows, mut sum, mut sum_y) = (Linear::<2>::new(), [0.0; 2], 0.0);
+            for k in 0..40 {
+                let t = 0.1 * f64::from(k);
+                let x = if run == 0 { [3.0 * t, t] } else { [-2.0 * t, t] };
+                let y = 1.5 * x[0] + 0.4 * x[1] + constant + 1e-3 * noise(k as usize);
+                rows.add(x, y);
+                (sum, sum_y) = ([sum[0] + x[0], sum[1] + x[1]], sum_y + y);
+            }
+            let one = rows.about_the_mean(sum.map(|x| x / 40.0), sum_y / 40.0);
+            assert!(one.solve().is_none(), "{run}");
+            all.join(&one);
+        }
+        let [a, b] = all.solve().unwrap();
+        assert!(a.covers(1.5) && b.covers(0.4) && a.half_width < 1e-3 && b.half_width < 2e-3, "{a:?} {b:?}");
+    }
+
     #[test]
     fn a_decay_is_found_from_afar() {
         let truth = [3.0, 0.2];

@@ -61,6 +61,7 @@ pub struct Sensorless<T: Scalar, C, O: Observer<T>> {
     pole_pairs: T,
     offset_a: Complex<T>,
     asymmetry_ohm: Complex<T>,
+    draws_flux: bool,
     state: State<T, O::State>,
 }
 
@@ -88,6 +89,7 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
     ) -> Result<Self, ControlError> {
         let search = EmfSearch::try_new(machine, limits, sample_time_s)?;
         let w = &machine.windings;
+        let draws_flux = observer.flux_follows_voltage();
         Ok(Self {
             drive: Drive::try_new(controller, limits)?,
             observer,
@@ -96,6 +98,7 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
             pole_pairs: machine.n_p(),
             offset_a: Complex::new(T::zero(), T::zero()),
             asymmetry_ohm: Complex::new(T::zero(), T::zero()),
+            draws_flux,
             state: State {
                 observer: O::State::default(),
                 voltage: Delayed::new(machine.voltage_delay_s / sample_time_s),
@@ -131,6 +134,12 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
     pub fn with_resistance_asymmetry(self, asymmetry_ohm: Complex<T>) -> Result<Self, ControlError> {
         guard::check_number("resistance asymmetry", asymmetry_ohm)?;
         Ok(Self { asymmetry_ohm, ..self })
+    }
+
+    /// The controller keeps its own flux, whatever the observer says: for machines whose leakage depends on how fast a current changes (deep bars).
+    #[must_use]
+    pub fn with_flux_of_controller(self) -> Self {
+        Self { draws_flux: false, ..self }
     }
 
     /// Before a controller whose commands are currents, with an inverter that tracks them.
@@ -205,7 +214,7 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
             .and_if(doubtful, DriveStatus::SPEED_LOST)
             .and_if(!magnetizing && omega_s.abs() < T::from_f64(UNSEEN_RAD_S), DriveStatus::SPEED_UNSEEN);
         let beyond = omega_s.abs() - T::from_f64(FLUX_SEEN_RAD_S);
-        if beyond > T::zero() && !doubtful && !status.has(DriveStatus::RESTARTED) && self.observer.flux_follows_voltage() {
+        if beyond > T::zero() && !doubtful && !status.has(DriveStatus::RESTARTED) && self.draws_flux {
             self.drive.draw_flux(lambda, (beyond * m.sample_time_s * T::from_f64(FLUX_DRAWN)).min(T::one()));
         }
         if s.doubtful_s > T::from_f64(DOUBT_S) {
