@@ -328,6 +328,8 @@ impl<T: Scalar> Turning<T> {
         if is_finite(m.i_s) {
             self.take(u_s, m.i_s, e.rotor_flux_vs, e.omega_m);
         } else {
+            // What it adds up to has a gap: another constant from here on.
+            self.part_done();
             (self.before, self.window) = (None, Window::new());
         }
         let speed = self.plan.rating.synchronous_speed_rad_s(self.plan.pole_pairs);
