@@ -81,7 +81,7 @@ fn low_slip(p: TParameters<f64>, skin_effect: Option<[Found; 2]>) -> TParameters
 
 impl Commissioned {
     /// The sensorless drive of this machine: typical gains, the dead-time curve compensated, the sensors' offset taken off, unlike phases known to the observer, R_s learnt while it runs; it follows speed. The plan's current limit and
-    /// rotor flux are the drive's.
+    /// rotor flux are the drive's; L_m is that of the magnetizing curve at this flux.
     ///
     /// # Errors
     /// A value that no drive can be made of.
@@ -89,7 +89,7 @@ impl Commissioned {
         let inverter = [self.inverter_voltage_v.value, self.inverter_current_a.value];
         let drive = drive(
             plan,
-            self.parameters(),
+            self.parameters_at(plan.rating.rotor_flux_vs),
             self.skin_effect,
             inverter,
             Use { follows_torque: false, learns_stator_resistance: true },

@@ -60,7 +60,7 @@ impl CommissioningPlan {
 pub enum CommissioningFault {
     /// There is current without voltage.
     #[error(
-        "a current flows without voltage: the shaft turns with flux, or the offset of a current sensor is a twentieth of the rated current or more"
+        "a current flows without voltage: the shaft turns with flux, or the offset of a current sensor is a tenth of the rated current or more"
     )]
     NotAtRest,
     /// Voltage pulses give no current.
@@ -180,6 +180,18 @@ impl Commissioned {
             inertia_kg_m2: self.inertia_kg_m2.value,
             viscous_friction_nm_s_per_rad: self.viscous_friction_nm_s_per_rad.value.max(0.0),
         }
+    }
+
+    /// The T circuit at another flux, Vs: L_m by the magnetizing curve.
+    pub(super) fn parameters_at(&self, flux_vs: f64) -> TParameters<f64> {
+        let p = self.parameters();
+        let (straight, bent) = magnetizing_laws(&self.magnetizing, flux_vs, p.magnetizing_inductance_h);
+        let magnetizing_inductance_h = match (straight, bent) {
+            (Some(s), Some(b)) if b.cost < s.cost => b.parameters[0].value / (1.0 + b.parameters[1].value),
+            (Some(s), _) => s.parameters[0].value,
+            _ => p.magnetizing_inductance_h,
+        };
+        TParameters { magnetizing_inductance_h, ..p }
     }
 
     /// What the stator resistance differs by with the direction of the current, over itself, where that is seen and is one per cent or more.

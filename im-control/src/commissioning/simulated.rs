@@ -120,12 +120,14 @@ const KEPT_BEFORE_S: f64 = 0.2;
 
 impl SimulatedCommissioning {
     /// What `im diagnose` gets: three seconds at every sample, from just before the shaft begins to turn; where it did not, the last three. What standstill shows is in
-    /// the values found; and over a row of several samples the voltage of a turning machine is no constant.
+    /// the values found; and over a row of several samples the voltage of a turning machine is no constant. A jerk of the shaft when the direct current goes from one phase to
+    /// the next is no turning.
     pub fn record(&self) -> Recording {
         let all = &self.run.recording;
         let rows = |seconds: f64| (seconds / all.sample_time_s) as usize;
-        let slow = 0.02 * self.plan.rating.synchronous_speed_rad_s(self.plan.pole_pairs);
-        let moves = all.omega_m.iter().position(|omega| omega.abs() > slow);
+        let synchronous = self.plan.rating.synchronous_speed_rad_s(self.plan.pole_pairs);
+        let turns = all.omega_m.iter().position(|omega| omega.abs() > 0.3 * synchronous);
+        let moves = turns.map(|k| all.omega_m.iter().take(k).rposition(|omega| omega.abs() < 0.02 * synchronous).unwrap_or(0));
         let first = moves.unwrap_or(all.len()).saturating_sub(rows(KEPT_BEFORE_S)).min(all.len().saturating_sub(rows(KEPT_S)));
         let kept = first..all.len().min(first + rows(KEPT_S));
         Recording {

@@ -213,8 +213,8 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
         status = status
             .and_if(doubtful, DriveStatus::SPEED_LOST)
             .and_if(!magnetizing && omega_s.abs() < T::from_f64(UNSEEN_RAD_S), DriveStatus::SPEED_UNSEEN);
-        let beyond = omega_s.abs() - T::from_f64(FLUX_SEEN_RAD_S);
-        if beyond > T::zero() && !doubtful && !status.has(DriveStatus::RESTARTED) && self.draws_flux {
+        if self.draws_flux && !doubtful && !status.has(DriveStatus::RESTARTED) {
+            let beyond = (omega_s.abs() - T::from_f64(FLUX_SEEN_RAD_S)).max(T::zero());
             self.drive.draw_flux(lambda, (beyond * m.sample_time_s * T::from_f64(FLUX_DRAWN)).min(T::one()));
         }
         if s.doubtful_s > T::from_f64(DOUBT_S) {
