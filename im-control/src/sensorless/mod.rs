@@ -213,8 +213,9 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
         status = status
             .and_if(doubtful, DriveStatus::SPEED_LOST)
             .and_if(!magnetizing && omega_s.abs() < T::from_f64(UNSEEN_RAD_S), DriveStatus::SPEED_UNSEEN);
-        if self.draws_flux && !doubtful && !status.has(DriveStatus::RESTARTED) {
-            let beyond = (omega_s.abs() - T::from_f64(FLUX_SEEN_RAD_S)).max(T::zero());
+        let beyond = omega_s.abs() - T::from_f64(FLUX_SEEN_RAD_S);
+        // Not so where the current is no number.
+        if self.draws_flux && beyond > T::zero() && !doubtful && !status.has(DriveStatus::RESTARTED) {
             self.drive.draw_flux(lambda, (beyond * m.sample_time_s * T::from_f64(FLUX_DRAWN)).min(T::one()));
         }
         if s.doubtful_s > T::from_f64(DOUBT_S) {
