@@ -1,7 +1,8 @@
 //! The act after the last: where no effect of the library explains what is left, a curve that nobody wrote is learned.
 //!
 //! Free-form effects ([`im_model::effects::FreeForm`]) are effects to the search: scored, refitted and judged beside those of the library by the same
-//! criterion, in which a curve counts as many parameters as the data determine of it. Where an effect of the library explains as much, it wins.
+//! criterion, in which a curve counts as many parameters as the data determine of it. Where an effect of the library explains as much, it wins;
+//! where a curve wins, the library is not said to explain the recordings, whether the curve is learned or not.
 //! `places`: which curves may be missing. `curve`: what was learned, with its band. `forms`: which formula it looks like.
 
 mod curve;
