@@ -23,7 +23,8 @@ pub struct Case {
     pub train: Vec<Experiment>,
     /// A recording that no fit sees.
     pub holdout: Option<Experiment>,
-    /// Effects that the way of recording rules out: an inverter's between command and terminals, where the terminals were measured.
+    /// Effects that the way of recording rules out: an inverter's between command and terminals, where the terminals were measured; the zero of
+    /// a voltage sensor, where the command was recorded.
     pub ruled_out: Vec<EffectId>,
 }
 
@@ -47,7 +48,8 @@ impl Case {
         let run = |i: Intake| (i.experiment, i.begin, i.load);
         let measured = train.iter().all(|i| i.measured_voltage);
         let case = Self::of(motor, train.into_iter().map(run).collect(), holdout.map(run));
-        Self { ruled_out: if measured { vec![EffectId::InverterNonlinearity] } else { Vec::new() }, ..case }
+        let between = if measured { EffectId::InverterNonlinearity } else { EffectId::VoltageOffset };
+        Self { ruled_out: vec![between], ..case }
     }
 
     /// From runs, with how each begins and what is known of its load.
