@@ -4,11 +4,12 @@
 //! P = I − J(JᵀJ)⁻¹Jᵀ:   S = (GᵀPr)ᵀ (GᵀPG)⁻¹ (GᵀPr) ~ χ²_k when the effect is absent.
 //!
 //! Signatures are secants: the change of the outputs at the size that would matter, over that size. They exist where derivatives at
-//! zero strength do not (a shaft with a little compliance is stiff), and cost one plain simulation each.
+//! zero strength do not (a shaft with a little compliance is stiff), and cost one plain simulation each. All of it is done in steps as long as
+//! signals and residual allow ([`Thinned::keeping`]).
 
 use std::sync::OnceLock;
 
-use im_identify::offline::{Changes, Experiment, Free, Linearized, effect_parameters, linearize};
+use im_identify::offline::{Experiment, Free, Linearized, Residuals, Thinned, effect_parameters, linearize, predict, residuals};
 use im_model::effects::{COEFFICIENTS, FreeForm, Role};
 use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector};
@@ -16,7 +17,7 @@ use rayon::prelude::*;
 
 use super::lines;
 use crate::noise::{Whitener, whiteners};
-use crate::residuals::deviance;
+use crate::residuals::{deviance, difference};
 use crate::statistics::{closest_of, log_p, orthonormal, threshold};
 
 /// Score of one effect at its best shape.
@@ -65,16 +66,18 @@ const RESONANCES: usize = 3;
 
 /// Everything a score needs at the present machine.
 pub struct ScoreContext<'a> {
-    experiments: &'a [Experiment],
+    thinned: Thinned<'a>,
     starts: &'a [State<f64>],
     machine: Machine<f64>,
     rating: &'a Rating,
-    changes: Changes<'a>,
+    /// What the machine does in these steps.
+    before: Vec<Vec<Vec<f64>>>,
     whiteners: Vec<Vec<Whitener>>,
     /// Whitened, and plain.
     white: Projection,
     plain: Projection,
-    /// D of what a plain refit of the present parameters leaves.
+    /// What a plain refit of the present parameters leaves at every row, and D of it.
+    left: Residuals,
     deviance: f64,
     /// Root mean square of the raw residual, in σ.
     raw_rms: f64,
@@ -82,8 +85,8 @@ pub struct ScoreContext<'a> {
     variance: f64,
     /// Chance of a false alarm per effect.
     level: f64,
-    /// The residual in σ.
-    residuals: Vec<Vec<Vec<f64>>>,
+    /// The residual in σ, at every row.
+    residuals: Residuals,
     /// Orders, per turn of the rotor, of lines in the residual: looked for when an effect of some order is scored.
     lines: OnceLock<Vec<f64>>,
 }
@@ -145,6 +148,22 @@ fn strung(signals: &[Vec<Vec<f64>>]) -> Vec<f64> {
     signals.iter().flatten().flatten().copied().collect()
 }
 
+/// The other way.
+fn cut(runs: &[Experiment], column: &[f64]) -> Residuals {
+    let mut rest = column;
+    let mut channel = |rows: usize| {
+        let (head, tail) = rest.split_at(rows);
+        rest = tail;
+        head.to_vec()
+    };
+    runs.iter().map(|e| e.channels.iter().map(|_| channel(e.len())).collect()).collect()
+}
+
+fn less(a: &Residuals, b: &Residuals) -> Residuals {
+    let channel = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a - b).collect();
+    a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(channel).collect()).collect()
+}
+
 /// Whitens per channel and strings everything into one column.
 fn column(signals: &[Vec<Vec<f64>>], whiteners: &[Vec<Whitener>]) -> Vec<f64> {
     signals.iter().zip(whiteners).flat_map(|(s, w)| s.iter().zip(w).flat_map(|(x, w)| w.apply(x)).collect::<Vec<_>>()).collect()
@@ -161,58 +180,68 @@ impl<'a> ScoreContext<'a> {
         free: &[im_identify::offline::Free],
         level: f64,
     ) -> Self {
+        let residuals: Residuals = experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
+        let thinned = Thinned::keeping(experiments, &residuals);
+        let runs = thinned.runs();
         let linear: Vec<Linearized> =
-            experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
-        let residuals: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.residuals.clone()).collect();
-        let whiteners = whiteners(experiments, &residuals);
+            runs.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
+        let sums = thinned.sums(&residuals);
+        let whiteners = whiteners(runs, &sums);
         let slopes = |p: usize| linear.iter().map(|l| l.slopes[p].clone()).collect::<Vec<_>>();
         let columns = |f: Stringing| {
             let slopes = (0..free.len()).into_par_iter().map(|p| f(&slopes(p), &whiteners)).collect();
-            Projection::new(f(&residuals, &whiteners), slopes)
+            Projection::new(f(&sums, &whiteners), slopes)
         };
         let (white, plain) = rayon::join(|| columns(column), || columns(|signals, _| strung(signals)));
-        let count: usize = experiments.iter().map(Experiment::count).sum();
-        let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
+        let count: usize = runs.iter().map(Experiment::count).sum();
+        let raw_rms = (sums.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
         let variance = (dot(&white.residual, &white.residual) / count as f64).max(1.0);
-        let deviance = f64::NAN;
-        let mut me = Self {
-            experiments,
+        let before = runs.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
+        let taken = strung(&sums).iter().zip(&plain.residual).map(|(r, left)| r - left).collect::<Vec<_>>();
+        let left = less(&residuals, &thinned.at_every_row(&cut(runs, &taken)));
+        Self {
+            deviance: deviance(experiments, &left),
+            left,
+            thinned,
             starts,
             machine: *machine,
             rating,
-            changes: Changes::from(machine, experiments, starts),
+            before,
             whiteners,
             white,
             plain,
-            deviance,
             raw_rms,
             variance,
             level,
             residuals,
             lines: OnceLock::new(),
-        };
-        me.deviance = me.deviance_of(&me.plain.residual);
-        me
+        }
     }
 
-    /// D of a residual strung into a column.
-    fn deviance_of(&self, column: &[f64]) -> f64 {
-        let mut rest = column;
-        let mut cut = |n: usize| {
-            let (head, tail) = rest.split_at(n);
-            rest = tail;
-            head.to_vec()
+    /// D of what is left when a refit takes a change of the outputs, as a column of the steps, off.
+    fn deviance_without(&self, column: &[f64]) -> f64 {
+        let change = self.thinned.at_every_row(&cut(self.thinned.runs(), column));
+        deviance(self.thinned.recordings(), &less(&self.left, &change))
+    }
+
+    /// From the machine to another, in the steps, per run and channel in σ; `None` where the simulation runs away.
+    fn change_to(&self, other: &Machine<f64>) -> Option<Vec<Vec<Vec<f64>>>> {
+        let runs = self.thinned.runs().iter().zip(self.starts).zip(&self.before);
+        let change = |((e, x), before): ((&Experiment, &State<f64>), &Vec<Vec<f64>>)| {
+            let d = difference(e, before, &predict(other, e, x));
+            d.iter().flatten().all(|v| v.is_finite()).then_some(d)
         };
-        let shaped: Vec<Vec<Vec<f64>>> = self.changes.before().iter().map(|e| e.iter().map(|c| cut(c.len())).collect()).collect();
-        deviance(self.experiments, &shaped)
+        runs.map(change).collect()
     }
 
     /// Orders, per turn of the rotor, of lines in the residual.
     fn lines(&self) -> Vec<f64> {
         let found = || {
             let white = |(r, w): (&Vec<Vec<f64>>, &Vec<Whitener>)| r.iter().zip(w).map(|(r, w)| w.apply(r)).collect();
-            let innovations: Vec<Vec<Vec<f64>>> = self.residuals.iter().zip(&self.whiteners).map(white).collect();
-            lines::orders(&self.machine, self.starts, self.experiments, &innovations)
+            let experiments = self.thinned.recordings();
+            let whiteners = whiteners(experiments, &self.residuals);
+            let innovations: Vec<Vec<Vec<f64>>> = self.residuals.iter().zip(&whiteners).map(white).collect();
+            lines::orders(&self.machine, self.starts, experiments, &innovations)
         };
         self.lines.get_or_init(found).clone()
     }
@@ -230,12 +259,12 @@ impl<'a> ScoreContext<'a> {
         // Far beyond the residual the secant is not the slope any more.
         let wanted = self.raw_rms.max(1.0);
         let mut size = if usual * *sensitivity > FAR * wanted { wanted / *sensitivity } else { usual };
-        let count: usize = self.experiments.iter().map(Experiment::count).sum();
+        let count: usize = self.thinned.runs().iter().map(Experiment::count).sum();
         for _ in 0..8 {
             let mut set: Vec<(ParameterId, f64)> = shape.iter().map(|&(i, v)| (ParameterId::Effect(effect, i), v)).collect();
             set.push((ParameterId::Effect(effect, k), size));
             let there = self.machine.with(&set).ok();
-            let Some(d) = there.and_then(|m| self.changes.to(&m, effect.about().fixed_to_shaft)) else {
+            let Some(d) = there.and_then(|m| self.change_to(&m)) else {
                 size *= 0.1;
                 continue;
             };
@@ -254,7 +283,7 @@ impl<'a> ScoreContext<'a> {
     fn tangents(&self, effect: EffectId) -> Option<Vec<[Vec<f64>; 2]>> {
         let machine = self.machine.with(&[(ParameterId::Effect(effect, 0), 0.0)]).ok()?;
         let free = effect_parameters(effect, &machine, self.rating);
-        let runs = self.experiments.par_iter().zip(self.starts).enumerate();
+        let runs = self.thinned.runs().par_iter().zip(self.starts).enumerate();
         let linear: Vec<Linearized> = runs.map(|(k, (e, x))| linearize(&machine, e, x, k, &free)).collect();
         let signature = |(k, f): (usize, &Free)| {
             let slopes: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.slopes[k].clone()).collect();
@@ -274,7 +303,7 @@ impl<'a> ScoreContext<'a> {
     fn run_by_run(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut begin = 0;
         let mut parts = Vec::new();
-        for run in self.changes.before() {
+        for run in &self.before {
             let end = begin + run.iter().map(Vec::len).sum::<usize>();
             parts.extend(columns.iter().map(|column| {
                 let mut part = vec![0.0; column.len()];
@@ -342,11 +371,11 @@ impl<'a> ScoreContext<'a> {
         let mut gain = score;
         let plain: Vec<Vec<f64>> = plain.into_iter().map(|g| self.plain.projected(g)).collect();
         if let Some((_, sizes, _)) = self.plain.solved(&used.iter().map(|&k| &plain[k]).collect::<Vec<_>>(), smooth.as_ref()) {
-            let mut left = self.plain.residual.clone();
+            let mut taken = vec![0.0; self.plain.residual.len()];
             for (size, &k) in sizes.iter().zip(&used) {
-                left.iter_mut().zip(&plain[k]).for_each(|(r, g)| *r -= size * g);
+                taken.iter_mut().zip(&plain[k]).for_each(|(r, g)| *r += size * g);
             }
-            let fall = self.deviance - self.deviance_of(&left);
+            let fall = self.deviance - self.deviance_without(&taken);
             if fall > gain {
                 (gain, x) = (fall, sizes);
             }

@@ -10,7 +10,7 @@ use super::free::{Free, Target, change_component, component};
 use super::knowledge::{prior_cost, prior_terms};
 use super::simulate::{linearize_to, residuals_to};
 use super::smoothness::{effective_parameters, likely_spreads, smoothness};
-use super::thinned::{Runs, Thinned};
+use super::thinned::Thinned;
 
 /// Why a fit could not be made.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -28,6 +28,9 @@ pub enum FitError {
         experiment: String,
     },
 }
+
+/// A fit that stops when the cost falls by less than this is rough: it is made in longer steps alone.
+const ROUGH: f64 = 1e-3;
 
 /// How hard to try.
 #[derive(Clone, Debug)]
@@ -179,8 +182,8 @@ fn rows(e: &Experiment, fraction: f64) -> usize {
     ((e.len() as f64 * fraction) as usize).clamp(e.len().min(2), e.len())
 }
 
-/// Per experiment and channel: the residuals over the first `fraction` of the rows.
-type Residuals = Vec<Vec<Vec<f64>>>;
+/// Per experiment and channel: (measured − predicted)/σ, row by row; zero at rows that do not count.
+pub type Residuals = Vec<Vec<Vec<f64>>>;
 
 fn simulated(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>], fraction: f64) -> Residuals {
     experiments.par_iter().zip(starts).map(|(e, x)| residuals_to(machine, e, x, rows(e, fraction))).collect()
@@ -208,11 +211,11 @@ fn dot(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 }
 
 impl Slopes {
-    fn at(here: &Point, runs: &[Thinned], free: &[Free], fraction: f64) -> Self {
-        let of = |(k, run): (usize, &Thinned)| {
-            linearize_to(&here.machine, run.run(), &here.starts[k], k, free, rows(run.run(), fraction)).slopes
+    fn at(here: &Point, taken: &Thinned, free: &[Free], fraction: f64) -> Self {
+        let of = |(k, run): (usize, &Experiment)| {
+            linearize_to(&here.machine, run, &here.starts[k], k, free, rows(run, fraction)).slopes
         };
-        let per_run: Vec<Vec<Vec<Vec<f64>>>> = runs.par_iter().enumerate().map(of).collect();
+        let per_run: Vec<Vec<Vec<Vec<f64>>>> = taken.runs().par_iter().enumerate().map(of).collect();
         let p = free.len();
         let mut normal = DMatrix::zeros(p, p);
         for s in &per_run {
@@ -229,9 +232,9 @@ impl Slopes {
         Self { per_run, normal, way: 0.0 }
     }
 
-    fn gradient(&self, runs: &[Thinned], residuals: &Residuals) -> DVector<f64> {
-        let sums: Vec<_> = runs.iter().zip(residuals).map(|(run, r)| run.sums(r)).collect();
-        DVector::from_fn(self.normal.nrows(), |k, _| self.per_run.iter().zip(&sums).map(|(s, r)| dot(&s[k], r)).sum())
+    fn gradient(&self, taken: &Thinned, residuals: &Residuals) -> DVector<f64> {
+        let sums = taken.sums(residuals);
+        DVector::from_fn(self.normal.nrows(), |k, _| self.per_run.iter().zip(sums.iter()).map(|(s, r)| dot(&s[k], r)).sum())
     }
 }
 
@@ -256,20 +259,31 @@ pub fn fit_from(
     let mut here = given.clone();
     // The rows of a table stand each on its own: no horizon is shorter.
     let horizons = if experiments.iter().any(|e| !e.is_table()) { &options.horizons[..] } else { &[] };
-    let runs = Runs::of(experiments);
+    let thinned = Thinned::of(experiments);
+    // Over longer steps an unknown load follows other innovations: what is found there is no start.
+    let sure = experiments.iter().all(|e| e.load.unsure_speed().is_none());
+    let rough = if sure { Thinned::whole(thinned.runs()) } else { thinned.clone() };
     for &fraction in horizons {
         // A rough answer is enough to start the next horizon from.
-        descend(&mut here, &mut room, &runs, free, fraction, options.iterations.min(12), 1e-3)?;
+        descend(&mut here, &mut room, &rough, free, fraction, options.iterations.min(12), ROUGH)?;
     }
-    let mut end = descend(&mut here, &mut room, &runs, free, 1.0, options.iterations, options.tolerance)?;
+    let descent = |here: &mut Point, room: &mut Room| {
+        if options.tolerance < ROUGH {
+            return descend(here, room, &thinned, free, 1.0, options.iterations, options.tolerance);
+        }
+        let end = descend(here, room, &rough, free, 1.0, options.iterations, options.tolerance)?;
+        *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, 1.0);
+        here.check(experiments).map(|()| end)
+    };
+    let mut end = descent(&mut here, &mut room)?;
     // Short horizons can lead away, where a recording begins in motion for example: never worse than from the values given.
     let as_given = || sum_of_squares(&simulated(machine, experiments, &given.starts, 1.0)) + known_cost(machine, free);
     if !horizons.is_empty() && as_given() < here.cost {
-        end = descend(&mut given, &mut room, &runs, free, 1.0, options.iterations, options.tolerance)?;
+        end = descent(&mut given, &mut room)?;
         here = given;
     }
     // Slopes from a short step before the minimum are those of the minimum, for the covariance.
-    let mut normal = end.normal.unwrap_or_else(|| Slopes::at(&here, &runs.thinned, free, 1.0).normal);
+    let mut normal = end.normal.unwrap_or_else(|| Slopes::at(&here, &thinned, free, 1.0).normal);
     for (k, [_, _, information]) in prior_terms(&here.machine, free).into_iter().enumerate() {
         normal[(k, k)] += information;
     }
@@ -396,19 +410,19 @@ const SHORT: f64 = 0.03;
 pub(super) fn descend(
     here: &mut Point,
     room: &mut Room,
-    runs: &Runs,
+    thinned: &Thinned,
     free: &[Free],
     fraction: f64,
     iterations: usize,
     tolerance: f64,
 ) -> Result<End, FitError> {
-    let experiments = runs.experiments;
+    let experiments = thinned.recordings();
     if free.is_empty() || iterations == 0 {
         *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction);
         return here.check(experiments).map(|()| End { accepted: 0, converged: free.is_empty(), normal: None });
     }
-    let whole: Vec<Thinned> = experiments.iter().map(Thinned::whole).collect();
-    let mut taken = &runs.thinned;
+    let whole = Thinned::whole(experiments);
+    let mut taken = thinned;
     *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction);
     here.check(experiments)?;
     let mut damping = 1e-3;
@@ -474,7 +488,7 @@ pub(super) fn descend(
             None => fresh,
         };
         match (arrived, gained.is_some()) {
-            (true, _) if taken.iter().any(|run| run.rows() > 1) => {
+            (true, _) if taken.stride() > 1 => {
                 taken = &whole;
                 damping = 1e-3;
             }

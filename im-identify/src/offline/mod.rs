@@ -4,7 +4,6 @@
 //! what may change. [`fit`] finds the machine that explains all experiments at once.
 
 mod aqdm;
-mod changes;
 mod channel;
 mod experiment;
 mod fit;
@@ -22,10 +21,9 @@ mod thinned;
 mod trend;
 
 pub use aqdm::{AqdmFit, SteadyPoint, fit_aqdm, predicted as aqdm_at};
-pub use changes::Changes;
 pub use channel::{Channel, ChannelKind};
 pub use experiment::{Experiment, ExperimentError, Start};
-pub use fit::{Fit, FitError, FitOptions, cost, fit, fit_from, inverse_of_normal};
+pub use fit::{Fit, FitError, FitOptions, Residuals, cost, fit, fit_from, inverse_of_normal};
 pub use free::{
     Free, Prior, Target, Transform, base_parameters, base_parameters_in, effect_parameters, effect_parameters_in, torques_balance,
 };
@@ -36,3 +34,4 @@ pub use simulate::{Linearized, linearize, predict, residuals};
 pub use smoothness::{Smoothness, smoothness};
 pub use speed::FoundSpeed;
 pub use start::{angle_on, guess_start, start_on, start_parameters};
+pub use thinned::Thinned;
