@@ -454,11 +454,16 @@ pub(super) fn descend(
         let at = |f: &Free| current(f, &here.machine, &here.starts);
         let stopped: Vec<bool> = free.iter().zip(gradient.iter()).map(|(f, g)| f.stops(at(f), *g)).collect();
         let mut gained = None;
-        for _ in 0..14 {
+        for attempt in 0..14 {
             let Some(step) = damped_step(&normal, &gradient, &stopped, damping) else {
                 damping *= 10.0;
                 continue;
             };
+            // After a step that missed, a shorter one is worth a simulation as long as it promises what counts.
+            let promised = 2.0 * gradient.dot(&step) - (&normal * &step).dot(&step);
+            if attempt > 0 && promised < tolerance * here.cost {
+                break;
+            }
             let there = moved(&here.machine, &here.starts, free, &step).ok().filter(|(machine, _)| room.holds(machine));
             let Some((machine, starts)) = there else {
                 damping *= 10.0;
