@@ -131,7 +131,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         }
     }
     let last = &course.last().model;
-    let left = Left::new(&loop_, &course, &found).beside(curves);
+    let left = Left::new(&loop_, &course, &found).judged(&loop_, &found, curves);
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
     let floor = if caused(&course, &left) { 1.0 } else { found.last().train.chi2_per_sample.max(1.0) };
     let (steps, judged) = if floor > 1.05 {

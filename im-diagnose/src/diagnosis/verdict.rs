@@ -85,7 +85,7 @@ const HINT: f64 = 0.003;
 pub(super) struct Left<'a> {
     /// The larger of training and held-out error, χ²/N, of the refitted base model and of the last.
     error: [f64; 2],
-    /// Of the last, with the curves of its effects bent by two standard deviations of their form at most.
+    /// Of the last, with the curves of its effects bent by two standard deviations of their form at most; until [`Left::judged`], as they are.
     bent: f64,
     /// On what it depends.
     dependences: &'a [Dependence],
@@ -108,16 +108,18 @@ impl<'a> Left<'a> {
         let error = [found.steps[0].error(), found.last().error()];
         Self {
             error,
-            bent: if error[1] - 1.0 > NEGLIGIBLE { bent_error(loop_, found) } else { error[1] },
+            bent: error[1],
             dependences: &found.dependences,
             of_tables: if freedom == 0 { 0.0 } else { log_p(cost, freedom) },
             curves: Vec::new(),
         }
     }
 
-    /// The same where curves of no known form make the recordings likelier.
-    pub(super) fn beside(self, curves: Vec<EffectId>) -> Self {
-        Self { curves, ..self }
+    /// The same for the verdict: where curves of no known form make the recordings likelier, or the curves of the effects may be wrong.
+    pub(super) fn judged(self, loop_: &Refinement, found: &Found, curves: Vec<EffectId>) -> Self {
+        let doubtful = curves.is_empty() && self.error[1] - 1.0 > NEGLIGIBLE;
+        let bent = if doubtful { bent_error(loop_, found) } else { self.bent };
+        Self { bent, curves, ..self }
     }
 
     /// Whether it is no noise, beyond doubt: it depends on something, or no instruments err so much.
