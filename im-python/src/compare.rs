@@ -18,6 +18,8 @@ use crate::work::work;
 pub struct Comparison {
     inner: report::Comparison,
     meta: Meta,
+    /// What was taken for what in recordings without a mapping, a sentence each.
+    guessed: Vec<String>,
 }
 
 #[pyfunction]
@@ -28,17 +30,19 @@ pub fn compare(py: Python<'_>, motor: &Motor, data: Vec<Recording>, anyway: bool
         for source in &data {
             taken.extend(source.long_enough(source.read(&file).map_err(|e| Refused::Input(e.to_string()))?)?);
         }
-        report::Comparison::of_intake(&file, &motor.label, taken, anyway)
+        let guessed: Vec<String> = taken.iter().filter_map(|t| t.draft.as_ref()).flat_map(|d| d.guesses.clone()).collect();
+        Ok::<_, Refused>((report::Comparison::of_intake(&file, &motor.label, taken, anyway)?, guessed))
     })?;
-    let (inner, noticed) = made.map_err(refused)?;
+    let ((inner, noticed), guessed) = made.map_err(refused)?;
     let meta = Meta { program: PROGRAM.into(), quality: Some(noticed), ..Meta::default() };
-    Ok(Comparison { inner, meta })
+    Ok(Comparison { inner, meta, guessed })
 }
 
 #[pymethods]
 impl Comparison {
     fn json(&self) -> String {
         let mut report = self.inner.to_json();
+        report["guessed"] = json!(self.guessed);
         report["data_quality"] = json!(self.meta.quality);
         report.to_string()
     }

@@ -40,8 +40,15 @@ MAPPING = {
 def test_any_data_frame_with_a_mapping_is_the_same_recording(motor, recording, kind):
     frame = FRAMES[kind](foreign(recording))
     mapped = imkit.compare(motor, imkit.Recording.from_frame(frame, MAPPING))
+    assert mapped.guessed == [] and "? " not in str(mapped)
     plain = imkit.compare(motor, recording)
     assert mapped.rms_in_sigma == pytest.approx(plain.rms_in_sigma, rel=1e-6)
+
+
+def test_what_is_guessed_of_a_frame_is_said(motor, recording):
+    c = foreign(recording)
+    guessed = imkit.compare(motor, {"t_ms": c["t"], "u_a": c["ua"], "u_b": c["ub"], "u_c": c["uc"], "i_a": c["ia"], "i_b": c["ib"], "n_rpm": c["n"]})
+    assert any("n_rpm" in g for g in guessed.guessed) and str(guessed).startswith("? ")
 
 
 def test_files_frames_and_arrays_are_one(motor, recording, tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import os
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,11 @@ class Comparison(_Result):
     def __init__(self, native: _native.Comparison) -> None:
         super().__init__(native.json())
         self._native = native
+
+    @property
+    def guessed(self) -> list[str]:
+        """What was taken for what in recordings without a mapping: to be checked; ``recording.draft(motor)`` is it as a ``recording.toml``."""
+        return self._answer["guessed"]
 
     @property
     def findings(self) -> list[str]:
@@ -80,7 +86,8 @@ class Comparison(_Result):
         _write(path, self._native.html())
 
     def __str__(self) -> str:
-        return self._native.text(100)
+        guesses = [textwrap.fill(g, 100, initial_indent="? ", subsequent_indent="  ") + "\n" for g in self.guessed]
+        return "".join(guesses + ["\n"] * bool(guesses)) + self._native.text(100)
 
     __repr__ = __str__
 
