@@ -425,7 +425,7 @@ pub(super) fn descend(
     let mut taken = thinned;
     *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction);
     here.check(experiments)?;
-    let mut damping = 1e-3;
+    let (mut damping, little) = (1e-3, tolerance.sqrt());
     let mut kept: Option<Slopes> = None;
     let mut accepted = 0;
     // A first step is always taken, for the residuals at this length.
@@ -453,15 +453,16 @@ pub(super) fn descend(
         // At a limit that the descent would cross, a parameter stays; the others find the minimum on that limit.
         let at = |f: &Free| current(f, &here.machine, &here.starts);
         let stopped: Vec<bool> = free.iter().zip(gradient.iter()).map(|(f, g)| f.stops(at(f), *g)).collect();
-        let mut gained = None;
+        let (mut gained, mut promised, cost) = (None, f64::INFINITY, here.cost);
         for attempt in 0..14 {
-            let Some(step) = damped_step(&normal, &gradient, &stopped, damping) else {
+            let Some((step, promise)) = damped_step(&normal, &gradient, &stopped, damping) else {
                 damping *= 10.0;
                 continue;
             };
-            // After a step that missed, a shorter one is worth a simulation as long as it promises what counts.
-            let promised = 2.0 * gradient.dot(&step) - (&normal * &step).dot(&step);
-            if attempt > 0 && promised < tolerance * here.cost {
+            // After a step that missed, a shorter one is worth a simulation as long as it promises what counts, or new slopes would be the same.
+            if attempt == 0 {
+                promised = promise;
+            } else if promise <= tolerance * here.cost && (!fresh || promised <= little * here.cost) {
                 break;
             }
             let there = moved(&here.machine, &here.starts, free, &step).ok().filter(|(machine, _)| room.holds(machine));
@@ -484,11 +485,13 @@ pub(super) fn descend(
             }
             damping *= 10.0;
         }
+        // A shorter step that gains nothing is no arrival where the whole one promised much.
+        let near = promised <= little * cost;
         let arrived = match gained {
             Some((gain, size)) => {
                 accepted += 1;
                 s.way += size;
-                gain < tolerance
+                gain < tolerance && near
             }
             None => fresh,
         };
@@ -498,8 +501,8 @@ pub(super) fn descend(
                 damping = 1e-3;
             }
             (true, moved) => {
-                let near = !moved || s.way < SHORT;
-                return Ok(End { accepted, converged: true, normal: near.then_some(s.normal) });
+                let of_here = !moved || s.way < SHORT;
+                return Ok(End { accepted, converged: near, normal: of_here.then_some(s.normal) });
             }
             (false, true) => kept = (s.way < NEAR).then_some(s),
             // Old slopes no longer lead down: new ones.
@@ -509,8 +512,9 @@ pub(super) fn descend(
     Ok(End { accepted, converged: false, normal: None })
 }
 
-/// (A + λ diag A) d = g, scaled, over the parameters that are not `stopped`; steps are limited to a factor e.
-fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, stopped: &[bool], damping: f64) -> Option<DVector<f64>> {
+/// (A + λ diag A) d = g, scaled, over the parameters that are not `stopped`; steps are limited to a factor e. With it gᵀd of the whole step: so much,
+/// at least, the cost would fall if the slopes held.
+fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, stopped: &[bool], damping: f64) -> Option<(DVector<f64>, f64)> {
     let p = gradient.len();
     let d: Vec<f64> = (0..p).map(|k| normal[(k, k)].sqrt().max(1e-150)).collect();
     let scaled = DMatrix::from_fn(p, p, |a, b| match (a == b, stopped[a] || stopped[b]) {
@@ -520,8 +524,9 @@ fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, stopped: &[bool],
     });
     let rhs = DVector::from_fn(p, |k, _| if stopped[k] { 0.0 } else { gradient[k] / d[k] });
     let x = scaled.cholesky()?.solve(&rhs);
+    let promise = rhs.dot(&x);
     let step = DVector::from_fn(p, |k, _| (x[k] / d[k]).clamp(-1.0, 1.0));
-    step.iter().all(|x| x.is_finite()).then_some(step)
+    step.iter().all(|x| x.is_finite()).then_some((step, promise))
 }
 
 /// Inverse of a scaled positive semidefinite matrix; directions without information get a huge variance.
