@@ -29,7 +29,7 @@ pub enum FitError {
     },
 }
 
-/// A fit that stops when the cost falls by less than this is rough: it is made in longer steps alone.
+/// A fit that stops when the cost falls by less than this is rough: slopes in longer steps are enough.
 const ROUGH: f64 = 1e-3;
 
 /// How hard to try.
@@ -260,21 +260,12 @@ pub fn fit_from(
     // The rows of a table stand each on its own: no horizon is shorter.
     let horizons = if experiments.iter().any(|e| !e.is_table()) { &options.horizons[..] } else { &[] };
     let thinned = Thinned::of(experiments);
-    // Over longer steps an unknown load follows other innovations: what is found there is no start.
-    let sure = experiments.iter().all(|e| e.load.unsure_speed().is_none());
-    let rough = if sure { Thinned::whole(thinned.runs()) } else { thinned.clone() };
     for &fraction in horizons {
         // A rough answer is enough to start the next horizon from.
-        descend(&mut here, &mut room, &rough, free, fraction, options.iterations.min(12), ROUGH)?;
+        descend(&mut here, &mut room, &thinned, free, fraction, options.iterations.min(12), ROUGH)?;
     }
-    let descent = |here: &mut Point, room: &mut Room| {
-        if options.tolerance < ROUGH {
-            return descend(here, room, &thinned, free, 1.0, options.iterations, options.tolerance);
-        }
-        let end = descend(here, room, &rough, free, 1.0, options.iterations, options.tolerance)?;
-        *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, 1.0);
-        here.check(experiments).map(|()| end)
-    };
+    let descent =
+        |here: &mut Point, room: &mut Room| descend(here, room, &thinned, free, 1.0, options.iterations, options.tolerance);
     let mut end = descent(&mut here, &mut room)?;
     // Short horizons can lead away, where a recording begins in motion for example: never worse than from the values given.
     let as_given = || sum_of_squares(&simulated(machine, experiments, &given.starts, 1.0)) + known_cost(machine, free);
@@ -496,7 +487,7 @@ pub(super) fn descend(
             None => fresh,
         };
         match (arrived, gained.is_some()) {
-            (true, _) if taken.stride() > 1 => {
+            (true, _) if taken.stride() > 1 && tolerance < ROUGH => {
                 taken = &whole;
                 damping = 1e-3;
             }
