@@ -82,6 +82,11 @@ fn prefix(x: f64, unit: &str) -> (f64, &'static str) {
     }
 }
 
+/// A number with its sign and so many decimals: −3.4, +0.2.
+pub fn signed(x: f64, decimals: usize) -> String {
+    format!("{x:+.decimals$}").replace('-', "−")
+}
+
 /// A ratio as percent with a sign.
 pub fn percent_change(before: f64, after: f64) -> String {
     let p = 100.0 * (after / before - 1.0);
@@ -91,8 +96,7 @@ pub fn percent_change(before: f64, after: f64) -> String {
     if p.abs() < 0.05 {
         return "±0\u{a0}%".into();
     }
-    let text = if p.abs() >= 10.0 { format!("{p:+.0}") } else { format!("{p:+.1}") };
-    format!("{}\u{a0}%", text.replace('-', "−"))
+    format!("{}\u{a0}%", signed(p, if p.abs() >= 10.0 { 0 } else { 1 }))
 }
 
 /// An effect's name in a sentence: "main-flux saturation".

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use im_diagnose::format::signed;
 use im_diagnose::report::key_words;
 use im_diagnose::table_file::{self, Column};
 use im_model::FileError;
@@ -54,11 +55,11 @@ impl Summary {
         let odd = self.odd.iter().filter(|o| self.values[o.value].unit == row).map(|o| {
             let v = &self.values[o.value];
             let times = self.types.get(&v.group).map_or(f64::NAN, |t| (v.measured.x - t.mean).exp());
-            format!("{} is {times:.2} times that of its type ({:+.1} σ)", key_words(&v.group.1), o.distance)
+            format!("{} is {times:.2} times that of its type ({} σ)", key_words(&v.group.1), signed(o.distance, 1))
         });
         let changed = self.changes.iter().filter(|c| c.row == row);
-        let changed =
-            changed.map(|c| format!("{} became {:.2} times what it was ({:+.1} σ)", key_words(&c.key), c.ratio, c.distance));
+        let changed = changed
+            .map(|c| format!("{} became {:.2} times what it was ({} σ)", key_words(&c.key), c.ratio, signed(c.distance, 1)));
         let new =
             self.appeared.iter().filter(|a| a.row == row).map(|a| format!("{} since {}", a.effect.replace('_', " "), a.since));
         odd.chain(changed).chain(new).collect()

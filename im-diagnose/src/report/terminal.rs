@@ -278,7 +278,7 @@ fn candidates(out: &mut Text, d: &Diagnosis) {
 fn parameters(out: &mut Text, d: &Diagnosis) {
     out.heading("Parameters (± 95 %)");
     let mut table = Vec::new();
-    for p in &d.parameters {
+    for p in d.parameters.iter().filter(|p| !p.is_of_a_curve()) {
         let new = matches!(p.quantity, MachineQuantity::Parameter(ParameterId::Effect(e, _)) if !d.case.motor.machine.effects().is_on(e));
         let unit = p.quantity.unit();
         table.push(vec![

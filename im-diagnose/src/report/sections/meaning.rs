@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::super::page::{Row, Section, drawn, figure, legend, numbers, table, text, words};
 use super::super::story::Story;
-use crate::format::{number, percent_change, quantity};
+use crate::format::{number, percent_change, quantity, signed};
 use crate::steady_curve::{RatedLoad, RatedSupply};
 
 /// As given and as refined.
@@ -75,7 +75,7 @@ fn numbers_of(s: &Story) -> Markup {
     };
     let row = |(name, unit, [before, after]): &(&str, &str, [Option<f64>; 2])| {
         let change = match before.zip(*after).filter(|(b, a)| *b != *a && *b != 0.0) {
-            Some((b, a)) if *unit == "%" => format!("{:+.2} points", a - b).replace('-', "−"),
+            Some((b, a)) if *unit == "%" => format!("{} points", signed(a - b, 2)),
             Some((b, a)) => percent_change(b, a),
             None => "–".into(),
         };

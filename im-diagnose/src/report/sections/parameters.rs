@@ -93,7 +93,14 @@ pub(crate) fn note(d: &Diagnosis) -> String {
     }
     let chosen =
         if d.alternatives.iter().any(|a| !a.is_empty()) { "; with a rival in the place of one, others follow" } else { "" };
-    format!("{held} Intervals hold for the effects named, which were chosen from the library by these recordings{chosen}.")
+    let learned = if d.learned.is_empty() {
+        ""
+    } else {
+        " The coefficients of what was learned stand in motor.refined.toml; its picture shows how well they are known."
+    };
+    format!(
+        "{held} Intervals hold for the effects named, which were chosen from the library by these recordings{chosen}.{learned}"
+    )
 }
 
 pub(crate) fn section(s: &Story) -> Section {
@@ -129,7 +136,7 @@ pub(crate) fn section(s: &Story) -> Section {
         row.push(text(if new { "new".to_owned() } else { percent_change(p.before, p.after) }));
         Row::new(row)
     };
-    let rows: Vec<Row> = d.parameters.iter().map(row).collect();
+    let rows: Vec<Row> = d.parameters.iter().filter(|p| !p.is_of_a_curve()).map(row).collect();
     let body = html! {
         @for w in warnings(d) { p.warn { "⚠ " (w) } }
         @if let Some(absorbed) = absorbed(s) { p { (absorbed) } }

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::super::page::{Row, Section, drawn, figure, legend, numbers, scale, shade, table, term, text, words};
 use super::super::story::Shown;
-use crate::format::{number, sentence};
+use crate::format::{number, sentence, signed};
 use crate::localise::{Crossings, InputCorrelation, Memory, Plane, Profile, ProfileOver, Quantity, Spectrum};
 
 /// The section; the first model is the one that fails.
@@ -190,7 +190,7 @@ fn correlations(shown: &[Shown]) -> Markup {
         let text = match *v {
             v if !v.is_finite() => "–".into(),
             v if v.abs() < 0.005 => "0.00".into(),
-            v => format!("{v:+.2}").replace('-', "−"),
+            v => signed(v, 2),
         };
         html! { @if v.abs() > 0.3 { b { (text) } } @else { (text) } }
     };
