@@ -92,7 +92,7 @@ fn effects_that_hide_each_other_are_found_together() {
 
 /// One phase's current gain is the best that a single effect makes of a voltage gain beside a stator asymmetry.
 #[test]
-fn a_stand_in_gives_way_to_the_two_effects_it_stands_for() {
+fn an_effect_that_imitates_two_gives_way_to_them() {
     use EffectKind as E;
     let effects =
         [(E::VoltageGain, Strength::Strong), (E::StatorAsymmetry, Strength::Medium), (E::MainFluxSaturation, Strength::Medium)];

@@ -5,6 +5,8 @@ use super::validity;
 use crate::error::DesignError;
 use crate::exact::{Field, Rational};
 use crate::machine::{Constants, LinearMachine};
+use im_model::FileError;
+use im_model::toml_text::TomlText;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -196,13 +198,14 @@ impl Certificate {
         struct Version {
             schema: u32,
         }
-        let malformed = |e: toml::de::Error| CheckError::Malformed(e.to_string());
-        let Version { schema } = toml::from_str(text).map_err(malformed)?;
+        let toml = TomlText::new(text, "certificate", &[]);
+        let malformed = |e: FileError| CheckError::Malformed(e.to_string());
+        let Version { schema } = toml.read().map_err(malformed)?;
         if schema != SCHEMA {
             let what = format!("schema {schema} is not {SCHEMA}, the one decided here: make the design again with this version");
             return Err(CheckError::Malformed(what));
         }
-        let certificate: Certificate = toml::from_str(text).map_err(malformed)?;
+        let certificate: Certificate = toml.read().map_err(malformed)?;
         let margins = certificate.check()?;
         Ok((certificate, margins))
     }
