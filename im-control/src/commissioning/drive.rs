@@ -28,6 +28,20 @@ const OBSERVED_SAMPLE: f64 = 0.3;
 pub(super) struct Use {
     pub follows_torque: bool,
     pub learns_stator_resistance: bool,
+    /// The least flux at which the speed is followed, over that of the plan.
+    pub least_flux: f64,
+}
+
+/// K, s: where a fast change of current meets `lacking_h` = ΔL less than the observer expects, the current changes faster than the voltage explains, which is taken for speed,
+/// n_pω̃ = −(ΔL/ψ) sF i_q with F = (λ/2)²/(s + λ/2)². The speed loop of bandwidth a answers with more current, i_q = −2aJ/(1.5 n_pψ) ω̃ through the current loop α/(s + α):
+/// a loop that feeds itself,
+///
+/// 1 = K sF α/(s + α),   K = 2aJΔL/(1.5 n_p²ψ²),   stable for K < 1/α + 4/λ − 1/(α + λ)
+///
+/// With λ = 2/K it has half of that or less.
+fn fed_by_itself_s(plan: &CommissioningPlan, speed_bandwidth_rad_s: f64, inertia_kg_m2: f64, lacking_h: f64) -> f64 {
+    let (n_p, flux) = (f64::from(plan.pole_pairs), plan.rating.rotor_flux_vs);
+    2.0 * speed_bandwidth_rad_s * inertia_kg_m2 * lacking_h / (1.5 * n_p * n_p * flux * flux)
 }
 
 /// Typical gains for a machine; `inverter` is what dead time and devices take, V, and the current at which 71 % of it is taken, A.
@@ -47,17 +61,25 @@ pub(super) fn drive<T: Scalar>(
     let typical = FieldOrientedGains::typical(&data, flux, t);
     let gains = FieldOrientedGains {
         current_bandwidth_rad_s: typical.current_bandwidth_rad_s * f(fast),
+        // K at the least flux is then that of the plan's.
+        speed_bandwidth_rad_s: typical.speed_bandwidth_rad_s * f(purpose.least_flux * purpose.least_flux),
         follows_torque: purpose.follows_torque,
         ..typical
     };
     let mut observed = FullOrderGains::for_machine(&machine, rating);
     let [current, t_s] = [typical.current_bandwidth_rad_s.value(), plan.sample_time_s];
+    let lacking_h = (1.0 - fast).max(0.0) * machine.parameters().inverse_gamma().leakage_inductance_h;
+    let fed_s = if purpose.follows_torque {
+        0.0
+    } else {
+        fed_by_itself_s(plan, typical.speed_bandwidth_rad_s.value(), parameters.inertia_kg_m2, lacking_h)
+    };
     observed.current_bandwidth_rad_s = if fast < FLUX_FROM {
         // Where bars make the leakage another for fast changes, what a current's change meets is not what the observer expects, and it is taken for speed: slower by as
         // much again, down to what is the observer's own.
         fast * observed.current_bandwidth_rad_s.max(fast * current)
     } else {
-        fast * (OBSERVED * current).min(OBSERVED_SAMPLE / t_s)
+        (fast * (OBSERVED * current).min(OBSERVED_SAMPLE / t_s)).min(2.0 / fed_s)
     };
     observed.speed_bandwidth_rad_s = 0.5 * observed.current_bandwidth_rad_s;
     if !purpose.learns_stator_resistance {
@@ -103,7 +125,7 @@ impl Commissioned {
             self.parameters_at(plan.rating.rotor_flux_vs),
             self.skin_effect,
             inverter,
-            Use { follows_torque: false, learns_stator_resistance: true },
+            Use { follows_torque: false, learns_stator_resistance: true, least_flux: 1.0 },
         )?;
         let complex = |z: [Found; 2]| {
             let [alpha, beta] = z.map(|f| T::from_f64(f.value));

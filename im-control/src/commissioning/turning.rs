@@ -20,6 +20,9 @@
 //!
 //! with i_r = Im(ψ̄_m i)/|ψ_m|, what friction asks of the rotor (it stands across ψ_r, not across ψ_m: with 5 % of rated torque at half of the flux 7 % of i_m), and M_0 the friction of that speed: over ω_s, so that what the slip takes, which is the larger the less the flux, is no iron loss.
 //!
+//! The speed is not the same at each level: the observer's L_m is that of one flux, and ω̂ is off by up to 1 % of the synchronous speed at the others. What friction changes by that,
+//! D and k of the run under torque, is taken off first, with the speed ω_s − R_r i_r/ψ_m, in which L_m does not stand.
+//!
 //! The current of a sample is its mean, not that of its ends. While the voltage is held and the emf turns, i″ = −jω_s(u − L_σi′)/L_σ, and with i′ = jω_s i
 //!
 //! ī = (i₀ + i₁)/2 − i″T²/12 = (i₀ + i₁)/2 · (1 + (ω_sT)²/12) + jω_sT² u/(12 L_σ)
@@ -206,7 +209,7 @@ fn drive_of<T: Scalar>(
         parameters,
         still.skin_effect,
         still.inverter(),
-        Use { follows_torque: inertia_kg_m2.is_none(), learns_stator_resistance: false },
+        Use { follows_torque: inertia_kg_m2.is_none(), learns_stator_resistance: false, least_flux: NO_LOAD[0] },
     )?
     .with_resistance_asymmetry(cast(still.asymmetry()))
 }
@@ -461,16 +464,17 @@ impl<T: Scalar> Turning<T> {
         let none = CommissioningFault::NoMechanics;
         let (r_s, l_l) = (self.still.stator_resistance_ohm.value, self.still.leakage_inductance_h.value);
         let mut magnetizing = [MagnetizingPoint::default(); NO_LOAD_LEVELS];
-        let mut losses = Linear::<2>::new();
-        for ((point, l), averaged) in magnetizing.iter_mut().zip(&self.levels).zip(NO_LOAD_S) {
+        let mut levels = [[0.0; 4]; NO_LOAD_LEVELS];
+        let r_r = self.still.rotor_resistance_ohm.value;
+        for (((point, level), l), averaged) in magnetizing.iter_mut().zip(&mut levels).zip(&self.levels).zip(NO_LOAD_S) {
             let e = l.u - l.i * r_s;
             // Division by jω.
             let psi_m = Complex::new(e.im, -e.re) * (1.0 / l.omega_s) - l.i * l_l;
             let flux = Scalar::sqrt(norm2(psi_m));
             let [along, across] = [dot(psi_m, l.i), cross(psi_m, l.i)].map(|x| x / flux);
             *point = MagnetizingPoint { flux_vs: flux, current_a: along - l_l * across * across / flux };
-            let weight = Scalar::sqrt(averaged);
-            losses.add([l.omega_s * flux * flux, 1.0].map(|x| weight * x), weight * dot(e, l.i) / l.omega_s);
+            let omega_e = l.omega_s - r_r * across / flux;
+            *level = [Scalar::sqrt(averaged), l.omega_s * flux * flux, dot(e, l.i) / l.omega_s, omega_e];
         }
         // The points by a smooth curve through the flux of the plan.
         let wanted = self.plan.rating.rotor_flux_vs;
@@ -488,7 +492,21 @@ impl<T: Scalar> Turning<T> {
             (_, Some(s)) => Found::relative(s.parameters[0].value, s.parameters[0].tolerance() + ON_LAW + share),
             _ => return Err(none),
         };
-        let [conductance, _] = losses.solve().ok_or(none)?;
+        // Friction is found with the iron loss known, and the iron loss with friction known: what either takes of the other is small.
+        let n_p = f64::from(self.plan.pole_pairs);
+        let [mut viscous, mut windage] = [0.0; 2];
+        let mut conductance = Found::default();
+        for _ in 0..3 {
+            let mut losses = Linear::<2>::new();
+            for [weight, x, y, omega_e] in levels {
+                let omega = omega_e / n_p;
+                let friction = (viscous + windage * omega) * omega / (1.5 * n_p);
+                losses.add([weight * x, weight], weight * (y - friction));
+            }
+            [conductance, _] = losses.solve().ok_or(none)?;
+            let found = Mechanics::of(&self.mechanics, conductance.value.max(0.0)).ok_or(none)?;
+            (viscous, windage) = (found.viscous.value, found.windage.value);
+        }
         // An error of R_s or of the inverter's voltage is power too.
         let at_most = magnetizing.last().map_or(0.0, |p| {
             let power =
