@@ -104,6 +104,7 @@ impl<T: Scalar> DriveLimits<T> {
 pub struct Drive<T, C> {
     limits: DriveLimits<T>,
     dead_time: Option<DeadTimeCompensation<T>>,
+    voltage_offset_v: Complex<T>,
     first: C,
     controller: C,
     state: State<T>,
@@ -144,7 +145,7 @@ impl<T: Scalar, C: Clone> Drive<T, C> {
             blocked: false,
             status: DriveStatus::OK,
         };
-        Ok(Self { limits: *limits, dead_time: None, first: controller.clone(), controller, state })
+        Ok(Self { limits: *limits, dead_time: None, voltage_offset_v: z, first: controller.clone(), controller, state })
     }
 
     /// Adds what the dead time takes to every voltage command; the controller does not see it.
@@ -155,6 +156,15 @@ impl<T: Scalar, C: Clone> Drive<T, C> {
         dead_time.validate()?;
         self.dead_time = Some(*dead_time);
         Ok(self)
+    }
+
+    /// Takes what the inverter makes too much, whatever the command, off every voltage command, V; the controller does not see it.
+    ///
+    /// # Errors
+    /// One that is no number.
+    pub fn with_voltage_offset(self, voltage_offset_v: Complex<T>) -> Result<Self, ControlError> {
+        guard::check_number("voltage offset", voltage_offset_v)?;
+        Ok(Self { voltage_offset_v, ..self })
     }
 
     /// The controller.
@@ -169,7 +179,7 @@ impl<T: Scalar, C: Clone> Drive<T, C> {
         (self.state.started, self.state.compensation) = (false, Complex::new(T::zero(), T::zero()));
     }
 
-    /// What the last command holds for the dead time, V.
+    /// What the last command holds for the dead time and against the offset, V.
     pub(crate) fn compensation(&self) -> Complex<T> {
         self.state.compensation
     }
@@ -279,7 +289,7 @@ impl<T: Scalar, C: Controller<T> + Reports + Clone> Controller<T> for Drive<T, C
         self.state.compensation = z;
         self.state.command = match if finite { command } else { self.fading(&m) } {
             Command::Voltage(u) => {
-                let added = self.dead_time.map_or(z, |d| d.voltage(m.i_s, m.dc_voltage_v));
+                let added = self.dead_time.map_or(z, |d| d.voltage(m.i_s, m.dc_voltage_v)) - self.voltage_offset_v;
                 let made = within_hexagon(shortened(u + added, l.voltage_max_v), m.dc_voltage_v);
                 self.state.compensation = added;
                 Command::Voltage(made)

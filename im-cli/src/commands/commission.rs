@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use im_control::Commissioned;
-use im_control::commissioning::{Comparison, SimulatedCommissioning, bench, commission};
+use im_control::commissioning::{Comparison, Found, SimulatedCommissioning, bench, commission};
 use im_model::MotorFile;
 use im_model::simulation::Scenario;
 use serde_json::json;
@@ -85,7 +85,10 @@ fn as_json(args: &Args, done: &SimulatedCommissioning, found: &Commissioned, row
     };
     let parameters: serde_json::Map<_, _> = rows.iter().map(one).collect();
     let curve: Vec<_> = found.magnetizing.iter().map(|p| json!({"flux_vs": p.flux_vs, "current_a": p.current_a})).collect();
-    let [alpha, beta] = found.resistance_asymmetry_ohm.map(|f| json!({"value": f.value, "half_width": f.half_width}));
+    let pair = |x: [Found; 2]| {
+        let [alpha, beta] = x.map(|f| json!({"value": f.value, "half_width": f.half_width}));
+        json!({"alpha": alpha, "beta": beta})
+    };
     let summary = json!({
         "schema": 1,
         "output": args.output.display().to_string(),
@@ -94,7 +97,8 @@ fn as_json(args: &Args, done: &SimulatedCommissioning, found: &Commissioned, row
         "current_limit_a": done.plan.current_max_a,
         "parameters": parameters,
         "magnetizing_curve": curve,
-        "resistance_asymmetry_ohm": {"alpha": alpha, "beta": beta},
+        "resistance_asymmetry_ohm": pair(found.resistance_asymmetry_ohm),
+        "voltage_offset_v": pair(found.voltage_offset_v),
     });
     writeln!(stdout(), "{summary}")
 }

@@ -113,7 +113,7 @@ fn low_slip(p: TParameters<f64>, skin_effect: Option<[Found; 2]>) -> TParameters
 }
 
 impl Commissioned {
-    /// The sensorless drive of this machine: typical gains, the dead-time curve compensated, the sensors' offset taken off, unlike phases known to the observer, R_s learnt while it runs; it follows speed. The plan's current limit and
+    /// The sensorless drive of this machine: typical gains, the dead-time curve compensated, the offsets of sensors and inverter taken off, unlike phases known to the observer, R_s learnt while it runs; it follows speed. The plan's current limit and
     /// rotor flux are the drive's; L_m is that of the magnetizing curve at this flux.
     ///
     /// # Errors
@@ -133,6 +133,7 @@ impl Commissioned {
         };
         drive
             .with_current_offset(complex(self.current_offset_a))?
+            .with_voltage_offset(complex(self.voltage_offset_v))?
             .with_resistance_asymmetry(complex(self.resistance_asymmetry_ohm))
     }
 }

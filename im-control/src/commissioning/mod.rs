@@ -524,7 +524,10 @@ impl<T: Scalar> Commissioning<T> {
         s.windows += 1;
         // What noise of the current moves a mean of the voltage by: no differential resistance is larger than u/i.
         let noise = self.noise_a / Scalar::sqrt(n) * u.re.abs() / wanted;
-        let close = s.windows > 1 && (u.re - s.before.re).abs() < SETTLED * u.re.abs() + NOISE * noise;
+        // The other phases are only compared with phase a, and across the current too: there the flux that turned away is seen longest.
+        let is_compared = k >= FALLING;
+        let change = if is_compared { Scalar::sqrt(norm2(u - s.before)) } else { (u.re - s.before.re).abs() };
+        let close = s.windows > 1 && change < SETTLED * u.re.abs() + NOISE * noise;
         s.close = if close { s.close + 1 } else { 0 };
         let before = core::mem::replace(&mut s.before, u);
         if s.settled_after.is_some() {
@@ -537,8 +540,6 @@ impl<T: Scalar> Commissioning<T> {
         let off = (i.re - wanted).abs().max(i.im.abs()) > 0.05 * wanted + 4.0 * self.noise_a;
         // As long again as it took to settle: an error of u_∞ is integrated over all that time.
         let since = s.settled_after.map_or(0, |after| s.windows - after);
-        // The other phases are only compared with phase a.
-        let is_compared = k >= FALLING;
         let enough = s.settled_after.is_some_and(|after| is_compared || since >= after.min(SETTLED_WINDOWS));
         if s.windows > 3 && off {
             self.fail(CommissioningFault::CurrentNotReached);
@@ -660,6 +661,7 @@ impl<T: Scalar> Commissioning<T> {
             skin_effect: still.skin_effect,
             iron_conductance_s: turned.iron_conductance_s,
             current_offset_a: [self.offset.re, self.offset.im].map(offset),
+            voltage_offset_v: still.voltage_offset_v,
             resistance_asymmetry_ohm: still.resistance_asymmetry_ohm,
             drive_time_s: time,
         });

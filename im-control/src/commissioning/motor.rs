@@ -92,6 +92,13 @@ impl Commissioned {
                 note(ParameterId::Effect(EffectId::CurrentSensorOffset, k), f);
             }
         }
+        if self.voltage_offset_v.iter().any(Found::is_seen) {
+            let offset = &mut e.voltage_offset;
+            for (k, (to, f)) in [&mut offset.alpha_v, &mut offset.beta_v].into_iter().zip(&self.voltage_offset_v).enumerate() {
+                *to = f.value;
+                note(ParameterId::Effect(EffectId::VoltageOffset, k), f);
+            }
+        }
         e.voltage_delay = VoltageDelay { delay_s: plan.voltage_delay_s };
         let machine = Machine::try_new(p, plan.pole_pairs, e)?;
         Ok(MotorFile { known, ..MotorFile::new(name, machine, plan.rating) })

@@ -161,6 +161,8 @@ pub struct Commissioned {
     pub iron_conductance_s: Found,
     /// What the current sensors show of no current, α and β, A.
     pub current_offset_a: [Found; 2],
+    /// What reaches the terminals beside what is commanded, u = u* + u_0, where it is seen: u_0, α and β, V.
+    pub voltage_offset_v: [Found; 2],
     /// What the resistance differs by with the direction of the current, u = R_s i + N ī: N, α and β, Ω. Standstill does not tell whether winding, leads, the voltage or
     /// the current sensor of a phase is the cause.
     pub resistance_asymmetry_ohm: [Found; 2],

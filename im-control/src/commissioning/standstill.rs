@@ -6,7 +6,9 @@
 //!
 //! and then along the phases b and c. Where the phases are not alike (winding, leads, the voltage or the sensor of one), the resistance depends on
 //! direction: u = R_s i + N ī, along θ u/i = R_s + N e^{−2jθ}, and N is the mean of (u/i) e^{2jθ} over the three phases at one current, whatever the
-//! inverter takes.
+//! inverter takes. A voltage u_0 that is there whatever the command is one third of what the three commands lack of nothing together, for R_s i, N ī and what the
+//! inverter takes add up to nothing: Σu* = −3u_0. (With an offset i_0 of the sensors that is wrong, −3(u_0 − R_s i_0): what the
+//! flux is made of is right.) It is added to every command before R_s and U_d are taken from them.
 //!
 //! R_s is the slope at large currents, U_d and I_0 are offset and curvature. What the voltage integrates to while the flux settles is the step of the stator flux,
 //! Δψ_s = ∫(u − u_∞) dt: the flux decay gives the magnetizing curve.
@@ -101,12 +103,20 @@ pub(super) struct AtStandstill {
     pub skin_effect: Option<[Found; 2]>,
     /// N, α and β, Ω.
     pub resistance_asymmetry_ohm: [Found; 2],
+    /// u_0, α and β, V.
+    pub voltage_offset_v: [Found; 2],
 }
 
 impl AtStandstill {
     /// N, Ω.
     pub fn asymmetry(&self) -> Complex<f64> {
         let [alpha, beta] = self.resistance_asymmetry_ohm.map(|f| f.value);
+        Complex::new(alpha, beta)
+    }
+
+    /// u_0, V.
+    pub fn voltage_offset(&self) -> Complex<f64> {
+        let [alpha, beta] = self.voltage_offset_v.map(|f| f.value);
         Complex::new(alpha, beta)
     }
 
@@ -135,6 +145,20 @@ fn asymmetry(levels: &[Level]) -> [Found; 2] {
     let half_width = 2.5 * Scalar::sqrt(variance) / 3.0 + 1e-3 * largest;
     let found = [sum.re, sum.im].map(|x| Found { value: x / 3.0, half_width });
     // Phases that are not seen to differ are alike.
+    if found.iter().any(Found::is_seen) { found } else { found.map(|f| Found { value: 0.0, ..f }) }
+}
+
+/// u_0 from the same.
+fn voltage_offset(levels: &[Level]) -> [Found; 2] {
+    let (mut sum, mut largest, mut variance) = (Complex::new(0.0, 0.0), 0.0f64, 0.0);
+    for (l, (phase, _)) in levels.iter().zip(LEVELS).filter(|(_, (_, share))| *share == BIAS) {
+        sum += l.voltage_v * axis(phase);
+        largest = largest.max(Scalar::sqrt(norm2(l.voltage_v)));
+        variance += l.deviation_v * l.deviation_v;
+    }
+    // As above.
+    let half_width = 2.5 * Scalar::sqrt(variance) / 3.0 + 1e-3 * largest;
+    let found = [sum.re, sum.im].map(|x| Found { value: -x / 3.0, half_width });
     if found.iter().any(Found::is_seen) { found } else { found.map(|f| Found { value: 0.0, ..f }) }
 }
 
@@ -272,6 +296,13 @@ pub(super) fn evaluate(
     pulse_leakage_h: f64,
 ) -> Result<AtStandstill, CommissioningFault> {
     let none = CommissioningFault::NoImpedance;
+    let voltage_offset_v = voltage_offset(levels);
+    let [alpha, beta] = voltage_offset_v.map(|f| f.value);
+    let mut acting = [Level::default(); LEVELS.len()];
+    for ((to, l), (phase, _)) in acting.iter_mut().zip(levels).zip(LEVELS) {
+        *to = Level { voltage_v: l.voltage_v + Complex::new(alpha, beta) * axis(-phase), ..*l };
+    }
+    let levels = &acting;
     let falling = levels.get(..FALLING).ok_or(none)?;
     let [r_a, u_d, i_0] = direct(plan, falling).ok_or(none)?;
     let resistance_asymmetry_ohm = asymmetry(levels);
@@ -319,6 +350,7 @@ pub(super) fn evaluate(
             magnetizing_inductance_h: l_m,
             skin_effect,
             resistance_asymmetry_ohm,
+            voltage_offset_v,
         })
     } else {
         Err(none)

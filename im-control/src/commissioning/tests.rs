@@ -207,6 +207,49 @@ fn unlike_phases_are_found() {
     assert!((found.unlike_phases().unwrap() - delta.norm()).abs() < 0.005, "{:?}", found.unlike_phases());
 }
 
+/// Two thousandths of the rated voltage, whatever the command, and phases that are not alike: neither is taken for the other, nor for what the inverter takes. The current that it builds
+/// up while nothing is commanded goes to the sensors' offset, and what the flux is made of, u_0 − R_s i_0, is right.
+#[test]
+fn a_voltage_offset_is_found_beside_unlike_phases() {
+    for unlike in [0.0, 0.05] {
+        let m = machines::MOTULATOR_2_2_KW;
+        let rated_v = m.rating.phase_voltage_peak_v;
+        let offset = Complex::new(-0.002, 0.001) * rated_v;
+        let machine = hidden(&m, |e| {
+            (e.voltage_offset.alpha_v, e.voltage_offset.beta_v) = (offset.re, offset.im);
+            e.stator_asymmetry.unbalance_beta = unlike;
+        });
+        let found = Rig::new(&machine, &m).run::<f64>().unwrap();
+        check(&machine, &m, &found);
+        let [alpha, beta] = found.voltage_offset_v;
+        let r_s = found.stator_resistance_ohm.value;
+        let sensors = found.current_offset_a.map(|f| f.value - 0.01 * m.rating.current_peak_a(&m.parameters(), m.pole_pairs));
+        let whole = Complex::new(alpha.value + r_s * sensors[0], beta.value + r_s * sensors[1]);
+        assert!((whole - offset).norm() < 0.02 * offset.norm(), "{alpha:?} {beta:?}, {whole} of {offset}");
+        assert_eq!(found.unlike_phases().is_some(), unlike > 0.0);
+        // Without one none is said.
+        let machine = hidden(&m, |e| e.stator_asymmetry.unbalance_beta = unlike);
+        let none = Rig::new(&machine, &m).run::<f64>().unwrap();
+        assert!(none.voltage_offset_v.iter().all(|f| f.value == 0.0), "{:?}", none.voltage_offset_v);
+    }
+}
+
+/// The loop that bars close by the speed: at half of the flux its gain is four times that at rated flux. The drive that follows the speed there must not swing, and iron loss is
+/// what swinging takes for itself.
+#[test]
+fn bars_do_not_make_the_drive_swing_where_there_is_little_flux() {
+    let m = machines::MOTULATOR_2_2_KW;
+    let machine = hidden(&m, |e| {
+        // A fifth of the leakage, so that the observer is the fast one.
+        (e.rotor_skin_effect.resistance_rise, e.rotor_skin_effect.time_constant_s) = (0.9, 2e-3);
+        e.iron_loss.conductance_s = 3e-4;
+    });
+    let found = Rig::new(&machine, &m).run::<f64>().unwrap();
+    assert!(found.skin_effect.is_some());
+    let iron = found.iron_conductance_s;
+    assert!((iron.value / 3e-4 - 1.0).abs() < 0.1 && iron.covers(3e-4), "{iron:?}");
+}
+
 #[test]
 fn strong_bars_do_not_make_the_drive_swing() {
     let m = machines::MOTULATOR_2_2_KW;

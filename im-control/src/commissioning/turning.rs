@@ -161,6 +161,7 @@ pub(super) struct Turning<T: Scalar> {
     rotor_time_constant_s: f64,
     resistance_ohm: T,
     asymmetry_ohm: Complex<T>,
+    voltage_offset_v: Complex<T>,
     lost: DeadTimeCompensation<T>,
     /// T/(12 L_σ), 1/Ω.
     curvature: T,
@@ -211,6 +212,7 @@ fn drive_of<T: Scalar>(
         still.inverter(),
         Use { follows_torque: inertia_kg_m2.is_none(), learns_stator_resistance: false, least_flux: NO_LOAD[0] },
     )?
+    .with_voltage_offset(cast(still.voltage_offset()))?
     .with_resistance_asymmetry(cast(still.asymmetry()))
 }
 
@@ -264,6 +266,7 @@ impl<T: Scalar> Turning<T> {
             rotor_time_constant_s: (l_m + still.leakage_inductance_h.value) / still.rotor_resistance_ohm.value,
             resistance_ohm: f(still.stator_resistance_ohm.value),
             asymmetry_ohm: cast(still.asymmetry()),
+            voltage_offset_v: cast(still.voltage_offset()),
             lost: dead_time(plan, still.inverter()),
             curvature: f(plan.sample_time_s / (24.0 * still.leakage_inductance_h.value)),
             stage: Stage::Torque(0),
@@ -338,7 +341,7 @@ impl<T: Scalar> Turning<T> {
         let speed = self.plan.rating.synchronous_speed_rad_s(self.plan.pole_pairs);
         let omega = e.omega_m.value() / speed;
         // While the machine turns the flux loop is faster than the rotor.
-        let settling = (2.0 * self.rotor_time_constant_s).clamp(0.3, 1.5);
+        let settling = (2.0 * self.rotor_time_constant_s).clamp(0.3, 1.0);
         match self.stage {
             Stage::Torque(part) => {
                 let w = self.window;
@@ -429,7 +432,7 @@ impl<T: Scalar> Turning<T> {
             let half = T::from_f64(0.5);
             let (middle, i) = (direction_before + direction, (i_before + i_s) * half);
             let middle = middle * (T::one() / norm(middle).max(half));
-            let u = u_s - self.lost.voltage(i, T::zero()) - self.asymmetry_ohm * i.conj();
+            let u = u_s + self.voltage_offset_v - self.lost.voltage(i, T::zero()) - self.asymmetry_ohm * i.conj();
             let turned = cross(direction_before, direction);
             let i = i * (T::one() + turned * turned * T::from_f64(1.0 / 12.0)) + j(u) * (turned * self.curvature);
             let w = &mut self.window;

@@ -148,12 +148,38 @@ fn unlike_phases_that_are_known_do_not_cost_the_speed_at_the_zero_crossing() {
     assert!(known < 1.0 && unknown > 5.0 * known, "{known} {unknown}");
 }
 
+/// Half a per cent of the rated voltage, whatever the command: a quarter of the emf at 1 Hz.
+#[test]
+fn a_voltage_offset_that_is_known_does_not_cost_the_speed_at_the_zero_crossing() {
+    let error = |known: bool| {
+        let rated_v = machines::MOTULATOR_2_2_KW.rating.phase_voltage_peak_v;
+        let offset = Complex::new(0.004, -0.003) * rated_v;
+        let effects = |e: &mut Effects<f64>| (e.voltage_offset.alpha_v, e.voltage_offset.beta_v) = (offset.re, offset.im);
+        let mut r = Rig::new(effects, 1.0, MachineState::default());
+        if known {
+            r.drive = r.drive.with_voltage_offset(offset).unwrap();
+        }
+        let load = 0.95 * r.rating.torque_nm;
+        let slip = im_slip(&r) * 0.95;
+        let [low, braking] = [1.0, -2.0].map(|hz| (hz * std::f64::consts::TAU - slip) / 2.0);
+        r.run(10_000, |_| 10.0, 0.0, Rig::nothing);
+        r.run(40_000, |_| 10.0, load, Rig::nothing);
+        r.run(20_000, |_| low, load, Rig::nothing);
+        r.run(20_000, |k| low + (braking - low) * k as f64 / 20_000.0, load, Rig::nothing);
+        r.run(10_000, |_| braking, load, Rig::nothing);
+        (r.speed() - braking).abs()
+    };
+    let (known, unknown) = (error(true), error(false));
+    assert!(known < 1.0 && unknown > 5.0 * known, "{known} {unknown}");
+}
+
 /// A vector that is no number is refused.
 #[test]
 fn what_is_known_of_the_sensors_and_the_phases_is_a_number() {
     let nan = Complex::new(f64::NAN, 0.0);
     let r = Rig::new(none, 1.0, MachineState::default());
     assert!(r.drive.with_current_offset(nan).is_err() && r.drive.with_resistance_asymmetry(nan).is_err());
+    assert!(r.drive.with_voltage_offset(nan).is_err());
 }
 
 /// Rated slip, electrical rad/s.
