@@ -66,7 +66,7 @@ pub struct DirectTorqueGains<T> {
 }
 
 impl<T: Scalar> DirectTorqueGains<T> {
-    /// Bands of 2 % of the torque of the current limit and of the flux; the rest as field orientation has it.
+    /// Half widths of 2 % of the torque of the current limit and of 1 % of the flux; the rest as field orientation has it.
     pub fn typical(machine: &MachineData<T>, rotor_flux_vs: T, dc_voltage_v: T, sample_time_s: T) -> Self {
         let c = T::from_f64;
         let as_oriented = FieldOrientedGains::typical(machine, rotor_flux_vs, sample_time_s);

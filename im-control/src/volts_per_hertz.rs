@@ -142,11 +142,6 @@ impl<T: Scalar> VoltsPerHertz<T> {
         })
     }
 
-    /// ω_s, rad/s.
-    pub fn omega_s_rad_s(&self) -> T {
-        self.state.omega_s
-    }
-
     /// Torque by the current that is compensated with, Nm.
     pub fn torque_nm(&self) -> T {
         let psi_s = self.state.rotor_flux * (T::one() + self.current.leakage_inductance_h / self.magnetizing_inductance_h);
