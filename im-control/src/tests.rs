@@ -9,6 +9,12 @@ use crate::MachineData;
 const M: machines::NamedMachine = machines::JADOT_TABLE_I;
 const T: f64 = 1e-4;
 
+/// So many cases, or as many as `PROPTEST_CASES` says.
+pub(crate) fn cases(few: u32) -> ProptestConfig {
+    let standard = ProptestConfig::default();
+    if std::env::var_os("PROPTEST_CASES").is_some() { standard } else { ProptestConfig { cases: few, ..standard } }
+}
+
 /// A controller that follows a speed at a flux, sampled every 100 µs.
 pub(crate) fn scenario(speed: Profile, flux: f64, load: Profile, duration_s: f64, dc_voltage_v: Option<f64>) -> Scenario {
     Scenario {

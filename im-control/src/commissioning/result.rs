@@ -18,6 +18,9 @@ pub struct CommissioningPlan {
     pub current_max_a: f64,
     /// From the beginning of a sample until its command acts, s.
     pub voltage_delay_s: f64,
+    /// What the bridge's timer waits between two switches of a leg, s; zero where it does not, or is not known. What it takes of the voltage is found without it; the sampled current is
+    /// that of the middle of a zero vector only but for half of it.
+    pub dead_time_s: f64,
     /// Sampling time, s.
     pub sample_time_s: f64,
 }
@@ -25,13 +28,20 @@ pub struct CommissioningPlan {
 impl CommissioningPlan {
     /// For a rating, with a current limit of 1.2 times the rated one.
     pub fn of(rating: Rating, rated_current_a: f64, pole_pairs: u32, sample_time_s: f64) -> Self {
-        Self { rating, rated_current_a, pole_pairs, current_max_a: 1.2 * rated_current_a, voltage_delay_s: 0.0, sample_time_s }
+        let current_max_a = 1.2 * rated_current_a;
+        Self { rating, rated_current_a, pole_pairs, current_max_a, voltage_delay_s: 0.0, dead_time_s: 0.0, sample_time_s }
     }
 
     /// The same behind a delay of the voltage.
     #[must_use]
     pub fn delayed(self, voltage_delay_s: f64) -> Self {
         Self { voltage_delay_s, ..self }
+    }
+
+    /// The same behind a bridge with a dead time.
+    #[must_use]
+    pub fn with_dead_time(self, dead_time_s: f64) -> Self {
+        Self { dead_time_s, ..self }
     }
 
     pub(super) fn validate(&self) -> Result<(), ModelError> {
@@ -41,6 +51,7 @@ impl CommissioningPlan {
         Bound::Within(self.rated_current_a, 1e3 * self.rated_current_a)
             .check("current_max_a (at least the rated current)", self.current_max_a)?;
         Bound::OfMachines(1e-5, 1e-3).check("sample_time_s", self.sample_time_s)?;
+        Bound::Within(0.0, self.sample_time_s).check("dead_time_s", self.dead_time_s)?;
         Bound::Within(0.0, 6.0 * self.sample_time_s).check("voltage_delay_s", self.voltage_delay_s)
     }
 

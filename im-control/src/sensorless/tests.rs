@@ -266,7 +266,7 @@ mod anything {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+        #![proptest_config(crate::tests::cases(24))]
 
         /// Whatever comes in, in any order, the voltage is finite and within the link, or the limit of the drive; after 2 s of good samples the drive is at its speed again.
         #[test]

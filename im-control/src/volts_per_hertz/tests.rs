@@ -118,7 +118,7 @@ fn what_is_no_gain_is_refused() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(crate::tests::cases(48))]
     /// Whatever comes in for 60 samples: every command is a voltage within the link, and the machine is at its speed again afterwards.
     #[test]
     fn whatever_comes_in_it_stays_finite_and_comes_back(bad in prop::collection::vec(prop::array::uniform6(crate::tests::anything()), 1..60)) {
