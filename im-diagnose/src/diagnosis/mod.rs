@@ -76,7 +76,8 @@ pub struct Diagnosis {
     pub refined: MotorFile,
     /// What the last model's residual still depends on.
     pub dependences: Vec<Dependence>,
-    /// Curves of no known form with which the recordings are likelier than with the effects alone; the refined motor is without them.
+    /// Curves of no known form with which the recordings are likelier than with the effects alone: where nothing is named, they count for
+    /// more than some of them; else for less than each. The refined motor is without them.
     pub curves: Vec<EffectId>,
     /// Loads that no column holds, as the last model finds them, and the effects that are not determined without them.
     pub loads: Loads,
@@ -117,7 +118,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     let mut course = loop_.run(base)?;
     let mut found = Found::new(&loop_, &course);
     let left = Left::new(&loop_, &course, &found);
-    let mut curves = Vec::new();
+    let (mut curves, mut replace) = (Vec::new(), false);
     if learning == Learning::Always || is_contested(&course, &left) {
         let learns = learning != Learning::Never;
         if let Some(with) = with_curves(&mut loop_, &course, learns)? {
@@ -125,13 +126,17 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
                 course = with;
                 found = Found::new(&loop_, &course);
             } else {
-                let effects = &with.last().model.effects;
-                curves = effects.iter().copied().filter(|e| e.free_form().is_some()).collect();
+                let likelier = &with.last().model.effects;
+                curves = likelier.iter().copied().filter(|e| e.free_form().is_some()).collect();
+                // The course adds last what costs least to lose: what comes after a curve owes more to it than to what it explains itself.
+                let before: Vec<&EffectId> = likelier.iter().take_while(|e| e.free_form().is_none()).collect();
+                let found = &course.last().model.effects;
+                replace = found.is_empty() || found.iter().any(|e| !before.contains(&e));
             }
         }
     }
     let last = &course.last().model;
-    let left = Left::new(&loop_, &course, &found).judged(&loop_, &found, curves);
+    let left = Left::new(&loop_, &course, &found).judged(&loop_, &found, curves, replace);
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
     let floor = if caused(&course, &left) { 1.0 } else { found.last().train.chi2_per_sample.max(1.0) };
     let (steps, judged) = if floor > 1.05 {

@@ -93,6 +93,8 @@ pub(super) struct Left<'a> {
     of_tables: f64,
     /// Curves of no known form with which the recordings are likelier than with the effects of the library alone.
     pub(super) curves: Vec<EffectId>,
+    /// Whether these count for more than some effect that was found, or none was.
+    replace: bool,
 }
 
 /// From here on, −log₁₀ of a probability, there is no doubt.
@@ -112,14 +114,15 @@ impl<'a> Left<'a> {
             dependences: &found.dependences,
             of_tables: if freedom == 0 { 0.0 } else { log_p(cost, freedom) },
             curves: Vec::new(),
+            replace: false,
         }
     }
 
     /// The same for the verdict: where curves of no known form make the recordings likelier, or the curves of the effects may be wrong.
-    pub(super) fn judged(self, loop_: &Refinement, found: &Found, curves: Vec<EffectId>) -> Self {
-        let doubtful = curves.is_empty() && self.error[1] - 1.0 > NEGLIGIBLE;
+    pub(super) fn judged(self, loop_: &Refinement, found: &Found, curves: Vec<EffectId>, replace: bool) -> Self {
+        let doubtful = !replace && self.error[1] - 1.0 > NEGLIGIBLE;
         let bent = if doubtful { bent_error(loop_, found) } else { self.bent };
-        Self { bent, curves, ..self }
+        Self { bent, curves, replace, ..self }
     }
 
     /// Whether it is no noise, beyond doubt: it depends on something, or no instruments err so much.
@@ -175,7 +178,7 @@ fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     let excess = |error: f64| error / floor - 1.0;
     let (before, bent) = (excess(left.error[0]), excess(left.bent));
     let explains_little = bent > NEGLIGIBLE.max(UNEXPLAINED * before) && left.is_structured();
-    if explains_little || !left.curves.is_empty() {
+    if explains_little || left.replace {
         Some(Verdict::Unexplained)
     } else if last.effects.is_empty() {
         None

@@ -447,9 +447,22 @@ pub(crate) fn probability(p: f64) -> String {
 /// Said beside what was found, where the error that stays is more than noise.
 fn rest(d: &Diagnosis) -> Option<String> {
     let r = d.remainder.as_ref()?;
-    let suspect = r.suspect.map_or("no effect of the library stands out as its cause".into(), |e| {
-        format!("the next suspect, not confirmed, is {} ({} rms in training with it)", effect_name(e), in_sigma(r.with_suspect))
-    });
+    let suspect = match (r.suspect, d.curves.len()) {
+        (Some(e), _) => {
+            format!(
+                "the next suspect, not confirmed, is {} ({} rms in training with it)",
+                effect_name(e),
+                in_sigma(r.with_suspect)
+            )
+        }
+        (None, 0) => "no effect of the library stands out as its cause".into(),
+        (None, 1) => {
+            format!("a curve of no known form beside it, {}, makes the recordings likelier (im learn draws it)", names(&d.curves))
+        }
+        (None, _) => {
+            format!("curves of no known form beside it, {}, make the recordings likelier (im learn draws them)", names(&d.curves))
+        }
+    };
     Some(format!(
         "what stays is still more than noise: something smaller is missing, or what was added has another form in the machine; {suspect}"
     ))

@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::experiment::{Experiment, ExperimentError};
 use super::free::{Free, Target, change_component, component};
 use super::knowledge::{prior_cost, prior_terms};
-use super::simulate::{linearize_to, residuals_to};
+use super::simulate::{Residuals, linearize_to, residuals_to};
 use super::smoothness::{effective_parameters, likely_spreads, smoothness};
 use super::thinned::Thinned;
 
@@ -181,9 +181,6 @@ fn rows(e: &Experiment, fraction: f64) -> usize {
     }
     ((e.len() as f64 * fraction) as usize).clamp(e.len().min(2), e.len())
 }
-
-/// Per experiment and channel: (measured − predicted)/σ, row by row; zero at rows that do not count.
-pub type Residuals = Vec<Vec<Vec<f64>>>;
 
 fn simulated(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>], fraction: f64) -> Residuals {
     experiments.par_iter().zip(starts).map(|(e, x)| residuals_to(machine, e, x, rows(e, fraction))).collect()

@@ -23,14 +23,14 @@ mod trend;
 pub use aqdm::{AqdmFit, SteadyPoint, fit_aqdm, predicted as aqdm_at};
 pub use channel::{Channel, ChannelKind};
 pub use experiment::{Experiment, ExperimentError, Start};
-pub use fit::{Fit, FitError, FitOptions, Residuals, cost, fit, fit_from, inverse_of_normal};
+pub use fit::{Fit, FitError, FitOptions, cost, fit, fit_from, inverse_of_normal};
 pub use free::{
     Free, Prior, Target, Transform, base_parameters, base_parameters_in, effect_parameters, effect_parameters_in, torques_balance,
 };
 pub use knowledge::{HALF_95, knowing, prior_cost, prior_terms};
 pub use load::{Load, ShownSpeed, Size};
 pub use load_torque::{LoadEstimate, load_torque};
-pub use simulate::{Linearized, linearize, predict, residuals};
+pub use simulate::{Linearized, Residuals, linearize, predict, residuals};
 pub use smoothness::{Smoothness, smoothness};
 pub use speed::FoundSpeed;
 pub use start::{angle_on, guess_start, start_on, start_parameters};

@@ -14,8 +14,8 @@ use rayon::prelude::*;
 
 use super::channel::{Channel, ChannelKind};
 use super::experiment::Experiment;
-use super::fit::Residuals;
 use super::load::Load;
+use super::simulate::Residuals;
 
 /// Runs on every K-th of their rows, K odd and alike for all; tables as they are.
 #[derive(Clone, Debug)]
