@@ -4,12 +4,12 @@
 //! P = I − J(JᵀJ)⁻¹Jᵀ:   S = (GᵀPr)ᵀ (GᵀPG)⁻¹ (GᵀPr) ~ χ²_k when the effect is absent.
 //!
 //! Signatures are secants: the change of the outputs at the size that would matter, over that size. They exist where derivatives at
-//! zero strength do not (a shaft with a little compliance is stiff), and cost one plain simulation each. All of it is done in steps as long as
-//! signals and residual allow ([`Thinned::keeping`]).
+//! zero strength do not (a shaft with a little compliance is stiff), and cost one plain simulation each. All of it is of every row: over longer steps effects that
+//! imitate one another are ranked otherwise.
 
 use std::sync::OnceLock;
 
-use im_identify::offline::{Experiment, Free, Linearized, Residuals, Thinned, effect_parameters, linearize, predict, residuals};
+use im_identify::offline::{Experiment, Free, Linearized, Residuals, effect_parameters, linearize, predict, residuals};
 use im_model::effects::{COEFFICIENTS, FreeForm, Role};
 use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector};
@@ -66,18 +66,17 @@ const RESONANCES: usize = 3;
 
 /// Everything a score needs at the present machine.
 pub struct ScoreContext<'a> {
-    thinned: Thinned<'a>,
+    experiments: &'a [Experiment],
     starts: &'a [State<f64>],
     machine: Machine<f64>,
     rating: &'a Rating,
-    /// What the machine does in these steps.
+    /// What the machine does.
     before: Vec<Vec<Vec<f64>>>,
     whiteners: Vec<Vec<Whitener>>,
     /// Whitened, and plain.
     white: Projection,
     plain: Projection,
-    /// What a plain refit of the present parameters leaves at every row, and D of it.
-    left: Residuals,
+    /// D of what a plain refit of the present parameters leaves.
     deviance: f64,
     /// Root mean square of the raw residual, in σ.
     raw_rms: f64,
@@ -159,11 +158,6 @@ fn cut(runs: &[Experiment], column: &[f64]) -> Residuals {
     runs.iter().map(|e| e.channels.iter().map(|_| channel(e.len())).collect()).collect()
 }
 
-fn less(a: &Residuals, b: &Residuals) -> Residuals {
-    let channel = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a - b).collect();
-    a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(channel).collect()).collect()
-}
-
 /// Whitens per channel and strings everything into one column.
 fn column(signals: &[Vec<Vec<f64>>], whiteners: &[Vec<Whitener>]) -> Vec<f64> {
     signals.iter().zip(whiteners).flat_map(|(s, w)| s.iter().zip(w).flat_map(|(x, w)| w.apply(x)).collect::<Vec<_>>()).collect()
@@ -181,28 +175,22 @@ impl<'a> ScoreContext<'a> {
         level: f64,
     ) -> Self {
         let residuals: Residuals = experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
-        let thinned = Thinned::keeping(experiments, &residuals);
-        let runs = thinned.runs();
         let linear: Vec<Linearized> =
-            runs.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
-        let sums = thinned.sums(&residuals);
-        let whiteners = whiteners(runs, &sums);
+            experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
+        let whiteners = whiteners(experiments, &residuals);
         let slopes = |p: usize| linear.iter().map(|l| l.slopes[p].clone()).collect::<Vec<_>>();
         let columns = |f: Stringing| {
             let slopes = (0..free.len()).into_par_iter().map(|p| f(&slopes(p), &whiteners)).collect();
-            Projection::new(f(&sums, &whiteners), slopes)
+            Projection::new(f(&residuals, &whiteners), slopes)
         };
         let (white, plain) = rayon::join(|| columns(column), || columns(|signals, _| strung(signals)));
-        let count: usize = runs.iter().map(Experiment::count).sum();
-        let raw_rms = (sums.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
+        let count: usize = experiments.iter().map(Experiment::count).sum();
+        let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
         let variance = (dot(&white.residual, &white.residual) / count as f64).max(1.0);
-        let before = runs.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
-        let taken = strung(&sums).iter().zip(&plain.residual).map(|(r, left)| r - left).collect::<Vec<_>>();
-        let left = less(&residuals, &thinned.at_every_row(&cut(runs, &taken)));
+        let before = experiments.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
         Self {
-            deviance: deviance(experiments, &left),
-            left,
-            thinned,
+            deviance: deviance(experiments, &cut(experiments, &plain.residual)),
+            experiments,
             starts,
             machine: *machine,
             rating,
@@ -218,15 +206,14 @@ impl<'a> ScoreContext<'a> {
         }
     }
 
-    /// D of what is left when a refit takes a change of the outputs, as a column of the steps, off.
-    fn deviance_without(&self, column: &[f64]) -> f64 {
-        let change = self.thinned.at_every_row(&cut(self.thinned.runs(), column));
-        deviance(self.thinned.recordings(), &less(&self.left, &change))
+    /// D of a residual strung into a column.
+    fn deviance_of(&self, column: &[f64]) -> f64 {
+        deviance(self.experiments, &cut(self.experiments, column))
     }
 
-    /// From the machine to another, in the steps, per run and channel in σ; `None` where the simulation runs away.
+    /// From the machine to another, per run and channel in σ; `None` where the simulation runs away.
     fn change_to(&self, other: &Machine<f64>) -> Option<Vec<Vec<Vec<f64>>>> {
-        let runs = self.thinned.runs().iter().zip(self.starts).zip(&self.before);
+        let runs = self.experiments.iter().zip(self.starts).zip(&self.before);
         let change = |((e, x), before): ((&Experiment, &State<f64>), &Vec<Vec<f64>>)| {
             let d = difference(e, before, &predict(other, e, x));
             d.iter().flatten().all(|v| v.is_finite()).then_some(d)
@@ -238,10 +225,8 @@ impl<'a> ScoreContext<'a> {
     fn lines(&self) -> Vec<f64> {
         let found = || {
             let white = |(r, w): (&Vec<Vec<f64>>, &Vec<Whitener>)| r.iter().zip(w).map(|(r, w)| w.apply(r)).collect();
-            let experiments = self.thinned.recordings();
-            let whiteners = whiteners(experiments, &self.residuals);
-            let innovations: Vec<Vec<Vec<f64>>> = self.residuals.iter().zip(&whiteners).map(white).collect();
-            lines::orders(&self.machine, self.starts, experiments, &innovations)
+            let innovations: Vec<Vec<Vec<f64>>> = self.residuals.iter().zip(&self.whiteners).map(white).collect();
+            lines::orders(&self.machine, self.starts, self.experiments, &innovations)
         };
         self.lines.get_or_init(found).clone()
     }
@@ -259,7 +244,7 @@ impl<'a> ScoreContext<'a> {
         // Far beyond the residual the secant is not the slope any more.
         let wanted = self.raw_rms.max(1.0);
         let mut size = if usual * *sensitivity > FAR * wanted { wanted / *sensitivity } else { usual };
-        let count: usize = self.thinned.runs().iter().map(Experiment::count).sum();
+        let count: usize = self.experiments.iter().map(Experiment::count).sum();
         for _ in 0..8 {
             let mut set: Vec<(ParameterId, f64)> = shape.iter().map(|&(i, v)| (ParameterId::Effect(effect, i), v)).collect();
             set.push((ParameterId::Effect(effect, k), size));
@@ -283,7 +268,7 @@ impl<'a> ScoreContext<'a> {
     fn tangents(&self, effect: EffectId) -> Option<Vec<[Vec<f64>; 2]>> {
         let machine = self.machine.with(&[(ParameterId::Effect(effect, 0), 0.0)]).ok()?;
         let free = effect_parameters(effect, &machine, self.rating);
-        let runs = self.thinned.runs().par_iter().zip(self.starts).enumerate();
+        let runs = self.experiments.par_iter().zip(self.starts).enumerate();
         let linear: Vec<Linearized> = runs.map(|(k, (e, x))| linearize(&machine, e, x, k, &free)).collect();
         let signature = |(k, f): (usize, &Free)| {
             let slopes: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.slopes[k].clone()).collect();
@@ -371,11 +356,11 @@ impl<'a> ScoreContext<'a> {
         let mut gain = score;
         let plain: Vec<Vec<f64>> = plain.into_iter().map(|g| self.plain.projected(g)).collect();
         if let Some((_, sizes, _)) = self.plain.solved(&used.iter().map(|&k| &plain[k]).collect::<Vec<_>>(), smooth.as_ref()) {
-            let mut taken = vec![0.0; self.plain.residual.len()];
+            let mut left = self.plain.residual.clone();
             for (size, &k) in sizes.iter().zip(&used) {
-                taken.iter_mut().zip(&plain[k]).for_each(|(r, g)| *r += size * g);
+                left.iter_mut().zip(&plain[k]).for_each(|(r, g)| *r -= size * g);
             }
-            let fall = self.deviance - self.deviance_without(&taken);
+            let fall = self.deviance - self.deviance_of(&left);
             if fall > gain {
                 (gain, x) = (fall, sizes);
             }
