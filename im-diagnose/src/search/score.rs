@@ -4,12 +4,11 @@
 //! P = I − J(JᵀJ)⁻¹Jᵀ:   S = (GᵀPr)ᵀ (GᵀPG)⁻¹ (GᵀPr) ~ χ²_k when the effect is absent.
 //!
 //! Signatures are secants: the change of the outputs at the size that would matter, over that size. They exist where derivatives at
-//! zero strength do not (a shaft with a little compliance is stiff), and cost one plain simulation each. All of it is of every row: over longer steps effects that
-//! imitate one another are ranked otherwise.
+//! zero strength do not (a shaft with a little compliance is stiff), and cost one plain simulation each.
 
 use std::sync::OnceLock;
 
-use im_identify::offline::{Experiment, Free, Linearized, Residuals, effect_parameters, linearize, predict, residuals};
+use im_identify::offline::{Changes, Experiment, Free, Linearized, effect_parameters, linearize};
 use im_model::effects::{COEFFICIENTS, FreeForm, Role};
 use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector};
@@ -17,7 +16,7 @@ use rayon::prelude::*;
 
 use super::lines;
 use crate::noise::{Whitener, whiteners};
-use crate::residuals::{deviance, difference};
+use crate::residuals::deviance;
 use crate::statistics::{closest_of, log_p, orthonormal, threshold};
 
 /// Score of one effect at its best shape.
@@ -70,8 +69,7 @@ pub struct ScoreContext<'a> {
     starts: &'a [State<f64>],
     machine: Machine<f64>,
     rating: &'a Rating,
-    /// What the machine does.
-    before: Vec<Vec<Vec<f64>>>,
+    changes: Changes<'a>,
     whiteners: Vec<Vec<Whitener>>,
     /// Whitened, and plain.
     white: Projection,
@@ -84,8 +82,8 @@ pub struct ScoreContext<'a> {
     variance: f64,
     /// Chance of a false alarm per effect.
     level: f64,
-    /// The residual in σ, at every row.
-    residuals: Residuals,
+    /// The residual in σ.
+    residuals: Vec<Vec<Vec<f64>>>,
     /// Orders, per turn of the rotor, of lines in the residual: looked for when an effect of some order is scored.
     lines: OnceLock<Vec<f64>>,
 }
@@ -147,17 +145,6 @@ fn strung(signals: &[Vec<Vec<f64>>]) -> Vec<f64> {
     signals.iter().flatten().flatten().copied().collect()
 }
 
-/// The other way.
-fn cut(runs: &[Experiment], column: &[f64]) -> Residuals {
-    let mut rest = column;
-    let mut channel = |rows: usize| {
-        let (head, tail) = rest.split_at(rows);
-        rest = tail;
-        head.to_vec()
-    };
-    runs.iter().map(|e| e.channels.iter().map(|_| channel(e.len())).collect()).collect()
-}
-
 /// Whitens per channel and strings everything into one column.
 fn column(signals: &[Vec<Vec<f64>>], whiteners: &[Vec<Whitener>]) -> Vec<f64> {
     signals.iter().zip(whiteners).flat_map(|(s, w)| s.iter().zip(w).flat_map(|(x, w)| w.apply(x)).collect::<Vec<_>>()).collect()
@@ -174,9 +161,9 @@ impl<'a> ScoreContext<'a> {
         free: &[im_identify::offline::Free],
         level: f64,
     ) -> Self {
-        let residuals: Residuals = experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
         let linear: Vec<Linearized> =
             experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
+        let residuals: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.residuals.clone()).collect();
         let whiteners = whiteners(experiments, &residuals);
         let slopes = |p: usize| linear.iter().map(|l| l.slopes[p].clone()).collect::<Vec<_>>();
         let columns = |f: Stringing| {
@@ -187,38 +174,37 @@ impl<'a> ScoreContext<'a> {
         let count: usize = experiments.iter().map(Experiment::count).sum();
         let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
         let variance = (dot(&white.residual, &white.residual) / count as f64).max(1.0);
-        let before = experiments.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
-        Self {
-            deviance: deviance(experiments, &cut(experiments, &plain.residual)),
+        let deviance = f64::NAN;
+        let mut me = Self {
             experiments,
             starts,
             machine: *machine,
             rating,
-            before,
+            changes: Changes::from(machine, experiments, starts),
             whiteners,
             white,
             plain,
+            deviance,
             raw_rms,
             variance,
             level,
             residuals,
             lines: OnceLock::new(),
-        }
+        };
+        me.deviance = me.deviance_of(&me.plain.residual);
+        me
     }
 
     /// D of a residual strung into a column.
     fn deviance_of(&self, column: &[f64]) -> f64 {
-        deviance(self.experiments, &cut(self.experiments, column))
-    }
-
-    /// From the machine to another, per run and channel in σ; `None` where the simulation runs away.
-    fn change_to(&self, other: &Machine<f64>) -> Option<Vec<Vec<Vec<f64>>>> {
-        let runs = self.experiments.iter().zip(self.starts).zip(&self.before);
-        let change = |((e, x), before): ((&Experiment, &State<f64>), &Vec<Vec<f64>>)| {
-            let d = difference(e, before, &predict(other, e, x));
-            d.iter().flatten().all(|v| v.is_finite()).then_some(d)
+        let mut rest = column;
+        let mut cut = |n: usize| {
+            let (head, tail) = rest.split_at(n);
+            rest = tail;
+            head.to_vec()
         };
-        runs.map(change).collect()
+        let shaped: Vec<Vec<Vec<f64>>> = self.changes.before().iter().map(|e| e.iter().map(|c| cut(c.len())).collect()).collect();
+        deviance(self.experiments, &shaped)
     }
 
     /// Orders, per turn of the rotor, of lines in the residual.
@@ -249,7 +235,7 @@ impl<'a> ScoreContext<'a> {
             let mut set: Vec<(ParameterId, f64)> = shape.iter().map(|&(i, v)| (ParameterId::Effect(effect, i), v)).collect();
             set.push((ParameterId::Effect(effect, k), size));
             let there = self.machine.with(&set).ok();
-            let Some(d) = there.and_then(|m| self.change_to(&m)) else {
+            let Some(d) = there.and_then(|m| self.changes.to(&m, effect.about().fixed_to_shaft)) else {
                 size *= 0.1;
                 continue;
             };
@@ -288,7 +274,7 @@ impl<'a> ScoreContext<'a> {
     fn run_by_run(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut begin = 0;
         let mut parts = Vec::new();
-        for run in &self.before {
+        for run in self.changes.before() {
             let end = begin + run.iter().map(Vec::len).sum::<usize>();
             parts.extend(columns.iter().map(|column| {
                 let mut part = vec![0.0; column.len()];
