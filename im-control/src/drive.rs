@@ -167,6 +167,11 @@ impl<T: Scalar, C: Clone> Drive<T, C> {
         Ok(Self { voltage_offset_v, ..self })
     }
 
+    /// What is taken off every voltage command, V.
+    pub(crate) fn voltage_offset(&self) -> Complex<T> {
+        self.voltage_offset_v
+    }
+
     /// The controller.
     pub fn controller(&self) -> &C {
         &self.controller

@@ -63,7 +63,6 @@ pub struct Sensorless<T: Scalar, C, O: Observer<T>> {
     pole_pairs: T,
     offset_a: Complex<T>,
     asymmetry_ohm: Complex<T>,
-    voltage_offset_v: Complex<T>,
     draws_flux: bool,
     state: State<T, O::State>,
 }
@@ -101,7 +100,6 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
             pole_pairs: machine.n_p(),
             offset_a: Complex::new(T::zero(), T::zero()),
             asymmetry_ohm: Complex::new(T::zero(), T::zero()),
-            voltage_offset_v: Complex::new(T::zero(), T::zero()),
             draws_flux,
             state: State {
                 observer: O::State::default(),
@@ -145,7 +143,7 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
     /// # Errors
     /// One that is no number.
     pub fn with_voltage_offset(self, voltage_offset_v: Complex<T>) -> Result<Self, ControlError> {
-        Ok(Self { voltage_offset_v, drive: self.drive.with_voltage_offset(voltage_offset_v)?, ..self })
+        Ok(Self { drive: self.drive.with_voltage_offset(voltage_offset_v)?, ..self })
     }
 
     /// The controller keeps its own flux, whatever the observer says: for machines whose leakage depends on how fast a current changes (deep bars).
@@ -248,7 +246,7 @@ impl<T: Scalar, C: Controller<T> + BeginsAt<T> + Reports + Clone, O: Observer<T>
         let sample_time_s = if guard::is_sample_time(m.sample_time_s) { m.sample_time_s } else { self.search.sample_time_s() };
         let m = &Measured { sample_time_s, i_s: m.i_s - self.offset_a, ..*m };
         // The search adds nothing for the dead time, and takes no offset off.
-        let added = if self.state.searching { -self.voltage_offset_v } else { self.drive.compensation() };
+        let added = if self.state.searching { -self.drive.voltage_offset() } else { self.drive.compensation() };
         // Copper that is warmer is so in every direction.
         let asymmetry = self.asymmetry_ohm * self.observer.stator_resistance_ratio(&self.state.observer);
         let more = if is_finite(m.i_s) { asymmetry * m.i_s.conj() } else { Complex::new(T::zero(), T::zero()) };

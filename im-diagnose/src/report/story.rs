@@ -278,17 +278,8 @@ pub(crate) fn summary(s: &Story) -> Summary {
         }
         Verdict::Unexplained => {
             let found = main_dependence(d).map_or("it shows no simple dependence".into(), dependence_words);
-            let curves = match d.curves.len() {
-                0 => String::new(),
-                1 => format!(
-                    "; a curve of no known form, {}, explains it better than the library (im learn draws it)",
-                    names(&d.curves)
-                ),
-                _ => format!(
-                    "; curves of no known form, {}, explain it better than the library (im learn draws them)",
-                    names(&d.curves)
-                ),
-            };
+            let better = ["explains it better than the library", "explain it better than the library"];
+            let curves = curves_words(d, "", better).map_or_else(String::new, |w| format!("; {w}"));
             format!("something is missing that the library of effects does not hold: {found}{curves}")
         }
         Verdict::Inconclusive => format!(
@@ -444,24 +435,28 @@ pub(crate) fn probability(p: f64) -> String {
     if p > 0.999 { "more than 0.999".into() } else { format!("{p:.3}") }
 }
 
+/// What curves of no known form do, one or several.
+fn curves_words(d: &Diagnosis, beside: &str, acts: [&str; 2]) -> Option<String> {
+    match d.curves.len() {
+        0 => None,
+        1 => Some(format!("a curve of no known form{beside}, {}, {} (im learn draws it)", names(&d.curves), acts[0])),
+        _ => Some(format!("curves of no known form{beside}, {}, {} (im learn draws them)", names(&d.curves), acts[1])),
+    }
+}
+
 /// Said beside what was found, where the error that stays is more than noise.
 fn rest(d: &Diagnosis) -> Option<String> {
     let r = d.remainder.as_ref()?;
-    let suspect = match (r.suspect, d.curves.len()) {
-        (Some(e), _) => {
+    let suspect = match r.suspect {
+        Some(e) => {
             format!(
                 "the next suspect, not confirmed, is {} ({} rms in training with it)",
                 effect_name(e),
                 in_sigma(r.with_suspect)
             )
         }
-        (None, 0) => "no effect of the library stands out as its cause".into(),
-        (None, 1) => {
-            format!("a curve of no known form beside it, {}, makes the recordings likelier (im learn draws it)", names(&d.curves))
-        }
-        (None, _) => {
-            format!("curves of no known form beside it, {}, make the recordings likelier (im learn draws them)", names(&d.curves))
-        }
+        None => curves_words(d, " beside it", ["makes the recordings likelier", "make the recordings likelier"])
+            .unwrap_or_else(|| "no effect of the library stands out as its cause".into()),
     };
     Some(format!(
         "what stays is still more than noise: something smaller is missing, or what was added has another form in the machine; {suspect}"
