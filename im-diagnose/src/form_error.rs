@@ -8,7 +8,9 @@
 //!
 //! so that no effect is named for what only mends the form of another. A sample counts 1/λ in the search, what is known of β does not.
 
-use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Linearized, linearize, predict, smoothness};
+use im_identify::offline::{
+    Channel, ChannelKind, Experiment, Free, Linearized, Thinned, linearize, predict, residuals, smoothness,
+};
 use im_model::{BaseParameter, Complex, Machine, ParameterId, State, TParameters};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -44,9 +46,11 @@ pub struct Disturbances {
 }
 
 /// A fitted model around its minimum: residuals, and what moves them.
-struct Around {
+struct Around<'a> {
+    /// At every row.
     residuals: Change,
-    /// Of the free parameters, then of the bends, then of the ratio of the leakages.
+    thinned: Thinned<'a>,
+    /// Of the free parameters, then of the bends, then of the ratio of the leakages, in the steps of `thinned`.
     changes: Vec<Change>,
     /// How many are free parameters.
     parameters: usize,
@@ -54,28 +58,26 @@ struct Around {
     bends: usize,
 }
 
-impl Around {
-    fn new(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free], ratio_std: f64) -> Self {
+impl<'a> Around<'a> {
+    fn new(machine: &Machine<f64>, starts: &[State<f64>], experiments: &'a [Experiment], free: &[Free], ratio_std: f64) -> Self {
+        let residuals = experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
+        let thinned = Thinned::keeping(experiments, &residuals);
+        let runs = thinned.runs();
         let linear: Vec<Linearized> =
-            experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
-        let Disturbances { of_ratio, bends: mut list, explained, modelled } =
-            disturbances(machine, starts, experiments, ratio_std);
+            runs.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
+        let Disturbances { of_ratio, bends: mut list, explained, modelled } = disturbances(machine, starts, runs, ratio_std);
         // Forms differ in phase as well.
-        list.extend(explained.iter().flat_map(|d| bends(experiments, &modelled, &turned(experiments, d))));
+        list.extend(explained.iter().flat_map(|d| bends(runs, &modelled, &turned(runs, d))));
         let bends = list.len();
         let mut changes: Vec<Change> = (0..free.len()).map(|p| linear.iter().map(|l| l.slopes[p].clone()).collect()).collect();
         changes.extend(list);
         changes.extend(of_ratio);
-        Self { residuals: linear.into_iter().map(|l| l.residuals).collect(), changes, parameters: free.len(), bends }
-    }
-
-    fn rows(&self) -> usize {
-        self.residuals.iter().flatten().map(Vec::len).sum()
+        Self { residuals, thinned, changes, parameters: free.len(), bends }
     }
 
     /// Whether there are too few values to tell errors of form from noise.
     fn is_short(&self) -> bool {
-        self.rows() < LEAST_ROWS * self.changes.len()
+        values(&self.residuals) < LEAST_ROWS * self.changes.len()
     }
 
     /// The normal equations, filtered by `whiten`, with one row more for every unknown.
@@ -85,11 +87,12 @@ impl Around {
         free: &[Free],
         whiten: impl Fn(&Change) -> Change + Sync,
     ) -> (DMatrix<f64>, DVector<f64>) {
-        let stride = (self.rows() / ROWS).max(1);
+        let sums = self.thinned.sums(&self.residuals);
+        let stride = (values(&sums) / ROWS).max(1);
         let thinned =
             |c: &Change| -> Vec<f64> { whiten(c).iter().flatten().flat_map(|x| x.iter().step_by(stride).copied()).collect() };
         let columns: Vec<Vec<f64>> = self.changes.par_iter().map(thinned).collect();
-        let r = DVector::from_vec(thinned(&self.residuals));
+        let r = DVector::from_vec(thinned(&sums));
         let all = DMatrix::from_vec(r.len(), columns.len(), columns.concat());
         let mut normal = all.tr_mul(&all) * stride as f64;
         let mut b = all.tr_mul(&r) * stride as f64;
@@ -108,13 +111,23 @@ impl Around {
 
     /// What is left with changes of such sizes.
     fn left(&self, sizes: &DVector<f64>) -> Change {
-        let mut left = self.residuals.clone();
+        let mut taken: Change = self.thinned.runs().iter().map(|e| vec![vec![0.0; e.len()]; e.channels.len()]).collect();
         for (size, change) in sizes.iter().zip(&self.changes) {
-            for (l, c) in left.iter_mut().flatten().zip(change.iter().flatten()) {
-                l.iter_mut().zip(c).for_each(|(l, c)| *l -= size * c);
-            }
+            add(&mut taken, *size, change);
         }
+        let mut left = self.residuals.clone();
+        add(&mut left, -1.0, &self.thinned.at_every_row(&taken));
         left
+    }
+}
+
+fn values(change: &Change) -> usize {
+    change.iter().flatten().map(Vec::len).sum()
+}
+
+fn add(to: &mut Change, times: f64, change: &Change) {
+    for (to, c) in to.iter_mut().flatten().zip(change.iter().flatten()) {
+        to.iter_mut().zip(c).for_each(|(to, c)| *to += times * c);
     }
 }
 
@@ -133,7 +146,8 @@ pub fn marginal(
     if around.is_short() {
         return as_it_is;
     }
-    let whiteners = sensor_whiteners(experiments, &around.residuals);
+    let Around { thinned, residuals, .. } = &around;
+    let whiteners = sensor_whiteners(thinned.runs(), &thinned.sums(residuals), thinned.stride());
     let whiten = |c: &Change| -> Change {
         c.iter().zip(&whiteners).map(|(run, w)| run.iter().zip(w).map(|(x, w)| w.apply(x)).collect()).collect()
     };

@@ -70,12 +70,13 @@ impl Whitener {
         best.1
     }
 
-    /// The same with a memory of a few samples at most, as sensors have: poles within 0.9, and the variance that this filter leaves of
-    /// `runs`. What stays longer is no noise.
-    pub fn of_a_sensor(mut self, runs: &[&[f64]]) -> Self {
+    /// The same with a memory of a few samples at most, as sensors have: poles within 0.9 from sample to sample, `stride` of which a row holds,
+    /// and the variance that this filter leaves of `runs`. What stays longer is no noise.
+    pub fn of_a_sensor(mut self, runs: &[&[f64]], stride: usize) -> Self {
+        let memory = MEMORY.powi(stride as i32);
         let mut shrink = 1.0;
         for a in &mut self.coefficients {
-            shrink *= MEMORY;
+            shrink *= memory;
             *a *= shrink;
         }
         self.variance = 1.0;
@@ -121,9 +122,13 @@ pub fn whiteners<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(experiments: &[E],
     per_channel(experiments, residuals, Whitener::fit)
 }
 
-/// The same for noise as sensors have it, without memory of more than a few samples.
-pub fn sensor_whiteners<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(experiments: &[E], residuals: &[R]) -> Vec<Vec<Whitener>> {
-    per_channel(experiments, residuals, |alike, order| Whitener::fit(alike, order).of_a_sensor(alike))
+/// The same for noise as sensors have it, without memory of more than a few samples, `stride` of which a row holds.
+pub fn sensor_whiteners<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(
+    experiments: &[E],
+    residuals: &[R],
+    stride: usize,
+) -> Vec<Vec<Whitener>> {
+    per_channel(experiments, residuals, |alike, order| Whitener::fit(alike, order).of_a_sensor(alike, stride))
 }
 
 fn per_channel<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(

@@ -13,7 +13,9 @@
 //! scales of a table's instruments (`instruments`).
 
 pub use im_identify::offline::HALF_95;
-use im_identify::offline::{Experiment, Fit, Free, Linearized, Target, inverse_of_normal, linearize, prior_terms, smoothness};
+use im_identify::offline::{
+    Experiment, Fit, Free, Linearized, Target, Thinned, inverse_of_normal, linearize, prior_terms, residuals, smoothness,
+};
 use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -262,10 +264,15 @@ struct Spread {
 
 impl Spread {
     fn new(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free], ratio_std: f64) -> Self {
-        let linear: Vec<Linearized> =
-            experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
-        let residuals: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.residuals.clone()).collect();
-        let noise = whiteners(experiments, &residuals);
+        let residuals = experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
+        let thinned = Thinned::keeping(experiments, &residuals);
+        let (experiments, sums) = (thinned.runs(), thinned.sums(&residuals));
+        let linear = experiments.par_iter().zip(sums.as_slice()).enumerate().map(|(k, (e, sums))| {
+            let slopes = linearize(machine, e, &starts[k], k, free).slopes;
+            Linearized { residuals: sums.clone(), slopes }
+        });
+        let linear: Vec<Linearized> = linear.collect();
+        let noise = whiteners(experiments, &sums);
         let p = free.len();
         let mut normal = DMatrix::zeros(p, p);
         let mut modelled = DMatrix::zeros(p, p);

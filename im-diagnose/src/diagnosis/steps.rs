@@ -54,7 +54,7 @@ impl Judged {
 
 /// A model fitted once more as a user's own simulation will run it: the machine and the starts of the training recordings.
 fn refitted(loop_: &Refinement, model: &Model, refit: &Judged) -> (Machine<f64>, Vec<State<f64>>) {
-    let options = FitOptions { iterations: 12, tolerance: 1e-7, horizons: Vec::new() };
+    let options = FitOptions { iterations: 12, tolerance: 1e-6, horizons: Vec::new() };
     match loop_.fit_to(&refit.train, &model.fit.machine, &model.fit.starts, &model.effects, &options) {
         // Where the simulation without nudging falls out of step on the way, its minimum means nothing.
         Ok(f) if mean_square_all(&f.machine, loop_.nudged(), &f.starts) < 1.2 * model.train() => (f.machine, f.starts),

@@ -4,11 +4,13 @@
 //! P = I − J(JᵀJ)⁻¹Jᵀ:   S = (GᵀPr)ᵀ (GᵀPG)⁻¹ (GᵀPr) ~ χ²_k when the effect is absent.
 //!
 //! Signatures are secants: the change of the outputs at the size that would matter, over that size. They exist where derivatives at
-//! zero strength do not (a shaft with a little compliance is stiff), and cost one plain simulation each.
+//! zero strength do not (a shaft with a little compliance is stiff), and cost one plain simulation each, in longer steps with cubics
+//! between them where the signals are smooth. The sums are over every row: over sums of rows the noise model describes other noise, and
+//! effects that imitate one another are ranked otherwise.
 
 use std::sync::OnceLock;
 
-use im_identify::offline::{Changes, Experiment, Free, Linearized, effect_parameters, linearize};
+use im_identify::offline::{Experiment, Free, Linearized, Residuals, Thinned, effect_parameters, linearize, predict, residuals};
 use im_model::effects::{COEFFICIENTS, FreeForm, Role};
 use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector};
@@ -16,7 +18,7 @@ use rayon::prelude::*;
 
 use super::lines;
 use crate::noise::{Whitener, whiteners};
-use crate::residuals::deviance;
+use crate::residuals::{deviance, difference};
 use crate::statistics::{closest_of, log_p, orthonormal, threshold};
 
 /// Score of one effect at its best shape.
@@ -69,7 +71,9 @@ pub struct ScoreContext<'a> {
     starts: &'a [State<f64>],
     machine: Machine<f64>,
     rating: &'a Rating,
-    changes: Changes<'a>,
+    every_row: Way<'a>,
+    /// `None` where the recordings allow no longer steps.
+    longer_steps: Option<Way<'a>>,
     whiteners: Vec<Vec<Whitener>>,
     /// Whitened, and plain.
     white: Projection,
@@ -82,8 +86,8 @@ pub struct ScoreContext<'a> {
     variance: f64,
     /// Chance of a false alarm per effect.
     level: f64,
-    /// The residual in σ.
-    residuals: Vec<Vec<Vec<f64>>>,
+    /// The residual in σ, at every row.
+    residuals: Residuals,
     /// Orders, per turn of the rotor, of lines in the residual: looked for when an effect of some order is scored.
     lines: OnceLock<Vec<f64>>,
 }
@@ -145,6 +149,41 @@ fn strung(signals: &[Vec<Vec<f64>>]) -> Vec<f64> {
     signals.iter().flatten().flatten().copied().collect()
 }
 
+/// The other way.
+fn cut(runs: &[Experiment], column: &[f64]) -> Residuals {
+    let mut rest = column;
+    let mut channel = |rows: usize| {
+        let (head, tail) = rest.split_at(rows);
+        rest = tail;
+        head.to_vec()
+    };
+    runs.iter().map(|e| e.channels.iter().map(|_| channel(e.len())).collect()).collect()
+}
+
+/// Runs in some steps, and what the machine does there.
+struct Way<'a> {
+    thinned: Thinned<'a>,
+    before: Vec<Vec<Vec<f64>>>,
+}
+
+impl<'a> Way<'a> {
+    fn new(machine: &Machine<f64>, starts: &[State<f64>], thinned: Thinned<'a>) -> Self {
+        let before = thinned.runs().par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
+        Self { thinned, before }
+    }
+
+    /// The change of the outputs to another machine, in σ at every row.
+    fn change_to(&self, other: &Machine<f64>, starts: &[State<f64>]) -> Option<Residuals> {
+        let runs = self.thinned.runs().iter().zip(starts).zip(&self.before);
+        let change = |((e, x), before): ((&Experiment, &State<f64>), &Vec<Vec<f64>>)| {
+            let d = difference(e, before, &predict(other, e, x));
+            d.iter().flatten().all(|v| v.is_finite()).then_some(d)
+        };
+        let change: Residuals = runs.map(change).collect::<Option<_>>()?;
+        Some(self.thinned.at_every_row(&change))
+    }
+}
+
 /// Whitens per channel and strings everything into one column.
 fn column(signals: &[Vec<Vec<f64>>], whiteners: &[Vec<Whitener>]) -> Vec<f64> {
     signals.iter().zip(whiteners).flat_map(|(s, w)| s.iter().zip(w).flat_map(|(x, w)| w.apply(x)).collect::<Vec<_>>()).collect()
@@ -161,9 +200,9 @@ impl<'a> ScoreContext<'a> {
         free: &[im_identify::offline::Free],
         level: f64,
     ) -> Self {
+        let residuals: Residuals = experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
         let linear: Vec<Linearized> =
             experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
-        let residuals: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.residuals.clone()).collect();
         let whiteners = whiteners(experiments, &residuals);
         let slopes = |p: usize| linear.iter().map(|l| l.slopes[p].clone()).collect::<Vec<_>>();
         let columns = |f: Stringing| {
@@ -174,37 +213,38 @@ impl<'a> ScoreContext<'a> {
         let count: usize = experiments.iter().map(Experiment::count).sum();
         let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
         let variance = (dot(&white.residual, &white.residual) / count as f64).max(1.0);
-        let deviance = f64::NAN;
-        let mut me = Self {
+        let every_row = Way::new(machine, starts, Thinned::whole(experiments));
+        let longer_steps = Some(Thinned::of_changes(experiments)).filter(|t| t.stride() > 1);
+        let longer_steps = longer_steps.map(|t| Way::new(machine, starts, t));
+        Self {
+            deviance: deviance(experiments, &cut(experiments, &plain.residual)),
             experiments,
             starts,
             machine: *machine,
             rating,
-            changes: Changes::from(machine, experiments, starts),
+            every_row,
+            longer_steps,
             whiteners,
             white,
             plain,
-            deviance,
             raw_rms,
             variance,
             level,
             residuals,
             lines: OnceLock::new(),
-        };
-        me.deviance = me.deviance_of(&me.plain.residual);
-        me
+        }
     }
 
     /// D of a residual strung into a column.
     fn deviance_of(&self, column: &[f64]) -> f64 {
-        let mut rest = column;
-        let mut cut = |n: usize| {
-            let (head, tail) = rest.split_at(n);
-            rest = tail;
-            head.to_vec()
-        };
-        let shaped: Vec<Vec<Vec<f64>>> = self.changes.before().iter().map(|e| e.iter().map(|c| cut(c.len())).collect()).collect();
-        deviance(self.experiments, &shaped)
+        deviance(self.experiments, &cut(self.experiments, column))
+    }
+
+    /// From the machine to another, per run and channel in σ at every row; `None` where the simulation runs away. What turns with the shaft may be
+    /// faster than the signals: it is simulated at every row.
+    fn change_to(&self, other: &Machine<f64>, fixed_to_shaft: bool) -> Option<Residuals> {
+        let way = self.longer_steps.as_ref().filter(|_| !fixed_to_shaft).unwrap_or(&self.every_row);
+        way.change_to(other, self.starts)
     }
 
     /// Orders, per turn of the rotor, of lines in the residual.
@@ -235,7 +275,7 @@ impl<'a> ScoreContext<'a> {
             let mut set: Vec<(ParameterId, f64)> = shape.iter().map(|&(i, v)| (ParameterId::Effect(effect, i), v)).collect();
             set.push((ParameterId::Effect(effect, k), size));
             let there = self.machine.with(&set).ok();
-            let Some(d) = there.and_then(|m| self.changes.to(&m, effect.about().fixed_to_shaft)) else {
+            let Some(d) = there.and_then(|m| self.change_to(&m, effect.about().fixed_to_shaft)) else {
                 size *= 0.1;
                 continue;
             };
@@ -274,7 +314,7 @@ impl<'a> ScoreContext<'a> {
     fn run_by_run(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut begin = 0;
         let mut parts = Vec::new();
-        for run in self.changes.before() {
+        for run in &self.every_row.before {
             let end = begin + run.iter().map(Vec::len).sum::<usize>();
             parts.extend(columns.iter().map(|column| {
                 let mut part = vec![0.0; column.len()];

@@ -8,9 +8,9 @@ use thiserror::Error;
 use super::experiment::{Experiment, ExperimentError};
 use super::free::{Free, Target, change_component, component};
 use super::knowledge::{prior_cost, prior_terms};
-use super::simulate::{linearize_to, residuals_to};
+use super::simulate::{Residuals, linearize_to, residuals_to};
 use super::smoothness::{effective_parameters, likely_spreads, smoothness};
-use super::thinned::{Runs, Thinned};
+use super::thinned::Thinned;
 
 /// Why a fit could not be made.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -28,6 +28,9 @@ pub enum FitError {
         experiment: String,
     },
 }
+
+/// A fit that stops when the cost falls by less than this is rough: slopes in longer steps are enough.
+const ROUGH: f64 = 1e-3;
 
 /// How hard to try.
 #[derive(Clone, Debug)]
@@ -179,9 +182,6 @@ fn rows(e: &Experiment, fraction: f64) -> usize {
     ((e.len() as f64 * fraction) as usize).clamp(e.len().min(2), e.len())
 }
 
-/// Per experiment and channel: the residuals over the first `fraction` of the rows.
-type Residuals = Vec<Vec<Vec<f64>>>;
-
 fn simulated(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>], fraction: f64) -> Residuals {
     experiments.par_iter().zip(starts).map(|(e, x)| residuals_to(machine, e, x, rows(e, fraction))).collect()
 }
@@ -208,11 +208,11 @@ fn dot(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 }
 
 impl Slopes {
-    fn at(here: &Point, runs: &[Thinned], free: &[Free], fraction: f64) -> Self {
-        let of = |(k, run): (usize, &Thinned)| {
-            linearize_to(&here.machine, run.run(), &here.starts[k], k, free, rows(run.run(), fraction)).slopes
+    fn at(here: &Point, taken: &Thinned, free: &[Free], fraction: f64) -> Self {
+        let of = |(k, run): (usize, &Experiment)| {
+            linearize_to(&here.machine, run, &here.starts[k], k, free, rows(run, fraction)).slopes
         };
-        let per_run: Vec<Vec<Vec<Vec<f64>>>> = runs.par_iter().enumerate().map(of).collect();
+        let per_run: Vec<Vec<Vec<Vec<f64>>>> = taken.runs().par_iter().enumerate().map(of).collect();
         let p = free.len();
         let mut normal = DMatrix::zeros(p, p);
         for s in &per_run {
@@ -229,9 +229,9 @@ impl Slopes {
         Self { per_run, normal, way: 0.0 }
     }
 
-    fn gradient(&self, runs: &[Thinned], residuals: &Residuals) -> DVector<f64> {
-        let sums: Vec<_> = runs.iter().zip(residuals).map(|(run, r)| run.sums(r)).collect();
-        DVector::from_fn(self.normal.nrows(), |k, _| self.per_run.iter().zip(&sums).map(|(s, r)| dot(&s[k], r)).sum())
+    fn gradient(&self, taken: &Thinned, residuals: &Residuals) -> DVector<f64> {
+        let sums = taken.sums(residuals);
+        DVector::from_fn(self.normal.nrows(), |k, _| self.per_run.iter().zip(sums.iter()).map(|(s, r)| dot(&s[k], r)).sum())
     }
 }
 
@@ -256,20 +256,22 @@ pub fn fit_from(
     let mut here = given.clone();
     // The rows of a table stand each on its own: no horizon is shorter.
     let horizons = if experiments.iter().any(|e| !e.is_table()) { &options.horizons[..] } else { &[] };
-    let runs = Runs::of(experiments);
+    let thinned = Thinned::of(experiments);
     for &fraction in horizons {
         // A rough answer is enough to start the next horizon from.
-        descend(&mut here, &mut room, &runs, free, fraction, options.iterations.min(12), 1e-3)?;
+        descend(&mut here, &mut room, &thinned, free, fraction, options.iterations.min(12), ROUGH)?;
     }
-    let mut end = descend(&mut here, &mut room, &runs, free, 1.0, options.iterations, options.tolerance)?;
+    let descent =
+        |here: &mut Point, room: &mut Room| descend(here, room, &thinned, free, 1.0, options.iterations, options.tolerance);
+    let mut end = descent(&mut here, &mut room)?;
     // Short horizons can lead away, where a recording begins in motion for example: never worse than from the values given.
     let as_given = || sum_of_squares(&simulated(machine, experiments, &given.starts, 1.0)) + known_cost(machine, free);
     if !horizons.is_empty() && as_given() < here.cost {
-        end = descend(&mut given, &mut room, &runs, free, 1.0, options.iterations, options.tolerance)?;
+        end = descent(&mut given, &mut room)?;
         here = given;
     }
     // Slopes from a short step before the minimum are those of the minimum, for the covariance.
-    let mut normal = end.normal.unwrap_or_else(|| Slopes::at(&here, &runs.thinned, free, 1.0).normal);
+    let mut normal = end.normal.unwrap_or_else(|| Slopes::at(&here, &thinned, free, 1.0).normal);
     for (k, [_, _, information]) in prior_terms(&here.machine, free).into_iter().enumerate() {
         normal[(k, k)] += information;
     }
@@ -396,22 +398,22 @@ const SHORT: f64 = 0.03;
 pub(super) fn descend(
     here: &mut Point,
     room: &mut Room,
-    runs: &Runs,
+    thinned: &Thinned,
     free: &[Free],
     fraction: f64,
     iterations: usize,
     tolerance: f64,
 ) -> Result<End, FitError> {
-    let experiments = runs.experiments;
+    let experiments = thinned.recordings();
     if free.is_empty() || iterations == 0 {
         *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction);
         return here.check(experiments).map(|()| End { accepted: 0, converged: free.is_empty(), normal: None });
     }
-    let whole: Vec<Thinned> = experiments.iter().map(Thinned::whole).collect();
-    let mut taken = &runs.thinned;
+    let whole = Thinned::whole(experiments);
+    let mut taken = thinned;
     *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction);
     here.check(experiments)?;
-    let mut damping = 1e-3;
+    let (mut damping, little) = (1e-3, tolerance.sqrt());
     let mut kept: Option<Slopes> = None;
     let mut accepted = 0;
     // A first step is always taken, for the residuals at this length.
@@ -439,12 +441,18 @@ pub(super) fn descend(
         // At a limit that the descent would cross, a parameter stays; the others find the minimum on that limit.
         let at = |f: &Free| current(f, &here.machine, &here.starts);
         let stopped: Vec<bool> = free.iter().zip(gradient.iter()).map(|(f, g)| f.stops(at(f), *g)).collect();
-        let mut gained = None;
-        for _ in 0..14 {
-            let Some(step) = damped_step(&normal, &gradient, &stopped, damping) else {
+        let (mut gained, mut promised, cost) = (None, f64::INFINITY, here.cost);
+        for attempt in 0..14 {
+            let Some((step, promise)) = damped_step(&normal, &gradient, &stopped, damping) else {
                 damping *= 10.0;
                 continue;
             };
+            // After a step that missed, a shorter one is worth a simulation as long as it promises what counts, or new slopes would be the same.
+            if attempt == 0 {
+                promised = promise;
+            } else if promise <= tolerance * here.cost && (!fresh || promised <= little * here.cost) {
+                break;
+            }
             let there = moved(&here.machine, &here.starts, free, &step).ok().filter(|(machine, _)| room.holds(machine));
             let Some((machine, starts)) = there else {
                 damping *= 10.0;
@@ -465,22 +473,24 @@ pub(super) fn descend(
             }
             damping *= 10.0;
         }
+        // A shorter step that gains nothing is no arrival where the whole one promised much.
+        let near = promised <= little * cost;
         let arrived = match gained {
             Some((gain, size)) => {
                 accepted += 1;
                 s.way += size;
-                gain < tolerance
+                gain < tolerance && near
             }
             None => fresh,
         };
         match (arrived, gained.is_some()) {
-            (true, _) if taken.iter().any(|run| run.rows() > 1) => {
+            (true, _) if taken.stride() > 1 && tolerance < ROUGH => {
                 taken = &whole;
                 damping = 1e-3;
             }
             (true, moved) => {
-                let near = !moved || s.way < SHORT;
-                return Ok(End { accepted, converged: true, normal: near.then_some(s.normal) });
+                let of_here = !moved || s.way < SHORT;
+                return Ok(End { accepted, converged: near, normal: of_here.then_some(s.normal) });
             }
             (false, true) => kept = (s.way < NEAR).then_some(s),
             // Old slopes no longer lead down: new ones.
@@ -490,8 +500,9 @@ pub(super) fn descend(
     Ok(End { accepted, converged: false, normal: None })
 }
 
-/// (A + λ diag A) d = g, scaled, over the parameters that are not `stopped`; steps are limited to a factor e.
-fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, stopped: &[bool], damping: f64) -> Option<DVector<f64>> {
+/// (A + λ diag A) d = g, scaled, over the parameters that are not `stopped`; steps are limited to a factor e. With it gᵀd of the whole step: so much,
+/// at least, the cost would fall if the slopes held.
+fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, stopped: &[bool], damping: f64) -> Option<(DVector<f64>, f64)> {
     let p = gradient.len();
     let d: Vec<f64> = (0..p).map(|k| normal[(k, k)].sqrt().max(1e-150)).collect();
     let scaled = DMatrix::from_fn(p, p, |a, b| match (a == b, stopped[a] || stopped[b]) {
@@ -501,8 +512,9 @@ fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, stopped: &[bool],
     });
     let rhs = DVector::from_fn(p, |k, _| if stopped[k] { 0.0 } else { gradient[k] / d[k] });
     let x = scaled.cholesky()?.solve(&rhs);
+    let promise = rhs.dot(&x);
     let step = DVector::from_fn(p, |k, _| (x[k] / d[k]).clamp(-1.0, 1.0));
-    step.iter().all(|x| x.is_finite()).then_some(step)
+    step.iter().all(|x| x.is_finite()).then_some((step, promise))
 }
 
 /// Inverse of a scaled positive semidefinite matrix; directions without information get a huge variance.

@@ -4,7 +4,6 @@
 //! what may change. [`fit`] finds the machine that explains all experiments at once.
 
 mod aqdm;
-mod changes;
 mod channel;
 mod experiment;
 mod fit;
@@ -22,7 +21,6 @@ mod thinned;
 mod trend;
 
 pub use aqdm::{AqdmFit, SteadyPoint, fit_aqdm, predicted as aqdm_at};
-pub use changes::Changes;
 pub use channel::{Channel, ChannelKind};
 pub use experiment::{Experiment, ExperimentError, Start};
 pub use fit::{Fit, FitError, FitOptions, cost, fit, fit_from, inverse_of_normal};
@@ -32,7 +30,8 @@ pub use free::{
 pub use knowledge::{HALF_95, knowing, prior_cost, prior_terms};
 pub use load::{Load, ShownSpeed, Size};
 pub use load_torque::{LoadEstimate, load_torque};
-pub use simulate::{Linearized, linearize, predict, residuals};
+pub use simulate::{Linearized, Residuals, linearize, predict, residuals};
 pub use smoothness::{Smoothness, smoothness};
 pub use speed::FoundSpeed;
 pub use start::{angle_on, guess_start, start_on, start_parameters};
+pub use thinned::Thinned;

@@ -10,6 +10,9 @@ use super::free::{Free, Target, change_component};
 use super::steady;
 use super::stop;
 
+/// Per experiment and channel: (measured − predicted)/σ, row by row; zero at rows that do not count.
+pub type Residuals = Vec<Vec<Vec<f64>>>;
+
 /// Runs an experiment over its first `rows` rows; `sink` receives each row's channel values.
 #[inline(always)]
 fn run<T: Scalar>(

@@ -9,7 +9,7 @@ use super::experiment::{Experiment, Start};
 use super::fit::{Point, Room, cost, descend};
 use super::free::{ANGLE, Free, LOAD_CONSTANT, LOAD_FAN, SPEED, Target, Transform};
 use super::load::{Load, Size};
-use super::thinned::{Runs, Thinned};
+use super::thinned::Thinned;
 
 /// The initial states that are to be found with everything else: ψ_s, ψ_r and, where the speed is not imposed, ω_m of every experiment
 /// whose start is [`Start::Estimated`]; the sizes of its load that are to be fitted; and, with effects `fixed_to_shaft`, the shaft's angle at the start of every experiment after the
@@ -63,7 +63,7 @@ pub fn start_on(machine: &Machine<f64>, e: &Experiment, rating: &Rating) -> Stat
             return start;
         }
         let mut here = Point::new(machine, vec![start]);
-        let end = descend(&mut here, &mut Room::any(), &Runs::of(std::slice::from_ref(e)), &free, fraction, 20, 1e-6);
+        let end = descend(&mut here, &mut Room::any(), &Thinned::of(std::slice::from_ref(e)), &free, fraction, 20, 1e-6);
         if end.is_ok() { here.starts[0] } else { start }
     };
     let moving = if matches!(e.start, Start::Estimated(_)) {
@@ -95,8 +95,8 @@ pub fn angle_on(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> f
     // After a period of the slowest everything is the same, or nearly: others repeat a whole number of times in it.
     let count = ANGLES.max(ANGLES_OF_FASTEST * fastest / slowest) as usize;
     let angle = |k: usize| std::f64::consts::TAU / slowest * k as f64 / count as f64;
-    let runs = Thinned::all(std::slice::from_ref(e));
-    let missed = |k: usize| cost(machine, std::slice::from_ref(runs[0].run()), &[State { theta_m: angle(k), ..*start }]);
+    let thinned = Thinned::of(std::slice::from_ref(e));
+    let missed = |k: usize| cost(machine, thinned.runs(), &[State { theta_m: angle(k), ..*start }]);
     let tried: Vec<f64> = (0..count).into_par_iter().map(missed).collect();
     let best = (0..count).filter(|&k| tried[k].is_finite()).min_by(|&a, &b| tried[a].total_cmp(&tried[b]));
     best.map_or(start.theta_m, angle)

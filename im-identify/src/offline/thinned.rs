@@ -15,12 +15,14 @@ use rayon::prelude::*;
 use super::channel::{Channel, ChannelKind};
 use super::experiment::Experiment;
 use super::load::Load;
+use super::simulate::Residuals;
 
-/// A run on every K-th of its rows, K odd.
+/// Runs on every K-th of their rows, K odd and alike for all; tables as they are.
 #[derive(Clone, Debug)]
-pub(super) struct Thinned<'a> {
+pub struct Thinned<'a> {
     stride: usize,
-    run: Cow<'a, Experiment>,
+    whole: &'a [Experiment],
+    runs: Cow<'a, [Experiment]>,
 }
 
 /// Steps that are tried, in rows.
@@ -36,64 +38,114 @@ const CHANGE: f64 = 0.105;
 /// Within a step, ∫u dt may differ from a straight line by this part (rms) of what it changes in a step: a switched voltage is not smooth.
 const RIPPLE: f64 = 0.1;
 
-/// Recordings, as they are and in longer steps.
-pub(super) struct Runs<'a> {
-    pub experiments: &'a [Experiment],
-    pub thinned: Vec<Thinned<'a>>,
-}
-
-impl<'a> Runs<'a> {
-    pub fn of(experiments: &'a [Experiment]) -> Self {
-        Self { experiments, thinned: Thinned::all(experiments) }
-    }
-}
+/// Of what is no white noise in a residual, this part may be lost in the sums over steps.
+const LOST: f64 = 0.2;
 
 impl<'a> Thinned<'a> {
-    /// In the longest steps that the currents and voltages of all allow, alike for all; tables as they are.
-    pub fn all(runs: &'a [Experiment]) -> Vec<Self> {
-        let strides = runs.par_iter().filter(|e| !e.is_table()).map(stride_of);
-        let common = strides.min().unwrap_or(1);
-        runs.par_iter().map(|e| if e.is_table() { Self::whole(e) } else { Self::new(e, common) }).collect()
+    /// In the longest steps that the currents and voltages of all allow.
+    pub fn of(whole: &'a [Experiment]) -> Self {
+        Self::by(whole, stride_of(whole))
     }
 
-    fn new(run: &'a Experiment, stride: usize) -> Self {
-        if stride == 1 { Self::whole(run) } else { Self { stride, run: Cow::Owned(every(run, stride)) } }
+    /// The same for what is examined, and not only lessened: where an unknown load moves with the innovations, over a longer step they are others, and
+    /// every row is taken.
+    pub fn of_changes(whole: &'a [Experiment]) -> Self {
+        Self::by(whole, stride_of_changes(whole))
     }
 
-    /// As it is.
-    pub fn whole(run: &'a Experiment) -> Self {
-        Self { stride: 1, run: Cow::Borrowed(run) }
+    /// The same in steps that do not lose what `residuals` hold.
+    pub fn keeping(whole: &'a [Experiment], residuals: &Residuals) -> Self {
+        let most = stride_of_changes(whole);
+        let keeps = |k: &&usize| **k <= most && whole.iter().zip(residuals).all(|(e, r)| e.is_table() || keeps(r, **k));
+        Self::by(whole, STRIDES.iter().find(keeps).copied().unwrap_or(1))
     }
 
-    /// Rows of the recording in a step.
-    pub fn rows(&self) -> usize {
+    fn by(whole: &'a [Experiment], stride: usize) -> Self {
+        if stride == 1 {
+            return Self::whole(whole);
+        }
+        let runs = whole.par_iter().map(|e| if e.is_table() { e.clone() } else { every(e, stride) }).collect();
+        Self { stride, whole, runs: Cow::Owned(runs) }
+    }
+
+    /// As they are.
+    pub fn whole(whole: &'a [Experiment]) -> Self {
+        Self { stride: 1, whole, runs: Cow::Borrowed(whole) }
+    }
+
+    /// Rows of a recording in a step.
+    pub fn stride(&self) -> usize {
         self.stride
     }
 
-    /// The run in these steps; a channel's noise is that of the sum of a step's rows over √K.
-    pub fn run(&self) -> &Experiment {
-        &self.run
+    /// What they were made of.
+    pub fn recordings(&self) -> &'a [Experiment] {
+        self.whole
     }
 
-    /// Σ r/√K over the rows around each that is left, per channel.
-    pub fn sums<'r>(&self, residuals: &'r [Vec<f64>]) -> Cow<'r, [Vec<f64>]> {
+    /// The runs in these steps; a channel's noise is that of the sum of a step's rows over √K.
+    pub fn runs(&self) -> &[Experiment] {
+        &self.runs
+    }
+
+    fn is_whole(&self, run: usize) -> bool {
+        self.stride == 1 || self.whole[run].is_table()
+    }
+
+    /// Σ r/√K over the rows around each that is left, per run and channel.
+    pub fn sums<'r>(&self, residuals: &'r Residuals) -> Cow<'r, Residuals> {
         if self.stride == 1 {
             return Cow::Borrowed(residuals);
         }
         let weight = (self.stride as f64).sqrt();
-        residuals.iter().map(|r| means(r, self.stride).into_iter().map(|x| x * weight).collect()).collect()
+        let sums = |r: &Vec<f64>| means(r, self.stride).into_iter().map(|x| x * weight).collect();
+        let run = |(k, r): (usize, &Vec<Vec<f64>>)| if self.is_whole(k) { r.clone() } else { r.iter().map(sums).collect() };
+        Cow::Owned(residuals.iter().enumerate().map(run).collect())
+    }
+
+    /// The other way: a smooth change of the outputs, in σ, at every row, with cubics between the steps; zero at rows that do not count.
+    pub fn at_every_row(&self, change: &Residuals) -> Residuals {
+        let weight = 1.0 / (self.stride as f64).sqrt();
+        let channel = |(c, d): (&Channel, &Vec<f64>), rows: usize| -> Vec<f64> {
+            let mut d = between(d, self.stride, rows);
+            d.iter_mut().enumerate().for_each(|(k, d)| *d = if c.is_valid(k) { *d * weight } else { 0.0 });
+            d
+        };
+        let run = |(k, (e, d)): (usize, (&Experiment, &Vec<Vec<f64>>))| -> Vec<Vec<f64>> {
+            if self.is_whole(k) { d.clone() } else { e.channels.iter().zip(d).map(|x| channel(x, e.len())).collect() }
+        };
+        self.whole.iter().zip(change).enumerate().map(run).collect()
     }
 }
 
-/// The longest steps that a run allows; where valid rows come and go, all of them count.
-fn stride_of(run: &Experiment) -> usize {
-    let fits = |k: &&usize| {
-        run.len() >= LEAST_ROWS * **k
-            && run.channels.iter().all(|c| changes(c) * 10 * **k < run.len())
-            && flows_smoothly(run, **k)
-            && is_held(run, **k)
+/// Whether sums over so many rows keep what of a residual is no white noise. How large that noise is, neighbours show.
+fn keeps(residuals: &[Vec<f64>], stride: usize) -> bool {
+    residuals.iter().all(|r| {
+        let all: f64 = r.iter().map(|x| x * x).sum();
+        let white: f64 = r.windows(2).map(|w| 0.5 * (w[1] - w[0]).powi(2)).sum();
+        let steps = stride as f64;
+        let kept: f64 = means(r, stride).iter().map(|x| x * x).sum::<f64>() * steps;
+        let (there, left) = (all - white, kept - white / steps);
+        // White noise of N values seems to hold so much by chance, in three standard deviations.
+        let chance = 3.0 * white * (2.0 / r.len().max(1) as f64).sqrt();
+        there - left <= (LOST * there).max(chance)
+    })
+}
+
+/// The longest steps that all runs allow; where valid rows come and go, all of them count.
+fn stride_of(runs: &[Experiment]) -> usize {
+    let fits = |run: &Experiment, k: usize| {
+        run.len() >= LEAST_ROWS * k
+            && run.channels.iter().all(|c| changes(c) * 10 * k < run.len())
+            && flows_smoothly(run, k)
+            && is_held(run, k)
     };
-    STRIDES.iter().find(fits).copied().unwrap_or(1)
+    let of_run = |run: &Experiment| STRIDES.iter().find(|k| fits(run, **k)).copied().unwrap_or(1);
+    runs.par_iter().filter(|e| !e.is_table()).map(of_run).min().unwrap_or(1)
+}
+
+fn stride_of_changes(runs: &[Experiment]) -> usize {
+    if runs.iter().any(|e| e.load.unsure_speed().is_some()) { 1 } else { stride_of(runs) }
 }
 
 /// The rows around row `row` for which it stands.
@@ -137,6 +189,26 @@ fn is_held(run: &Experiment, stride: usize) -> bool {
         size += mean.norm_sqr() * (stride * stride * stride) as f64;
     }
     ripple <= RIPPLE * RIPPLE * size
+}
+
+/// Values at every row from those at every `stride`-th: cubics with the slopes of the neighbours' secants (Catmull and Rom).
+fn between(at: &[f64], stride: usize, rows: usize) -> Vec<f64> {
+    let node = |j: isize| at[j.clamp(0, at.len() as isize - 1) as usize];
+    // What each of four nodes weighs at the rows of a step.
+    let weights: Vec<[f64; 4]> = (0..stride)
+        .map(|k| {
+            let t = k as f64 / stride as f64;
+            let (t2, t3) = (t * t, t * t * t);
+            [-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1.0, -1.5 * t3 + 2.0 * t2 + 0.5 * t, 0.5 * t3 - 0.5 * t2]
+        })
+        .collect();
+    let mut out = Vec::with_capacity(rows);
+    for j in 0..at.len() as isize {
+        let near = [node(j - 1), node(j), node(j + 1), node(j + 2)];
+        let left = rows - out.len();
+        out.extend(weights.iter().take(left).map(|w| w.iter().zip(near).map(|(w, x)| w * x).sum::<f64>()));
+    }
+    out
 }
 
 fn every(run: &Experiment, stride: usize) -> Experiment {
@@ -202,11 +274,12 @@ mod tests {
     #[test]
     fn normal_equations_are_those_of_all_rows() {
         let (machine, e) = run(10_000, 5.0);
-        let thinned = Thinned::all(std::slice::from_ref(&e)).remove(0);
+        let whole = [e.clone()];
+        let thinned = Thinned::of(&whole);
         assert_eq!(thinned.stride, 3, "60 steps a period");
         let free = base_parameters(&machine);
         let start = e.start_state();
-        let (all, few) = (linearize(&machine, &e, &start, 0, &free), linearize(&machine, thinned.run(), &start, 0, &free));
+        let (all, few) = (linearize(&machine, &e, &start, 0, &free), linearize(&machine, &thinned.runs()[0], &start, 0, &free));
         let dot = |a: &[Vec<f64>], b: &[Vec<f64>]| a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| x * y).sum::<f64>();
         // The residual of a machine that is off by some per cent.
         let other = machine.map(|_, x| x * 1.03);
@@ -216,10 +289,11 @@ mod tests {
             .zip(&e.channels)
             .map(|((a, b), c)| a.iter().zip(b).map(|(a, b)| (a - b) / c.sigma).collect())
             .collect();
-        let sums = thinned.sums(&r);
+        let all_rows = vec![r.clone()];
+        let sums = &thinned.sums(&all_rows)[0];
         for a in 0..free.len() {
             let size = (dot(&all.slopes[a], &all.slopes[a]) * dot(&r, &r)).sqrt();
-            let (g, h) = (dot(&all.slopes[a], &r), dot(&few.slopes[a], &sums));
+            let (g, h) = (dot(&all.slopes[a], &r), dot(&few.slopes[a], sums));
             assert!((g - h).abs() < 0.01 * size, "gradient {a}: {g} {h} of {size}");
             for b in 0..=a {
                 let (g, h) = (dot(&all.slopes[a], &all.slopes[b]), dot(&few.slopes[a], &few.slopes[b]));
@@ -233,12 +307,79 @@ mod tests {
     fn a_switched_voltage_and_a_mask_that_comes_and_goes_keep_all_rows() {
         let (machine, mut e) = run(10_000, 0.0);
         e.channels[2].valid = Some((0..e.len()).map(|k| k % 10 == 0).collect());
-        assert_eq!(stride_of(&e), 1);
+        assert_eq!(stride_of(std::slice::from_ref(&e)), 1);
         e.channels[2].valid = None;
         e.u_s.iter_mut().enumerate().for_each(|(k, u)| *u = Complex::new(if k % 3 == 0 { 560.0 } else { -280.0 }, u.im));
-        let thinned = Thinned::all(std::slice::from_ref(&e)).remove(0);
+        let whole = [e.clone()];
+        let thinned = Thinned::of(&whole);
         assert_eq!(thinned.stride, 1);
-        let r = residuals(&machine, &e, &e.start_state());
-        assert_eq!(thinned.sums(&r).as_ref(), r.as_slice());
+        let r = vec![residuals(&machine, &e, &e.start_state())];
+        assert_eq!(*thinned.sums(&r), r);
+    }
+
+    #[test]
+    fn a_cubic_between_nodes_is_met_and_the_ends_are_held() {
+        let f = |k: usize| {
+            let x = k as f64 / 50.0;
+            0.3 + x - 0.7 * x * x
+        };
+        let nodes: Vec<f64> = (0..100).step_by(7).map(f).collect();
+        let all = between(&nodes, 7, 100);
+        assert_eq!(all.len(), 100);
+        for (k, x) in all.iter().enumerate().take(91).skip(7) {
+            assert!((x - f(k)).abs() < 1e-12, "row {k}: {x} {}", f(k));
+        }
+        assert!(all.iter().enumerate().all(|(k, x)| (x - f(k)).abs() < 0.2), "held");
+    }
+
+    /// Sums over steps lose a line that is faster than these, and the steps stay short; slow or white residuals, and coloured noise, lose nothing.
+    #[test]
+    fn steps_keep_what_a_residual_holds() {
+        let (_, e) = run(12_000, 0.0);
+        let mut seed = 7_u64;
+        let mut noise = || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            12f64.sqrt() * ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+        };
+        let white: Vec<f64> = (0..e.len()).map(|_| noise()).collect();
+        let line = |period: f64| -> Vec<f64> {
+            white.iter().enumerate().map(|(k, w)| w + (std::f64::consts::TAU * k as f64 / period).sin()).collect()
+        };
+        let mut before = 0.0;
+        let coloured: Vec<f64> = white
+            .iter()
+            .map(|w| {
+                before = 0.9 * before + w;
+                before
+            })
+            .collect();
+        let whole = [e];
+        let stride = |r: &Vec<f64>| Thinned::keeping(&whole, &vec![vec![r.clone(); 3]]).stride();
+        assert_eq!([&white, &line(200.0), &coloured].map(stride), [3, 3, 3]);
+        assert_eq!(stride(&line(6.0)), 1);
+    }
+
+    /// A change that is smooth comes back as it was.
+    #[test]
+    fn a_smooth_change_is_the_same_at_every_row() {
+        let (machine, e) = run(10_000, 5.0);
+        let whole = [e];
+        let e = &whole[0];
+        let thinned = Thinned::of(&whole);
+        let other = machine.map(|_, x| x * 1.01);
+        let change = |e: &Experiment| -> Vec<Vec<f64>> {
+            let [a, b] = [&other, &machine].map(|m| predict(m, e, &e.start_state()));
+            a.iter()
+                .zip(&b)
+                .zip(&e.channels)
+                .map(|((a, b), c)| a.iter().zip(b).map(|(a, b)| (a - b) / c.sigma).collect())
+                .collect()
+        };
+        let (all, back) = (change(e), thinned.at_every_row(&vec![change(&thinned.runs()[0])]));
+        for (a, b) in all.iter().zip(&back[0]) {
+            let size = a.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let off = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(off < 0.02 * size, "{off} of {size}");
+        }
     }
 }

@@ -63,28 +63,28 @@ fn a_damped_step_solves_the_damped_normal_equations_of_those_that_may_move() {
     let g = &normal * &aim;
     let free = [false; 3];
     let near = |a: &DVector<f64>, b: &DVector<f64>| a.iter().zip(b.iter()).all(|(a, b)| (a - b).abs() < 1e-9 * (1.0 + b.abs()));
-    assert!(near(&damped_step(&normal, &g, &free, 0.0).unwrap(), &aim));
+    assert!(near(&damped_step(&normal, &g, &free, 0.0).unwrap().0, &aim));
     for damping in [1e-3, 0.5, 30.0] {
-        let step = damped_step(&normal, &g, &free, damping).unwrap();
+        let step = damped_step(&normal, &g, &free, damping).unwrap().0;
         let damped = DMatrix::from_fn(3, 3, |a, b| normal[(a, b)] * if a == b { 1.0 + damping } else { 1.0 });
         assert!((&damped * &step - &g).component_div(&units).amax() < 1e-9, "{damping}");
     }
-    let step = damped_step(&normal, &g, &[false, true, false], 0.1).unwrap();
+    let step = damped_step(&normal, &g, &[false, true, false], 0.1).unwrap().0;
     let alone = normal.clone().remove_row(1).remove_column(1);
-    let others = damped_step(&alone, &g.clone().remove_row(1), &free[1..], 0.1).unwrap();
+    let others = damped_step(&alone, &g.clone().remove_row(1), &free[1..], 0.1).unwrap().0;
     assert!(step[1] == 0.0 && near(&step.remove_row(1), &others));
     // No farther than a factor e, in either direction.
-    let far = damped_step(&normal, &(&normal * DVector::from_vec(vec![5.0, -7.0, 0.5])), &free, 0.0).unwrap();
+    let far = damped_step(&normal, &(&normal * DVector::from_vec(vec![5.0, -7.0, 0.5])), &free, 0.0).unwrap().0;
     assert!(far[0] == 1.0 && far[1] == -1.0 && (far[2] - 0.5).abs() < 1e-9, "{far}");
     // Without damping, two that do the same are not determined, and with it move alike; what does nothing stays.
     let alike = DMatrix::from_element(2, 2, 4.0);
-    let half = damped_step(&alike, &DVector::from_vec(vec![1.0, 1.0]), &free[..2], 1e-3).unwrap();
+    let half = damped_step(&alike, &DVector::from_vec(vec![1.0, 1.0]), &free[..2], 1e-3).unwrap().0;
     assert!((half[0] - half[1]).abs() < 1e-12 && (half[0] - 0.125).abs() < 1e-3, "{half}");
     assert!(damped_step(&-alike, &DVector::from_vec(vec![1.0, 1.0]), &free[..2], 0.0).is_none());
     let idle = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 0.0]));
-    let step = damped_step(&idle, &DVector::from_vec(vec![2.0, 0.0]), &free[..2], 0.0).map(|s| (s[0], s[1]));
+    let step = damped_step(&idle, &DVector::from_vec(vec![2.0, 0.0]), &free[..2], 0.0).map(|(s, _)| (s[0], s[1]));
     assert!(step.is_none(), "without damping there is no telling: {step:?}");
-    let step = damped_step(&idle, &DVector::from_vec(vec![2.0, 0.0]), &free[..2], 1e-6).unwrap();
+    let step = damped_step(&idle, &DVector::from_vec(vec![2.0, 0.0]), &free[..2], 1e-6).unwrap().0;
     assert!((step[0] - 0.5).abs() < 1e-5 && step[1] == 0.0, "{step}");
 }
 
@@ -125,7 +125,7 @@ fn a_descent_over_a_horizon_sees_nothing_beyond_it() {
         c.values[250..].copy_from_slice(&o.values[250..]);
     }
     let mut here = Point::new(&off([1.0, 1.2, 1.1, 1.0, 0.9, 1.0]), vec![State::default()]);
-    let end = descend(&mut here, &mut Room::any(), &Runs::of(&[e.clone()]), &free, 0.5, 40, 1e-8).unwrap();
+    let end = descend(&mut here, &mut Room::any(), &Thinned::of(&[e.clone()]), &free, 0.5, 40, 1e-8).unwrap();
     assert!(end.converged && here.residuals[0].iter().all(|c| c.len() == 250));
     // A noise of 1.7²/3 ≈ 0.98 σ².
     assert!((here.cost / 750.0 - 0.98).abs() < 0.1, "{}", here.cost / 750.0);
