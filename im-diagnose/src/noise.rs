@@ -42,11 +42,7 @@ impl Whitener {
         if n < 10 * (max_order + 1) {
             return Self::white();
         }
-        let autocovariance: Vec<f64> = (0..=max_order)
-            .map(|lag| {
-                runs.iter().map(|r| r.iter().zip(r.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>()).sum::<f64>() / n as f64
-            })
-            .collect();
+        let autocovariance: Vec<f64> = products(runs, max_order).iter().map(|sum| sum / n as f64).collect();
         let mut best = (f64::INFINITY, Self { coefficients: Vec::new(), variance: autocovariance[0].max(1e-300) });
         let mut a: Vec<f64> = Vec::new();
         let mut variance = autocovariance[0].max(1e-300);
@@ -89,13 +85,11 @@ impl Whitener {
     /// Filters a signal to innovations of unit variance; the first p rows use what history there is.
     pub fn apply(&self, x: &[f64]) -> Vec<f64> {
         let scale = 1.0 / self.variance.sqrt();
-        let a = &self.coefficients;
-        (0..x.len())
-            .map(|k| {
-                let history: f64 = a.iter().take(k).enumerate().map(|(j, c)| c * x[k - 1 - j]).sum();
-                (x[k] - history) * scale
-            })
-            .collect()
+        let mut history = vec![0.0; x.len()];
+        for (j, a) in self.coefficients.iter().enumerate() {
+            history.iter_mut().skip(j + 1).zip(x).for_each(|(h, x)| *h += a * x);
+        }
+        x.iter().zip(&history).map(|(x, h)| (x - h) * scale).collect()
     }
 
     /// A⁻ᵀx √v, where A filters a signal to innovations: its square is xᵀΣx, with Σ the covariance of the noise.
@@ -109,6 +103,18 @@ impl Whitener {
         y.iter_mut().for_each(|y| *y *= scale);
         y
     }
+}
+
+/// Σ x_k x_{k+lag} over all runs, for every lag up to `most`: all in one pass.
+fn products(runs: &[&[f64]], most: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; most + 1];
+    for r in runs {
+        for k in 0..r.len() {
+            let rest = &r[k..r.len().min(k + most + 1)];
+            sums.iter_mut().zip(rest).for_each(|(sum, x)| *sum += r[k] * x);
+        }
+    }
+    sums
 }
 
 /// Largest pole of a sensor's noise: a memory of ten samples.

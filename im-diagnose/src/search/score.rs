@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 use im_identify::offline::{Experiment, Free, Linearized, Residuals, Thinned, effect_parameters, linearize, predict, residuals};
 use im_model::effects::{COEFFICIENTS, FreeForm, Role};
 use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use rayon::prelude::*;
 
 use super::lines;
@@ -138,7 +138,7 @@ impl Projection {
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+    DVectorView::from_slice(a, a.len()).dot(&DVectorView::from_slice(b, b.len()))
 }
 
 /// How signals, per experiment and channel, become one column.
@@ -335,7 +335,7 @@ impl<'a> ScoreContext<'a> {
             sensitivity.clone_from(known);
         }
         let at = |(shape, sensitivity): (_, &mut Vec<f64>)| self.score_at(effect, shape, tried, sensitivity);
-        let mut all: Vec<Score> = shapes.into_iter().zip(&mut sensitivity).filter_map(at).collect();
+        let mut all: Vec<Score> = shapes.into_par_iter().zip(&mut sensitivity).filter_map(at).collect();
         all.sort_by(|a, b| b.score.total_cmp(&a.score));
         let begun = if effect.about().resonant { RESONANCES } else { 1 };
         let seeds = all.iter().take(begun).map(|s| Seed { shape: s.shape.clone(), predicted: s.predicted.clone() }).collect();
