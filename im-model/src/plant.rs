@@ -38,25 +38,23 @@ pub const SUBSTEPS_MAX: u32 = 1000;
 struct Mirrored<T> {
     stator: Complex<T>,
     rotor: Complex<T>,
+    /// Either is not zero; that of the rotor is not.
+    any: bool,
+    turns: bool,
 }
 
 impl<T: Scalar> Mirrored<T> {
     fn new(effects: &Effects<T>, on: Active, p: &TParameters<T>) -> Self {
-        Self {
-            stator: effects.stator_mirrored_inductance(on, Complex::zero(), p.stator_leakage_inductance_h),
-            rotor: effects.rotor_mirrored_inductance(on, Complex::zero(), p.rotor_leakage_inductance_h),
-        }
-    }
-
-    #[inline(always)]
-    fn is_zero(&self) -> bool {
-        self.stator.is_zero() && self.rotor.is_zero()
+        let stator = effects.stator_mirrored_inductance(on, Complex::zero(), p.stator_leakage_inductance_h);
+        let rotor = effects.rotor_mirrored_inductance(on, Complex::zero(), p.rotor_leakage_inductance_h);
+        let turns = !rotor.is_zero();
+        Self { stator, rotor, any: turns || !stator.is_zero(), turns }
     }
 
     /// Both seen from the stator, where that of the rotor turns with e^{j2θ_e}.
     #[inline(always)]
     fn at(&self, theta_e: T) -> [Complex<T>; 2] {
-        [self.stator, if self.rotor.is_zero() { self.rotor } else { self.rotor * unit(theta_e + theta_e) }]
+        [self.stator, if self.turns { self.rotor * unit(theta_e + theta_e) } else { self.rotor }]
     }
 
     fn size(&self) -> f64 {
@@ -88,16 +86,17 @@ impl<T: Scalar> Plant<T> {
         let (p, effects) = (*machine.parameters(), *machine.effects());
         let on = effects.which();
         let n_p = f64::from(machine.pole_pairs());
+        let mirrored = Mirrored::new(&effects, on, &p);
         Self {
             parameters: p,
             effects,
             map: FluxMap::new(&p, &effects, machine.air_gap()),
-            mirrored: Mirrored::new(&effects, on, &p),
+            mirrored,
             on,
             n_p,
             torque_factor: 1.5 * n_p,
             inv_inertia: T::one() / effects.rotor_inertia(on, p.inertia_kg_m2),
-            plain: !on.in_equations(),
+            plain: !on.in_equations() && !mirrored.any,
         }
     }
 
@@ -121,14 +120,14 @@ impl<T: Scalar> Plant<T> {
     /// Currents in a state.
     #[inline]
     pub fn currents(&self, x: &State<T>) -> Currents<T> {
-        self.currents_with(self.on, x)
+        self.currents_as::<false>(self.on, x)
     }
 
     #[inline(always)]
-    fn currents_with(&self, on: Active, x: &State<T>) -> Currents<T> {
+    fn currents_as<const PLAIN: bool>(&self, on: Active, x: &State<T>) -> Currents<T> {
         let core = self.effects.core_source(on, Complex::zero(), &x.extra);
         let mut currents = self.map.currents(x.psi_s, x.psi_r, core, &self.effects);
-        if !self.mirrored.is_zero() {
+        if !PLAIN && self.mirrored.any {
             currents = self.behind_mirrored(currents, x, core);
         }
         if on.any_custom_has(Hook::added_currents) {
@@ -175,10 +174,10 @@ impl<T: Scalar> Plant<T> {
     /// (3/2) n_p (ψ_r − L_b ī_r) × i_r: the flux of the rotor's own unbalanced leakage turns with the rotor and pulls at nothing else.
     #[inline(always)]
     fn torque_of(&self, x: &State<T>, currents: &Currents<T>) -> T {
-        let linked = if self.mirrored.rotor.is_zero() {
-            x.psi_r
-        } else {
+        let linked = if self.mirrored.turns {
             x.psi_r - self.mirrored.at(self.electrical_angle(x))[1] * currents.i_r.conj()
+        } else {
+            x.psi_r
         };
         cross(currents.i_r, linked).scale(self.torque_factor)
     }
@@ -209,7 +208,7 @@ impl<T: Scalar> Plant<T> {
     fn evaluate_as<const PLAIN: bool>(&self, x: &State<T>, input: &PlantInput<T>) -> Evaluation<T> {
         let (p, e, own) = (&self.parameters, &self.effects, &x.extra);
         let on = if PLAIN { Active::NONE } else { self.on };
-        let currents = self.currents_with(on, x);
+        let currents = self.currents_as::<PLAIN>(on, x);
         let Currents { i_s, i_r, .. } = currents;
         // Where nothing acts, nothing is prepared for what would.
         let at = if PLAIN { None } else { Some(self.operating(x, &currents, input)) };
