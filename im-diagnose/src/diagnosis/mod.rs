@@ -128,10 +128,8 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
             } else {
                 let likelier = &with.last().model.effects;
                 curves = likelier.iter().copied().filter(|e| e.free_form().is_some()).collect();
-                // The course adds last what costs least to lose: what comes after a curve owes more to it than to what it explains itself.
-                let before: Vec<&EffectId> = likelier.iter().take_while(|e| e.free_form().is_none()).collect();
                 let found = &course.last().model.effects;
-                replace = found.is_empty() || found.iter().any(|e| !before.contains(&e));
+                replace = found.is_empty() || found.iter().any(|e| !likelier.contains(e) || with.imitators.contains(e));
             }
         }
     }

@@ -36,7 +36,7 @@ const ODDS: f64 = 10.0;
 /// How many sets are expanded in vain while the best one leaves what a candidate would explain.
 const PATIENCE: usize = 3;
 
-/// In the place of an effect, another is tried that explained at least this part of what it did beside the same others.
+/// In the place of an effect, another may stand that explains at least this part of what it does beside the same others.
 const COMPARABLE: f64 = 0.5;
 
 /// A refit may gain more than slopes predict: where they predict this part of what it must gain to be the likeliest, it is tried.
@@ -424,9 +424,29 @@ impl Search<'_> {
             self.polish(&before)?;
             way.push(before);
         }
+        let imitators = way.first().map_or_else(Vec::new, |set| self.imitators(set));
         way.reverse();
         let stages = (0..way.len()).map(|k| self.stage(&way, k)).collect();
-        Ok(Course { stages, posterior: self.posterior(), cut_short: false })
+        Ok(Course { stages, posterior: self.posterior(), imitators, cut_short: false })
+    }
+
+    /// Effects of a set in whose place a curve of the set explains a comparable part of what they do, the rest being the same.
+    fn imitators(&mut self, set: &Set) -> Vec<EffectId> {
+        let (curves, effects): (Vec<EffectId>, Vec<EffectId>) = set.iter().partition(|e| e.free_form().is_some());
+        let mut found: Vec<EffectId> = Vec::new();
+        for &curve in &curves {
+            let Some(plain) = self.known.get(&without(set, curve)) else { continue };
+            self.fit(&self.removals(&plain.model));
+            let comparable = |&e: &EffectId| {
+                let rest = without(&without(set, curve), e);
+                let d = |set: &[EffectId]| self.known.get(&sorted(set)).map(|k| k.model.deviance);
+                let gain = |x| Some(d(&rest)? - d(&with(&rest, x))?);
+                gain(e).zip(gain(curve)).is_some_and(|(of_effect, of_curve)| of_curve > COMPARABLE * of_effect)
+            };
+            let imitators: Vec<EffectId> = effects.iter().copied().filter(comparable).collect();
+            found.extend(imitators);
+        }
+        found
     }
 
     /// Fits closely the likeliest set, the answer and what explains the data as well, until these are the same: before that D of a set is
