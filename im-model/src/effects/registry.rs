@@ -326,9 +326,9 @@ macro_rules! registry {
                     self.$field.powers(powers, at, &own.$field);
                 })*
                 if on.any_custom_has(Hook::powers) {
-                    let (mut p, apart, own) = (*powers, Apart::new(at), *own);
+                    let (mut p, apart, own) = (*powers, Apart::new(at), own.custom);
                     let at = &apart.operating(at);
-                    self.each_custom(on, Hook::powers, |h, slot| h.powers(&mut p, at, &own.custom[slot]));
+                    self.each_custom(on, Hook::powers, |h, slot| h.powers(&mut p, at, &own[slot]));
                     *powers = p;
                 }
             }
@@ -347,10 +347,10 @@ macro_rules! registry {
                     self.$field.rates(&mut rates.$field, at, powers, &own.$field);
                 })*
                 if on.any_custom_has(Hook::rates) {
-                    let (mut r, apart, powers, own) = (*rates, Apart::new(at), *powers, *own);
+                    let (mut r, apart, powers, own) = (rates.custom, Apart::new(at), *powers, own.custom);
                     let at = &apart.operating(at);
-                    self.each_custom(on, Hook::rates, |h, slot| h.rates(&mut r.custom[slot], at, &powers, &own.custom[slot]));
-                    *rates = r;
+                    self.each_custom(on, Hook::rates, |h, slot| h.rates(&mut r[slot], at, &powers, &own[slot]));
+                    rates.custom = r;
                 }
             }
 
@@ -413,8 +413,8 @@ macro_rules! through {
         pub(crate) fn $hook(&self, on: Active, mut x: $t, own: &Extra<T>) -> $t {
             $crate::effects::registry::chain! { self on $hook x [own] own $($list)* }
             if on.any_custom_has(Hook::$hook) {
-                let own = *own;
-                return self.through_custom(on, Hook::$hook, x, |h, x, slot| h.$hook(x, &own.custom[slot]));
+                let own = own.custom;
+                return self.through_custom(on, Hook::$hook, x, |h, x, slot| h.$hook(x, &own[slot]));
             }
             x
         }
@@ -425,9 +425,9 @@ macro_rules! through {
         pub(crate) fn $hook(&self, on: Active, mut x: $t, at: &Operating<T>, own: &Extra<T>) -> $t {
             $crate::effects::registry::chain! { self on $hook x [at own] at own $($list)* }
             if on.any_custom_has(Hook::$hook) {
-                let (apart, own) = (Apart::new(at), *own);
+                let (apart, own) = (Apart::new(at), own.custom);
                 let at = &apart.operating(at);
-                return self.through_custom(on, Hook::$hook, x, |h, x, slot| h.$hook(x, at, &own.custom[slot]));
+                return self.through_custom(on, Hook::$hook, x, |h, x, slot| h.$hook(x, at, &own[slot]));
             }
             x
         }
