@@ -2,7 +2,7 @@
 //! `FIRST..END`.
 //!
 //! Filters are words of a trial's group (strong, medium, weak, clean, coloured, pairs, triples, outside, ramp, steady, poor), effect names, or a
-//! machine (`m7`); a trial runs when it has them all. `WHY=1` prints the course of each loop.
+//! machine (`m7`); a trial runs when it has them all, and none with a minus before it (`-outside`). `WHY=1` prints the course of each loop.
 
 use std::convert::Infallible;
 
@@ -13,7 +13,10 @@ fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let chosen = args.iter().find_map(|a| seeds(a)).unwrap_or(0..1);
     let filters: Vec<&String> = args.iter().filter(|a| seeds(a).is_none()).collect();
-    let planned: Vec<Planned> = plan(chosen).into_iter().filter(|p| filters.iter().all(|f| p.is(f))).collect();
+    let planned: Vec<Planned> = plan(chosen)
+        .into_iter()
+        .filter(|p| filters.iter().all(|f| f.strip_prefix('-').map_or_else(|| p.is(f), |f| !p.is(f))))
+        .collect();
     println!("{} trials", planned.len());
     let mut all: Vec<Finished> = Vec::new();
     let Ok(()) = run_all(&planned, |p, finished, answer| {
