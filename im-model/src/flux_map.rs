@@ -144,18 +144,21 @@ impl<T: Scalar> FluxMap<T> {
     /// Currents at the given flux linkages; `core` is the sum of ψ_c/L_c, A.
     #[inline(always)]
     pub fn currents(&self, psi_s: Complex<T>, psi_r: Complex<T>, core: Complex<T>, effects: &Effects<T>) -> Currents<T> {
-        let linear = || self.linear_flux(psi_s, psi_r, core);
         match self.shape {
             Shape::Linear => {
                 let [s, m, r] = &self.inverse_inductances;
-                Currents { i_s: psi_s * *s - psi_r * *m, i_r: psi_r * *r - psi_s * *m, psi_m: linear() }
+                Currents {
+                    i_s: psi_s * *s - psi_r * *m,
+                    i_r: psi_r * *r - psi_s * *m,
+                    psi_m: self.linear_flux(psi_s, psi_r, core),
+                }
             }
-            Shape::Lossy => self.unsaturated_leakages(psi_s, psi_r, linear()),
+            Shape::Lossy => self.unsaturated_leakages(psi_s, psi_r, self.linear_flux(psi_s, psi_r, core)),
             Shape::MainSaturated => {
-                let linear = linear();
+                let linear = self.linear_flux(psi_s, psi_r, core);
                 self.unsaturated_leakages(psi_s, psi_r, linear * self.main_ratio(norm2(linear), effects))
             }
-            Shape::General => self.saturated_leakages(psi_s, psi_r, linear(), effects),
+            Shape::General => self.saturated_leakages(psi_s, psi_r, self.linear_flux(psi_s, psi_r, core), effects),
             Shape::AirGap => self.through_air_gap(psi_s, psi_r, core, effects),
         }
     }

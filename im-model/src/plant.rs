@@ -227,7 +227,7 @@ impl<T: Scalar> Plant<T> {
         let torque = if PLAIN { cross(i_r, x.psi_r).scale(self.torque_factor) } else { self.torque_of(x, &currents) };
         let viscous = p.viscous_friction_nm_s_per_rad * x.omega_m;
         let braking = at.map_or(viscous, |at| e.braking_torque(on, viscous, at, own));
-        let tau_load = at.map_or_else(|| input.tau_load + x.load.torque(x.omega_m), |at| at.tau_load);
+        let tau_load = at.map_or_else(|| x.load.beside(input.tau_load, x.omega_m), |at| at.tau_load);
         let tau_shaft = at.map_or(tau_load, |at| e.shaft_torque(on, tau_load, at, own));
         rates.omega_m = (torque - braking - tau_shaft) * self.inv_inertia;
         if let Some(nudging) = input.nudging(x.omega_m) {
@@ -261,7 +261,7 @@ impl<T: Scalar> Plant<T> {
             currents,
             parameters: p,
             input,
-            tau_load: input.tau_load + x.load.torque(e.load_speed(on, x.omega_m, own)),
+            tau_load: x.load.beside(input.tau_load, e.load_speed(on, x.omega_m, own)),
             r_s: e.stator_resistance(on, p.stator_resistance_ohm, own),
             r_r: e.rotor_resistance(on, p.rotor_resistance_ohm, own),
             n_p: self.n_p,

@@ -17,10 +17,16 @@ pub struct LoadLaw<T> {
 }
 
 impl<T: Scalar> LoadLaw<T> {
-    /// The torque at a speed of the load, rad/s, Nm.
+    /// As where the load is measured.
     #[inline(always)]
-    pub fn torque(&self, omega: T) -> T {
-        self.constant_nm + self.fan_nm_s2 * omega * omega.abs()
+    fn is_zero(&self) -> bool {
+        self.constant_nm.is_zero() && self.fan_nm_s2.is_zero()
+    }
+
+    /// A torque τ, Nm, with that of the law at a speed of the load, rad/s.
+    #[inline(always)]
+    pub fn beside(&self, tau: T, omega: T) -> T {
+        if self.is_zero() { tau } else { tau + self.constant_nm + self.fan_nm_s2 * omega * omega.abs() }
     }
 }
 
