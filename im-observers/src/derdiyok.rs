@@ -16,6 +16,9 @@
 //!   speed: the filter costs no phase.
 //! * **anchor**: η is known roughly, and η̂ = η holds only for the right λ̂. With 2k/(η² + n_p²ω̂²)·(η + jn_pω̂)(η̂ − η)λ̂ added, an error d of
 //!   the flux obeys, averaged over a turn of the field, d' = −k d: the direction η + jn_pω̂ is what makes the mean real.
+//!
+//! Filter and anchor act on λ̂, ν_eq and ω̂, none of which is in the equation of î: that the current slides for the ν₀ of a certificate holds
+//! with both, as without. That the flux converges is no part of the proof.
 
 use im_model::space_vector::{cross, dot, norm2};
 use im_model::{Bound, Complex, Machine, Rating, Scalar};
@@ -34,13 +37,19 @@ pub struct DerdiyokGains {
     pub nu0: f64,
     /// Width φ of the boundary layer, A; 0 is the sign itself.
     pub boundary_layer_a: f64,
-    /// Corner of the filter for the equivalent control, rad/s; 0 takes it unfiltered.
+    /// Corner of the filter for the equivalent control, rad/s; 0 takes it unfiltered, in practice [`Self::USUAL_FILTER_RAD_S`].
     pub filter_rad_s: f64,
-    /// k: how fast the flux is drawn to where the nominal 1/T_r holds, 1/s; 0 is the bare integral as published.
+    /// k: how fast the flux is drawn to where the nominal 1/T_r holds, 1/s; 0 is the bare integral as published, in practice
+    /// [`Self::USUAL_ANCHOR_PER_S`].
     pub anchor_per_s: f64,
 }
 
 impl DerdiyokGains {
+    /// The filter to start from, rad/s; where a certificate gives ν₀ alone, this is taken with it.
+    pub const USUAL_FILTER_RAD_S: f64 = 200.0;
+    /// The anchor to start from, 1/s; taken with a certificate's ν₀ too. Without it any error of R_s stays in the flux.
+    pub const USUAL_ANCHOR_PER_S: f64 = 10.0;
+
     /// As published, with the smallest ν₀ (plus 5 %) for a region: λ_max √(η² + n_p²ω_max²), V.
     pub fn published(machine: &Machine<f64>, flux_max_vs: f64, speed_max_rad_s: f64) -> Self {
         let c = machine.parameters().windings().derived(machine.pole_pairs());
@@ -53,7 +62,7 @@ impl DerdiyokGains {
     pub fn for_machine(machine: &Machine<f64>, rating: &Rating) -> Self {
         let speed = 2.0 * core::f64::consts::PI * rating.electrical_frequency_hz / f64::from(machine.pole_pairs());
         let published = Self::published(machine, 1.2 * rating.rotor_flux_vs, 2.0 * speed);
-        Self { filter_rad_s: 200.0, anchor_per_s: 10.0, ..published }
+        Self { filter_rad_s: Self::USUAL_FILTER_RAD_S, anchor_per_s: Self::USUAL_ANCHOR_PER_S, ..published }
     }
 
     fn validate(&self) -> Result<(), ObserverError> {
@@ -245,6 +254,7 @@ impl<T: Scalar> Named<T> for Derdiyok<T> {
     const NAME: &'static str = "derdiyok";
     const TITLE: &'static str = "Derdiyok";
     const TABLES: &'static [&'static str] = &["derdiyok", "sampled_derdiyok"];
+    const BESIDE_THE_PROOF: &'static str = "the proof, that the current error slides, holds with any: they act on the estimated flux alone, which it says nothing of";
 
     fn made<G: Gains>(basis: Basis<T>, machine: &Machine<f64>, rating: &Rating, gains: &G) -> Result<Self, G::Error> {
         let usual = DerdiyokGains::for_machine(machine, rating);
@@ -252,9 +262,9 @@ impl<T: Scalar> Named<T> for Derdiyok<T> {
             None => usual,
             Some(_) => DerdiyokGains {
                 nu0: gains.needed("nu0")?,
-                boundary_layer_a: gains.number("boundary_layer_a")?.unwrap_or(usual.boundary_layer_a),
-                filter_rad_s: gains.number("filter_rad_s")?.unwrap_or(usual.filter_rad_s),
-                anchor_per_s: gains.number("anchor_per_s")?.unwrap_or(usual.anchor_per_s),
+                boundary_layer_a: gains.number_or("boundary_layer_a", usual.boundary_layer_a)?,
+                filter_rad_s: gains.number_or("filter_rad_s", usual.filter_rad_s)?,
+                anchor_per_s: gains.number_or("anchor_per_s", usual.anchor_per_s)?,
             },
         };
         Ok(Self::discretized(basis, given, gains.discretization())?)

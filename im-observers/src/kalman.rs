@@ -268,7 +268,7 @@ impl<T: Scalar> Named<T> for Kalman<T> {
 
     fn made<G: Gains>(basis: Basis<T>, machine: &Machine<f64>, rating: &Rating, gains: &G) -> Result<Self, G::Error> {
         let usual = KalmanGains::for_machine(machine, rating);
-        let or = |key: &str, usual: f64| Ok::<_, G::Error>(gains.number(key)?.unwrap_or(usual));
+        let or = |key, usual| gains.number_or(key, usual);
         let given = KalmanGains {
             current_noise_a: or("current_noise_a", usual.current_noise_a)?,
             voltage_noise_v: or("voltage_noise_v", usual.voltage_noise_v)?,

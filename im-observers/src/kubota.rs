@@ -305,6 +305,7 @@ impl<T: Scalar> Named<T> for Kubota<T> {
     const NAME: &'static str = "kubota";
     const TITLE: &'static str = "Kubota";
     const TABLES: &'static [&'static str] = &["kubota_loop", "kubota", "sampled", "sampled_kubota_loop"];
+    const BESIDE_THE_PROOF: &'static str = "the proof, of flux and current at a known speed, is without the speed law";
 
     fn made<G: Gains>(basis: Basis<T>, machine: &Machine<f64>, rating: &Rating, gains: &G) -> Result<Self, G::Error> {
         let usual = KubotaGains::for_machine(machine, rating)?;
@@ -314,9 +315,9 @@ impl<T: Scalar> Named<T> for Kubota<T> {
                 gain: gains.rows("gain")?,
                 gain_per_speed: gains.rows("gain_per_speed")?,
                 // A table of the observer's gain alone leaves the speed law to the machine.
-                proportional: gains.number("proportional")?.unwrap_or(usual.proportional),
-                integral: gains.number("integral")?.unwrap_or(usual.integral),
-                fade_a: gains.number("fade_a")?.unwrap_or(0.0),
+                proportional: gains.number_or("proportional", usual.proportional)?,
+                integral: gains.number_or("integral", usual.integral)?,
+                fade_a: gains.number_or("fade_a", 0.0)?,
             },
         };
         Ok(Self::discretized(basis, given, gains.discretization())?)

@@ -14,6 +14,10 @@ pub trait Gains {
     fn table(&self) -> Option<&str>;
     /// A number that may be missing.
     fn number(&self, key: &str) -> Result<Option<f64>, Self::Error>;
+    /// A number, or the one an observer starts from where the file has none. Whoever reads files says which those were.
+    fn number_or(&self, key: &'static str, usual: f64) -> Result<f64, Self::Error> {
+        Ok(self.number(key)?.unwrap_or(usual))
+    }
     /// A number that must be there.
     fn needed(&self, key: &str) -> Result<f64, Self::Error>;
     /// [lower, upper].
@@ -63,6 +67,9 @@ pub trait Named<T: Scalar>: Observer<T, State: Send> + Clone + Send {
     const NEEDS_SPEED: bool = false;
     /// Tables of a gains file that it reads, the first that is there.
     const TABLES: &'static [&'static str];
+
+    /// What the proof of a certificate says of the gains that are not in it ([`Gains::number_or`]).
+    const BESIDE_THE_PROOF: &'static str = "the proof is without them";
 
     /// The observer with gains from a file, or with those one starts from for the machine.
     fn made<G: Gains>(basis: Basis<T>, machine: &Machine<f64>, rating: &Rating, gains: &G) -> Result<Self, G::Error>;

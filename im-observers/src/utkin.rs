@@ -28,15 +28,19 @@ pub struct UtkinGains {
     pub omega0_rad_s: f64,
     /// Width φ of the boundary layer in s_n, A Vs; 0 is the sign itself.
     pub boundary_layer_avs: f64,
-    /// Corner of the filter that gives the equivalent speed, rad/s; 0 shows ω̂ itself.
+    /// Corner of the filter that gives the equivalent speed, rad/s; 0 shows ω̂ itself, in practice [`Self::USUAL_FILTER_RAD_S`].
     pub filter_rad_s: f64,
 }
 
 impl UtkinGains {
+    /// The filter to start from, rad/s; where a certificate gives ω₀ alone, this is taken with it. It is on the speed shown, so that
+    /// what the certificate proves, that s_n is attracted to zero, holds with it as without.
+    pub const USUAL_FILTER_RAD_S: f64 = 100.0;
+
     /// What to start from for a machine: twice the rated speed, a filter of 100 rad/s.
     pub fn for_machine(machine: &Machine<f64>, rating: &Rating) -> Self {
         let speed = 2.0 * core::f64::consts::PI * rating.electrical_frequency_hz / f64::from(machine.pole_pairs());
-        Self { omega0_rad_s: 2.0 * speed, boundary_layer_avs: 0.0, filter_rad_s: 100.0 }
+        Self { omega0_rad_s: 2.0 * speed, boundary_layer_avs: 0.0, filter_rad_s: Self::USUAL_FILTER_RAD_S }
     }
 
     fn validate(&self) -> Result<(), ObserverError> {
@@ -183,6 +187,8 @@ impl<T: Scalar> Named<T> for Utkin<T> {
     const NAME: &'static str = "utkin";
     const TITLE: &'static str = "Utkin";
     const TABLES: &'static [&'static str] = &["utkin", "sampled_utkin"];
+    const BESIDE_THE_PROOF: &'static str =
+        "the proof, that s_n = 0 is attractive, holds with any: the filter is on the speed shown";
 
     fn made<G: Gains>(basis: Basis<T>, machine: &Machine<f64>, rating: &Rating, gains: &G) -> Result<Self, G::Error> {
         let usual = UtkinGains::for_machine(machine, rating);
@@ -190,8 +196,8 @@ impl<T: Scalar> Named<T> for Utkin<T> {
             None => usual,
             Some(_) => UtkinGains {
                 omega0_rad_s: gains.needed("omega0_rad_s")?,
-                boundary_layer_avs: gains.number("boundary_layer_avs")?.unwrap_or(usual.boundary_layer_avs),
-                filter_rad_s: gains.number("filter_rad_s")?.unwrap_or(usual.filter_rad_s),
+                boundary_layer_avs: gains.number_or("boundary_layer_avs", usual.boundary_layer_avs)?,
+                filter_rad_s: gains.number_or("filter_rad_s", usual.filter_rad_s)?,
             },
         };
         Ok(Self::discretized(basis, given, gains.discretization())?)

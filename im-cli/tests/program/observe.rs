@@ -111,6 +111,20 @@ fn what_im_design_writes_is_observed_with() {
         made(kind, &[]);
         assert!(done(&observe(observer)).contains("valid"), "{kind}");
     }
+    // The Rust source and the program make the same of what a certificate leaves open, and both say what it is.
+    let rust = dir.path("gains.rs");
+    made("derdiyok", &["--rust", &rust]);
+    let said = done(&observe("derdiyok")).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains("taken as the usual ones: filter_rad_s = 200, anchor_per_s = 10; the proof"), "{said}");
+    assert_eq!(json(&[&observe("derdiyok")[..], &["--json"]].concat())["gains_not_in_file"]["anchor_per_s"], 10.0);
+    let source = dir.read("gains.rs");
+    assert!(source.contains("gains(im_observers::DerdiyokGains::USUAL_FILTER_RAD_S, im_observers::DerdiyokGains::USUAL_ANCHOR"));
+    made("utkin", &["--rust", &rust]);
+    assert!(done(&observe("utkin")).contains("filter_rad_s = 100; the proof"));
+    assert!(dir.read("gains.rs").contains("gains(im_observers::UtkinGains::USUAL_FILTER_RAD_S)"));
+    made("kubota", &[]);
+    let said = done(&observe("kubota"));
+    assert!(said.contains("proportional = ") && said.contains("is without the speed law") && !said.contains("fade_a"), "{said}");
     made("thau-box", &["--period", "2e-4"]);
     assert!(done(&observe("thau")).contains("valid"));
     fs::write(&gains, dir.read("gains.toml").replacen("period_s = 0.0002", "period_s = 0.0003", 1)).unwrap();

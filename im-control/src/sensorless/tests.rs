@@ -2,7 +2,7 @@ use super::*;
 use crate::{FieldOriented, FieldOrientedGains};
 use im_model::space_vector::unit;
 use im_model::{Bench, Effects, Machine, PlantInput, Rating, State as MachineState, machines};
-use im_observers::{Basis, FullOrder, FullOrderGains};
+use im_observers::{Basis, Derdiyok, DerdiyokGains, FullOrder, FullOrderGains};
 
 const H: f64 = 1e-4;
 const DC_V: f64 = 560.0;
@@ -273,4 +273,36 @@ mod anything {
             prop_assert!((r.speed() - 80.0).abs() < 1.0, "{} {}", r.speed(), r.drive.status());
         }
     }
+}
+
+/// Of Derdiyok's observer a certificate has ν₀ alone. The filter and the anchor that are used with it are what keeps the speed where R_s is wrong: without, the flux is a
+/// bare integral.
+#[test]
+fn a_certificate_of_derdiyok_needs_the_usual_anchor_in_a_closed_loop() {
+    let m = machines::MOTULATOR_2_2_KW;
+    let machine = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+    let mut known = m.parameters();
+    known.stator_resistance_ohm *= 0.98;
+    let known = Machine::base(known, m.pole_pairs).unwrap();
+    let data = MachineData::of(&known, 1.8 * m.rating.current_peak_a(&m.parameters(), m.pole_pairs));
+    let flux = m.rating.rotor_flux_vs;
+    let limits = DriveLimits::generous(&data, m.rating.synchronous_speed_rad_s(m.pole_pairs), flux);
+    let usual = DerdiyokGains::for_machine(&known, &m.rating);
+    let end = |gains: DerdiyokGains| {
+        let controller = FieldOriented::try_new(&data, &FieldOrientedGains::typical(&data, flux, H)).unwrap();
+        let observer = Derdiyok::try_new(Basis::try_new(&known, &m.rating, H).unwrap(), gains).unwrap();
+        let mut drive = Sensorless::try_new(controller, observer, &data, &limits, H).unwrap();
+        let mut bench = Bench::new(&machine, MachineState::default(), H);
+        let mut u_s = Complex::new(0.0, 0.0);
+        for _ in 0..50_000 {
+            let seen = Measured { i_s: bench.output().i_s, omega_m: f64::NAN, u_s, dc_voltage_v: DC_V, sample_time_s: H };
+            let reference = Reference { omega_m: 50.0, rotor_flux_vs: flux, torque_nm: 0.0 };
+            let Command::Voltage(u) = drive.step(&seen, &reference) else { panic!() };
+            u_s = u;
+            bench.advance(&PlantInput::new(u, 0.0));
+        }
+        bench.state().omega_m
+    };
+    let (with, without) = (end(usual), end(DerdiyokGains { filter_rad_s: 0.0, anchor_per_s: 0.0, ..usual }));
+    assert!((with - 50.0).abs() < 0.5 && (without - 50.0).abs() > 2.0, "{with} with, {without} without");
 }

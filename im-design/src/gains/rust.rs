@@ -105,7 +105,7 @@ impl Source {
     fn scheduled(&mut self, gain: &Matrix<f64>, slope: &Matrix<f64>) {
         let (gain, slope) = (Self::rows(gain), Self::rows(slope));
         self.item(
-            "The gain, affine in speed. The speed law is not part of the proof: `proportional` and `integral` of `KubotaGains::speed_law`, and `fade_a`, 0 or about a tenth of the locked-rotor current.",
+            "The gain, affine in speed. The speed law is not part of the proof; usual, and what `im observe --gains` takes, are `proportional` and `integral` of `KubotaGains::for_machine`, and `fade_a` 0.",
             &format!(
                 "pub const fn gains(proportional: f64, integral: f64, fade_a: f64) -> im_observers::KubotaGains {{\n    \
                  im_observers::KubotaGains {{\n        gain: {gain},\n        gain_per_speed: {slope},\n        \
@@ -128,21 +128,33 @@ impl Source {
 
     fn derdiyok(&mut self, nu0: f64, layer: f64) {
         self.item(
-            "nu0 (V) and its boundary layer (A; 0 is the sign itself); no filter, no anchor, as proven.",
+            "nu0 (V) and its boundary layer (A; 0 is the sign itself) of the proof, which is that the current error slides. Filter (rad/s) and \
+             anchor (1/s), 0 for none, act on the estimated flux alone, which is not in it: the proof holds with any.",
             &format!(
-                "pub const GAINS: im_observers::DerdiyokGains =\n    im_observers::DerdiyokGains {{ nu0: {nu0:?}, boundary_layer_a: \
-                 {layer:?}, filter_rad_s: 0.0, anchor_per_s: 0.0 }};"
+                "pub const fn gains(filter_rad_s: f64, anchor_per_s: f64) -> im_observers::DerdiyokGains {{\n    \
+                 im_observers::DerdiyokGains {{ nu0: {nu0:?}, boundary_layer_a: {layer:?}, filter_rad_s, anchor_per_s }}\n}}"
             ),
+        );
+        self.item(
+            "With the usual filter and anchor, as `im observe --gains` takes this certificate. That the flux converges is not proven; without \
+             the anchor it is a bare integral, in which a wrong R_s and an error at the start stay.",
+            "pub const GAINS: im_observers::DerdiyokGains =\n    \
+             gains(im_observers::DerdiyokGains::USUAL_FILTER_RAD_S, im_observers::DerdiyokGains::USUAL_ANCHOR_PER_S);",
         );
     }
 
     fn utkin(&mut self, omega0: f64, layer: f64) {
         self.item(
-            "omega0 (mechanical rad/s) and its boundary layer (A Wb; 0 is the sign itself); no filter, as proven.",
+            "omega0 (mechanical rad/s) and its boundary layer (A Wb; 0 is the sign itself) of the proof, which is that s_n = 0 is attractive. \
+             The filter (rad/s, 0 for none) is on the speed shown, which is not in it: the proof holds with any.",
             &format!(
-                "pub const GAINS: im_observers::UtkinGains =\n    im_observers::UtkinGains {{ omega0_rad_s: {omega0:?}, \
-                 boundary_layer_avs: {layer:?}, filter_rad_s: 0.0 }};"
+                "pub const fn gains(filter_rad_s: f64) -> im_observers::UtkinGains {{\n    \
+                 im_observers::UtkinGains {{ omega0_rad_s: {omega0:?}, boundary_layer_avs: {layer:?}, filter_rad_s }}\n}}"
             ),
+        );
+        self.item(
+            "With the usual filter, as `im observe --gains` takes this certificate. That flux and speed converge is not proven.",
+            "pub const GAINS: im_observers::UtkinGains = gains(im_observers::UtkinGains::USUAL_FILTER_RAD_S);",
         );
     }
 

@@ -273,7 +273,7 @@ impl<T: Scalar> Named<T> for FullOrder<T> {
 
     fn made<G: Gains>(basis: Basis<T>, machine: &Machine<f64>, rating: &Rating, gains: &G) -> Result<Self, G::Error> {
         let usual = FullOrderGains::for_machine(machine, rating);
-        let or = |key: &str, usual: f64| Ok::<_, G::Error>(gains.number(key)?.unwrap_or(usual));
+        let or = |key, usual| gains.number_or(key, usual);
         let given = FullOrderGains {
             current_bandwidth_rad_s: or("current_bandwidth_rad_s", usual.current_bandwidth_rad_s)?,
             speed_bandwidth_rad_s: or("speed_bandwidth_rad_s", usual.speed_bandwidth_rad_s)?,

@@ -1,5 +1,6 @@
 //! Gains from a file that `im design` wrote, or those one starts from.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -10,6 +11,7 @@ use im_observers::{Gains, Named, ObserverError};
 use toml::Spanned;
 
 use crate::failure::Failure;
+use crate::terminal::rounded;
 
 /// Either the file is not as it should be, or the observer refuses what it says.
 pub enum Refused {
@@ -73,7 +75,7 @@ impl GainsFile {
 
     /// What the file has for an observer that samples at this time, s.
     pub fn of_observer<O: Named<f64>>(&self, sample_time_s: f64, load_coefficient: Option<f64>) -> Result<Found<'_>, Failure> {
-        let Some(file) = &self.file else { return Ok(Found { table: None, load_coefficient }) };
+        let Some(file) = &self.file else { return Ok(Found { table: None, load_coefficient, added: RefCell::default() }) };
         let wrong = |what: String| Failure::Input(format!("{}: {what}", file.path.display()));
         if O::TABLES.is_empty() {
             return Err(wrong(format!("the {} has no gains; leave out --gains", O::TITLE)));
@@ -89,7 +91,7 @@ impl GainsFile {
         if table.name.starts_with("sampled") {
             table.is_for(sample_time_s)?;
         }
-        Ok(Found { table: Some(table), load_coefficient })
+        Ok(Found { table: Some(table), load_coefficient, added: RefCell::default() })
     }
 }
 
@@ -97,9 +99,17 @@ impl GainsFile {
 pub struct Found<'a> {
     table: Option<Table<'a>>,
     load_coefficient: Option<f64>,
+    added: RefCell<Vec<(&'static str, f64)>>,
 }
 
 impl Found<'_> {
+    /// What the observer took beside the file, which has no such keys; what is zero is off.
+    pub fn added<O: Named<f64>>(self) -> Added {
+        let table = self.table.as_ref();
+        let gains = if table.is_some() { self.added.into_inner() } else { Vec::new() };
+        Added { gains, of_the_proof: table.filter(|t| !t.file.as_written).map(|_| O::BESIDE_THE_PROOF) }
+    }
+
     /// What the observer says of a gain, with the line where the gain stands; of what stands nowhere, as the observer says it.
     pub fn refused(&self, e: ObserverError) -> Refused {
         let key = match e {
@@ -149,6 +159,14 @@ impl Gains for Found<'_> {
         }
     }
 
+    fn number_or(&self, key: &'static str, usual: f64) -> Result<f64, Refused> {
+        let given = self.number(key)?;
+        if given.is_none() && usual != 0.0 {
+            self.added.borrow_mut().push((key, usual));
+        }
+        Ok(given.unwrap_or(usual))
+    }
+
     fn needed(&self, key: &str) -> Result<f64, Refused> {
         self.need(key, "a finite number", float)
     }
@@ -160,6 +178,21 @@ impl Gains for Found<'_> {
     fn rows<const R: usize>(&self, key: &str) -> Result<[[f64; 2]; R], Refused> {
         let rows = |v: &toml::Value| v.as_array()?.iter().map(pair).collect::<Option<Vec<_>>>()?.try_into().ok();
         self.need(key, &format!("{R} rows of two numbers"), rows)
+    }
+}
+
+/// Gains that an observer starts from, taken where the file has none.
+pub struct Added {
+    pub gains: Vec<(&'static str, f64)>,
+    /// Where the file is a certificate: what its proof says of them.
+    of_the_proof: Option<&'static str>,
+}
+
+impl std::fmt::Display for Added {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let gains: Vec<_> = self.gains.iter().map(|(key, x)| format!("{key} = {}", rounded(*x))).collect();
+        write!(f, "{}", gains.join(", "))?;
+        self.of_the_proof.map_or(Ok(()), |what| write!(f, "; {what}"))
     }
 }
 

@@ -17,7 +17,7 @@ use crate::interrupt::together;
 use crate::output::Outputs;
 use crate::spinner::spinning;
 use crate::terminal::{rounded, say, stdout, wrapped};
-use gains::{GainsFile, Refused};
+use gains::{Added, GainsFile, Refused};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -94,11 +94,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut replay = Replay { args, motor: &motor, data: &data, basis, gains, estimates: None };
     spinning("estimating", || each(&mut replay));
     let named = replay.estimates.expect("the argument is one of the names");
-    let estimates = named.map_err(|e| e.or(refused))?;
+    let (estimates, added) = named.map_err(|e| e.or(refused))?;
     if let Some(folder) = &args.out {
         together(|| write(folder, args, r, &estimates))?;
     }
-    Ok(print(args, &motor, &data, &estimates, other_machine.as_deref())?)
+    Ok(print(args, &motor, &data, &estimates, &added, other_machine.as_deref())?)
 }
 
 /// The recording through the observer that the arguments name.
@@ -108,7 +108,7 @@ struct Replay<'a> {
     data: &'a Replayed,
     basis: Basis<f64>,
     gains: GainsFile,
-    estimates: Option<Result<Vec<Estimate<f64>>, Refused>>,
+    estimates: Option<Result<(Vec<Estimate<f64>>, Added), Refused>>,
 }
 
 impl Visit<f64> for Replay<'_> {
@@ -120,7 +120,7 @@ impl Visit<f64> for Replay<'_> {
 }
 
 impl Replay<'_> {
-    fn through<O: Named<f64>>(&self) -> Result<Vec<Estimate<f64>>, Refused> {
+    fn through<O: Named<f64>>(&self) -> Result<(Vec<Estimate<f64>>, Added), Refused> {
         if O::NEEDS_SPEED && !self.data.has_speed() {
             let file = self.args.data.display();
             return Err(
@@ -132,7 +132,7 @@ impl Replay<'_> {
             Refused::Observer(e) => gains.refused(e),
             file => file,
         });
-        Ok(over(&self.data.recording, &made?))
+        Ok((over(&self.data.recording, &made?), gains.added::<O>()))
     }
 }
 
@@ -156,6 +156,7 @@ fn print(
     motor: &MotorFile,
     data: &Replayed,
     estimates: &[Estimate<f64>],
+    added: &Added,
     other_machine: Option<&str>,
 ) -> io::Result<()> {
     let r = &data.recording;
@@ -180,12 +181,16 @@ fn print(
             "final_speed_rad_s": {"estimated": estimates[last].omega_m, "recorded": r.omega_m[last]},
             "lost_rows": data.lost_rows(),
             "guessed": data.guessed,
+            "gains_not_in_file": added.gains.iter().map(|(key, x)| (key.to_string(), json!(x))).collect::<serde_json::Map<_, _>>(),
             "gains_of_another_machine": other_machine,
             "data_quality": data.findings,
         });
         return writeln!(out, "{summary}");
     }
     data.print(&mut out)?;
+    if let Some(file) = args.gains.as_ref().filter(|_| !added.gains.is_empty()) {
+        write!(out, "{}", wrapped("", &format!("not in {}, taken as the usual ones: {added}", file.display())))?;
+    }
     let begun = first.map_or("never".into(), |k| format!("from {} s on", rounded(r.time_s(k))));
     writeln!(
         out,

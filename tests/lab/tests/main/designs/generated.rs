@@ -25,7 +25,7 @@ fn gains_of_every_kind_compile_as_the_structs_of_their_crates() {
     // The structs are those that the crates take.
     source.push_str(
         "/// Used.\npub fn used() -> bool {\n    use in_f32::*;\n    let g = kubota::gains(0.1, 20.0, 0.0);\n    \
-         let _: im_observers::DerdiyokGains = derdiyok::GAINS;\n    let _: im_control::JadotGains<f32> = jadot::GAINS;\n    \
+         const _: () = assert!(derdiyok::GAINS.anchor_per_s == 10.0 && utkin::gains(0.0).filter_rad_s == 0.0);\n    let _: im_control::JadotGains<f32> = jadot::GAINS;\n    \
          let _: im_control::MtpaLaw<f32> = mtpa::LAW;\n    g.fade_a == 0.0 && sampled_derdiyok::PERIOD_S > 0.0\n}\n",
     );
     std::fs::write(folder.join("src/lib.rs"), source).unwrap();
