@@ -8,6 +8,7 @@
 mod check;
 mod file;
 mod subject;
+mod theorem;
 pub(crate) mod validity;
 
 pub(crate) use check::decide;

@@ -7,7 +7,7 @@ pub use rust::{Precision, Provenance};
 
 use crate::certificate::Design;
 use crate::jadot::JadotDesign;
-use crate::kenne::KenneDesign;
+use crate::kenne::{KenneDesign, KenneRegion};
 use crate::kubota_loop::LoopGains;
 use crate::matrix::Matrix;
 use crate::mtpa::Law;
@@ -108,9 +108,14 @@ impl From<&Design> for GainSet {
                 let set = of("sampled").speeds(d.speed_rad_s).contracting(d.period_s, d.contraction);
                 set.scheduled(&d.gain, &d.gain_per_speed)
             }
-            Design::KubotaLoop(d) => of("kubota_loop").adaptive(d.speed_rad_s, d.slip_rad_s, d.flux_vs, &d.gains),
+            Design::KubotaLoop(d) => {
+                let set = of("kubota_loop").rate(least(d.cells.iter().map(|cell| cell.rate_per_s)));
+                set.adaptive(d.speed_rad_s, d.slip_rad_s, d.flux_vs, &d.gains)
+            }
             Design::SampledKubotaLoop(d) => {
-                of("sampled_kubota_loop").period(d.period_s).adaptive(d.speed_rad_s, d.slip_rad_s, d.flux_vs, &d.gains)
+                let worst = -least(d.cells.iter().map(|cell| -cell.contraction));
+                let set = of("sampled_kubota_loop").contracting(d.period_s, worst);
+                set.adaptive(d.speed_rad_s, d.slip_rad_s, d.flux_vs, &d.gains)
             }
             Design::Derdiyok(d) => of("derdiyok").derdiyok(d),
             Design::SampledDerdiyok(d) => of("sampled_derdiyok").period(d.period_s).derdiyok(&d.continuous).scalar(
@@ -119,25 +124,38 @@ impl From<&Design> for GainSet {
                 d.boundary_layer_a,
             ),
             Design::Utkin(d) => of("utkin").utkin(d),
-            Design::SampledUtkin(d) => of("sampled_utkin").period(d.period_s).utkin(&d.continuous).scalar(
-                "boundary_layer_avs",
-                "half width of the linear part of the switching function, A Wb",
-                d.boundary_layer_avs,
-            ),
+            Design::SampledUtkin(d) => of("sampled_utkin")
+                .period(d.period_s)
+                .utkin(&d.continuous)
+                .scalar("flux_max_vs", "estimated flux up to this, Wb", d.flux_max_vs)
+                .scalar("voltage_max_v", "stator voltage covered, V", d.voltage_max_v)
+                .scalar(
+                    "boundary_layer_avs",
+                    "half width of the linear part of the switching function, A Wb",
+                    d.boundary_layer_avs,
+                ),
             Design::Kenne(d) => of("kenne").kenne(d),
             Design::SampledKenne(d) => of("sampled_kenne")
                 .period(d.period_s)
                 .kenne(&d.continuous)
                 .scalar("boundary_omega", "half width of the layer of sign(s_omega), rad/s^2", d.boundary_omega)
                 .scalar("boundary_lambda", "half width of the layer of sign(s_lambda), Wb^2/s", d.boundary_lambda),
-            Design::Jadot(d) => of("jadot").jadot(d),
-            Design::SampledJadot(d) => of("sampled_jadot").period(d.period_s).jadot(&d.continuous),
+            Design::Jadot(d) => of("jadot").jadot(d, [d.electrical_rate_per_s, d.outer_rate_per_s]),
+            Design::SampledJadot(d) => {
+                let electrical = least(d.electrical.iter().map(|cell| cell.proof.rate_per_s));
+                of("sampled_jadot").period(d.period_s).jadot(&d.continuous, [electrical, d.outer.rate_per_s])
+            }
             Design::Mtpa(d) => {
                 let set = of("mtpa").scalar("tolerance", "of current and slip against the optimum", d.tolerance);
                 set.laws(d.torque_n_m, &d.law)
             }
         }
     }
+}
+
+/// The least of what the cells of a proof claim.
+fn least(of_cells: impl Iterator<Item = f64>) -> f64 {
+    of_cells.fold(f64::INFINITY, f64::min)
 }
 
 /// The parts that sets are made of; a sampled set is the continuous one with its period.
@@ -185,6 +203,8 @@ impl GainSet {
             .range("slip_rad_s", "slips covered, electrical rad/s", region.slip_rad_s)
             .range("flux_d_vs", "d fluxes covered, Wb", region.flux_d_vs)
             .range("flux_q_vs", "q fluxes covered, Wb", region.flux_q_vs)
+            .range("current_d_a", "measured d currents covered, A; zero where the torque is not modelled", region.current_d_a)
+            .range("current_q_a", "measured q currents covered, A; zero where the torque is not modelled", region.current_q_a)
             .matrix("gain", "L0 in the frame of the estimated flux", gain)
             .matrix("gain_per_frame_speed", "L = L0 + frame speed (rad/s) L1", slope)
     }
@@ -210,11 +230,15 @@ impl GainSet {
         self.scalar("speed_max_rad_s", "mechanical speed covered, rad/s", d.speed_max_rad_s)
             .scalar("flux_max_vs", "rotor flux linkage covered, Wb", d.flux_max_vs)
             .scalar("nu0", "switching gain, V", d.nu0)
+            .scalar("reserve", "nu0 less its bound, V: sliding begins within the current error over beta times this", d.reserve)
     }
 
     fn utkin(self, d: &UtkinDesign) -> Self {
         self.scalar("speed_max_rad_s", "mechanical speed covered, rad/s", d.region.speed_max_rad_s)
             .scalar("flux_min_vs", "estimated flux from this on, Wb", d.region.flux_min_vs)
+            .scalar("flux_error_max_vs", "error of the flux covered, Wb", d.region.flux_error_max_vs)
+            .scalar("current_error_max_a", "error of the current covered, A", d.region.current_error_max_a)
+            .scalar("current_max_a", "stator current covered, A", d.region.current_max_a)
             .scalar("omega0_rad_s", "switching amplitude of the speed, mechanical rad/s", d.omega0_rad_s)
     }
 
@@ -223,12 +247,39 @@ impl GainSet {
             .scalar("k_sd", "of (26), V", d.k_sd)
             .scalar("k_x", "K of (34), A/s^2", d.k_x)
             .scalar("k_rr_per_s", "k_Rr over the nominal rotor resistance, 1/s", d.k_rr_per_s)
-            .scalar("c_omega", "of (17), 1/s", d.region.c_omega)
-            .scalar("c_lambda", "of (17), 1/s", d.region.c_lambda)
+            .within(&d.region)
     }
 
-    fn jadot(self, d: &JadotDesign) -> Self {
-        self.scalar("current_proportional_ohm", "K_P of (25), ohm", d.current_proportional_ohm)
+    fn within(self, r: &KenneRegion) -> Self {
+        self.scalar("c_omega", "of (17), decay of the speed error on its surface, 1/s", r.c_omega)
+            .scalar("c_lambda", "of (17), decay of the flux error on its surface, 1/s", r.c_lambda)
+            .scalar("reach_omega", "of (24): s_omega falls by this, rad/s^3", r.reach_omega)
+            .scalar("reach_lambda", "of (24): s_lambda falls by this, Wb^2/s^2", r.reach_lambda)
+            .scalar("speed_max_rad_s", "mechanical speed covered, rad/s", r.speed_max_rad_s)
+            .range("flux_vs", "rotor flux linkages covered, Wb", r.flux_vs)
+            .scalar("flux_uncertainty", "relative error of the estimated flux covered", r.flux_uncertainty)
+            .scalar("current_max_a", "stator current covered, A", r.current_max_a)
+            .scalar("voltage_max_v", "stator voltage covered, V", r.voltage_max_v)
+            .range("stator_resistance_ratio", "stator resistance over nominal covered", r.stator_resistance_ratio)
+            .range("rotor_resistance_ratio", "rotor resistance over nominal covered", r.rotor_resistance_ratio)
+            .scalar("rotor_resistance_rate_per_s", "its change over nominal covered, 1/s", r.rotor_resistance_rate_per_s)
+            .scalar("acceleration_max_rad_s2", "acceleration covered, rad/s^2", r.acceleration_max_rad_s2)
+            .scalar(
+                "reference_max_rad_s3",
+                "reference's second derivative and c_omega times its first, rad/s^3",
+                r.reference_max_rad_s3,
+            )
+            .scalar("load_error_rad_s2", "error of the load torque over the inertia, rad/s^2", r.load_error_rad_s2)
+            .scalar("load_rate_rad_s3", "change of the load torque over the inertia, rad/s^3", r.load_rate_rad_s3)
+    }
+
+    fn jadot(self, d: &JadotDesign, [electrical, outer]: [f64; 2]) -> Self {
+        self.range("electrical_speed_rad_s", "electrical rotor speeds covered, rad/s", d.electrical_speed_rad_s)
+            .range("slip_rad_s", "slips covered, electrical rad/s", d.slip_rad_s)
+            .scalar("flux_vs", "flux set point (L_m/L_r) psi_r, Wb", d.flux_vs)
+            .scalar("electrical_rate_per_s", "proven decay rate of the electrical errors, 1/s", electrical)
+            .scalar("outer_rate_per_s", "proven decay rate of the loop of speed and flux, 1/s", outer)
+            .scalar("current_proportional_ohm", "K_P of (25), ohm", d.current_proportional_ohm)
             .scalar("current_integral_per_s", "K_I of (25), 1/s", d.current_integral_per_s)
             .scalar("speed_proportional", "k_p of (12)", d.speed_proportional)
             .scalar("speed_integral_per_s", "k_i of (12), 1/s", d.speed_integral_per_s)

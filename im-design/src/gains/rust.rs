@@ -24,6 +24,8 @@ pub struct Provenance {
     pub motor: String,
     /// Effects of the motor that the proof leaves out.
     pub effects_left_out: Vec<String>,
+    /// The file of the certificate that the source holds the gains of, if there is one.
+    pub file: Option<String>,
 }
 
 /// Coefficients that a law of `im_control::mtpa` holds at most.
@@ -227,14 +229,17 @@ impl Certificate {
     /// # Errors
     /// As [`Certificate::in_f32`]; a series longer than im-control holds.
     pub fn to_rust(&self, precision: Precision, from: &Provenance) -> Result<String, DesignError> {
-        let rounded;
-        let certificate = match precision {
-            Precision::F64 => self,
-            Precision::F32 => {
-                rounded = self.in_f32()?;
-                &rounded
-            }
-        };
+        match precision {
+            Precision::F64 => self.to_rust_as(self, precision, from),
+            Precision::F32 => self.to_rust_as(&self.in_f32()?, precision, from),
+        }
+    }
+
+    /// The same with the gains of `certificate`, which is [`Certificate::in_f32`] of this one, or this one itself.
+    ///
+    /// # Errors
+    /// A series longer than im-control holds.
+    pub fn to_rust_as(&self, certificate: &Certificate, precision: Precision, from: &Provenance) -> Result<String, DesignError> {
         let set = GainSet::from(&certificate.design);
         let mut out = Source { precision, text: String::new() };
         let plain = |text: &str| text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>();
@@ -247,9 +252,14 @@ impl Certificate {
         if precision == Precision::F32 {
             doc.push(format!("Rounded to f32 so that the claim holds, and proven as rounded (SHA-256 {}).", certificate.digest));
         }
+        if let Some(file) = &from.file {
+            doc.push(format!("`im design check {}` decides this proof again.", plain(file)));
+        }
         if !from.effects_left_out.is_empty() {
             doc.push(format!("Effects of the motor that the proof leaves out: {}.", plain(&from.effects_left_out.join(", "))));
         }
+        doc.push(String::new());
+        doc.push(certificate.design.theorem().to_owned());
         doc.push(String::new());
         // What is no gain is said in words: the region, rates, periods.
         let matrix = |v: &Value| matches!(v, Value::Matrix(_) | Value::List(_));

@@ -5,14 +5,16 @@ use std::path::PathBuf;
 
 use im_design::DesignModel;
 use im_design::certificate::{Certificate, Design, Difference, Margin};
-use im_design::gains::{GainSet, Value};
+use im_design::gains::GainSet;
 use im_design::mtpa::Circuit;
 use im_model::{MotorFile, read_text};
 use serde_json::json;
 
+use super::make::{left_out, without};
+use super::{as_json, shown};
 use crate::failure::Failure;
 use crate::spinner::spinning;
-use crate::terminal::{rounded, stdout};
+use crate::terminal::{rounded, stdout, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -54,6 +56,8 @@ fn tell(
     let set = GainSet::from(&certificate.design);
     let kind = set.kind.as_str();
     let machine = toml::Table::try_from(certificate.plant).unwrap_or_default();
+    let left_out = motor.map(|motor| left_out(motor, certificate));
+    let theorem = certificate.design.theorem();
     let mut out = stdout();
     if args.json {
         let margins: Vec<_> = margins
@@ -63,6 +67,7 @@ fn tell(
         let summary = json!({
             "schema": 1, "file": file, "valid": true, "kind": kind, "margins": margins, "machine": machine,
             "machine_digest": certificate.plant.digest(), "about_motor": motor.map(|m| m.name.clone()),
+            "effects_left_out": left_out, "claim": theorem, "gains": as_json(&set),
         });
         return writeln!(out, "{summary}");
     }
@@ -83,15 +88,13 @@ fn tell(
     if let Some(motor) = motor {
         writeln!(out, "This is {}, the motor that was asked about.", motor.name)?;
     }
+    if let Some(effects) = left_out.filter(|effects| !effects.is_empty()) {
+        writeln!(out, "{}", without(&effects))?;
+    }
     writeln!(out, "\nWhat is claimed, and where:")?;
+    write!(out, "{}", wrapped("  ", theorem))?;
     for gain in &set.gains {
-        match &gain.value {
-            Value::Scalar(x) => writeln!(out, "  {} = {}    {}", gain.name, rounded(*x), gain.meaning)?,
-            Value::Range([low, high]) => {
-                writeln!(out, "  {} = {} to {}    {}", gain.name, rounded(*low), rounded(*high), gain.meaning)?
-            }
-            Value::Matrix(_) | Value::List(_) => {}
-        }
+        writeln!(out, "  {} = {}    {}", gain.name, shown(&gain.value), gain.meaning)?;
     }
     writeln!(out, "\nMargins:")?;
     for m in margins {

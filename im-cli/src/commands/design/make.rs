@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use im_design::certificate::Design;
-use im_design::gains::{GainSet, Precision, Provenance, Value};
+use im_design::gains::{GainSet, Precision, Provenance};
 use im_design::mtpa::TCircuit;
 use im_design::request::{Kind, Period, design_for, design_sampled};
 use im_design::{Certificate, DesignError, DesignModel, plot};
@@ -13,11 +13,12 @@ use im_model::{EffectId, FileError, MotorFile, read_text, write_atomically};
 use serde_json::json;
 
 use super::check::proven;
+use super::{as_json, shown};
 use crate::failure::Failure;
 use crate::interrupt::together;
 use crate::output::Outputs;
 use crate::spinner::spinning;
-use crate::terminal::{rounded, stdout};
+use crate::terminal::stdout;
 
 /// Arguments of every design.
 #[derive(clap::Args)]
@@ -37,7 +38,8 @@ pub struct Args {
     /// Write the gains as Rust source too: the struct that im-observers or im-control takes, for firmware
     #[arg(long, value_name = "FILE")]
     rust: Option<PathBuf>,
-    /// The number type of the firmware; for f32 the gains are rounded so that the claim holds, and proven as rounded
+    /// The number type of the firmware; for f32 the gains are rounded so that the claim holds, proven as rounded, and their
+    /// certificate written beside that of -o (gains.toml: gains.f32.toml)
     #[arg(long, value_enum, default_value_t = Scalar::F32, requires = "rust")]
     scalar: Scalar,
     /// Draw what was designed, as SVG
@@ -57,8 +59,7 @@ enum Scalar {
 /// Runs the command.
 pub fn run(kind: Kind, args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::beside([&args.motor, &args.region]);
-    let written = [Some(&args.output), args.rust.as_ref(), args.plot.as_ref()];
-    written.into_iter().flatten().try_for_each(|path| outputs.file(path))?;
+    written(args).iter().try_for_each(|path| outputs.file(path))?;
     let motor = MotorFile::read(&args.motor)?;
     let region = read_text(&args.region)?;
     let plant = DesignModel::Machine(im_design::LinearMachine::from(&motor.machine));
@@ -67,7 +68,8 @@ pub fn run(kind: Kind, args: &Args) -> Result<(), Failure> {
         None => design_for(kind, &motor.machine, &region),
     });
     let certificate = made.map_err(|e| refused(args, kind, e))?;
-    let text = certificate.to_text().map_err(|e| Failure::Input(e.to_string()))?;
+    let text = |c: &Certificate| c.to_text().map_err(|e| Failure::Input(e.to_string()));
+    let own = text(&certificate)?;
     let set = GainSet::from(&certificate.design);
     // A name with a line end in it would end the comment.
     let one_line = |path: &Path| path.display().to_string().replace(char::is_control, "?");
@@ -79,32 +81,63 @@ pub fn run(kind: Kind, args: &Args) -> Result<(), Failure> {
     );
     // What can fail is done before anything is written.
     let picture = args.plot.as_ref().map(|path| (path, spinning("drawing", || plot::picture(&certificate))));
+    let in_f32 =
+        rounded_file(args).map(|path| Ok((path, certificate.in_f32()?))).transpose().map_err(|e| refused(args, kind, e))?;
     let rust = args
         .rust
         .as_ref()
-        .map(|path| Ok((path, source(args, &motor, &certificate)?)))
+        .map(|path| Ok((path, source(args, &motor, &certificate, in_f32.as_ref())?)))
         .transpose()
         .map_err(|e| refused(args, kind, e))?;
+    let in_f32 = in_f32.map(|(path, c)| Ok::<_, Failure>((path, text(&c)?))).transpose()?;
     together(|| {
-        write(&args.output, &(heading + &text))?;
+        write(&args.output, &(heading.clone() + &own))?;
+        let rounded = "# The gains are rounded to f32, as the Rust source holds them.\n";
+        in_f32.iter().try_for_each(|(path, text)| write(path, &(heading.clone() + rounded + text)))?;
         rust.iter().try_for_each(|(path, text)| write(path, text))?;
         picture.iter().try_for_each(|(path, svg)| write(path, svg))
     })?;
     Ok(summary(args, &motor, &certificate, &set)?)
 }
 
+/// Everything that is written.
+fn written(args: &Args) -> Vec<PathBuf> {
+    let given = [Some(&args.output), args.rust.as_ref(), args.plot.as_ref()];
+    let mut all: Vec<PathBuf> = given.into_iter().flatten().cloned().collect();
+    all.extend(rounded_file(args));
+    all
+}
+
+/// Where the certificate of the gains in f32 goes, if there is one: `gains.f32.toml` beside `gains.toml`.
+fn rounded_file(args: &Args) -> Option<PathBuf> {
+    let asked = args.rust.is_some() && matches!(args.scalar, Scalar::F32);
+    let mut name = args.output.file_stem()?.to_os_string();
+    name.push(".f32");
+    if let Some(extension) = args.output.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    asked.then(|| args.output.with_file_name(name))
+}
+
 /// The gains as Rust source.
-fn source(args: &Args, motor: &MotorFile, certificate: &Certificate) -> Result<String, DesignError> {
-    let precision = match args.scalar {
-        Scalar::F32 => Precision::F32,
-        Scalar::F64 => Precision::F64,
+fn source(
+    args: &Args,
+    motor: &MotorFile,
+    certificate: &Certificate,
+    in_f32: Option<&(PathBuf, Certificate)>,
+) -> Result<String, DesignError> {
+    let (precision, file, held) = match in_f32 {
+        Some((path, rounded)) => (Precision::F32, path, rounded),
+        None => (Precision::F64, &args.output, certificate),
     };
     let effects_left_out = left_out(motor, certificate).into_iter().map(str::to_owned).collect();
-    certificate.to_rust(precision, &Provenance { motor: motor.name.clone(), effects_left_out })
+    let file = file.file_name().map(|name| name.to_string_lossy().into_owned());
+    certificate.to_rust_as(held, precision, &Provenance { motor: motor.name.clone(), effects_left_out, file })
 }
 
 /// Effects of the motor that a proof leaves out.
-fn left_out(motor: &MotorFile, certificate: &Certificate) -> Vec<&'static str> {
+pub(super) fn left_out(motor: &MotorFile, certificate: &Certificate) -> Vec<&'static str> {
     let taken_in = |id: &EffectId| matches!(certificate.design, Design::Mtpa(_)) && TCircuit::EFFECTS.contains(id);
     motor.machine.effects().active().filter(|id| !taken_in(id)).map(|id| id.name()).collect()
 }
@@ -126,48 +159,32 @@ fn refused(args: &Args, kind: Kind, e: DesignError) -> Failure {
 }
 
 fn summary(args: &Args, motor: &MotorFile, certificate: &Certificate, set: &GainSet) -> io::Result<()> {
-    let written = [Some(&args.output), args.rust.as_ref(), args.plot.as_ref()];
     let left_out = left_out(motor, certificate);
     let mut out = stdout();
     if args.json {
-        let value = |v: &Value| match v {
-            Value::Scalar(x) => json!(x),
-            Value::Range(x) => json!(x),
-            Value::List(x) => json!(x),
-            Value::Matrix(m) => {
-                json!((0..m.rows()).map(|i| (0..m.cols()).map(|j| m[(i, j)]).collect()).collect::<Vec<Vec<f64>>>())
-            }
-        };
-        let gains: serde_json::Map<_, _> = set.gains.iter().map(|g| (g.name.clone(), value(&g.value))).collect();
         let summary = json!({
-            "schema": 1, "kind": set.kind, "machine": motor.name, "gains": gains,
+            "schema": 1, "kind": set.kind, "machine": motor.name, "gains": as_json(set),
             "obligations": certificate.margins.len(), "digest": certificate.digest, "effects_left_out": left_out,
-            "written": written.iter().flatten().map(|p| p.display().to_string()).collect::<Vec<_>>(),
+            "written": written(args).iter().map(|p| p.display().to_string()).collect::<Vec<_>>(),
         });
         return writeln!(out, "{summary}");
     }
     for g in &set.gains {
-        let value = match &g.value {
-            Value::Scalar(x) => rounded(*x),
-            Value::Range(x) => listed(x),
-            Value::List(x) => listed(x),
-            Value::Matrix(m) => {
-                let row = |i: usize| listed(&(0..m.cols()).map(|j| m[(i, j)]).collect::<Vec<_>>());
-                (0..m.rows()).map(row).collect::<Vec<_>>().join("; ")
-            }
-        };
-        writeln!(out, "{} = {value}    # {}", g.name, g.meaning)?;
+        writeln!(out, "{} = {}    # {}", g.name, shown(&g.value), g.meaning)?;
     }
     writeln!(out, "\n{}", proven(&set.kind, &certificate.margins))?;
     if !left_out.is_empty() {
-        writeln!(out, "Effects of the motor that the proof leaves out: {}.", left_out.join(", "))?;
+        writeln!(out, "{}", without(&left_out))?;
     }
-    for path in written.into_iter().flatten() {
-        writeln!(out, "{}: written", path.display())?;
+    let in_f32 = rounded_file(args);
+    for path in written(args) {
+        let what = if Some(&path) == in_f32.as_ref() { ", the certificate of the gains as rounded to f32" } else { "" };
+        writeln!(out, "{}: written{what}", path.display())?;
     }
     Ok(())
 }
 
-fn listed(x: &[f64]) -> String {
-    format!("[{}]", x.iter().map(|x| rounded(*x)).collect::<Vec<_>>().join(", "))
+/// That a proof leaves effects out.
+pub(super) fn without(effects: &[&str]) -> String {
+    format!("Effects of the motor that the proof leaves out: {}.", effects.join(", "))
 }

@@ -6,11 +6,13 @@ mod make;
 pub use check::other_machine;
 
 use clap::Subcommand;
+use im_design::gains::{GainSet, Value};
 use im_design::request::Kind;
+use serde_json::json;
 use std::io::Write;
 
 use crate::failure::Failure;
-use crate::terminal::stdout;
+use crate::terminal::{rounded, stdout};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -81,6 +83,39 @@ fn help(kind: Kind) -> String {
         "Example:\n  im design example-region {name} > region.toml\n  \
          im design {name} --motor examples/motor.toml --region region.toml -o gains.toml\n\nA region file:\n{example}"
     )
+}
+
+/// Gains, region and rates for programs.
+fn as_json(set: &GainSet) -> serde_json::Map<String, serde_json::Value> {
+    let value = |v: &Value| match v {
+        Value::Scalar(x) => json!(x),
+        Value::Range(x) => json!(x),
+        Value::List(x) => json!(x),
+        Value::Matrix(m) => {
+            json!((0..m.rows()).map(|i| (0..m.cols()).map(|j| m[(i, j)]).collect()).collect::<Vec<Vec<f64>>>())
+        }
+    };
+    set.gains.iter().map(|g| (g.name.clone(), value(&g.value))).collect()
+}
+
+/// One of them for people.
+fn shown(value: &Value) -> String {
+    let listed = |x: &[f64]| format!("[{}]", x.iter().map(|x| rounded(*x)).collect::<Vec<_>>().join(", "));
+    match value {
+        Value::Scalar(x) => share(*x),
+        Value::Range(x) => listed(x),
+        Value::List(x) => listed(x),
+        Value::Matrix(m) => {
+            let row = |i: usize| listed(&(0..m.cols()).map(|j| m[(i, j)]).collect::<Vec<_>>());
+            (0..m.rows()).map(row).collect::<Vec<_>>().join("; ")
+        }
+    }
+}
+
+/// A number to three digits; of one just below 1, a contraction, three digits of what it is below.
+fn share(x: f64) -> String {
+    let below = 1.0 - x;
+    if below > 0.0 && below < 0.01 { format!("{x:.0$}", (2.0 - below.log10().floor()) as usize) } else { rounded(x) }
 }
 
 /// Runs the command.
