@@ -41,6 +41,26 @@ fn a_simulated_start_is_replayed_and_every_row_written() {
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && svg.len() < 150_000 && !svg.contains("NaN"));
 }
 
+/// Dead time that nobody took off the voltage is taken for R_s, up to the end of its range: marked in the rows, counted, and said what it may be.
+#[test]
+fn an_estimate_on_its_bound_is_marked_in_every_row() {
+    let out = Folder::new("bound");
+    let run = out.path("run.csv");
+    done(&["simulate", "--motor", &example("motor.toml"), "--scenario", &example("scenario_sensorless.toml"), "-o", &run]);
+    let base = ["identify", "--motor", &example("motor.toml"), "--online", "--data", &run];
+    let said = done(&[&base[..], &["--out", &out.path("")]].concat());
+    // Twice the 1.5 Ω of the motor file.
+    assert!(said.lines().filter(|l| l.contains(" 3! |")).count() >= 3, "{said}");
+    let words = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("no estimate there: R_s (Kenné, both) in") && words.contains("dead time"), "{said}");
+    let share = json(&[&base[..], &["--json"]].concat())["at_bound_share"].clone();
+    assert!(share["kenne_both_stator_resistance"].as_f64().unwrap() > 0.3 && share["kenne_rotor_resistance"] == 0.0, "{share}");
+    let rows = out.read("estimates.csv");
+    let column = rows.lines().next().unwrap().split(',').position(|name| name == "kenne_both_stator_at_bound").unwrap();
+    let (first, last) = (rows.lines().nth(1).unwrap(), rows.lines().last().unwrap());
+    assert_eq!([first, last].map(|l| l.split(',').nth(column).unwrap()), ["0", "1"]);
+}
+
 /// A start of a real machine, its sensors saturated in part.
 #[test]
 #[ignore = "needs the recordings in ../shared, which cannot be copied"]

@@ -46,6 +46,12 @@ impl<T: Scalar> Range<T> {
         self.high
     }
 
+    /// Whether an estimate is at an end of it: what was measured asks for more, and the range holds it.
+    #[inline]
+    pub fn binds(&self, x: T) -> bool {
+        !(x > self.low && x < self.high)
+    }
+
     /// The nearest value within; the lower end for what is not a number.
     #[inline]
     pub fn project(&self, x: T) -> T {

@@ -153,6 +153,9 @@ pub struct Estimate<T, const N: usize> {
     pub values: [T; N],
     /// Which of them move now.
     pub adapting: [bool; N],
+    /// Which of them are at an end of their range. Such a value is none: what was measured asks for more, or something else was taken for this parameter
+    /// (dead time for R_s).
+    pub at_bound: [bool; N],
     /// How much the last window says.
     pub excitation: Excitation<T, N>,
     /// Why.

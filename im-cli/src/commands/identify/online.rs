@@ -13,7 +13,7 @@ use super::Args;
 use crate::failure::Failure;
 use crate::interrupt::together;
 use crate::spinner::spinning;
-use crate::terminal::{rounded, stdout};
+use crate::terminal::{rounded, stdout, wrapped};
 
 /// Rows printed.
 const SHOWN: usize = 8;
@@ -38,6 +38,7 @@ pub fn run(motor: &MotorFile, path: &Path, args: &Args) -> Result<(), Failure> {
         |adapting: &dyn Fn(&ReplayRow) -> bool| rows.iter().filter(|r| adapting(r)).count() as f64 / rows.len().max(1) as f64;
     let adapting =
         [share(&|r| r.rotor.adapting[0]), share(&|r| r.both.adapting[1]), share(&|r| !r.regulation.status.is_frozen())];
+    let bounds = at_bounds(&rows);
     let mut text = stdout();
     if args.json {
         let last = rows.last().map(|row| {
@@ -56,6 +57,7 @@ pub fn run(motor: &MotorFile, path: &Path, args: &Args) -> Result<(), Failure> {
             "adapting_share": {
                 "kenne": adapting[0], "kenne_both_stator": adapting[1], "jadot": adapting[2],
             },
+            "at_bound_share": bounds.iter().map(|b| (b.key.to_owned(), json!(b.share))).collect::<serde_json::Map<_, _>>(),
             "lost_rows": data.lost_rows(), "guessed": data.guessed, "data_quality": data.findings,
         });
         return Ok(writeln!(text, "{report}")?);
@@ -71,18 +73,32 @@ pub fn run(motor: &MotorFile, path: &Path, args: &Args) -> Result<(), Failure> {
     for k in 0..=SHOWN {
         let Some(row) = rows.get((rows.len() - 1) * k / SHOWN) else { continue };
         let [r_req, l, r_s, l_f] = row.regulation.values;
-        let mark = |x: f64, moves: bool| format!("{}{}", rounded(x), if moves { ' ' } else { '*' });
+        let mark = |x: f64, moves: bool, at_bound: bool| {
+            format!(
+                "{}{}",
+                rounded(x),
+                if at_bound {
+                    '!'
+                } else if moves {
+                    ' '
+                } else {
+                    '*'
+                }
+            )
+        };
+        let four = |k: usize, x: f64| mark(x, row.regulation.adapting[k], row.regulation.at_bound[k]);
+        let both = |k: usize| mark(row.both.values[k], row.both.adapting[k], row.both.at_bound[k]);
         writeln!(
             text,
             "{:>8} | {:>8} | {:>8} {:>8} | {:>8} {:>8} {:>8} {:>8} {:>8}",
             rounded(row.time_s),
-            mark(row.rotor.values[0], row.rotor.adapting[0]),
-            mark(row.both.values[0], row.both.adapting[0]),
-            mark(row.both.values[1], row.both.adapting[1]),
-            mark(r_req * to_rotor, row.regulation.adapting[0]),
-            mark(l, row.regulation.adapting[1]),
-            mark(r_s, row.regulation.adapting[2]),
-            mark(l_f, row.regulation.adapting[3]),
+            mark(row.rotor.values[0], row.rotor.adapting[0], row.rotor.at_bound[0]),
+            both(0),
+            both(1),
+            four(0, r_req * to_rotor),
+            four(1, l),
+            four(2, r_s),
+            four(3, l_f),
             rounded(row.regulation.excitation.smallest),
         )?;
     }
@@ -90,6 +106,17 @@ pub fn run(motor: &MotorFile, path: &Path, args: &Args) -> Result<(), Failure> {
         text,
         "\n* held: too little excitation, or not in the scheme. known: smallest eigenvalue of the last second's information"
     )?;
+    let on_bounds: Vec<_> = bounds.iter().filter(|b| b.share > 0.0).collect();
+    if !on_bounds.is_empty() {
+        let each: Vec<_> =
+            on_bounds.iter().map(|b| format!("{} in {} % of the rows", b.name, rounded(100.0 * b.share))).collect();
+        let what = format!(
+            "on a bound of their range, marked with an exclamation mark, and no estimate there: {}. Something else is taken for them: dead time \
+             that the voltage of the recording has not been cleared of for R_s, wrong inductances, a wrong speed.",
+            each.join("; ")
+        );
+        write!(text, "{}", wrapped("! ", &what))?;
+    }
     let [r_r, r_s, four] = adapting.map(|share| 100.0 * share);
     writeln!(text, "adapting: R_r {r_r:.0} %, R_s {r_s:.0} %, the four {four:.0} % of the time")?;
     if data.lost_rows() > 0 {
@@ -100,6 +127,28 @@ pub fn run(motor: &MotorFile, path: &Path, args: &Args) -> Result<(), Failure> {
         writeln!(text, "{}: the same over time", picture.display())?;
     }
     Ok(())
+}
+
+/// How much of the time an estimate was held by its range.
+struct AtBound {
+    key: &'static str,
+    name: &'static str,
+    share: f64,
+}
+
+fn at_bounds(rows: &[ReplayRow]) -> Vec<AtBound> {
+    type Held = fn(&ReplayRow) -> bool;
+    let each: [(&'static str, &'static str, Held); 7] = [
+        ("kenne_rotor_resistance", "R_r (Kenné)", |r| r.rotor.at_bound[0]),
+        ("kenne_both_rotor_resistance", "R_r (Kenné, both)", |r| r.both.at_bound[0]),
+        ("kenne_both_stator_resistance", "R_s (Kenné, both)", |r| r.both.at_bound[1]),
+        ("jadot_rotor_resistance", "R_r (Jadot)", |r| r.regulation.at_bound[0]),
+        ("jadot_magnetizing_inductance", "L (Jadot)", |r| r.regulation.at_bound[1]),
+        ("jadot_stator_resistance", "R_s (Jadot)", |r| r.regulation.at_bound[2]),
+        ("jadot_leakage_inductance", "L_f (Jadot)", |r| r.regulation.at_bound[3]),
+    ];
+    let share = |held: Held| rows.iter().filter(|r| held(r)).count() as f64 / rows.len().max(1) as f64;
+    each.map(|(key, name, held)| AtBound { key, name, share: share(held) }).into()
 }
 
 /// Writes every row and the picture; where they are.
@@ -145,15 +194,18 @@ fn csv(w: &mut dyn Write, rows: &[ReplayRow], to_rotor: f64) -> io::Result<()> {
          kenne_both_rotor_adapting,kenne_both_stator_adapting,kenne_both_smallest_eigenvalue,jadot_rotor_resistance_ohm,\
          jadot_magnetizing_inductance_h,jadot_stator_resistance_ohm,jadot_leakage_inductance_h,jadot_adapting,\
          jadot_smallest_eigenvalue,jadot_information_rotor_resistance,jadot_information_magnetizing_inductance,\
-         jadot_information_stator_resistance,jadot_information_leakage_inductance"
+         jadot_information_stator_resistance,jadot_information_leakage_inductance,kenne_at_bound,kenne_both_rotor_at_bound,\
+         kenne_both_stator_at_bound,jadot_rotor_at_bound,jadot_magnetizing_at_bound,jadot_stator_at_bound,jadot_leakage_at_bound"
     )?;
     for r in rows {
         let [r_req, l, r_s, l_f] = r.regulation.values;
         let [a, b, c, d] = r.regulation.excitation.of_each;
         let one = |x: bool| u8::from(x);
+        let all = |held: &[bool]| held.iter().map(|&x| one(x).to_string()).collect::<Vec<_>>().join(",");
+        let [both, four] = [all(&r.both.at_bound), all(&r.regulation.at_bound)];
         writeln!(
             w,
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             r.time_s,
             r.rotor.values[0],
             one(r.rotor.adapting[0]),
@@ -171,7 +223,10 @@ fn csv(w: &mut dyn Write, rows: &[ReplayRow], to_rotor: f64) -> io::Result<()> {
             a,
             b,
             c,
-            d
+            d,
+            one(r.rotor.at_bound[0]),
+            both,
+            four
         )?;
     }
     Ok(())

@@ -28,7 +28,8 @@ impl<T: Scalar> Identifier<T, 4> for Fixed<T> {
 
     fn step(&self, (): &mut (), _: &Tracking<T>) -> Estimate<T, 4> {
         let excitation = Excitation::none(T::zero());
-        Estimate { values: self.0.values(), adapting: [false; 4], excitation, status: IdentifierStatus::NoExcitation }
+        let (values, never) = (self.0.values(), [false; 4]);
+        Estimate { values, adapting: never, at_bound: never, excitation, status: IdentifierStatus::NoExcitation }
     }
 }
 

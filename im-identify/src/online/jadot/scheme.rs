@@ -217,6 +217,7 @@ impl<T: Scalar> Scheme<T> {
         Estimate {
             values: x.values,
             adapting: self.weights.map(|w| moves && w > T::zero()),
+            at_bound: core::array::from_fn(|k| self.ranges[k].binds(x.values[k])),
             excitation: x.monitor.excitation(),
             status: x.status,
         }

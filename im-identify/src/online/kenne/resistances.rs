@@ -136,6 +136,7 @@ impl<T: Scalar> Identifier<T, 2> for KenneResistances<T> {
         let said = |x: &Self::State, adapting: [bool; 2], status| Estimate {
             values: x.resistance,
             adapting,
+            at_bound: [self.range[0].binds(x.resistance[0]), self.range[1].binds(x.resistance[1])],
             excitation: x.monitor.excitation(),
             status,
         };

@@ -184,6 +184,7 @@ impl<T: Scalar> Identifier<T, 1> for KenneRotorResistance<T> {
         let said = |x: &Self::State, status| Estimate {
             values: [x.resistance],
             adapting: [status == IdentifierStatus::Adapting],
+            at_bound: [self.range.binds(x.resistance)],
             excitation: x.monitor.excitation(),
             status,
         };
