@@ -8,8 +8,9 @@
 //! ```
 //!
 //! It sees what the drive will see: measured currents, commanded voltages, the dc link. [`Controller::step`] may be called by a simulation as any controller is. In
-//! firmware the interrupt calls [`sample`](Commissioning::sample), which never computes a fit, and the main loop calls [`evaluate`](Commissioning::evaluate): between
-//! two stages the machine rests at zero current, or keeps its speed, until that has been done.
+//! firmware the interrupt calls [`sample`](Commissioning::sample), which never computes a fit. The main loop calls [`fit`](Commissioning::fit) on a copy, so that
+//! the interrupt is held off for the copy alone, and gives what it returns to [`adopt`](Commissioning::adopt): between two stages the machine rests at zero current, or
+//! keeps its speed, until that has been done (docs/firmware.md has the lines).
 //!
 //! The current stays within [`CommissioningPlan::current_max_a`]; a third beyond it everything ends. What ends it early is a [`CommissioningFault`].
 //!
@@ -191,6 +192,21 @@ pub struct Commissioning<T: Scalar> {
     outcome: Option<Result<Commissioned, CommissioningFault>>,
 }
 
+/// A fit, computed beside the interrupt.
+#[derive(Clone, Copy, Debug)]
+pub struct Fit<T: Scalar>(Due<T>);
+
+#[derive(Clone, Copy, Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap")]
+enum Due<T: Scalar> {
+    /// Of what was measured at standstill.
+    Still(Result<(AtStandstill, Turning<T>), CommissioningFault>),
+    /// Of the run under torque.
+    Turned(Result<CommissionedDrive<T>, CommissioningFault>),
+    /// Of everything.
+    Found(Result<Commissioned, CommissioningFault>),
+}
+
 impl<T: Scalar> Commissioning<T> {
     /// For a machine at rest.
     ///
@@ -337,24 +353,47 @@ impl<T: Scalar> Commissioning<T> {
         self.command
     }
 
-    /// In the background: the fit that is due, if one is.
+    /// In the background: the fit that is due, if one is. Where an interrupt samples meanwhile, [`fit`](Self::fit) and [`adopt`](Self::adopt) instead.
     pub fn evaluate(&mut self) {
+        if let Some(fit) = self.fit() {
+            self.adopt(fit);
+        }
+    }
+
+    /// The fit that is due, if one is. It takes long: on a copy, while the interrupt goes on with the commissioning itself.
+    pub fn fit(&self) -> Option<Fit<T>> {
+        if !matches!(self.stage, Stage::Waiting) {
+            return None;
+        }
+        let fit = match &self.turning {
+            Some(turning) if self.stopped => Due::Found(self.found(turning)?),
+            Some(turning) => Due::Turned(turning.fitted()),
+            None => {
+                let tones = self.tones.get(..self.tone_count).unwrap_or(&[]);
+                Due::Still(standstill::evaluate(&self.plan, &self.levels, tones, self.leakage_h).and_then(|still| {
+                    let turning = Turning::try_new(&self.plan, &still).map_err(|_| CommissioningFault::NoImpedance)?;
+                    Ok((still, turning))
+                }))
+            }
+        };
+        Some(Fit(fit))
+    }
+
+    /// Goes on with a fit of [`fit`](Self::fit). One that nothing waits for is not taken.
+    pub fn adopt(&mut self, fit: Fit<T>) {
         if !matches!(self.stage, Stage::Waiting) {
             return;
         }
-        if self.stopped {
-            return self.finish();
-        }
-        let next = match &mut self.turning {
-            Some(turning) => turning.evaluate(),
-            None => {
-                let tones = self.tones.get(..self.tone_count).unwrap_or(&[]);
-                standstill::evaluate(&self.plan, &self.levels, tones, self.leakage_h).and_then(|still| {
-                    let turning = Turning::try_new(&self.plan, &still).map_err(|_| CommissioningFault::NoImpedance)?;
-                    (self.still, self.turning) = (Some(still), Some(turning));
-                    Ok(())
-                })
+        let next = match (fit.0, &mut self.turning) {
+            (Due::Found(found), Some(_)) if self.stopped => {
+                self.outcome = Some(found);
+                return self.go_on(Stage::Ending);
             }
+            (Due::Turned(drive), Some(turning)) if !self.stopped => drive.map(|drive| turning.adopt(drive)),
+            (Due::Still(still), None) => still.map(|(still, turning)| {
+                (self.still, self.turning) = (Some(still), Some(turning));
+            }),
+            _ => return,
         };
         match next {
             Ok(()) => self.go_on(Stage::Turning),
@@ -638,15 +677,15 @@ impl<T: Scalar> Commissioning<T> {
         }
     }
 
-    /// Everything has been measured.
-    fn finish(&mut self) {
-        let (Some(still), Some(turning)) = (&self.still, &self.turning) else { return };
+    /// What it all says, once everything has been measured.
+    fn found(&self, turning: &Turning<T>) -> Option<Result<Commissioned, CommissioningFault>> {
+        let still = self.still.as_ref()?;
         let time = self.drive_time_s();
         // A mean over the time of rest, with the noise of each axis.
         let samples = QUIET_S / self.plan.sample_time_s;
         let half_width = 2.5 * self.noise_a / Scalar::sqrt(2.0 * samples);
         let offset = |x: T| Found { value: x.value(), half_width };
-        let found = turning.result().map(|turned| Commissioned {
+        Some(turning.result().map(|turned| Commissioned {
             stator_resistance_ohm: still.stator_resistance_ohm,
             rotor_resistance_ohm: still.rotor_resistance_ohm,
             leakage_inductance_h: still.leakage_inductance_h,
@@ -664,9 +703,7 @@ impl<T: Scalar> Commissioning<T> {
             voltage_offset_v: still.voltage_offset_v,
             resistance_asymmetry_ohm: still.resistance_asymmetry_ohm,
             drive_time_s: time,
-        });
-        self.outcome = Some(found);
-        self.go_on(Stage::Ending);
+        }))
     }
 
     /// Where the machine turns, the current at zero in a frame that turns with it; at standstill, no voltage: flux and current decay, and no sensor is needed for it.

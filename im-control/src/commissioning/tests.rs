@@ -170,6 +170,37 @@ fn single_precision_finds_the_same() {
     check(&machine, &m, &Rig::new(&machine, &m).run::<f32>().unwrap());
 }
 
+/// In firmware a fit takes a while, of a copy, and the interrupt goes on: at zero current, or with the speed that there is.
+#[test]
+fn a_fit_of_a_copy_comes_back_while_samples_go_on() {
+    const FIT_SAMPLES: u32 = 1500;
+    let m = machines::MOTULATOR_2_2_KW;
+    let machine = hidden(&m, |e| e.main_flux_saturation.excess = 0.3);
+    let mut rig = Rig::new(&machine, &m);
+    let mut c = Commissioning::<f64>::try_new(&rig.plan).unwrap();
+    let (mut due, mut fits) = (None, 0);
+    while c.stage() != CommissioningStage::Done {
+        let shown =
+            Measured { i_s: rig.sample(), omega_m: f64::NAN, u_s: rig.u, dc_voltage_v: rig.dc_voltage_v, sample_time_s: H };
+        rig.u = im_model::simulation::Bridge::ideal(rig.dc_voltage_v).limited(c.sample(&shown));
+        rig.bench.advance(&PlantInput::new(rig.u, 0.0));
+        due = match due {
+            None if matches!(c.stage, Stage::Waiting) => Some((c.fit().unwrap(), 0)),
+            Some((fit, FIT_SAMPLES)) => {
+                c.adopt(fit);
+                // Once is enough.
+                c.adopt(fit);
+                fits += 1;
+                None
+            }
+            Some((fit, samples)) => Some((fit, samples + 1)),
+            None => None,
+        };
+    }
+    assert!(fits == 3 && rig.largest < 1.3 * rig.rated, "{fits} fits, {}", rig.largest / rig.rated);
+    check(&machine, &m, &c.outcome().unwrap().unwrap());
+}
+
 #[test]
 fn deep_bars_and_iron_loss_are_seen() {
     let m = machines::JADOT_TABLE_I;

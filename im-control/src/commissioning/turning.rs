@@ -453,20 +453,20 @@ impl<T: Scalar> Turning<T> {
         self.before = Some((direction, i_s));
     }
 
-    /// In the background: what the run under torque says, and the drive that follows speed.
-    pub fn evaluate(&mut self) -> Result<(), CommissioningFault> {
-        if !self.pending {
-            return Ok(());
-        }
+    /// In the background: what the run under torque says, as the drive that follows speed.
+    pub fn fitted(&self) -> Result<Drive<T>, CommissioningFault> {
         let [inertia, ..] = without_windage(&self.mechanics, 0.0).solve().ok_or(CommissioningFault::NoMechanics)?;
         let is_inertia = inertia.value > 0.0 && inertia.tolerance() < 0.3;
         if !is_inertia {
             return Err(CommissioningFault::NoMechanics);
         }
-        self.drive = drive_of(&self.plan, &self.still, Some(inertia.value)).map_err(|_| CommissioningFault::NoMechanics)?;
-        self.pending = false;
+        drive_of(&self.plan, &self.still, Some(inertia.value)).map_err(|_| CommissioningFault::NoMechanics)
+    }
+
+    /// Goes on with that drive.
+    pub fn adopt(&mut self, drive: Drive<T>) {
+        (self.drive, self.pending) = (drive, false);
         self.go_on(Stage::NoLoad(0));
-        Ok(())
     }
 
     /// In the background, at the end.
