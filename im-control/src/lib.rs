@@ -46,7 +46,7 @@ mod vector;
 pub mod volts_per_hertz;
 
 pub use commissioning::{
-    Commissioned, Commissioning, CommissioningFault, CommissioningPlan, CommissioningStage, Found, MagnetizingPoint,
+    Commissioned, Commissioning, CommissioningFault, CommissioningPlan, CommissioningStage, Fit, Found, MagnetizingPoint,
     NO_LOAD_LEVELS,
 };
 pub use current_regulator::{CurrentRegulator, Regulated, Turning};
@@ -81,6 +81,11 @@ mod tests;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;
+
+/// So is the drive with an identifier of docs/identifiers.md.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/identifiers.md")]
+pub struct Identifiers;
 
 /// So is the drive of docs/firmware.md.
 #[cfg(doctest)]
