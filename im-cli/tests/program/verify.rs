@@ -122,7 +122,12 @@ fn a_motor_of_ones_own_is_tried_without_its_effects() {
 fn claims_are_listed() {
     let list = of(&verify(&["--list", "--json"]));
     assert!(list["claims"].as_array().unwrap().len() >= 40);
-    assert!(text(&verify(&["--list", "--paper", "jadot"]).stdout).starts_with("Jadot"));
+    let jadot = text(&verify(&["--list", "--paper", "jadot"]).stdout);
+    // What the brackets mean stands before them, and numbers ascend.
+    assert!(jadot.find("[holds if]: none violates it under an assumption") < jadot.find("Jadot") && jadot.contains("Jadot"));
+    let number = |l: &str| l.ends_with(']').then(|| l.split_whitespace().next()?.parse::<u32>().ok()).flatten();
+    let numbers: Vec<u32> = jadot.lines().filter_map(number).collect();
+    assert!(numbers.len() > 5 && numbers.is_sorted(), "{numbers:?}");
 }
 
 #[test]

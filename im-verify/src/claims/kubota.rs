@@ -128,7 +128,7 @@ pub const CLAIMS: &[Claim] = &[
         found: Found::Fails { rate: 0.45 },
         finding: "The constant term of the characteristic polynomial has the sign of ω_e((γ + η)ω_e − γn_pω): there is a positive real pole for \
                   0 < ω_e/(n_pω) < γ/(γ + η), 0.98 on Jadot's machine against 0.63 with L_r = 0, and nowhere else. (3) is not the reason: it \
-                  admits gains without such a region, l₁ = β(η − jn_pω)* − R_s/(βσL_s) where γ < 4ηβ².",
+                  admits gains without such a region, l₁ = β(η + jn_pω) − R_s/(βσL_s) where γ < 4ηβ².",
         cost: Cost::Equation,
         variables: &LOW_FREQUENCY,
         check: |case| no_growing_mode(case, |c, omega| C::new(c.eta_l_m + c.beta * c.eta, c.beta * c.n_p * omega)),

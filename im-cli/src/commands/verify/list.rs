@@ -18,8 +18,12 @@ pub fn print(claims: &[Claim], format: Format) -> io::Result<()> {
         }
         Format::Markdown => write!(out, "{}", page::list(claims)),
         Format::Text => {
+            let words = "[holds]: no case violates it. [holds if]: none violates it under an assumption that the paper does not make. [fails]: it has \
+                         counterexamples. An extension goes beyond what a paper says: that one fails says nothing against the paper.";
+            writeln!(out, "{}", wrapped("", words))?;
             for paper in Paper::ALL {
-                let own: Vec<&Claim> = claims.iter().filter(|c| c.paper == paper).collect();
+                let mut own: Vec<&Claim> = claims.iter().filter(|c| c.paper == paper).collect();
+                own.sort_by_key(|c| c.number);
                 if own.is_empty() {
                     continue;
                 }
