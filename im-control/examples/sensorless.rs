@@ -1,4 +1,4 @@
-//! A drive without a speed sensor finds its machine, then starts, carries the rated load and reverses. Everything follows from the nameplate and the commissioning.
+//! A drive without a speed sensor finds its machine, then starts, carries 80 % of the rated load and reverses. Everything follows from the nameplate and the commissioning.
 //!
 //!     cargo run --release -p im-control --example sensorless -- sensorless.svg
 
@@ -17,6 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let rig = bench(&motor);
     let commissioned = commission(&motor, &rig, &mut |_, _| ())?;
     let found = commissioned.outcome?;
+    println!("found by its own drive, with half the width of the interval, and what the simulated machine has:");
     for c in commissioned.comparisons(&found, &machine, &rig.inverter) {
         println!("{:8} {:.4} ± {:.4} {}, true {:.4}", c.symbol, c.found.value, c.found.half_width, c.unit, c.truth);
     }
