@@ -77,17 +77,7 @@ pub use volts_per_hertz::{VoltsPerHertz, VoltsPerHertzGains};
 #[cfg(test)]
 mod tests;
 
-/// The example of the README is a test.
+/// The examples of the README are tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;
-
-/// So is the drive with an identifier of docs/identifiers.md.
-#[cfg(doctest)]
-#[doc = include_str!("../../docs/identifiers.md")]
-pub struct Identifiers;
-
-/// So is the drive of docs/firmware.md.
-#[cfg(doctest)]
-#[doc = include_str!("../../docs/firmware.md")]
-pub struct Firmware;

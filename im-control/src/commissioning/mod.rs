@@ -10,7 +10,7 @@
 //! It sees what the drive will see: measured currents, commanded voltages, the dc link. [`Controller::step`] may be called by a simulation as any controller is. In
 //! firmware the interrupt calls [`sample`](Commissioning::sample), which never computes a fit. The main loop calls [`fit`](Commissioning::fit) on a copy, so that
 //! the interrupt is held off for the copy alone, and gives what it returns to [`adopt`](Commissioning::adopt): between two stages the machine rests at zero current, or
-//! keeps its speed, until that has been done (docs/firmware.md has the lines).
+//! keeps its speed, until that has been done (the README has the lines).
 //!
 //! The current stays within [`CommissioningPlan::current_max_a`]; a third beyond it everything ends. What ends it early is a [`CommissioningFault`].
 //!

@@ -101,6 +101,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(print(args, &motor, &data, &estimates, &added, other_machine.as_deref())?)
 }
 
+/// The estimates, and what the observer took beside the gains of the file.
+type Estimated = (Vec<Estimate<f64>>, Added);
+
 /// The recording through the observer that the arguments name.
 struct Replay<'a> {
     args: &'a Args,
@@ -108,7 +111,7 @@ struct Replay<'a> {
     data: &'a Replayed,
     basis: Basis<f64>,
     gains: GainsFile,
-    estimates: Option<Result<(Vec<Estimate<f64>>, Added), Refused>>,
+    estimates: Option<Result<Estimated, Refused>>,
 }
 
 impl Visit<f64> for Replay<'_> {
@@ -120,7 +123,7 @@ impl Visit<f64> for Replay<'_> {
 }
 
 impl Replay<'_> {
-    fn through<O: Named<f64>>(&self) -> Result<(Vec<Estimate<f64>>, Added), Refused> {
+    fn through<O: Named<f64>>(&self) -> Result<Estimated, Refused> {
         if O::NEEDS_SPEED && !self.data.has_speed() {
             let file = self.args.data.display();
             return Err(
