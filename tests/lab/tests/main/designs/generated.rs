@@ -11,7 +11,11 @@ fn gains_of_every_kind_compile_as_the_structs_of_their_crates() {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap();
     let folder = std::env::temp_dir().join(format!("im-generated-{}", std::process::id()));
     std::fs::create_dir_all(folder.join("src")).unwrap();
-    let from = Provenance { motor: "odd \"name\" */ {}\n#[x]".into(), effects_left_out: vec!["iron_loss".into()] };
+    let from = Provenance {
+        motor: "odd \"name\" */ {}\n#[x]".into(),
+        effects_left_out: vec!["iron_loss".into()],
+        file: Some("gains.toml".into()),
+    };
     let mut source = String::from("#![no_std]\n#![deny(missing_docs)]\n//! Gains.\n");
     for (scalar, precision) in [("f32", Precision::F32), ("f64", Precision::F64)] {
         let _ = writeln!(source, "/// In this precision.\npub mod in_{scalar} {{");
