@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use im_identify::offline::FitError;
+use im_identify::offline::{Experiment, FitError};
 use im_model::{BaseParameter, FileError, Known, Machine, MotorFile, ParameterId, Plant};
 use thiserror::Error;
 
@@ -194,6 +194,14 @@ impl Sources {
             train.extend(source.recordings(&motor)?);
         }
         let holdout = self.holdout.as_ref().map(|s| s.recording(&motor)).transpose()?;
+        if let Some(held) = &holdout
+            && let Some(same) = train.iter().find(|t| same_rows(&t.experiment, &held.experiment))
+        {
+            return Err(Refused::Input(format!(
+                "{}: the held-out recording has the same rows as the training recording {}, and proves nothing; give another one, or leave it out",
+                held.experiment.name, same.experiment.name
+            )));
+        }
         let mut findings = intake::findings(train.iter().chain(&holdout));
         meaningful(&findings, self.anyway)?;
         for taken in train.iter().chain(&holdout) {
@@ -275,4 +283,10 @@ fn hold(motor: &mut MotorFile, name: &str) -> Result<(), Refused> {
     };
     motor.known.insert(id, Known { value: motor.machine.get(id), tolerance: 0.0 });
     Ok(())
+}
+
+/// Whether two recordings hold the same values.
+fn same_rows(a: &Experiment, b: &Experiment) -> bool {
+    let values = |e: &Experiment| e.channels.iter().map(|c| c.values.clone()).collect::<Vec<_>>();
+    a.u_s == b.u_s && values(a) == values(b)
 }

@@ -221,7 +221,9 @@ fn warmth(motor: &MotorFile, rows: &[SteadyRow]) -> Vec<[f64; 2]> {
     rows.iter().map(&mut of).collect()
 }
 
-/// Speed shown over speed predicted without load, at the voltages from half the largest on; `None` without such rows.
+/// Speed shown over speed predicted without load, at the voltages from half the largest on; `None` without such rows. A fit without speeds may
+/// end anywhere, but no machine runs without load above the speed of its field, or slips by more than if all that crosses the air gap, the power
+/// less the copper of the stator, drove the shaft: s ≤ R_r P_δ/(3U²), some thousandths.
 fn speed_scale(motor: &MotorFile, tables: &[SteadyTable], train: &[Experiment]) -> Result<Option<f64>, FitError> {
     let mut blind = train.to_vec();
     for e in &mut blind {
@@ -231,13 +233,20 @@ fn speed_scale(motor: &MotorFile, tables: &[SteadyTable], train: &[Experiment]) 
     let (mut shown, mut true_) = (0.0, 0.0);
     let free = tables.iter().filter(|t| t.kind == TableKind::NoLoad).map(|t| &t.name);
     let free: Vec<&String> = free.collect();
+    let p = motor.machine.parameters();
+    let synchronous = motor.rating.synchronous_speed_rad_s(motor.machine.pole_pairs());
+    let slowest = |r: &SteadyRow| {
+        let across = (r.active_power_w - 3.0 * p.stator_resistance_ohm * r.current_rms_a.powi(2)).max(0.0);
+        synchronous * (1.0 - p.rotor_resistance_ohm * across / (3.0 * r.phase_voltage_rms_v.powi(2))).max(0.0)
+    };
     for e in train.iter().filter(|e| free.contains(&&e.name)) {
+        let Some(t) = tables.iter().find(|t| t.name == e.name && t.rows.len() == e.len()) else { continue };
         let Some(c) = e.channels.iter().position(|c| c.kind == ChannelKind::Speed) else { continue };
         let predicted = predict(&fitted.machine, e, &State::default());
         let largest = e.u_s.iter().map(|u| u.norm()).fold(0.0, f64::max);
         for k in (0..e.len()).filter(|&k| e.u_s[k].norm() > 0.5 * largest && predicted[c][k].is_finite()) {
             shown += e.channels[c].values[k];
-            true_ += predicted[c][k];
+            true_ += predicted[c][k].clamp(slowest(&t.rows[k]), synchronous);
         }
     }
     Ok((true_ > 0.0).then(|| shown / true_))

@@ -251,3 +251,14 @@ fn a_mapping_that_names_a_missing_file_says_so() {
     let message = refused(&["compare", "--motor", &example("motor.toml"), "--data", &mapping]);
     assert!(message.contains("x.recording.toml: file is") && message.contains("nope.csv"), "{message}");
 }
+
+#[test]
+fn a_training_recording_held_out_proves_nothing() {
+    let dir = Folder::new("held-twice");
+    let train = demo("train1.csv");
+    let copy = dir.file("copy.csv", &fs::read_to_string(&train).unwrap());
+    for held in [&train, &copy] {
+        let message = refused(&["diagnose", "--motor", &demo("motor.toml"), "--train", &train, "--holdout", held]);
+        assert!(message.contains("the same rows as the training recording"), "{message}");
+    }
+}

@@ -64,7 +64,7 @@ pub fn choose(experiment: impl Fn(Instant) -> Experiment, load: LoadPlan, motor:
             Instant::HeldFromRow,
             format!("the model fits better so: {} σ rms against {} σ with \"sample\"", number(h), number(s)),
         ),
-        _ => (Instant::HeldFromRow, "these data do not decide between that and \"sample\"".to_owned()),
+        _ => (Instant::HeldFromRow, "these data do not decide. That is right for what a drive commands; for what a voltmeter or an oscilloscope shows, write \"sample\"".to_owned()),
     };
     Choice { instant, sentence: format!("The voltages are taken as {:?}: {why}", instant.word()) }
 }

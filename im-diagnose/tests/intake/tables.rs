@@ -196,3 +196,34 @@ fn one_mapping_serves_every_table_of_a_folder() {
     let e = SteadyTable::read(&folder.put("Last.csv", "U (V);I (A);P (kW);n (1/min)\n400;4,5;2,5;1440\n"), None).unwrap_err();
     assert!(e.to_string().contains("n (1/min)") && e.file == own.display().to_string(), "{e}");
 }
+
+/// Without load a machine runs at next to the speed of its field, whatever a first guess of its motor file makes of load rows beside.
+#[test]
+fn a_speed_without_load_is_corrected_only_where_no_machine_runs_so() {
+    use im_model::BaseParameter as P;
+    let motor = motor();
+    let truth = motor.machine.map(|id, x| match id {
+        im_model::ParameterId::Base(P::RotorResistance | P::StatorLeakageInductance) => 1.5 * x,
+        im_model::ParameterId::Base(P::ViscousFriction) => x + 0.005,
+        _ => x,
+    });
+    let folder = Folder::new("no_load_speed");
+    let rated = motor.rating.phase_voltage_peak_v;
+    let row = |u: f64, torque: f64, scale: f64| {
+        let x = im_model::steady_state(&truth, u, motor.rating.electrical_frequency_hz, im_model::Held::Load(torque)).unwrap();
+        let i = im_model::Plant::new(&truth).currents(&x).i_s;
+        let rpm = scale * x.omega_m * 30.0 / std::f64::consts::PI;
+        format!("{},{},{},{rpm},{torque}\n", u * 1.5f64.sqrt(), i.norm() / 2f64.sqrt(), 1.5 * u * i.re)
+    };
+    for scale in [1.0, 1.02, 0.98] {
+        let table = |name: &str, rows: String| {
+            SteadyTable::read(&folder.put(name, format!("V_LL_V,I_A,P_3ph_W,n_rpm,T_Nm\n{rows}")), None).unwrap()
+        };
+        let free = table("no_load.csv", [0.3, 0.5, 0.7, 0.9, 1.0, 1.1].map(|v| row(v * rated, 0.0, scale)).concat());
+        let loaded =
+            table("load.csv", [0.25, 0.5, 0.75, 1.0, 1.2].map(|t| row(rated, t * motor.rating.torque_nm, scale)).concat());
+        let (_, findings) = im_diagnose::tables::case(motor.clone(), &[free, loaded]).unwrap();
+        let corrected = findings.iter().any(|f| f.kind == im_diagnose::intake::FindingKind::SpeedScale);
+        assert_eq!(corrected, scale != 1.0, "{scale}: {findings:?}");
+    }
+}

@@ -10,7 +10,7 @@ use im_design::mtpa::Circuit;
 use im_model::{MotorFile, read_text};
 use serde_json::json;
 
-use super::make::{left_out, without};
+use super::words::{left_out, proven, without};
 use super::{as_json, shown};
 use crate::failure::Failure;
 use crate::spinner::spinning;
@@ -107,12 +107,6 @@ fn tell(
         "Of a matrix: the smallest pivot of LDL' over its diagonal entry, of 1. Tight by construction: the design takes the smallest\n\
          gain or the largest claim there is, up to this. docs/background/design.md says what a certificate does not state."
     )
-}
-
-/// What was proven, in a sentence.
-pub fn proven(kind: &str, margins: &[Margin]) -> String {
-    let n = margins.len();
-    format!("{kind}: {n} {} decided in exact arithmetic.", if n == 1 { "obligation" } else { "obligations" })
 }
 
 /// That a certificate is about another machine than a motor: in what, and whether its claim holds for the motor as well.

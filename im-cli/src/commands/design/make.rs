@@ -4,15 +4,13 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use im_design::certificate::Design;
 use im_design::gains::{GainSet, Precision, Provenance};
-use im_design::mtpa::TCircuit;
 use im_design::request::{Kind, Period, design_for, design_sampled};
 use im_design::{Certificate, DesignError, DesignModel, plot};
-use im_model::{EffectId, FileError, MotorFile, read_text, write_atomically};
+use im_model::{FileError, MotorFile, read_text, write_atomically};
 use serde_json::json;
 
-use super::check::proven;
+use super::words::{left_out, proven, without};
 use super::{as_json, shown};
 use crate::failure::Failure;
 use crate::interrupt::together;
@@ -136,12 +134,6 @@ fn source(
     certificate.to_rust_as(held, precision, &Provenance { motor: motor.name.clone(), effects_left_out, file })
 }
 
-/// Effects of the motor that a proof leaves out.
-pub(super) fn left_out(motor: &MotorFile, certificate: &Certificate) -> Vec<&'static str> {
-    let taken_in = |id: &EffectId| matches!(certificate.design, Design::Mtpa(_)) && TCircuit::EFFECTS.contains(id);
-    motor.machine.effects().active().filter(|id| !taken_in(id)).map(|id| id.name()).collect()
-}
-
 fn write(path: &Path, text: &str) -> Result<(), FileError> {
     write_atomically(path, |out| out.write_all(text.as_bytes()))
 }
@@ -182,9 +174,4 @@ fn summary(args: &Args, motor: &MotorFile, certificate: &Certificate, set: &Gain
         writeln!(out, "{}: written{what}", path.display())?;
     }
     Ok(())
-}
-
-/// That a proof leaves effects out.
-pub(super) fn without(effects: &[&str]) -> String {
-    format!("Effects of the motor that the proof leaves out: {}.", effects.join(", "))
 }

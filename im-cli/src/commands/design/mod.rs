@@ -2,6 +2,7 @@
 
 mod check;
 mod make;
+mod words;
 
 pub use check::other_machine;
 
