@@ -49,6 +49,8 @@ pub struct Disturbances {
 struct Around<'a> {
     /// At every row.
     residuals: Change,
+    /// Their sums over the steps of `thinned`.
+    sums: Change,
     thinned: Thinned<'a>,
     /// Of the free parameters, then of the bends, then of the ratio of the leakages, in the steps of `thinned`.
     changes: Vec<Change>,
@@ -72,7 +74,8 @@ impl<'a> Around<'a> {
         let mut changes: Vec<Change> = (0..free.len()).map(|p| linear.iter().map(|l| l.slopes[p].clone()).collect()).collect();
         changes.extend(list);
         changes.extend(of_ratio);
-        Self { residuals, thinned, changes, parameters: free.len(), bends }
+        let sums = thinned.sums(&residuals).into_owned();
+        Self { residuals, sums, thinned, changes, parameters: free.len(), bends }
     }
 
     /// Whether there are too few values to tell errors of form from noise.
@@ -87,12 +90,11 @@ impl<'a> Around<'a> {
         free: &[Free],
         whiten: impl Fn(&Change) -> Change + Sync,
     ) -> (DMatrix<f64>, DVector<f64>) {
-        let sums = self.thinned.sums(&self.residuals);
-        let stride = (values(&sums) / ROWS).max(1);
+        let stride = (values(&self.sums) / ROWS).max(1);
         let thinned =
             |c: &Change| -> Vec<f64> { whiten(c).iter().flatten().flat_map(|x| x.iter().step_by(stride).copied()).collect() };
         let columns: Vec<Vec<f64>> = self.changes.par_iter().map(thinned).collect();
-        let r = DVector::from_vec(thinned(&sums));
+        let r = DVector::from_vec(thinned(&self.sums));
         let all = DMatrix::from_vec(r.len(), columns.len(), columns.concat());
         let mut normal = all.tr_mul(&all) * stride as f64;
         let mut b = all.tr_mul(&r) * stride as f64;
@@ -146,8 +148,7 @@ pub fn marginal(
     if around.is_short() {
         return as_it_is;
     }
-    let Around { thinned, residuals, .. } = &around;
-    let whiteners = sensor_whiteners(thinned.runs(), &thinned.sums(residuals), thinned.stride());
+    let whiteners = sensor_whiteners(around.thinned.runs(), &around.sums, around.thinned.stride());
     let whiten = |c: &Change| -> Change {
         c.iter().zip(&whiteners).map(|(run, w)| run.iter().zip(w).map(|(x, w)| w.apply(x)).collect()).collect()
     };

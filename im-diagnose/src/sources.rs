@@ -287,6 +287,5 @@ fn hold(motor: &mut MotorFile, name: &str) -> Result<(), Refused> {
 
 /// Whether two recordings hold the same values.
 fn same_rows(a: &Experiment, b: &Experiment) -> bool {
-    let values = |e: &Experiment| e.channels.iter().map(|c| c.values.clone()).collect::<Vec<_>>();
-    a.u_s == b.u_s && values(a) == values(b)
+    a.u_s == b.u_s && a.channels.iter().map(|c| &c.values).eq(b.channels.iter().map(|c| &c.values))
 }
