@@ -13,11 +13,11 @@ use im_model::{EffectId, MotorFile, ParameterId};
 
 use crate::case::Case;
 use crate::held_ratio::{HELD, held_std, is_held};
-use crate::learn::{Curve, with_curves};
+use crate::learn::{Curve, Depth, contest, with_curves};
 use crate::loads::Loads;
 use crate::losses::{ModelPoint, by_model};
 use crate::residual_tests::Dependence;
-use crate::search::{Course, Learning, Model, Options, Refinement};
+use crate::search::{Course, Learning, Model, Options, Refinement, Sets};
 use crate::steady_curve::RatedSupply;
 use crate::uncertainty::{Estimates, MachineQuantity, is_open};
 pub use ranking::Candidate;
@@ -115,26 +115,29 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
 pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, FitError> {
     let Options { significance, learning, .. } = *loop_.options();
     let before = loop_.case().motor.clone();
-    let mut course = loop_.run(base)?;
+    let mut sets = loop_.search(Sets::of(base))?;
+    let mut course = loop_.course(&mut sets)?;
     let mut found = Found::new(&loop_, &course);
-    let left = Left::new(&loop_, &course, &found);
-    let (mut curves, mut replace) = (Vec::new(), false);
-    if learning == Learning::Always || is_contested(&course, &left) {
-        let learns = learning != Learning::Never;
-        if let Some(with) = with_curves(&mut loop_, &course, learns)? {
-            if learns {
-                course = with;
-                found = Found::new(&loop_, &course);
-            } else {
-                let likelier = &with.last().model.effects;
-                curves = likelier.iter().copied().filter(|e| e.free_form().is_some()).collect();
-                let found = &course.last().model.effects;
-                replace = found.is_empty() || found.iter().any(|e| !likelier.contains(e) || with.imitators.contains(e));
-            }
+    let mut left = Left::new(&loop_, &course, &found);
+    let contested = is_contested(&course, &left);
+    if learning == Learning::Always || (learning == Learning::Unexplained && contested) {
+        if let Some(with) = with_curves(&mut loop_, &course, sets)? {
+            course = with;
+            found = Found::new(&loop_, &course);
+            left = Left::new(&loop_, &course, &found);
         }
+        left = left.bent(&loop_, &found);
+    } else if contested {
+        left = left.bent(&loop_, &found);
+        let depth = if left.is_unexplained(1.0) { Depth::Beside } else { Depth::Whole };
+        let likelier = contest(&mut loop_, &course, sets, depth)?;
+        let curves: Vec<EffectId> = likelier.effects.iter().copied().filter(|e| e.free_form().is_some()).collect();
+        let found = &course.last().model.effects;
+        let gives_way = |e| !likelier.effects.contains(e) || likelier.imitators.contains(e);
+        let replace = !curves.is_empty() && (found.is_empty() || found.iter().any(gives_way));
+        left = left.contested(curves, replace);
     }
     let last = &course.last().model;
-    let left = Left::new(&loop_, &course, &found).judged(&loop_, &found, curves, replace);
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
     let floor = if caused(&course, &left) { 1.0 } else { found.last().train.chi2_per_sample.max(1.0) };
     let (steps, judged) = if floor > 1.05 {

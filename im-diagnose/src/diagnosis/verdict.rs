@@ -85,7 +85,7 @@ const HINT: f64 = 0.003;
 pub(super) struct Left<'a> {
     /// The larger of training and held-out error, χ²/N, of the refitted base model and of the last.
     error: [f64; 2],
-    /// Of the last, with the curves of its effects bent by two standard deviations of their form at most; until [`Left::judged`], as they are.
+    /// Of the last, with the curves of its effects bent by two standard deviations of their form at most; until [`Left::bent`], as they are.
     bent: f64,
     /// On what it depends.
     dependences: &'a [Dependence],
@@ -118,11 +118,22 @@ impl<'a> Left<'a> {
         }
     }
 
-    /// The same for the verdict: where curves of no known form make the recordings likelier, or the curves of the effects may be wrong.
-    pub(super) fn judged(self, loop_: &Refinement, found: &Found, curves: Vec<EffectId>, replace: bool) -> Self {
-        let doubtful = !replace && self.error[1] - 1.0 > NEGLIGIBLE;
-        let bent = if doubtful { bent_error(loop_, found) } else { self.bent };
-        Self { bent, curves, replace, ..self }
+    /// The same where the curves of the effects may be wrong.
+    pub(super) fn bent(self, loop_: &Refinement, found: &Found) -> Self {
+        let doubtful = self.error[1] - 1.0 > NEGLIGIBLE;
+        Self { bent: if doubtful { bent_error(loop_, found) } else { self.bent }, ..self }
+    }
+
+    /// The same where curves of no known form make the recordings likelier.
+    pub(super) fn contested(self, curves: Vec<EffectId>, replace: bool) -> Self {
+        Self { curves, replace, ..self }
+    }
+
+    /// Whether the effects explain too little, whatever curves of no known form would.
+    pub(super) fn is_unexplained(&self, floor: f64) -> bool {
+        let excess = |error: f64| error / floor - 1.0;
+        let (before, bent) = (excess(self.error[0]), excess(self.bent));
+        bent > NEGLIGIBLE.max(UNEXPLAINED * before) && self.is_structured()
     }
 
     /// Whether it is no noise, beyond doubt: it depends on something, or no instruments err so much.
@@ -175,10 +186,7 @@ const UNEXPLAINED: f64 = 0.1;
 /// The verdict as far as effects and residual tests decide it.
 fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     let last = &course.last().model;
-    let excess = |error: f64| error / floor - 1.0;
-    let (before, bent) = (excess(left.error[0]), excess(left.bent));
-    let explains_little = bent > NEGLIGIBLE.max(UNEXPLAINED * before) && left.is_structured();
-    if explains_little || left.replace {
+    if left.is_unexplained(floor) || left.replace {
         Some(Verdict::Unexplained)
     } else if last.effects.is_empty() {
         None

@@ -17,28 +17,63 @@ pub use forms::Formula;
 pub use rust::{own_effect, own_source};
 
 use im_identify::offline::FitError;
+use im_model::EffectId;
 
 use crate::residual_tests::{Dependence, dependences};
-use crate::search::{Course, Refinement};
+use crate::search::{Answer, Course, Refinement, Sets};
 
-/// The course with curves of no known form among the candidates, where such a curve is part of the likeliest set: then the library alone does not
-/// explain the recordings. The candidates are as before unless `keep`.
-pub fn with_curves(loop_: &mut Refinement, course: &Course, keep: bool) -> Result<Option<Course>, FitError> {
-    let (base, last) = (&course.first().model, &course.last().model);
-    let dependences = ripples(loop_, course);
-    let places = places::places(&last.fit.machine, &last.fit.starts, loop_.nudged(), &dependences);
-    if places.is_empty() {
-        return Ok(None);
-    }
-    let beside = if last.effects.is_empty() { vec![base] } else { vec![base, last] };
-    loop_.consider(&places, &beside);
-    let fitted = beside[1..].iter().copied().cloned().collect();
-    let with = loop_.run_knowing(base.clone(), fitted)?;
-    let wins = with.last().model.effects.iter().any(|e| places.contains(e));
-    if !(wins && keep) {
+/// The course with curves of no known form among the candidates, where such a curve is part of the likeliest set; the candidates are as before
+/// where none is.
+pub fn with_curves(loop_: &mut Refinement, course: &Course, sets: Sets) -> Result<Option<Course>, FitError> {
+    let places = places_beside(loop_, course);
+    let mut sets = searched(loop_, course, sets, &places)?;
+    let course = loop_.course(&mut sets)?;
+    let wins = course.last().model.effects.iter().any(|e| places.contains(e));
+    if !wins {
         loop_.forget(&places);
     }
-    Ok(wins.then_some(with))
+    Ok(wins.then_some(course))
+}
+
+/// Where curves are looked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Depth {
+    /// Beside the answer of the library alone: to show what is missing there.
+    Beside,
+    /// In all sets that may be likelier than that answer.
+    Whole,
+}
+
+/// The likeliest set where curves of no known form are among the candidates: where one is part of it, the library alone does not explain the
+/// recordings. The candidates are as before.
+pub fn contest(loop_: &mut Refinement, course: &Course, mut sets: Sets, depth: Depth) -> Result<Answer, FitError> {
+    let places = places_beside(loop_, course);
+    let last = &course.last().model.effects;
+    let sets = match depth {
+        Depth::Beside => {
+            loop_.consider(&places, &mut sets, &[last]);
+            loop_.expanded(sets, last)
+        }
+        Depth::Whole => searched(loop_, course, sets, &places)?,
+    };
+    let answer = loop_.answer(sets)?;
+    loop_.forget(&places);
+    Ok(answer)
+}
+
+fn places_beside(loop_: &Refinement, course: &Course) -> Vec<EffectId> {
+    let last = &course.last().model;
+    places::places(&last.fit.machine, &last.fit.starts, loop_.nudged(), &ripples(loop_, course))
+}
+
+/// Goes on with a search, with curves at some places among the candidates.
+fn searched(loop_: &mut Refinement, course: &Course, mut sets: Sets, places: &[EffectId]) -> Result<Sets, FitError> {
+    let last = &course.last().model.effects;
+    let beside: &[&[EffectId]] = if last.is_empty() { &[&[]] } else { &[&[], last] };
+    loop_.consider(places, &mut sets, beside);
+    // An effect that only imitates may leave a curve little beside it, and give way to it alone.
+    let sets = loop_.expanded(sets, &[]);
+    loop_.search(sets)
 }
 
 /// What the residual of the base model depends on, and of the last: an effect that only imitates may have taken the strongest ripple.

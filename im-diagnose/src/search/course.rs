@@ -57,8 +57,6 @@ pub struct Course {
     pub stages: Vec<Stage>,
     /// How sure the data are.
     pub posterior: Posterior,
-    /// Effects of the likeliest set in whose place one of its curves of no known form explains at least half as much.
-    pub imitators: Vec<EffectId>,
     /// The search ended at its bound of work: sets that it did not come to may be likelier.
     pub cut_short: bool,
 }

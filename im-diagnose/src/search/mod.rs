@@ -26,6 +26,7 @@ use score::{Score, ScoreContext, Seed, strengths};
 
 pub use course::{Course, Refusal, Round, Stage, Trial};
 pub use posterior::{Posterior, Weighed};
+pub use sets::{Answer, Sets};
 pub use significance::Significance;
 
 /// What the loop may do.
@@ -268,21 +269,27 @@ impl Refinement {
         0.1 * info.typical.0 * self.unit_of(info.scale)
     }
 
-    /// More effects to consider: of `more`, those few that promise most beside the effects of any of some models are tried.
-    pub fn consider(&mut self, more: &[EffectId], beside: &[&Model]) {
+    /// More effects to consider: of `more`, those few that promise most beside the effects of any of some sets are tried.
+    pub fn consider(&mut self, more: &[EffectId], sets: &mut Sets, beside: &[&[EffectId]]) {
+        if more.is_empty() {
+            return;
+        }
         self.candidates.extend(more);
-        let scores: Vec<Score> = beside
-            .iter()
-            .flat_map(|m| {
-                let f = &m.fit;
-                let context = ScoreContext::new(&f.machine, &f.starts, &self.nudged, &self.rating, &f.free, self.level());
-                more.par_iter().filter_map(|&e| context.score(e, None)).collect::<Vec<_>>()
-            })
-            .collect();
-        let promise = |e: &EffectId| scores.iter().filter(|s| s.effect == *e).map(|s| s.gain).fold(0.0, f64::max);
+        self.candidates.extend(more);
+        let scores_at = |effects: &&[EffectId]| {
+            let fit = &sets.model(effects)?.fit;
+            let context = ScoreContext::new(&fit.machine, &fit.starts, &self.nudged, &self.rating, &fit.free, self.level());
+            Some(more.par_iter().filter_map(|&e| context.score(e, None)).collect())
+        };
+        let scores: Vec<Vec<Score>> = beside.iter().map(|effects| scores_at(effects).unwrap_or_default()).collect();
+        let promise = |e: &EffectId| scores.iter().flatten().filter(|s| s.effect == *e).map(|s| s.gain).fold(0.0, f64::max);
         let mut ranked = more.to_vec();
         ranked.sort_by(|a, b| promise(b).total_cmp(&promise(a)));
-        self.set_aside.extend(ranked.iter().skip(NOMINATED));
+        let (tried, set_aside) = ranked.split_at(NOMINATED.min(ranked.len()));
+        for (effects, scores) in beside.iter().zip(scores) {
+            sets.add_scores(effects, scores.into_iter().filter(|s| tried.contains(&s.effect)));
+        }
+        self.set_aside.extend(set_aside);
     }
 
     /// Considers some effects no longer.
@@ -300,14 +307,19 @@ impl Refinement {
         marginal(&fit.machine, &starts, &all, &free, self.case.motor.leakage_ratio_std(), lambda)
     }
 
-    /// Scores of all candidates not yet in the model, best first; those of the round before, if any, save looking for sizes.
-    pub fn scores(&self, model: &Model, before: &[Score]) -> Vec<Score> {
+    /// Scores of all candidates not yet in the model, best first: those that are known at it, and the others; scores elsewhere save these
+    /// looking for sizes.
+    fn scores(&self, model: &Model, known: &[Score], elsewhere: &[Score]) -> Vec<Score> {
         let fit = &model.fit;
-        let context = ScoreContext::new(&fit.machine, &fit.starts, &self.nudged, &self.rating, &fit.free, self.level());
-        let tried = |e: &EffectId| !fit.machine.effects().is_on(*e) && !self.set_aside.contains(e);
-        let open: Vec<EffectId> = self.candidates.iter().copied().filter(tried).collect();
-        let mut scores: Vec<Score> =
-            open.par_iter().filter_map(|&e| context.score(e, before.iter().find(|s| s.effect == e))).collect();
+        let is_known = |e: &EffectId| known.iter().any(|s| s.effect == *e);
+        let open = |e: &&EffectId| !fit.machine.effects().is_on(**e) && !self.set_aside.contains(e) && !is_known(e);
+        let open: Vec<EffectId> = self.candidates.iter().filter(open).copied().collect();
+        let mut scores = known.to_vec();
+        if !open.is_empty() {
+            let context = ScoreContext::new(&fit.machine, &fit.starts, &self.nudged, &self.rating, &fit.free, self.level());
+            let score = |e: EffectId| context.score(e, elsewhere.iter().find(|s| s.effect == e));
+            scores.extend(open.into_par_iter().filter_map(score).collect::<Vec<_>>());
+        }
         scores.sort_by(|a, b| b.log_p.total_cmp(&a.log_p).then(b.score.total_cmp(&a.score)));
         scores
     }

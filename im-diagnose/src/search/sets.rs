@@ -61,8 +61,50 @@ struct Known {
     deviance: f64,
     /// Of a close fit, λ when D was taken.
     polished_at: Option<f64>,
-    /// The scores at the model, where the set has been expanded.
-    scores: Option<Vec<Score>>,
+    /// Scores at the model, of those candidates that have been scored there.
+    scores: Vec<Score>,
+    /// With how many of the candidates the set has been expanded.
+    expanded: usize,
+}
+
+impl Known {
+    fn new(model: Model, deviance: f64) -> Self {
+        Self { model, deviance, polished_at: None, scores: Vec::new(), expanded: 0 }
+    }
+}
+
+/// The sets that a search has fitted: with more candidates it goes on from there.
+pub struct Sets {
+    known: BTreeMap<Set, Known>,
+    cut_short: bool,
+}
+
+impl Sets {
+    /// The base model alone.
+    pub fn of(base: Model) -> Self {
+        let known = Known::new(base.clone(), base.deviance);
+        Self { known: BTreeMap::from([(Set::new(), known)]), cut_short: false }
+    }
+
+    /// The model with such effects, if it has been fitted.
+    pub fn model(&self, effects: &[EffectId]) -> Option<&Model> {
+        self.known.get(&sorted(effects)).map(|k| &k.model)
+    }
+
+    /// Takes more scores at the model with such effects.
+    pub fn add_scores(&mut self, effects: &[EffectId], scores: impl IntoIterator<Item = Score>) {
+        if let Some(known) = self.known.get_mut(&sorted(effects)) {
+            known.scores.extend(scores);
+        }
+    }
+}
+
+/// What a search answers.
+pub struct Answer {
+    /// The likeliest set.
+    pub effects: Vec<EffectId>,
+    /// Those in whose place one of its curves of no known form explains at least half as much.
+    pub imitators: Vec<EffectId>,
 }
 
 /// From where to fit a set.
@@ -100,25 +142,14 @@ fn ln_choose(n: usize, k: usize) -> f64 {
 }
 
 impl Refinement {
-    /// Searches the sets of effects from the base model.
-    pub fn run(&self, base: Model) -> Result<Course, FitError> {
-        self.run_knowing(base, Vec::new())
-    }
-
-    /// The same where some sets have been fitted before; the base model is expanded in any case.
-    pub fn run_knowing(&self, base: Model, fitted: Vec<Model>) -> Result<Course, FitError> {
-        let mut search = Search { loop_: self, known: BTreeMap::new(), spent: 0.0 };
-        for model in fitted.into_iter().chain([base]) {
-            let known = Known { deviance: model.deviance, model, polished_at: None, scores: None };
-            search.known.insert(sorted(&known.model.effects), known);
-        }
-        let fitted: Vec<Set> = search.known.keys().cloned().collect();
-        fitted.iter().for_each(|set| search.settle(set));
-        if search.known.len() > 1 {
-            search.expand(&Set::new());
+    /// Searches on from what is known, with the candidates as they are now.
+    pub fn search(&self, sets: Sets) -> Result<Sets, FitError> {
+        let mut search = Search { loop_: self, known: sets.known, spent: 0.0 };
+        if search.nothing().polished_at.is_none() {
+            search.settle(&Set::new());
         }
         let mut in_vain = 0;
-        let mut best = Set::new();
+        let mut best = search.best();
         let mut cut_short = false;
         while let Some(next) = search.next(in_vain) {
             if search.spent > MOST_WORK {
@@ -133,7 +164,30 @@ impl Refinement {
             in_vain = if now == best { in_vain + 1 } else { 0 };
             best = now;
         }
-        Ok(Course { cut_short, ..search.course()? })
+        Ok(Sets { known: search.known, cut_short })
+    }
+
+    /// The same, but beside one of the sets only.
+    pub fn expanded(&self, sets: Sets, effects: &[EffectId]) -> Sets {
+        let mut search = Search { loop_: self, known: sets.known, spent: 0.0 };
+        search.expand(&sorted(effects));
+        Sets { known: search.known, ..sets }
+    }
+
+    /// The way from the base model to the likeliest set of a search.
+    pub fn course(&self, sets: &mut Sets) -> Result<Course, FitError> {
+        let mut search = Search { loop_: self, known: std::mem::take(&mut sets.known), spent: 0.0 };
+        let course = search.course();
+        sets.known = search.known;
+        Ok(Course { cut_short: sets.cut_short, ..course? })
+    }
+
+    /// The likeliest set of a search.
+    pub fn answer(&self, sets: Sets) -> Result<Answer, FitError> {
+        let mut search = Search { loop_: self, known: sets.known, spent: 0.0 };
+        search.polish_answer(|_, _| Vec::new())?;
+        let effects = search.answer();
+        Ok(Answer { imitators: search.imitators(&effects), effects })
     }
 }
 
@@ -149,7 +203,7 @@ impl Search<'_> {
 
     /// Scores beside nothing: they save looking for sizes.
     fn hints(&self) -> &[Score] {
-        self.nothing().scores.as_deref().unwrap_or(&[])
+        &self.nothing().scores
     }
 
     /// Samples of all recordings.
@@ -211,16 +265,27 @@ impl Search<'_> {
     fn next(&self, in_vain: usize) -> Option<Set> {
         let ranked = self.ranked();
         let (best, least) = ranked[0];
-        let (set, j) = ranked.iter().find(|(s, _)| self.known[*s].scores.is_none())?;
+        let (set, j) = ranked.iter().find(|(s, _)| !self.is_expanded(s))?;
         let near = *j < least + WINDOW;
         (near || (in_vain < PATIENCE && !self.complete(best))).then(|| (*set).clone())
+    }
+
+    /// Whether a set has been expanded with all candidates.
+    fn is_expanded(&self, set: &Set) -> bool {
+        self.known[set].expanded == self.loop_.candidates.len()
     }
 
     /// Whether no candidate could explain what a set leaves, form errors aside.
     fn complete(&self, set: &Set) -> bool {
         let dispersion = self.dispersion();
-        let level = self.loop_.level();
-        self.known[set].scores.as_ref().is_some_and(|s| s.iter().all(|s| s.score / dispersion < threshold(s.freedom, level)))
+        let explains = |s: &Score| s.score / dispersion >= threshold(s.freedom, self.loop_.level());
+        self.is_expanded(set) && !self.known[set].scores.iter().any(explains)
+    }
+
+    /// The scores of all candidates at the model of a set, best first.
+    fn scores(&self, set: &Set) -> Vec<Score> {
+        let known = &self.known[set];
+        if self.is_expanded(set) { known.scores.clone() } else { self.loop_.scores(&known.model, &known.scores, self.hints()) }
     }
 
     /// Fits a set closely, and takes D with λ as it is now; whether that was new.
@@ -253,21 +318,25 @@ impl Search<'_> {
         }
     }
 
-    /// Scores what could be added to a set, and fits its neighbours: one effect less, one exchanged, one more.
+    /// Scores what could be added to a set, and fits its neighbours: one effect less, one exchanged, one more; where it has been expanded
+    /// before, more of the candidates that it was not expanded with.
     fn expand(&mut self, set: &Set) {
         let model = self.known[set].model.clone();
-        let scores = self.loop_.scores(&model, self.hints());
+        let before = self.known[set].expanded;
+        let scores = self.scores(set);
         let mut others = self.removals(&model);
         others.extend(self.exchanges(&model));
-        others.extend(self.restarts(&model));
+        if before == 0 {
+            others.extend(self.restarts(&model));
+        }
         self.fit(&others);
-        for leading in self.leading(&model, &scores).chunks(AT_ONCE) {
+        for leading in self.leading(&model, &scores, before).chunks(AT_ONCE) {
             let still = leading.iter().filter(|s| self.may_be_likeliest(set, s));
             let additions: Vec<Proposal> = still.filter_map(|s| self.addition(&model, s)).collect();
             self.fit(&additions);
         }
         if let Some(known) = self.known.get_mut(set) {
-            known.scores = Some(scores);
+            (known.scores, known.expanded) = (scores, self.loop_.candidates.len());
         }
     }
 
@@ -291,7 +360,8 @@ impl Search<'_> {
         let set = sorted(&model.effects);
         let taken = self.taken(&set);
         if self.known.get(&set).is_none_or(|k| model.deviance < k.model.deviance - WINDOW) {
-            self.known.insert(set, Known { deviance: model.deviance - taken, model, polished_at: None, scores: None });
+            let deviance = model.deviance - taken;
+            self.known.insert(set, Known::new(model, deviance));
         }
     }
 
@@ -299,9 +369,11 @@ impl Search<'_> {
         !self.known.contains_key(&sorted(effects))
     }
 
-    /// The candidates with the largest gains, as the slopes predict them.
-    fn leading<'s>(&self, model: &Model, scores: &'s [Score]) -> Vec<&'s Score> {
-        let new = |s: &&Score| self.loop_.possible(s) && self.unknown(&with(&model.effects, s.effect));
+    /// The candidates with the largest gains, as the slopes predict them, but for the first few.
+    fn leading<'s>(&self, model: &Model, scores: &'s [Score], but: usize) -> Vec<&'s Score> {
+        let candidates = &self.loop_.candidates[but..];
+        let open = |s: &&Score| candidates.contains(&s.effect) && self.loop_.possible(s);
+        let new = |s: &&Score| open(s) && self.unknown(&with(&model.effects, s.effect));
         let mut leading: Vec<&Score> = scores.iter().filter(new).collect();
         leading.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         leading.truncate(self.loop_.options.leading);
@@ -343,13 +415,12 @@ impl Search<'_> {
             let rest = without(&model.effects, e);
             let Some(machine) = self.loop_.without(&model.fit.machine, e) else { continue };
             for (set, known) in &self.known {
-                let Some(scores) = &known.scores else { continue };
                 if !set.iter().all(|x| rest.contains(x)) {
                     continue;
                 }
                 let gain = |x| self.known.get(&sorted(&with(set, x))).map(|k| known.model.deviance - k.model.deviance);
                 let Some(own) = gain(e) else { continue };
-                for s in scores.iter().filter(|s| !model.effects.contains(&s.effect)) {
+                for s in known.scores.iter().filter(|s| !model.effects.contains(&s.effect)) {
                     let instead = with(&rest, s.effect);
                     let comparable = gain(s.effect).is_some_and(|g| g > COMPARABLE * own.max(0.0));
                     let new = self.unknown(&instead) && out.iter().all(|p| sorted(&p.effects) != sorted(&instead));
@@ -411,8 +482,8 @@ impl Search<'_> {
     }
 
     /// The likeliest set, and the way to it: from behind, the effect is last whose loss costs least.
-    fn course(mut self) -> Result<Course, FitError> {
-        self.polish_near()?;
+    fn course(&mut self) -> Result<Course, FitError> {
+        self.polish_answer(Self::rivals)?;
         let mut way = vec![self.answer()];
         while let Some(set) = way.last().filter(|s| !s.is_empty()).cloned() {
             let model = &self.known[&set].model;
@@ -424,10 +495,9 @@ impl Search<'_> {
             self.polish(&before)?;
             way.push(before);
         }
-        let imitators = way.first().map_or_else(Vec::new, |set| self.imitators(set));
         way.reverse();
         let stages = (0..way.len()).map(|k| self.stage(&way, k)).collect();
-        Ok(Course { stages, posterior: self.posterior(), imitators, cut_short: false })
+        Ok(Course { stages, posterior: self.posterior(), cut_short: false })
     }
 
     /// Effects of a set in whose place a curve of the set explains a comparable part of what they do, the rest being the same.
@@ -449,14 +519,13 @@ impl Search<'_> {
         found
     }
 
-    /// Fits closely the likeliest set, the answer and what explains the data as well, until these are the same: before that D of a set is
-    /// an estimate, and no answer.
-    fn polish_near(&mut self) -> Result<(), FitError> {
+    /// Fits closely the likeliest set, the answer and what is asked for beside it, until these are the same: before that D of a set is an
+    /// estimate, and no answer.
+    fn polish_answer(&mut self, beside: impl Fn(&Self, &Set) -> Vec<Set>) -> Result<(), FitError> {
         loop {
             let (best, answer) = (self.best(), self.answer());
-            let near: Vec<Set> = self.as_good_as(&answer).into_iter().chain([&best, &answer]).cloned().collect();
             let mut new = false;
-            for set in near {
+            for set in beside(self, &answer).into_iter().chain([best, answer]) {
                 new |= self.polish(&set)?;
             }
             if !new {
@@ -465,10 +534,12 @@ impl Search<'_> {
         }
     }
 
-    /// Sets that explain the data as well as `best`, their price aside.
-    fn as_good_as(&self, best: &Set) -> Vec<&Set> {
+    /// Sets that explain the data as well as `best`, their price aside, with another effect in the place of one.
+    fn rivals(&self, best: &Set) -> Vec<Set> {
         let (d, dispersion) = (self.known[best].deviance, self.dispersion());
-        self.known.iter().filter(|(s, k)| *s != best && k.deviance < d + WINDOW * dispersion).map(|(s, _)| s).collect()
+        let exchanged = |s: &Set| s.len() == best.len() && s.iter().filter(|e| !best.contains(e)).count() == 1;
+        let near = self.known.iter().filter(|(s, k)| exchanged(s) && k.deviance < d + WINDOW * dispersion);
+        near.map(|(s, _)| s.clone()).collect()
     }
 
     fn stage(&self, way: &[Set], k: usize) -> Stage {
@@ -477,7 +548,7 @@ impl Search<'_> {
         let mut model = known.model.clone();
         let newest = |n: usize| way[n].iter().copied().find(|e| !way[n - 1].contains(e));
         model.effects = (1..=k).filter_map(newest).collect();
-        let scores = known.scores.clone().unwrap_or_else(|| self.loop_.scores(&model, self.hints()));
+        let scores = self.scores(set);
         let tried = scores.iter().filter_map(|s| {
             let tried = self.known.get(&sorted(&with(set, s.effect)))?;
             let refusal = self.refusal(known, tried);
@@ -486,11 +557,10 @@ impl Search<'_> {
         let mut trials: Vec<Trial> = tried.collect();
         trials.sort_by(|a, b| a.model.deviance.total_cmp(&b.model.deviance));
         let best = &way[way.len() - 1];
-        let exchanged = |e: EffectId| {
+        let exchanged = |e: EffectId| -> Vec<EffectId> {
             let rest = without(best, e);
-            let other = |s: &Set| s.len() == best.len() && rest.iter().all(|x| s.contains(x));
-            let sets = self.as_good_as(best).into_iter().filter(move |s| other(s));
-            sets.filter_map(|s| s.iter().copied().find(|x| !best.contains(x))).collect()
+            let sets = self.rivals(best).into_iter().filter(|s| rest.iter().all(|x| s.contains(x)));
+            sets.filter_map(|s| s.into_iter().find(|x| !best.contains(x))).collect()
         };
         let rivals = (k > 0).then(|| newest(k)).flatten().map(exchanged).unwrap_or_default();
         Stage { model, round: Round { significant: self.loop_.significant(&scores), scores, trials }, rivals }
