@@ -175,7 +175,8 @@ fn the_fastest_rate_knows_the_effects() {
     });
     assert!(near(bridge, (r_s + r_r + 30.0) / leakage, 1e-12), "{bridge}");
     let iron = rate(&|e| (e.iron_loss.conductance_s, e.iron_loss.diffusion_time_s) = (1e-3, 2e-5));
-    assert!(near(iron, 5e4, 1e-12), "{iron}");
+    // A lag is followed, not resolved.
+    assert!(near(iron, 0.4 * 5e4, 1e-12), "{iron}");
     let bars = rate(&|e| (e.rotor_skin_effect.resistance_rise, e.rotor_skin_effect.time_constant_s) = (0.4, 1e-4));
     assert!(near(bars, 1e4, 1e-12), "{bars}");
     let bars = rate(&|e| (e.rotor_skin_effect.resistance_rise, e.rotor_skin_effect.time_constant_s) = (0.4, 1.0));
