@@ -52,6 +52,10 @@ pub enum FindingKind {
     WindingTemperature,
     /// No load torque is known.
     MissingLoad,
+    /// The load torque is not what voltage and current make of it: another sign, gain or unit.
+    LoadTorque,
+    /// The inertia is not what the acceleration shows.
+    Inertia,
     /// No speed is known.
     MissingSpeed,
     /// The instant of the voltage is probably another.

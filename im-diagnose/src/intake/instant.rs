@@ -6,6 +6,7 @@ use im_model::MotorFile;
 
 use super::load_plan::LoadPlan;
 use super::mapping::Instant;
+use super::quality::convention::is_mains;
 use crate::noise::white_sigma;
 use crate::residuals::nudged;
 
@@ -64,7 +65,17 @@ pub fn choose(experiment: impl Fn(Instant) -> Experiment, load: LoadPlan, motor:
             Instant::HeldFromRow,
             format!("the model fits better so: {} σ rms against {} σ with \"sample\"", number(h), number(s)),
         ),
-        _ => (Instant::HeldFromRow, "these data do not decide. That is right for what a drive commands; for what a voltmeter or an oscilloscope shows, write \"sample\"".to_owned()),
+        // A voltmeter's samples: nobody commands the mains.
+        _ if is_mains(motor, &experiment(Instant::Sample)) => (
+            Instant::Sample,
+            "these data do not decide, and it is that of the mains. For what a drive commands, write \"held_from_row\"".to_owned(),
+        ),
+        _ => (
+            Instant::HeldFromRow,
+            "these data do not decide. That is right for what a drive commands; for what a voltmeter or an oscilloscope shows, write \
+             \"sample\""
+                .to_owned(),
+        ),
     };
     Choice { instant, sentence: format!("The voltages are taken as {:?}: {why}", instant.word()) }
 }

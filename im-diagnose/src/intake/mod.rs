@@ -67,8 +67,8 @@ pub struct Intake {
 
 /// Reads what a path names: a recording, with the mapping beside it if there is one, or a mapping, with the recordings it names.
 ///
-/// The mapping of `run.csv` is `mapping` where given, else `run.recording.toml`, else `recording.toml` in the same folder; a file in
-/// canonical columns needs none. For any other one is guessed, and used if nothing essential is missing.
+/// The mapping of `run.csv` is `mapping` where given, else `run.recording.toml`, else `recording.toml` in the same folder, where that names
+/// the file or none; a file in canonical columns needs none. For any other one is guessed, and used if nothing essential is missing.
 ///
 /// # Errors
 /// What is wrong with a file, with line and key or column; [`IntakeError::Unmapped`] where the guess is not complete.
@@ -242,9 +242,33 @@ fn sources(path: &Path, mapping: Option<&Path>) -> Result<Vec<(PathBuf, Option<S
         }
         return Ok(files.into_iter().map(|f| (f, Some(mapping.clone()))).collect());
     }
-    let beside = [path.with_extension("recording.toml"), path.with_file_name("recording.toml")];
-    let file = mapping.map(Path::to_path_buf).or_else(|| beside.into_iter().find(|p| p.is_file()));
-    Ok(vec![(path.to_path_buf(), file.map(|f| read_mapping(&f)).transpose()?)])
+    let own = path.with_extension("recording.toml");
+    let said = match mapping.or_else(|| own.is_file().then_some(own.as_path())) {
+        Some(mapping) => Some(read_mapping(mapping)?),
+        None => of_folder(path)?,
+    };
+    Ok(vec![(path.to_path_buf(), said)])
+}
+
+/// What the `recording.toml` of the folder says of a recording: nothing where it names other files, or other columns than the canonical ones
+/// that the recording has.
+fn of_folder(path: &Path) -> Result<Option<Said>, FileError> {
+    let file = path.with_file_name("recording.toml");
+    if !file.is_file() {
+        return Ok(None);
+    }
+    let said = read_mapping(&file)?;
+    let named = said.files().iter().any(|f| path.file_name() == Path::new(f).file_name());
+    // Canonical columns mean what they are called where the mapping is of other columns.
+    let of_others = |m: &Mapping| {
+        let label = path.display().to_string();
+        raw::open(path, &label, TextFormat::default()).is_ok_and(|mut rows| {
+            let has_all = m.signals().iter().all(|(signal, _)| raw::place(rows.names(), signal, m).is_ok());
+            !has_all && CanonicalColumns::find(&mut rows).is_ok()
+        })
+    };
+    let meant = if said.files().is_empty() { !said.columns().is_some_and(of_others) } else { named };
+    Ok(meant.then_some(said))
 }
 
 /// Reads a mapping.

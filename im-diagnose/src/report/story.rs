@@ -15,6 +15,9 @@ use crate::residuals::{Errors, errors};
 use crate::residuals::{UNSTABLE, judged, nudged};
 use crate::search::Stage;
 
+/// Part of the last held-out error below which an earlier one is told.
+const ONCE_LOWER: f64 = 0.9;
+
 /// A model in the pictures.
 #[derive(Clone, Debug)]
 pub(crate) struct Shown {
@@ -164,6 +167,19 @@ impl<'a> Story<'a> {
         }
     }
 
+    /// Where fewer of the effects leave a lower error on the held-out recording: with which, and how much.
+    fn once_lower(&self) -> String {
+        let steps = &self.d.steps;
+        let of = |step: &Step| step.holdout.as_ref().map(|h| h.chi2_per_sample);
+        let least = steps[1..].iter().filter_map(|s| Some((of(s)?, s))).min_by(|a, b| a.0.total_cmp(&b.0));
+        match least.zip(of(&steps[steps.len() - 1])) {
+            Some(((least, step), last)) if least < ONCE_LOWER * last => {
+                format!(" (with {} alone to {})", names(&step.effects), in_sigma(least))
+            }
+            _ => String::new(),
+        }
+    }
+
     /// Effects that these recordings cannot show.
     pub(crate) fn unexcited(&self) -> Vec<&Candidate> {
         unexcited(self.d)
@@ -240,7 +256,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
     let d = s.d;
     let (before, after, which) = s.fall();
     let fall = if after < before {
-        format!("brings the {which} error from {} to {} rms", in_sigma(before), in_sigma(after))
+        format!("brings the {which} error from {} to {} rms{}", in_sigma(before), in_sigma(after), s.once_lower())
     } else {
         format!("does not lower the {which} error ({} rms, {} before)", in_sigma(after), in_sigma(before))
     };
@@ -309,11 +325,12 @@ pub(crate) fn summary(s: &Story) -> Summary {
         let mut words = format!("{}: ", crate::format::sentence(&short_effect_name(e)).trim_end_matches('.'));
         if let Some(score) = round.scores.iter().find(|x| x.effect == e) {
             let threshold = d.ranking.iter().find(|c| c.effect == e).map_or(f64::NAN, |c| c.threshold);
-            words += &format!(
-                "it explains {} σ² of the error that no refit can (its score; chance reaches {})",
-                number(score.score, 3),
-                number(threshold, 2)
-            );
+            let scores = format!("score {}; chance alone reaches {}", number(score.score, 3), number(threshold, 2));
+            words += &if score.score > threshold {
+                format!("its mark is in the error, and no other values of the parameters leave it ({scores})")
+            } else {
+                format!("before the others are added its mark is no larger than chance ({scores})")
+            };
         }
         let model = |k: usize| d.course.stages.get(k).map_or(f64::NAN, |s| s.model.train());
         let (without, with) = (model(k), model(k + 1));
@@ -362,7 +379,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
             if let Some(c) = candidates(d).first() {
                 let why = if c.score > c.threshold { format!(": {}", c.conclusion) } else { String::new() };
                 sure.push(format!(
-                    "of {} effects {} stands out most: it explains {} σ² of the error that no refit can (its score), where chance reaches {}{why}",
+                    "of {} effects {} stands out most, with a score of {}, where chance alone reaches {}{why}",
                     d.ranking.len(),
                     short_effect_name(c.effect),
                     number(c.score, 3),

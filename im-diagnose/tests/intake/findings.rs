@@ -1,8 +1,9 @@
 //! Every fault is found where it was made, and none where there is none.
 
-use im_diagnose::intake::{FindingKind, Intake, Severity, findings};
+use im_diagnose::intake::{FindingKind, Intake, Severity, findings, read};
+use im_model::MotorFile;
 
-use crate::simulated::{Folder, MAPPING, column, columns, csv, of, start, take, taken};
+use crate::simulated::{Folder, MAPPING, MOTOR, column, columns, csv, of, start, take, taken};
 
 fn only(name: &str, kind: FindingKind, change: impl FnOnce(&mut Vec<(&'static str, Vec<f64>)>)) -> String {
     with_mapping(name, kind, MAPPING, change)
@@ -92,6 +93,44 @@ fn swapped_phases_and_turned_signs_are_distinguished() {
     let backwards = MAPPING.replace("column = \"n_rpm\"", "column = \"n_rpm\"\ngain = -1");
     let text = with_mapping("backwards", FindingKind::SwappedPhases, &backwards, |_| {});
     assert!(text.contains("gain = -1 in [speed]"), "{text}");
+}
+
+/// Line-to-line voltages lead those of the phases, here at no load and with 40 % of the rated torque.
+#[test]
+fn voltages_in_another_convention_are_named() {
+    let text = only("ll", FindingKind::Convention, |all| {
+        let [a, b, c] = ["u1_V", "u2_V", "u3_V"].map(|name| column(all, name).clone());
+        let between = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x - y).collect();
+        *column(all, "u1_V") = between(&a, &b);
+        *column(all, "u2_V") = between(&b, &c);
+        *column(all, "u3_V") = between(&c, &a);
+    });
+    assert!(text.contains("line to line, and read as those of the phases"), "{text}");
+    let named = MAPPING.replace("a = \"u1_V\"\nb = \"u2_V\"\nc = \"u3_V\"", "ab = \"u1_V\"\nbc = \"u2_V\"");
+    let text = with_mapping("phases", FindingKind::Convention, &named, |_| {});
+    assert!(text.contains("those of the phases, and read as line to line"), "{text}");
+}
+
+#[test]
+fn a_load_torque_that_the_power_contradicts_is_named() {
+    let scaled = |by: f64| move |all: &mut Vec<(&'static str, Vec<f64>)>| column(all, "T_Nm").iter_mut().for_each(|x| *x *= by);
+    let text = only("against", FindingKind::LoadTorque, scaled(-1.0));
+    assert!(text.contains("serious") && text.contains("turn its sign, gain = -1 in [load]"), "{text}");
+    let text = only("twice", FindingKind::LoadTorque, scaled(0.5));
+    assert!(text.contains("warning") && text.contains("the gain and unit of the torque sensor"), "{text}");
+}
+
+#[test]
+fn an_inertia_in_another_unit_is_named() {
+    for (inertia, asked) in [("30", "g m² read as kg m²"), ("300", "kg cm² read as kg m²")] {
+        let text = MOTOR.replace("inertia_kg_m2 = 0.03", &format!("inertia_kg_m2 = {inertia}"));
+        let motor = MotorFile::parse(&text, "motor.toml").unwrap();
+        let folder = Folder::new(&format!("inertia-{inertia}"));
+        folder.put("run.recording.toml", MAPPING);
+        let all = read(&folder.put("run.csv", csv(&columns())), None, &motor).unwrap();
+        let found = of(&all[0].findings, FindingKind::Inertia);
+        assert!(found.len() == 1 && found[0].line().contains(asked), "{:?}", all[0].findings);
+    }
 }
 
 #[test]

@@ -88,6 +88,27 @@ fn a_mapping_names_its_recordings_and_one_beside_them_serves_all() {
     assert!(take(&two).unwrap_err().to_string().contains("two.recording.toml"));
 }
 
+/// Of files that it does not name, and of canonical ones where it is about other columns, the folder's mapping says nothing.
+#[test]
+fn a_mapping_of_the_folder_is_not_for_canonical_files_and_those_it_does_not_name() {
+    let folder = Folder::new("canonical-beside");
+    folder.put("laboratory.csv", csv(&columns()));
+    let drive = folder.0.join("drive.csv");
+    start().write_csv(&drive).unwrap();
+    let alone = take(&drive).unwrap();
+    for files in ["", "file = \"laboratory.csv\"\n"] {
+        folder.put("recording.toml", format!("{files}{MAPPING}"));
+        assert_eq!(take(&drive).unwrap().experiment, alone.experiment, "{files}");
+    }
+    // A mapping of the canonical columns is meant for them.
+    let text = MAPPING.replace("a = \"u1_V\"\nb = \"u2_V\"\nc = \"u3_V\"", "alpha = \"u_alpha_V\"\nbeta = \"u_beta_V\"");
+    let text = text.replace("a = \"i1_A\"\nb = \"i2_A\"\nc = \"i3_A\"", "alpha = \"i_alpha_A\"\nbeta = \"i_beta_A\"\ngain = 2");
+    let text = text.replace("n_rpm", "omega_m_rad_s").replace("T_Nm", "tau_load_Nm");
+    folder.put("recording.toml", text);
+    let (twice, once) = (take(&drive).unwrap().experiment, alone.experiment);
+    assert_eq!(twice.channels[0].values[100], 2.0 * once.channels[0].values[100]);
+}
+
 /// The same voltage in every form.
 #[test]
 fn every_form_of_the_voltage_means_the_same() {

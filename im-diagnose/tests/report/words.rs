@@ -75,7 +75,7 @@ fn a_missing_effect_is_reported_with_cause_certainty_and_refutation() {
     assert!(page.contains("<h1>Main-flux saturation is missing from the model: adding it brings the held-out error from "));
     for part in [
         "How sure",
-        "of the error that no refit can (its score; chance reaches ",
+        "and no other values of the parameters leave it (score ",
         "What would refute it",
         "No-load flux steps or a slow voltage ramp",
         "+ main-flux saturation",

@@ -5,7 +5,7 @@
 //! should be, that is a convention. So it is where a fit leaves the motor file by the same factor in all impedances at once, or by that of the
 //! power in the inertia alone, on a supply that is off by as much.
 
-use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_6, PI, SQRT_2};
 
 use im_identify::offline::Experiment;
 use im_model::{Complex, Machine, MotorFile, TParameters};
@@ -18,6 +18,8 @@ use crate::intake::finding::{Finding, FindingKind, Severity};
 struct Cause {
     /// Voltage as read over the true one.
     voltage: f64,
+    /// By which angle it leads the true one, rad.
+    leads: f64,
     /// The same of U/I.
     impedance: f64,
     /// The same of the product of both, and with it of torque and inertia.
@@ -27,37 +29,85 @@ struct Cause {
 
 const ROOT_3: f64 = 1.732_050_807_568_877_2;
 
-const CAUSES: [Cause; 5] = [
+const CAUSES: [Cause; 11] = [
     Cause {
         voltage: ROOT_3,
+        leads: FRAC_PI_6,
         impedance: ROOT_3,
         power: ROOT_3,
-        advice: "Are the voltages line to line, and read as those of the phases? Then name them ab, bc in [voltage]. Or is the motor \
-                 file for the other connection, star or delta?",
+        advice: "Are the voltages line to line, and read as those of the phases? Then name them ab, bc in [voltage].",
+    },
+    Cause {
+        voltage: ROOT_3,
+        leads: 0.0,
+        impedance: ROOT_3,
+        power: ROOT_3,
+        advice: "Are the voltages as large as those from line to line? Then say gain = 0.5774 of their columns.",
+    },
+    Cause {
+        voltage: ROOT_3,
+        leads: 0.0,
+        impedance: 3.0,
+        power: 1.0,
+        advice: "Is the machine connected in star, and the motor file for delta? Then multiply its resistances and inductances by 3, \
+                 and its voltages and fluxes by 1.732.",
+    },
+    Cause {
+        voltage: 1.0 / ROOT_3,
+        leads: -FRAC_PI_6,
+        impedance: 1.0 / ROOT_3,
+        power: 1.0 / ROOT_3,
+        advice: "Are the voltages those of the phases, and read as line to line? Then name them a, b, c in [voltage].",
+    },
+    Cause {
+        voltage: 1.0 / ROOT_3,
+        leads: 0.0,
+        impedance: 1.0 / ROOT_3,
+        power: 1.0 / ROOT_3,
+        advice: "Are the voltages divided by the root of three once too often? Then say gain = 1.732 of their columns.",
+    },
+    Cause {
+        voltage: 1.0 / ROOT_3,
+        leads: 0.0,
+        impedance: 1.0 / 3.0,
+        power: 1.0,
+        advice: "Is the machine connected in delta, and the motor file for star? Then divide its resistances and inductances by 3, and \
+                 its voltages and fluxes by 1.732.",
     },
     Cause {
         voltage: FRAC_1_SQRT_2,
+        leads: 0.0,
         impedance: FRAC_1_SQRT_2,
         power: FRAC_1_SQRT_2,
         advice: "Is the voltage rms, and read as instantaneous? Then say gain = 1.4142 of its columns.",
     },
     Cause {
         voltage: 1.0,
+        leads: 0.0,
         impedance: SQRT_2,
         power: FRAC_1_SQRT_2,
         advice: "Is the current rms, and read as instantaneous? Then say gain = 1.4142 of its columns.",
     },
     Cause {
         voltage: 1.224_744_871_391_589,
+        leads: 0.0,
         impedance: 1.0,
         power: 1.5,
         advice: "Are voltage and current power-invariant? Then say gain = 0.8165 of their columns.",
     },
     Cause {
         voltage: SQRT_2 * ROOT_3,
+        leads: FRAC_PI_6,
         impedance: SQRT_2 * ROOT_3,
         power: SQRT_2 * ROOT_3,
-        advice: "Are the voltages line to line, and scaled to their peak? Then name them ab, bc in [voltage].",
+        advice: "Are the voltages line to line, and scaled to their peak? Then name them ab, bc in [voltage], with gain = 0.7071.",
+    },
+    Cause {
+        voltage: SQRT_2 * ROOT_3,
+        leads: 0.0,
+        impedance: SQRT_2 * ROOT_3,
+        power: SQRT_2 * ROOT_3,
+        advice: "Are the voltages line to line, and scaled to their peak? Then say gain = 0.4082 of their columns.",
     },
 ];
 
@@ -69,6 +119,9 @@ const RATED: f64 = 0.08;
 const IMPEDANCE: [f64; 2] = [0.1, 0.25];
 /// How much the size of a supply's voltage may vary, rms, relative.
 const STEADY: f64 = 0.05;
+/// Frequencies of mains, and how near they are kept, relative.
+const MAINS_HZ: [f64; 2] = [50.0, 60.0];
+const MAINS_WITHIN: f64 = 0.01;
 /// A common factor of fitted parameters: how near their mean must come, and how far apart they may lie, as logarithms.
 const COMMON: [f64; 2] = [0.15, 0.25];
 
@@ -86,44 +139,84 @@ pub fn check(steady: &[Steady], motor: &MotorFile) -> Vec<Finding> {
     let expected = motor.rating.phase_voltage_peak_v * (omega / rated).min(1.0);
     let voltage = main.u.norm() / expected;
     // With the phase of U/I known the slip follows, and with it the size.
-    let size = ratio_at_angle(motor, z, omega).unwrap_or_else(|| Impedances::of(&motor.machine, expected, omega).fit(z).ratio);
-    let shown = format!(
-        "In steady operation at {} Hz the voltage is {} V, {} times the {} V of the rating there, and |U/I| is {} times the motor file's",
-        number(omega / (2.0 * PI), 3),
-        number(main.u.norm(), 3),
-        number(voltage, 3),
-        number(expected, 3),
-        number(size, 3)
-    );
-    let fits = |c: &&Cause| {
-        let [voltage_within, impedance_within] = if c.voltage == 1.0 { [RATED, IMPEDANCE[0]] } else { [NEAR, IMPEDANCE[1]] };
-        off(voltage, c.voltage) < voltage_within && off(size, c.impedance) < impedance_within
+    let size = |leads: f64| {
+        let z = z * Complex::from_polar(1.0, -leads);
+        ratio_at_angle(motor, z, omega).unwrap_or_else(|| Impedances::of(&motor.machine, expected, omega).fit(z).ratio)
     };
-    CAUSES.iter().find(fits).map(|c| finding(shown, c).at(vec![main.rows.clone()])).into_iter().collect()
+    // A voltage that leads by what the slip may make of it fits both ways: the less far-fetched counts.
+    let misfit = |c: &Cause| {
+        let [voltage_within, impedance_within] = if c.voltage == 1.0 { [RATED, IMPEDANCE[0]] } else { [NEAR, IMPEDANCE[1]] };
+        let impedance = off(size(c.leads), c.impedance);
+        (off(voltage, c.voltage) < voltage_within && impedance < impedance_within).then_some(impedance)
+    };
+    let shown = |c: &Cause| {
+        format!(
+            "In steady operation at {} Hz the voltage is {} V, {} times the {} V of the rating there, and |U/I| is {} times the motor file's{}",
+            number(omega / (2.0 * PI), 3),
+            number(main.u.norm(), 3),
+            number(voltage, 3),
+            number(expected, 3),
+            number(size(c.leads), 3),
+            if c.leads == 0.0 {
+                String::new()
+            } else {
+                format!(" once the voltage is turned by {}°", number(-c.leads.to_degrees(), 2))
+            }
+        )
+    };
+    let best = CAUSES.iter().filter_map(|c| Some((misfit(c)?, c))).min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, c)| finding(shown(c), c).at(vec![main.rows.clone()])).into_iter().collect()
 }
 
 fn finding(shown: String, cause: &Cause) -> Finding {
-    Finding::new(FindingKind::Convention, Severity::Warning, shown, cause.advice)
+    // Size and phase of the voltage, and |U/I|: three that agree.
+    let severity = if cause.leads == 0.0 { Severity::Warning } else { Severity::Serious };
+    Finding::new(FindingKind::Convention, severity, shown, cause.advice)
 }
 
-/// |U| of a supply over that of the rating at its frequency: over two rated periods in which the voltage keeps its size, from half the rated
-/// frequency on; of all such, where it turns fastest. The machine need not have settled.
-pub fn supply(motor: &MotorFile, e: &Experiment) -> Option<f64> {
+/// A supply over two rated periods in which the voltage keeps its size.
+struct Supply {
+    /// Electrical frequency, rad/s.
+    omega: f64,
+    /// |U|, V peak.
+    size: f64,
+}
+
+/// The supply over each two rated periods; `None` where its voltage keeps no size.
+fn supplies(motor: &MotorFile, e: &Experiment) -> Vec<Option<Supply>> {
     let rated = 2.0 * PI * motor.rating.electrical_frequency_hz;
     let rows = (4.0 * PI / (rated * e.sample_time_s)) as usize;
     if e.is_table() || rows < 4 {
-        return None;
+        return Vec::new();
     }
     let over = |u: &[Complex<f64>]| {
         let n = u.len() as f64;
-        let mean = u.iter().map(|u| u.norm()).sum::<f64>() / n;
-        let spread = (u.iter().map(|u| (u.norm() - mean).powi(2)).sum::<f64>() / n).sqrt();
+        let size = u.iter().map(|u| u.norm()).sum::<f64>() / n;
+        let spread = (u.iter().map(|u| (u.norm() - size).powi(2)).sum::<f64>() / n).sqrt();
         let turned = u.windows(2).map(|w| (w[1] * w[0].conj()).arg()).sum::<f64>();
-        let part = turned.abs() / ((n - 1.0) * e.sample_time_s) / rated;
-        let steady = spread < STEADY * mean && (0.5..1.03).contains(&part);
-        steady.then(|| (part, mean / (motor.rating.phase_voltage_peak_v * part.min(1.0))))
+        (spread < STEADY * size).then(|| Supply { omega: turned.abs() / ((n - 1.0) * e.sample_time_s), size })
     };
-    e.u_s.chunks_exact(rows).filter_map(over).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, size)| size)
+    e.u_s.chunks_exact(rows).map(over).collect()
+}
+
+/// |U| of a supply over that of the rating at its frequency, from half the rated frequency on; of all such, where it turns fastest. The machine
+/// need not have settled.
+pub fn supply(motor: &MotorFile, e: &Experiment) -> Option<f64> {
+    let rated = 2.0 * PI * motor.rating.electrical_frequency_hz;
+    let usual = supplies(motor, e).into_iter().flatten().filter(|s| (0.5..1.03).contains(&(s.omega / rated)));
+    let fastest = usual.max_by(|a, b| a.omega.total_cmp(&b.omega))?;
+    Some(fastest.size / (motor.rating.phase_voltage_peak_v * (fastest.omega / rated).min(1.0)))
+}
+
+/// Whether the voltage is that of the mains: all but throughout at 50 or 60 Hz, and of one size.
+pub fn is_mains(motor: &MotorFile, e: &Experiment) -> bool {
+    let all = supplies(motor, e);
+    let of_mains = |s: &Supply| MAINS_HZ.iter().any(|hz| (s.omega / (2.0 * PI * hz) - 1.0).abs() < MAINS_WITHIN);
+    let sizes: Vec<f64> = all.iter().flatten().filter(|s| of_mains(s)).map(|s| s.size).collect();
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    // The first of them may begin before the switch closes.
+    let alike = sizes.iter().filter(|s| **s > 0.9 * largest).count();
+    largest > 0.0 && alike + 2 >= all.len() && alike > 0
 }
 
 /// R_s, R_R, L_σ and L_M of one machine over those of another.
@@ -144,8 +237,10 @@ pub fn of_fit(given: &MotorFile, fitted: &Machine<f64>, supply: Option<f64>) -> 
     let ratios = impedance_ratios(before, after);
     let impedance = (ratios.iter().map(|r| r.ln()).sum::<f64>() / 4.0).exp();
     let inertia = after.inertia_kg_m2 / before.inertia_kg_m2;
+    // A voltage that is turned leaves no common factor.
     let fits = |c: &&Cause| {
-        (c.impedance != 1.0 || supply.is_some_and(|u| off(u, c.voltage) < NEAR))
+        c.leads == 0.0
+            && (c.impedance != 1.0 || supply.is_some_and(|u| off(u, c.voltage) < NEAR))
             && off(impedance, c.impedance) < COMMON[0]
             && off(inertia, c.power) < COMMON[1]
             && ratios.iter().all(|r| off(*r, c.impedance) < COMMON[1])
@@ -182,8 +277,8 @@ fn ratio_at_angle(motor: &MotorFile, z: Complex<f64>, omega: f64) -> Option<f64>
 mod tests {
     use super::*;
 
-    /// The example's motor on its rated supply at a slip of 3 %, with voltage and current scaled.
-    fn found(u: f64, i: f64) -> Vec<Finding> {
+    /// The example's motor on its rated supply at a slip of 3 %, with voltage and current scaled, and the voltage turned.
+    fn found(u: f64, i: f64, leads: f64) -> Vec<Finding> {
         let motor = MotorFile::parse(include_str!("../../../../examples/motor.toml"), "motor.toml").unwrap();
         let (p, omega) = (*motor.machine.parameters(), 2.0 * PI * motor.rating.electrical_frequency_hz);
         let j = Complex::<f64>::i();
@@ -192,25 +287,37 @@ mod tests {
         let z = p.stator_resistance_ohm + j * omega * p.stator_leakage_inductance_h + main * rotor / (main + rotor);
         let supply = Complex::from(motor.rating.phase_voltage_peak_v);
         let zero = Complex::from(0.0);
-        let steady = Steady { rows: 0..400, omega, u: supply * u, i: supply / z * i, against: [zero; 2], omega_m: None };
+        let steady = Steady {
+            rows: 0..400,
+            omega,
+            u: Complex::from_polar(supply.re * u, leads),
+            i: supply / z * i,
+            against: [zero; 2],
+            omega_m: None,
+        };
         check(&[steady], &motor)
     }
 
     #[test]
     fn conventions_are_asked_for_and_what_is_right_is_not() {
         let (root2, root3) = (SQRT_2, ROOT_3);
-        for (u, i, said) in [
-            (root3, 1.0, "line to line"),
-            (1.0 / root2, 1.0, "Is the voltage rms"),
-            (1.0, 1.0 / root2, "Is the current rms"),
-            (1.5f64.sqrt(), 1.5f64.sqrt(), "power-invariant"),
+        for (u, i, leads, said) in [
+            (root3, 1.0, FRAC_PI_6, "line to line, and read as those of the phases"),
+            (root3, 1.0, 0.0, "gain = 0.5774"),
+            (1.0 / root3, 1.0, -FRAC_PI_6, "those of the phases, and read as line to line"),
+            (1.0 / root3, 1.0, 0.0, "gain = 1.732"),
+            (root3, 1.0 / root3, 0.0, "connected in star"),
+            (1.0 / root3, root3, 0.0, "connected in delta"),
+            (1.0 / root2, 1.0, 0.0, "Is the voltage rms"),
+            (1.0, 1.0 / root2, 0.0, "Is the current rms"),
+            (1.5f64.sqrt(), 1.5f64.sqrt(), 0.0, "power-invariant"),
         ] {
-            let all = found(u, i);
-            assert!(all.len() == 1 && all[0].advice.contains(said), "{u} {i}: {all:?}");
-            assert!(all[0].kind == FindingKind::Convention && !all[0].stops());
+            let all = found(u, i, leads);
+            assert!(all.len() == 1 && all[0].advice.contains(said), "{u} {i} {leads}: {all:?}");
+            assert!(all[0].kind == FindingKind::Convention && all[0].stops() == (leads != 0.0));
         }
         for (u, i) in [(1.0, 1.0), (0.95, 0.9), (1.05, 1.1), (0.5, 0.5), (1.0 / root2, 1.0 / root2)] {
-            assert!(found(u, i).is_empty(), "{u} {i}");
+            assert!(found(u, i, 0.0).is_empty(), "{u} {i}");
         }
     }
 
@@ -263,11 +370,15 @@ mod tests {
             let i_s = vec![Complex::from(0.0); n];
             let (omega_m, tau_load) = (vec![0.0; n], None);
             let r = im_model::Recording { name: "r".into(), start_s: 0.0, sample_time_s: h, u_s, i_s, omega_m, tau_load };
-            supply(&motor, &Experiment::from_recording(&r, [0.1; 2], 0.1))
+            let e = Experiment::from_recording(&r, [0.1; 2], 0.1);
+            (supply(&motor, &e), is_mains(&motor, &e))
         };
         let rated = motor.rating.phase_voltage_peak_v;
-        assert!(run(&|_| 1.2247 * rated).is_some_and(|u| (u - 1.2247).abs() < 1e-3));
-        assert_eq!(run(&|t| 5.0 * t * rated * (1.0 + 0.3 * (900.0 * t).sin())), None);
-        assert_eq!(run(&|_| 0.0), None);
+        let (size, mains) = run(&|_| 1.2247 * rated);
+        assert!(size.is_some_and(|u| (u - 1.2247).abs() < 1e-3) && mains);
+        assert!(run(&|t| if t < 0.03 { 0.0 } else { rated }).1);
+        assert_eq!(run(&|t| 5.0 * t * rated * (1.0 + 0.3 * (900.0 * t).sin())), (None, false));
+        assert!(!run(&|t| 5.0 * t * rated).1);
+        assert_eq!(run(&|_| 0.0), (None, false));
     }
 }

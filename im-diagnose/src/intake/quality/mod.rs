@@ -1,5 +1,6 @@
 //! What is wrong with a recording, reported before anything is fitted to it, and corrected where that is safe.
 
+mod balance;
 mod channels;
 pub mod clip;
 pub mod convention;
@@ -11,7 +12,7 @@ mod time;
 
 use im_model::{Complex, MotorFile, space_vector::from_phases};
 
-use super::finding::Finding;
+use super::finding::{Finding, FindingKind, Severity};
 use super::mapping::{CurrentForm, Instant};
 use super::signals::{Signals, SpeedTrace};
 use super::trace::Trace;
@@ -84,6 +85,12 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
         machine::check(&steady, motor, &columns.join(", ")),
     ];
     checked.findings.extend(found.into_iter().flatten());
+    // What upsets voltage, current or speed upsets the balance of torques as well.
+    let doubtful = |f: &Finding| f.severity == Severity::Serious || f.kind == FindingKind::Convention;
+    if let (Some(speed), Some(load), false) = (speed, &s.tau_load, checked.findings.iter().any(doubtful)) {
+        let measured = balance::Measured { u: &u, i: &i, speed, load: &load.values, sample_time_s: dt, voltage_shift_s: half };
+        checked.findings.extend(balance::check(&measured, &load.column, motor));
+    }
     for f in &mut checked.findings {
         f.recording.clone_from(&s.name);
         if let (None, Some(first), Some(last)) = (f.span_s, f.rows.first(), f.rows.last()) {
