@@ -22,6 +22,9 @@ const ROWS: usize = 8;
 const UNKNOWN: f64 = 0.03;
 /// Friction is less than this part of the rated torque, each kind of it.
 const FRICTION: f64 = 0.05;
+/// Rounds of weights, and periods that all count for.
+const ROUNDS: usize = 8;
+const FEW: f64 = 8.0;
 /// So many standard deviations are no chance.
 const SURE: f64 = 4.0;
 /// From this factor on, a ratio of torques or of inertias is no tolerance of sensors, supplies and first guesses.
@@ -88,19 +91,28 @@ fn balance(m: &Measured<'_>, motor: &MotorFile) -> Option<[Estimate; 2]> {
     let inertia = machine.parameters().inertia_kg_m2;
     let known = [10.0, 1e4 * inertia, FRICTION * torque * n_p / rated_omega, FRICTION * torque];
     let prior = Matrix4::from_diagonal(&Vector4::from(known.map(|s| 1.0 / (s * s))));
-    let solve = |sigma: f64| {
-        let w = 1.0 / (sigma * sigma);
-        let normal = rows.iter().fold(prior, |a, (x, _)| a + x * x.transpose() * w);
-        let b = rows.iter().fold(Vector4::zeros(), |b, (x, y)| b + x * (*y * w));
+    let solve = |weights: &[f64]| {
+        let both = || rows.iter().zip(weights);
+        let normal = both().fold(prior, |a, ((x, _), w)| a + x * x.transpose() * *w);
+        let b = both().fold(Vector4::zeros(), |b, ((x, y), w)| b + x * (*y * *w));
         let covariance = normal.try_inverse()?;
         Some((covariance * b, covariance))
     };
+    // Where fields come or go, the balance does not hold: such periods count little, by the law of Cauchy.
     let floor = UNKNOWN * torque;
-    let (x, _) = solve(floor)?;
-    let left = (rows.iter().map(|(a, y)| (y - a.dot(&x)).powi(2)).sum::<f64>() / rows.len() as f64).sqrt();
-    // What is left goes on over many periods: it counts as a few.
-    let sigma = left.max(floor) * (rows.len() as f64 / 4.0).max(1.0).sqrt();
-    let (x, covariance) = solve(sigma)?;
+    let mut weights = vec![1.0 / (floor * floor); rows.len()];
+    for _ in 0..ROUNDS {
+        let (x, _) = solve(&weights)?;
+        let left: Vec<f64> = rows.iter().map(|(a, y)| (y - a.dot(&x)).abs()).collect();
+        let mut sorted = left.clone();
+        sorted.sort_by(f64::total_cmp);
+        let usual = sorted[sorted.len() / 2].max(floor);
+        weights = left.iter().map(|r| 1.0 / (usual * usual + r * r)).collect();
+    }
+    // What is left goes on over many periods: all count as a few.
+    let few = (FEW / rows.len() as f64).min(1.0);
+    weights.iter_mut().for_each(|w| *w *= few);
+    let (x, covariance) = solve(&weights)?;
     Some([0, 1].map(|k| (x[k], covariance[(k, k)].sqrt())))
 }
 
