@@ -34,6 +34,12 @@ impl Case {
         self.train.iter().find_map(|e| convention::supply(&self.motor, e))
     }
 
+    /// Whether the mains feed the machine in every recording.
+    pub fn is_on_mains(&self) -> bool {
+        let mut recordings = self.train.iter().filter(|e| !e.is_table()).peekable();
+        recordings.peek().is_some() && recordings.all(|e| convention::is_mains(&self.motor, e))
+    }
+
     /// From canonical recordings, the load of those without a torque unknown; the noise of each sensor is estimated from all of them together.
     pub fn new(motor: MotorFile, train: &[Recording], holdout: Option<&Recording>) -> Self {
         let run = |r: &Recording| {

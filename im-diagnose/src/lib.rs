@@ -30,6 +30,7 @@ pub mod learn;
 pub mod loads;
 pub mod localise;
 pub mod losses;
+mod manoeuvres;
 pub mod next_test;
 pub mod noise;
 pub mod report;

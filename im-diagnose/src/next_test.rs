@@ -4,33 +4,18 @@
 //! projected out, say how large an effect would be found and how far two rivals lie apart.
 
 use im_identify::offline::{Experiment, FitError, FitOptions, base_parameters, fit};
-use im_model::simulation::{Load, Mains, Profile, Scenario, Sensors, Simulation, Source, VoltsPerHertz};
+use im_model::simulation::{Scenario, Simulation};
 use im_model::{EffectId, Machine, MotorFile, Recording};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use crate::diagnosis::{NOT_EXCITED, SUSPECTED};
+pub use crate::manoeuvres::{Limits, Supply};
+use crate::manoeuvres::{Manoeuvre, manoeuvres, rounded};
 use crate::residuals::nudged;
 use crate::search::Options;
 use crate::search::score::{Score, ScoreContext, closest};
-
-/// What the machine and its supply may be asked to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// Largest phase current, peak, over the rated one.
-    pub current: f64,
-    /// Largest speed over the synchronous one.
-    pub speed: f64,
-    /// Largest load torque over the rated one.
-    pub torque: f64,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self { current: 2.5, speed: 1.1, torque: 0.8 }
-    }
-}
 
 /// A manoeuvre with what it would show.
 #[derive(Clone, Debug)]
@@ -248,125 +233,6 @@ fn profile(r: &Recording) -> Vec<ProfileTrace> {
     out
 }
 
-/// Part of the rated voltage at which a motor is switched on directly: the current stays near 2.5 times rated.
-const REDUCED_VOLTAGE: f64 = 0.4;
-
-/// Something that a machine can be made to do.
-struct Manoeuvre {
-    name: &'static str,
-    what: String,
-    scenario: Scenario,
-}
-
-/// The manoeuvres for the machine's rating.
-fn manoeuvres(motor: &MotorFile, noise: (f64, f64), limits: &Limits) -> Vec<Manoeuvre> {
-    let r = &motor.rating;
-    let p = motor.machine.parameters();
-    let (u, f) = (r.phase_voltage_peak_v, r.electrical_frequency_hz);
-    let boost = 0.8 * p.stator_resistance_ohm * r.current_peak_a(p, motor.machine.pole_pairs());
-    let torque = limits.torque * r.torque_nm;
-    // A ramp that takes about rated torque to follow.
-    let ramp = (0.6 * r.torque_nm / p.inertia_kg_m2 * f64::from(motor.machine.pole_pairs()) / std::f64::consts::TAU).min(6.0 * f);
-    let sensors = Sensors { current_noise_a: noise.0, speed_noise_rad_s: noise.1, seed: 1, ..Sensors::default() };
-    let on_line = |voltage: f64| Scenario { sensors, ..Scenario::direct_on_line(rounded(voltage), f, 3.0) };
-    // Values over time, as parts of a whole.
-    let over = |points: &[[f64; 2]], whole: f64| {
-        let points: Vec<[f64; 2]> = points.iter().map(|[t, x]| [*t, rounded(x * whole)]).collect();
-        Profile::points(points).unwrap_or_default()
-    };
-    // On volts per hertz: the voltage over the rated one, parts of rated frequency and of the torque over time.
-    let drive = |level: f64, boost: f64, reference: &[[f64; 2]], load: &[[f64; 2]]| {
-        let supply = VoltsPerHertz {
-            voltage_peak_v: rounded(u * level),
-            frequency_hz: f,
-            boost_v: rounded(boost).min(rounded(u * level)),
-            ramp_hz_per_s: rounded(ramp),
-        };
-        Scenario {
-            source: Source::VoltsPerHertz(supply, over(reference, f)),
-            load: Load { torque_nm: over(load, torque), ..Load::none() },
-            ..on_line(u)
-        }
-    };
-    let still = |x: f64| [[0.0, x]];
-    let all = [
-        (
-            "load_steps",
-            "Run up to 80 % speed on volts per hertz, step the load up and down, and come back to 30 %.".to_owned(),
-            drive(
-                1.0,
-                boost,
-                &[[0.0, 0.8], [1.9, 0.8], [1.9, 0.3]],
-                &[[0.0, 0.0], [1.0, 0.0], [1.0, 0.7], [1.5, 0.7], [1.5, 0.0], [2.5, 0.0], [2.5, 0.7]],
-            ),
-        ),
-        (
-            "reversals",
-            "Reverse slowly through standstill, twice, without load.".to_owned(),
-            Scenario {
-                duration_s: 4.0,
-                ..drive(1.0, boost, &[[0.0, 0.25], [1.2, 0.25], [1.2, -0.25], [2.6, -0.25], [2.6, 0.25]], &still(0.0))
-            },
-        ),
-        (
-            "flux_low",
-            "Run at 60 % speed with the voltage at 60 %, without load and with a small one.".to_owned(),
-            drive(0.6, boost, &still(0.6), &[[0.0, 0.0], [1.8, 0.0], [1.8, 0.2]]),
-        ),
-        (
-            "flux_high",
-            "Run at 45 % speed with the voltage at 120 %, without load and with load.".to_owned(),
-            drive(1.2, boost, &still(0.45), &[[0.0, 0.0], [1.8, 0.0], [1.8, 0.5]]),
-        ),
-        (
-            "slow_loaded",
-            "Creep at 12 % speed under load steps.".to_owned(),
-            drive(1.0, 1.25 * boost, &still(0.12), &[[0.0, 0.0], [1.0, 0.0], [1.0, 0.4], [2.0, 0.4], [2.0, 0.2]]),
-        ),
-        (
-            "direct_start",
-            format!(
-                "Switch on directly at {:.0} % of the rated voltage and full frequency: all slips from standstill to running.",
-                100.0 * REDUCED_VOLTAGE
-            ),
-            Scenario {
-                source: Source::Mains(Mains {
-                    voltage_peak_v: rounded(REDUCED_VOLTAGE * u),
-                    frequency_hz: f,
-                    closing_s: 0.02,
-                    phase_rad: 0.0,
-                }),
-                ..on_line(u)
-            },
-        ),
-        (
-            "heat_run",
-            "Hold a high load at 20 % speed for 40 s, with a second of no load every ten.".to_owned(),
-            Scenario { duration_s: 40.0, sample_time_s: 5e-4, ..drive(1.0, 1.25 * boost, &still(0.2), &heating()) },
-        ),
-    ];
-    let named = |(name, what, scenario): (&'static str, String, Scenario)| {
-        let scenario = Scenario { name: name.replace('_', " "), ..scenario };
-        Manoeuvre { name, what, scenario }
-    };
-    all.into_iter().map(named).collect()
-}
-
-/// A load that is taken off for a second every ten.
-fn heating() -> Vec<[f64; 2]> {
-    let mut points = vec![[0.0, 0.0]];
-    for k in 0..4 {
-        let begin = f64::from(10 * k);
-        points.extend([[begin + 1.0, 0.0], [begin + 1.0, 0.6], [begin + 10.0, 0.6], [begin + 10.0, 0.0]]);
-    }
-    points
-}
-
-/// Four digits are enough for what a person sets.
-fn rounded(x: f64) -> f64 {
-    format!("{x:.3e}").parse().unwrap_or(x)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -377,7 +243,7 @@ mod tests {
         let named = machines::ALL[0];
         let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
         let motor = MotorFile::new(named.name, machine, Rating::guess(machine.parameters(), named.pole_pairs));
-        let any = Limits { current: 20.0, speed: 2.0, torque: 0.8 };
+        let any = Limits { current: 20.0, speed: 2.0, ..Limits::default() };
         let said = |e: EffectId| {
             let all = propose(&motor, &[e], (0.01, 0.1), &any, &[]).unwrap();
             all.iter().map(|p| (p.detectable[0].1 < 1.0, p.why_so_short())).collect::<Vec<_>>()
@@ -385,24 +251,5 @@ mod tests {
         let heating = said(EffectId::StatorHeating);
         assert!(heating.iter().any(|(seen, _)| *seen) && heating.iter().all(|(seen, why)| why.is_some() == *seen), "{heating:?}");
         assert!(said(EffectId::IronLoss).iter().all(|(_, why)| why.is_none()));
-    }
-
-    /// What is run is what is written, and what a sentence says of a voltage is what is applied.
-    #[test]
-    fn every_manoeuvre_reads_back_as_it_is() {
-        for named in machines::ALL {
-            let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
-            let rating = Rating::guess(machine.parameters(), named.pole_pairs);
-            let motor = MotorFile::new(named.name, machine, rating);
-            for m in manoeuvres(&motor, (0.01, 0.1), &Limits::default()) {
-                let text = m.scenario.to_toml().unwrap();
-                let back = Scenario::parse(&text, m.name, std::path::Path::new("")).unwrap_or_else(|e| panic!("{e}\n{text}"));
-                assert_eq!(back, m.scenario, "{text}");
-                if let Source::Mains(mains) = m.scenario.source {
-                    let percent = 100.0 * mains.voltage_peak_v / rating.phase_voltage_peak_v;
-                    assert!(m.what.contains(&format!("{percent:.0} %")), "{}", m.what);
-                }
-            }
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! The manoeuvre that best settles what is open.
 
-use im_diagnose::next_test::{Limits, open_after, planning_noise, propose, to_json};
+use im_diagnose::next_test::{Limits, Supply, open_after, planning_noise, propose, to_json};
 use im_diagnose::sources::Refused;
 use im_diagnose::worst_case::machines_after;
 use im_model::EffectId;
@@ -18,7 +18,8 @@ pub fn next_test(
     motor: &Motor,
     effects: Vec<String>,
     diagnosis: Option<&str>,
-    limits: [f64; 3],
+    mains: Option<bool>,
+    limits: (Option<f64>, f64, f64),
 ) -> PyResult<String> {
     let unknown = |name: &String| refused(format!("there is no effect called {name}; imkit.effects() lists them"));
     let named = effects.iter().map(|name| EffectId::from_name(name).ok_or_else(|| unknown(name)));
@@ -30,11 +31,17 @@ pub fn next_test(
     if open.is_empty() {
         return Ok(to_json(&[], &[]).to_string());
     }
-    let [current, speed, torque] = limits;
+    let (current, speed, torque) = limits;
+    let supply = match mains {
+        Some(true) => Supply::Mains,
+        Some(false) => Supply::Drive,
+        None => diagnosis.as_ref().map_or(Supply::Drive, Supply::of),
+    };
+    let limits = Limits { supply, current: current.unwrap_or(Limits::on(supply).current), speed, torque };
     let found = work(py, "simulating manoeuvres", 0, || {
         let safe_for = machines_after(&motor.file, diagnosis.as_ref(), &open);
         let noise = planning_noise(&motor.file, diagnosis.as_ref());
-        propose(&motor.file, &open, noise, &Limits { current, speed, torque }, &safe_for)
+        propose(&motor.file, &open, noise, &limits, &safe_for)
             .map_err(|e| Refused::fit(&motor.label, &e))
     })?;
     Ok(to_json(&open, &found.map_err(refused)?).to_string())

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use im_diagnose::next_test::{Limits, WHY, open_after, planning_noise, propose, to_json};
+use im_diagnose::next_test::{Limits, Supply, WHY, open_after, planning_noise, propose, to_json};
 use im_diagnose::worst_case::machines_after;
 use im_model::{EffectId, MotorFile, read_text, write_atomically};
 use serde_json::Value;
@@ -33,9 +33,12 @@ pub struct Args {
     /// An effect in question; give it several times
     #[arg(long, value_name = "NAME", value_parser = super::effects::effect_parser())]
     effect: Vec<EffectId>,
-    /// Largest phase current over the rated one
-    #[arg(long, default_value_t = 2.5, value_name = "X")]
-    max_current: f64,
+    /// What feeds the machine; without it, what fed it in the recordings of the diagnosis, else a drive
+    #[arg(long, value_enum)]
+    supply: Option<Feeds>,
+    /// Largest phase current over the rated one [default: 2.5 on a drive, 12 on the mains]
+    #[arg(long, value_name = "X")]
+    max_current: Option<f64>,
     /// Largest speed over the synchronous one
     #[arg(long, default_value_t = 1.1, value_name = "X")]
     max_speed: f64,
@@ -48,6 +51,15 @@ pub struct Args {
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
+}
+
+/// What feeds the machine on the bench.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Feeds {
+    /// Any voltage and frequency
+    Drive,
+    /// The rated frequency, at the rated voltage or through a transformer
+    Mains,
 }
 
 /// Runs the command.
@@ -73,7 +85,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         )?;
         return Ok(());
     }
-    let limits = Limits { current: args.max_current, speed: args.max_speed, torque: args.max_torque };
+    let supply = match args.supply {
+        Some(Feeds::Drive) => Supply::Drive,
+        Some(Feeds::Mains) => Supply::Mains,
+        None => diagnosis.as_ref().map_or(Supply::Drive, Supply::of),
+    };
+    let current = args.max_current.unwrap_or(Limits::on(supply).current);
+    let limits = Limits { supply, current, speed: args.max_speed, torque: args.max_torque };
     let safe_for = machines_after(&motor, diagnosis.as_ref(), &open);
     let found = spinning("simulating manoeuvres", || propose(&motor, &open, noise, &limits, &safe_for))
         .map_err(|e| refused(&args.motor, &e))?;

@@ -19,9 +19,10 @@ impl Diagnosis {
         json!({
             "schema": 1,
             "verdict": self.verdict.name(),
+            "on_mains": self.case.is_on_mains(),
             "effects": names(&self.effects),
             "named": names(self.named()),
-            "curves": names(&self.curves),
+            "unknown_curves": names(&self.curves),
             "alternatives": alternatives,
             "posterior": self.course.posterior.to_json(),
             "ranking": self.ranking.iter().map(|c| json!({

@@ -143,16 +143,18 @@ def next_test(
     diagnosis: Diagnosis | None = None,
     *,
     effects: Iterable[str] = (),
-    max_current: float = 2.5,
+    mains: bool | None = None,
+    max_current: float | None = None,
     max_speed: float = 1.1,
     max_torque: float = 0.8,
 ) -> NextTest:
     """The manoeuvre that best settles what a diagnosis left open, or the effects in question.
 
-    Limits are over the rated current, the synchronous speed and the rated torque.
+    ``mains`` says that the mains feed the machine, not a drive; ``None``: as in the recordings of the diagnosis, else a drive. Limits are over
+    the rated current (2.5 on a drive and 12 on the mains where nothing is said), the synchronous speed and the rated torque.
     """
     text = None if diagnosis is None else diagnosis._json
-    return NextTest(_native.next_test(_motor(motor)._native, list(effects), text, [max_current, max_speed, max_torque]))
+    return NextTest(_native.next_test(_motor(motor)._native, list(effects), text, mains, (max_current, max_speed, max_torque)))
 
 
 def design(kind: str, motor: Motor, region: str | os.PathLike[str] | None = None, *, period: float | str | None = None) -> Certificate:
