@@ -1,5 +1,7 @@
 //! Observers that step over whole arrays.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use im_model::{Machine, Rating};
@@ -18,6 +20,7 @@ pub struct Observer {
     /// Threads of Python that share it wait for each other.
     steps: Mutex<Box<dyn Steps + Send>>,
     needs_speed: bool,
+    added: Vec<(&'static str, f64)>,
 }
 
 trait Steps {
@@ -44,6 +47,8 @@ impl<O: im_observers::Observer<f64>> Steps for Held<O> {
 struct Table {
     name: Option<String>,
     values: toml::Table,
+    /// What the observer took beside the table; what is zero is off.
+    added: RefCell<Vec<(&'static str, f64)>>,
 }
 
 struct Wrong(String);
@@ -84,6 +89,14 @@ impl Gains for Table {
         self.get(key, "a finite number", float)
     }
 
+    fn number_or(&self, key: &'static str, usual: f64) -> Result<f64, Wrong> {
+        let given = self.number(key)?;
+        if given.is_none() && usual != 0.0 && self.name.is_some() {
+            self.added.borrow_mut().push((key, usual));
+        }
+        Ok(given.unwrap_or(usual))
+    }
+
     fn needed(&self, key: &str) -> Result<f64, Wrong> {
         self.need(key, "a finite number", float)
     }
@@ -110,14 +123,14 @@ struct Search<'a> {
 impl Search<'_> {
     fn table<O: Named<f64>>(&self) -> Result<Table, Wrong> {
         if self.gains.is_empty() {
-            return Ok(Table { name: None, values: toml::Table::new() });
+            return Ok(Table { name: None, values: toml::Table::new(), added: RefCell::default() });
         }
         let found = O::TABLES.iter().find_map(|name| Some((*name, self.gains.get(*name)?.as_table()?)));
         let (name, values) = found.ok_or_else(|| {
             let present: Vec<&str> = self.gains.keys().map(String::as_str).collect();
             Wrong(format!("gains: [{}] is missing; there are {}", O::TABLES.join("] or ["), present.join(", ")))
         })?;
-        Ok(Table { name: Some(name.to_owned()), values: values.clone() })
+        Ok(Table { name: Some(name.to_owned()), values: values.clone(), added: RefCell::default() })
     }
 }
 
@@ -126,10 +139,14 @@ impl Visit<f64> for Search<'_> {
         if O::NAME != self.name {
             return;
         }
-        let made = self.table::<O>().and_then(|gains| O::made(self.basis, self.machine, self.rating, &gains));
-        self.made = Some(made.map(|observer| Observer {
+        let made = self.table::<O>().and_then(|gains| {
+            let observer = O::made(self.basis, self.machine, self.rating, &gains)?;
+            Ok((observer, gains.added.into_inner()))
+        });
+        self.made = Some(made.map(|(observer, added)| Observer {
             steps: Mutex::new(Box::new(Held { observer, state: O::State::default() })),
             needs_speed: O::NEEDS_SPEED,
+            added,
         }));
     }
 }
@@ -155,6 +172,12 @@ impl Observer {
     #[getter]
     fn needs_speed(&self) -> bool {
         self.needs_speed
+    }
+
+    /// Gains that it starts from, taken where those given have none.
+    #[getter]
+    fn gains_not_given(&self) -> BTreeMap<&'static str, f64> {
+        self.added.iter().copied().collect()
     }
 
     fn reset(&self) {

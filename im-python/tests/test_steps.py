@@ -29,8 +29,11 @@ def test_designed_gains_go_into_an_observer(motor, recording):
     again = imkit.check(certificate)
     assert again.gains == certificate.gains and not again.differences(motor)
     t = recording.columns["t_s"]
-    seen = imkit.Observer("kubota", motor, t[1] - t[0], gains=certificate).run(recording)
-    assert seen["valid"].mean() > 0.5
+    observer = imkit.Observer("kubota", motor, t[1] - t[0], gains=certificate)
+    # What it takes beside the certificate is said; of its own, it is no addition.
+    assert set(observer.gains_not_given).isdisjoint(certificate.gains) and observer.gains_not_given
+    assert not imkit.Observer("kubota", motor, t[1] - t[0]).gains_not_given
+    assert observer.run(recording)["valid"].mean() > 0.5
     with pytest.raises(imkit.InputError, match="refused"):
         imkit.check(certificate.text.replace("digest = \"", "digest = \"0", 1))
 

@@ -138,7 +138,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         writeln!(out, "\nOthers, by what they are worth:")?;
     }
     for p in found.iter().skip(1) {
-        writeln!(out, "  {:<14} {:>9}   {}", p.name, rounded(p.merit / best.merit), p.what)?;
+        writeln!(out, "  {:<16} {:>9}   {}", p.name, rounded(p.merit / best.merit), p.what)?;
     }
     if let Some(path) = &args.output {
         writeln!(out, "\n{}: the scenario; im simulate runs it on the model", path.display())?;

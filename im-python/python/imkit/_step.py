@@ -16,7 +16,8 @@ class Observer:
     """A flux and speed observer with its state: the steps of the next arrays go on where the last ones ended.
 
     ``name`` is one of :data:`imkit.OBSERVERS`. ``gains`` are those of a :class:`Certificate`, a gains file's text or a dict of
-    its tables; without, those one starts from. ``plain`` leaves out what the motor knows of saturation and inverter.
+    its tables; without, those one starts from: :attr:`gains_not_given` says which were taken so beside given ones, of which a certificate's
+    proof says nothing. ``plain`` leaves out what the motor knows of saturation and inverter.
     """
 
     def __init__(
@@ -27,6 +28,11 @@ class Observer:
         self._native = _native.Observer(name, motor._native, sample_time_s, _gains(gains), plain)
         self._sample_time_s = float(sample_time_s)
         self._last = 0j
+
+    @property
+    def gains_not_given(self) -> dict[str, float]:
+        """Gains that the observer took beside those given, which have no such keys."""
+        return self._native.gains_not_given
 
     def run(self, recording: Any) -> dict[str, np.ndarray]:
         """Over a recording, with its mapping where it has one, a file, or a data frame in canonical columns; ``t_s`` comes with what :meth:`step` gives.
