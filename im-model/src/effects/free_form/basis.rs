@@ -54,6 +54,19 @@ pub(super) fn fourier_vector<T: Scalar>(c: &[T], z: Complex<T>) -> Complex<T> {
     sum
 }
 
+/// The derivative of [`fourier`] by φ.
+#[inline]
+pub(super) fn fourier_slope<T: Scalar>(c: &[T], z: Complex<T>) -> T {
+    let mut turn = z;
+    let (mut sum, mut h) = (T::zero(), 1.0);
+    for pair in c.chunks_exact(2) {
+        sum -= (Complex::new(pair[0], -pair[1]) * turn).im.scale(h);
+        turn *= z;
+        h += 1.0;
+    }
+    sum
+}
+
 /// The precision (inverse covariance) of the coefficients of a curve of size one before any data: what is rough is unlikely.
 ///
 /// Splines: the sum of squares of the second differences, and a twentieth of that of the coefficients themselves. Harmonics: growing
@@ -124,6 +137,9 @@ mod tests {
                 c[2 * h as usize] * x.cos() + c[2 * h as usize + 1] * x.sin()
             })
             .sum();
-        assert!((fourier(&c, Complex::from_polar(1.0, phi)) - expected).abs() < 1e-14);
+        let at = |phi: f64| Complex::from_polar(1.0, phi);
+        assert!((fourier(&c, at(phi)) - expected).abs() < 1e-14);
+        let slope = (fourier(&c, at(phi + 1e-5)) - fourier(&c, at(phi - 1e-5))) / 2e-5;
+        assert!((fourier_slope(&c, at(phi)) - slope).abs() < 1e-8, "{slope}");
     }
 }

@@ -113,6 +113,19 @@ impl<T: Scalar> Curve<'_, T> {
     }
 
     fn in_direction(&self, psi: Complex<T>) -> T {
+        self.around(self.direction(psi))
+    }
+
+    /// What an anisotropy adds to ψ/L: with an energy |ψ|²(1 + f(θ))/(2L) the current is its gradient, (f + j f′/2) ψ/L, or a turning flux
+    /// would make energy of nothing.
+    fn anisotropy(&self, psi: Complex<T>) -> Complex<T> {
+        let z = self.direction(psi);
+        let slope = basis::fourier_slope(self.coefficients(), z) * self.values[FIRST];
+        Complex::new(self.around(z), slope.scale(0.5))
+    }
+
+    /// e^{jnθ} of a flux in direction θ, for a curve that repeats n times per turn.
+    fn direction(&self, psi: Complex<T>) -> Complex<T> {
         let length = (norm2(psi) + T::from_f64(1e-12)).sqrt();
         let z = psi * (T::one() / length);
         // The order is a whole number: a power of the unit vector.
@@ -123,7 +136,7 @@ impl<T: Scalar> Curve<'_, T> {
             turn *= z;
             k += 1.0;
         }
-        self.around(turn)
+        turn
     }
 
     /// A flux that turns with the shaft, as a part of another: complex.
@@ -163,12 +176,16 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
             Over::Flux => self.at(self.magnitude(norm2(psi))),
             Over::Speed => self.at(x.omega_m()),
             Over::Current => self.at(self.magnitude(norm2(c.i_s))),
-            Over::FluxDirection => self.in_direction(psi),
             _ => self.around_shaft(x.theta_m()),
         };
         match self.form.acts {
             Acts::MagnetizingCurrent => {
-                let more = x.psi_s() * (over(x.psi_s()) / p.magnetizing_inductance_h);
+                let psi = x.psi_s();
+                let part = match self.form.over {
+                    Over::FluxDirection => self.anisotropy(psi),
+                    _ => Complex::from(over(psi)),
+                };
+                let more = psi * part * (T::one() / p.magnetizing_inductance_h);
                 Currents { i_s: c.i_s + more, ..c }
             }
             Acts::ShaftFlux => {

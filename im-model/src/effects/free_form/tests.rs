@@ -8,7 +8,7 @@ use crate::effects::EffectId;
 use crate::effects::trying::{RATED_V, SYNCHRONOUS, T, machine};
 use crate::machines::MOTULATOR_2_2_KW as M;
 use crate::motor_file::MotorFile;
-use crate::{Bench, Machine, ParameterId, PlantInput, State};
+use crate::{Bench, Machine, ParameterId, Plant, PlantInput, State};
 
 /// Every free-form effect, on a range that a run at rated frequency passes through, with uneven coefficients of its usual size.
 fn every() -> Vec<(EffectId, Machine<f64>)> {
@@ -60,6 +60,26 @@ fn every_place_changes_what_is_measured_and_none_at_zero() {
         let mut off = *with.effects();
         off.switch_off(id);
         assert_eq!(run(&with.with_effects(off).unwrap()), base, "{id} leaves something behind");
+    }
+}
+
+/// Axes of the stator that magnetize unequally store energy: the current is its gradient, whose cross derivatives are equal.
+#[test]
+fn an_anisotropy_makes_no_energy() {
+    let id = EffectId::Custom(FreeForm::define(Acts::MagnetizingCurrent, Over::FluxDirection, (0.0, 1.0), 2.0));
+    let with = machine(|e| {
+        for k in 0..COEFFICIENTS {
+            e.set(id, k, 0.1 * (1.0 + k as f64 * 1.7).sin());
+        }
+    });
+    let plant = Plant::new(&with);
+    let current = |x: f64, y: f64| plant.currents(&State { psi_s: Complex::new(x, y), ..State::default() }).i_s;
+    let h = 1e-5;
+    for (x, y) in [(0.7, 0.2), (-0.3, 0.9), (0.1, -1.1)] {
+        let by_x = (current(x + h, y) - current(x - h, y)) / (2.0 * h);
+        let by_y = (current(x, y + h) - current(x, y - h)) / (2.0 * h);
+        assert!((by_y.re - by_x.im).abs() < 1e-6 * by_x.norm(), "{by_x} {by_y}");
+        assert!(by_x.im.abs() > 1e-3 * by_x.norm(), "{by_x}: no anisotropy");
     }
 }
 
