@@ -150,6 +150,9 @@ fn impedances(motor: &MotorFile) -> [f64; 2] {
     [free, (p.stator_resistance_ohm + p.rotor_resistance_ohm).hypot(omega * leakage)]
 }
 
+/// Below this speed a rotor is held.
+const STANDS_RAD_S: f64 = 1.0;
+
 /// The tables with the rotor free or held where nobody said: by which of the two impedances theirs is nearer to.
 pub(crate) fn decided(motor: &MotorFile, tables: &[SteadyTable]) -> Vec<SteadyTable> {
     let [free, held] = impedances(motor);
@@ -166,36 +169,66 @@ pub(crate) fn decided(motor: &MotorFile, tables: &[SteadyTable]) -> Vec<SteadyTa
     tables.iter().map(of).collect()
 }
 
-/// The rows whose torque is known as steady states under it; those of a load test without a torque as such at the speed that they show.
-pub(crate) fn experiments(motor: &MotorFile, t: &SteadyTable) -> Vec<Experiment> {
-    let driven = |r: &SteadyRow| t.kind == TableKind::Load && r.torque_nm.is_none() && r.omega_m_rad_s.is_some();
-    let (driven, known): (Vec<SteadyRow>, Vec<SteadyRow>) = t.rows.iter().partition(|r| driven(r));
-    let parts = [(known, false), (driven, true)];
-    parts.into_iter().filter(|(rows, _)| !rows.is_empty()).map(|(rows, driven)| experiment(motor, t, &rows, driven)).collect()
+/// What imposes the speed of a row.
+#[derive(Clone, Copy, PartialEq)]
+enum Speed {
+    /// The torque on the shaft.
+    Torque,
+    /// The load machine, as the speed sensor shows it.
+    Shown,
+    /// The rotor is held.
+    Held,
 }
 
-fn experiment(motor: &MotorFile, t: &SteadyTable, rows: &[SteadyRow], driven: bool) -> Experiment {
-    let column = |f: &dyn Fn(&SteadyRow) -> Option<f64>| rows.iter().map(f).collect::<Vec<Option<f64>>>();
+/// The rows whose torque is known as steady states under it; those of a load test without a torque as such at the speed that they show; and those
+/// that stand as locked, whatever their torque says: a type test in one table has rows of each kind.
+pub(crate) fn experiments(motor: &MotorFile, t: &SteadyTable) -> Vec<Experiment> {
+    // A row without a temperature is as warm as the last before it, whichever kind that is of.
+    let mut winding_c = t.rows.iter().find_map(|r| r.winding_c);
+    let warm = |r: &SteadyRow| {
+        winding_c = r.winding_c.or(winding_c);
+        SteadyRow { winding_c, ..*r }
+    };
+    let rows: Vec<SteadyRow> = t.rows.iter().map(warm).collect();
+    let of = |r: &SteadyRow| {
+        if t.kind == TableKind::Locked || r.omega_m_rad_s.is_some_and(|w| w.abs() < STANDS_RAD_S) {
+            Speed::Held
+        } else if t.kind == TableKind::Load && r.torque_nm.is_none() && r.omega_m_rad_s.is_some() {
+            Speed::Shown
+        } else {
+            Speed::Torque
+        }
+    };
+    let part = |speed: Speed| {
+        let rows: Vec<SteadyRow> = rows.iter().filter(|r| of(r) == speed).copied().collect();
+        (!rows.is_empty()).then(|| experiment(motor, t, &rows, speed))
+    };
+    [Speed::Torque, Speed::Shown, Speed::Held].into_iter().filter_map(part).collect()
+}
+
+fn experiment(motor: &MotorFile, t: &SteadyTable, rows: &[SteadyRow], speed: Speed) -> Experiment {
     let mut channels = Vec::new();
-    let mut add = |name: &str, kind, values: Vec<Option<f64>>, sigma: Option<f64>| {
-        let there: Vec<f64> = values.iter().flatten().copied().collect();
-        if there.is_empty() {
+    let mut add = |name: &str, kind, value: &dyn Fn(&SteadyRow) -> Option<f64>, sigma: Option<f64>| {
+        let values: Vec<Option<f64>> = rows.iter().map(value).collect();
+        let count = values.iter().flatten().count();
+        if count == 0 {
             return;
         }
-        let sigma = sigma.unwrap_or_else(|| 0.01 * t.class_percent * there.iter().fold(0.0f64, |m, v| m.max(v.abs())));
-        let valid = (there.len() < values.len()).then(|| values.iter().map(Option::is_some).collect());
+        // Of the largest reading of the table, of whichever rows.
+        let largest = || t.rows.iter().filter_map(value).fold(0.0f64, |m, v| m.max(v.abs()));
+        let sigma = sigma.unwrap_or_else(|| 0.01 * t.class_percent * largest());
+        let valid = (count < values.len()).then(|| values.iter().map(Option::is_some).collect());
         let values = values.into_iter().map(Option::unwrap_or_default).collect();
         channels.push(Channel { name: name.into(), kind, values, valid, sigma: sigma.max(1e-9) });
     };
     let synchronous = motor.rating.synchronous_speed_rad_s(motor.machine.pole_pairs());
-    add("i_rms_A", ChannelKind::RmsCurrent, column(&|r| Some(r.current_rms_a)), None);
-    add("p_W", ChannelKind::ActivePower, column(&|r| Some(r.active_power_w)), None);
-    add("q_var", ChannelKind::ReactivePower, column(&|r| r.reactive_power_var), None);
-    if t.kind != TableKind::Locked && !driven {
-        add("omega_m_rad_s", ChannelKind::Speed, column(&|r| r.omega_m_rad_s), Some(TACHOMETER * synchronous));
+    add("i_rms_A", ChannelKind::RmsCurrent, &|r| Some(r.current_rms_a), None);
+    add("p_W", ChannelKind::ActivePower, &|r| Some(r.active_power_w), None);
+    add("q_var", ChannelKind::ReactivePower, &|r| r.reactive_power_var, None);
+    if speed == Speed::Torque {
+        add("omega_m_rad_s", ChannelKind::Speed, &|r| r.omega_m_rad_s, Some(TACHOMETER * synchronous));
     }
-    let held = (t.kind == TableKind::Locked).then(|| vec![0.0; rows.len()]);
-    let shown = driven.then(|| rows.iter().map(|r| r.omega_m_rad_s.unwrap_or_default()).collect());
+    let imposed = |r: &SteadyRow| if speed == Speed::Shown { r.omega_m_rad_s.unwrap_or_default() } else { 0.0 };
     Experiment {
         name: t.name.clone(),
         sample_time_s: 1.0,
@@ -203,7 +236,7 @@ fn experiment(motor: &MotorFile, t: &SteadyTable, rows: &[SteadyRow], driven: bo
         u_s: rows.iter().map(|r| Complex::new(SQRT_2 * r.phase_voltage_rms_v, 0.0)).collect(),
         tau_load: rows.iter().map(|r| r.torque_nm.unwrap_or(0.0)).collect(),
         load: Load::Known,
-        imposed_speed: held.or(shown),
+        imposed_speed: (speed != Speed::Torque).then(|| rows.iter().map(imposed).collect()),
         speed_nudge: None,
         warmth: warmth(motor, rows),
         channels,

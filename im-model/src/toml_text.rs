@@ -132,7 +132,11 @@ impl<'a> TomlText<'a> {
     fn explain(&self, e: &toml::de::Error) -> FileError {
         let (message, at) = (e.message().trim(), e.span().unwrap_or_default());
         let Ok(root) = DeTable::parse(self.text) else {
-            let reason = format!("not TOML: {}", message.replace('\n', ", "));
+            let line = self.text.lines().nth(self.line(at.start) - 1).unwrap_or_default();
+            let reason = match slip(line) {
+                Some(slip) => format!("not TOML: {slip}"),
+                None => format!("not TOML: {}", message.replace('\n', ", ")),
+            };
             return self.error(e.span(), None, Problem::Syntax { reason });
         };
         let named_in = |text: &str| text.split('`').nth(1).unwrap_or_default().to_owned();
@@ -336,6 +340,24 @@ pub fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 
+/// What is probably meant by a line that is no TOML.
+fn slip(line: &str) -> Option<String> {
+    let Some((key, value)) = line.split_once('=') else {
+        let columns = line.split([',', ';', '\t']).count();
+        return (columns > 2).then(|| {
+            format!("expected key = value, and this line has {columns} columns; is a recording or a table given in the place of this file?")
+        });
+    };
+    let value = value.split('#').next().unwrap_or_default().trim();
+    let (whole, part) = value.split_once(',').unwrap_or((value, ""));
+    let digits = |s: &str| !s.is_empty() && s.bytes().all(|b| b.is_ascii_digit());
+    if digits(whole.trim_start_matches(['-', '+'])) && digits(part) {
+        return Some(format!("{value} has a comma; numbers have a decimal point: {whole}.{part}"));
+    }
+    let word = value.starts_with(char::is_alphabetic) && !["true", "false", "inf", "nan"].contains(&value);
+    word.then(|| format!("{} is {value}; a text stands in quotes, \"{value}\", and a number is written in digits", key.trim()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -396,6 +418,9 @@ mod tests {
             ("[head]\ninner = { pair = 1 }", "f.toml:2: unknown key pair in [head.inner]; did you mean pairs?"),
             ("[hed]", "f.toml:1: unknown key hed at the top of the file; did you mean head?"),
             ("[head]\na, b", "f.toml:2: not TOML: "),
+            ("[head]\npairs = two", "f.toml:2: not TOML: pairs is two; a text stands in quotes, \"two\", and a number is"),
+            ("[head]\nsize = 2,5", "f.toml:2: not TOML: 2,5 has a comma; numbers have a decimal point: 2.5"),
+            ("t,u,i\n0,1,2", "f.toml:1: not TOML: expected key = value, and this line has 3 columns; is a recording or a table"),
         ] {
             let said = message(text);
             assert!(said.starts_with(expected), "{text}: {said}");

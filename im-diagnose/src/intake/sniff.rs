@@ -52,6 +52,9 @@ fn of_lines(lines: &[String], said: TextSaid) -> Sniffed {
     let skipped = said.skip_lines.unwrap_or(0).min(lines.len());
     let lines = &lines[skipped..];
     let mut best: Option<(usize, usize, u8, bool)> = None;
+    // A short table ends with its file.
+    let end = lines.iter().rposition(|l| !l.is_empty()).map_or(0, |k| k + 1);
+    let is_whole = skipped + lines.len() < LINES;
     let usual = [(b';', false), (b';', true), (b'\t', false), (b'\t', true), (b',', false), (b' ', false), (b' ', true)];
     let usual = usual.map(|(s, comma)| (said.separator.unwrap_or(s), said.decimal_comma.unwrap_or(comma)));
     for (separator, comma) in usual {
@@ -62,10 +65,11 @@ fn of_lines(lines: &[String], said: TextSaid) -> Sniffed {
         let shapes: Vec<(usize, usize)> = lines.iter().map(shape).collect();
         let table = |k: &usize| {
             let (count, _) = shapes[*k];
-            let rows = &shapes[*k..(*k + TABLE).min(shapes.len())];
-            rows.iter().all(|(c, numbers)| *c == count && *numbers >= COLUMNS && 2 * *numbers > count)
+            let rows = &shapes[*k..(*k + TABLE).min(end)];
+            (rows.len() == TABLE || is_whole)
+                && rows.iter().all(|(c, numbers)| *c == count && *numbers >= COLUMNS && 2 * *numbers > count)
         };
-        if let Some(first) = (0..lines.len().saturating_sub(TABLE - 1)).find(table) {
+        if let Some(first) = (0..end).find(table) {
             let numbers = shapes[first].1;
             if best.is_none_or(|(n, ..)| numbers > n) {
                 best = Some((numbers, first, separator, comma));
@@ -137,6 +141,8 @@ mod tests {
         assert_eq!(scope.units, ["ms", "V", "mA"]);
         let german = of("Messung vom 3.4.\nZeit;U1;I1\n0,0;1,5;2\n0,1;1,6;3\n0,2;1,6;3,5\n").format;
         assert_eq!((german.separator, german.decimal_comma, german.skip_lines), (Some(b';'), true, 1));
+        let one_row = of("Spannung (V);Strom (A);Leistung (W)\n230,5;2,1;180,4\n").format;
+        assert_eq!((one_row.separator, one_row.decimal_comma, one_row.skip_lines), (Some(b';'), true, 0));
         // As spreadsheets write it: remarks filled up with separators, points between thousands.
         let sheet =
             of("Messung 3;;\nDatum: 1.2.;;\nZeit (ms);U1;n\n999,9;1,5;1.000,5\n1.000,0;1,6;1.001,5\n1.000,1;1,6;1.002,0\n")

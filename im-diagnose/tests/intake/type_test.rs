@@ -145,6 +145,36 @@ fn a_warm_type_test_agrees_with_a_cold_resistance() {
     }
 }
 
+/// The whole test in one file, the rotor held in some rows, with a torque of zero in all that carry no load.
+#[test]
+fn a_type_test_in_one_table_is_read_row_by_row() {
+    let folder = Folder::new("type-test-in-one");
+    let mut rows: Vec<(Point, f64)> = [253.0, 230.0, 200.0, 138.0, 92.0, 69.0].map(|u| (under(u, 0.0, 50.0), 50.0)).into();
+    for u in [30.0, 45.0, 60.0] {
+        let mut held = at(u, 1.0, 28.0);
+        (held.shown[3], held.shown[4]) = (0.0, 0.0);
+        rows.push((held, 28.0));
+    }
+    rows.extend(loads());
+    let apart = sources(&folder, true);
+    let names = "phase_voltage = \"V_ph_V\"\ncurrent = \"I_A\"\npower = \"P_3ph_W\"\nspeed = \"n_rpm\"\ntorque = \"T_Nm\"\n";
+    folder.put("all.table.toml", format!("[table]\nclass = 0.2\n{names}winding = \"winding_C\"\n"));
+    let one = folder.put("all.csv", csv(&rows, ",n_rpm,T_Nm", &mut Errors(7), true));
+    let sources = Sources { tables: vec![(one, None)], ..apart };
+    let (case, findings) = sources.case().unwrap();
+    assert!(findings.iter().all(|f| !f.stops()), "{findings:?}");
+    let d = diagnose(case, sources.options()).unwrap();
+    let of = |p| d.refined.machine.get(ParameterId::Base(p));
+    for (p, truth) in [
+        (BaseParameter::StatorResistance, RS_25),
+        (BaseParameter::RotorResistance, RR_25),
+        (BaseParameter::MagnetizingInductance, X_M / OMEGA),
+    ] {
+        assert!((of(p) / truth - 1.0).abs() < 0.03, "{p:?}: {}, true {truth}", of(p));
+    }
+    assert!(d.named().contains(&EffectId::IronLoss), "{:?} {:?}", d.verdict, d.effects);
+}
+
 /// Every loss within its interval, half again as wide: thirty of them at 95 %. The additional loss is one of the rotor's current here, and of the
 /// stator's in the model: what that has without load is iron loss here.
 fn near([stator, rotor, iron, friction, stray]: &[Estimate; 5], total: Estimate, truth: &Point, what: &str) {
