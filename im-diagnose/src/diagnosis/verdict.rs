@@ -145,7 +145,8 @@ impl<'a> Left<'a> {
 /// [`Left::bent`].
 fn bent_error(loop_: &Refinement, found: &Found) -> f64 {
     let Step { machine, starts, holdout_start, effects, .. } = found.last();
-    if effects.is_empty() {
+    // Those that the motor had before are of the library's forms as well.
+    if machine.effects().active().next().is_none() {
         return found.last().error();
     }
     let train = &found.judged.train;
