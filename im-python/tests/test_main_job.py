@@ -156,7 +156,7 @@ def test_ctrl_c_ends_a_diagnosis(bare, recording, unseen):
     thread.start()
     with pytest.raises(KeyboardInterrupt):
         try:
-            imkit.diagnose(bare, [recording] * 4, holdout=unseen)
+            imkit.diagnose(bare, [recording] * 8, holdout=unseen)
         finally:
             over.set()
     thread.join()
