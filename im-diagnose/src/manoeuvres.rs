@@ -15,9 +15,10 @@ pub enum Supply {
 }
 
 impl Supply {
-    /// What fed the machine of a `diagnosis.json`.
-    pub fn of(diagnosis: &Value) -> Self {
-        if diagnosis["on_mains"] == true { Self::Mains } else { Self::Drive }
+    /// What is asked for; else what fed the machine of a `diagnosis.json`, a drive where there is none.
+    pub fn of(asked: Option<Self>, diagnosis: Option<&Value>) -> Self {
+        let fed = diagnosis.filter(|d| d["on_mains"] == true).map(|_| Self::Mains);
+        asked.or(fed).unwrap_or_default()
     }
 }
 

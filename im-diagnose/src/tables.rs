@@ -104,7 +104,7 @@ fn look_at(motor: &MotorFile, t: &SteadyTable) -> Vec<Finding> {
 
 /// Whether the machine works harder in some rows than in others, at one voltage and turning.
 fn varied(t: &SteadyTable) -> bool {
-    let turning: Vec<&SteadyRow> = t.rows.iter().filter(|r| r.omega_m_rad_s.is_some_and(|w| w.abs() > 1.0)).collect();
+    let turning: Vec<&SteadyRow> = t.rows.iter().filter(|r| r.omega_m_rad_s.is_some() && !r.stands()).collect();
     let spread = |f: &dyn Fn(&SteadyRow) -> f64| {
         let (low, high) = turning.iter().fold((f64::INFINITY, 0.0f64), |(l, h), r| (l.min(f(r)), h.max(f(r))));
         high / low.max(1e-9)
@@ -150,9 +150,6 @@ fn impedances(motor: &MotorFile) -> [f64; 2] {
     [free, (p.stator_resistance_ohm + p.rotor_resistance_ohm).hypot(omega * leakage)]
 }
 
-/// Below this speed a rotor is held.
-const STANDS_RAD_S: f64 = 1.0;
-
 /// The tables with the rotor free or held where nobody said: by which of the two impedances theirs is nearer to.
 pub(crate) fn decided(motor: &MotorFile, tables: &[SteadyTable]) -> Vec<SteadyTable> {
     let [free, held] = impedances(motor);
@@ -191,7 +188,7 @@ pub(crate) fn experiments(motor: &MotorFile, t: &SteadyTable) -> Vec<Experiment>
     };
     let rows: Vec<SteadyRow> = t.rows.iter().map(warm).collect();
     let of = |r: &SteadyRow| {
-        if t.kind == TableKind::Locked || r.omega_m_rad_s.is_some_and(|w| w.abs() < STANDS_RAD_S) {
+        if t.kind == TableKind::Locked || r.stands() {
             Speed::Held
         } else if t.kind == TableKind::Load && r.torque_nm.is_none() && r.omega_m_rad_s.is_some() {
             Speed::Shown
@@ -244,14 +241,10 @@ fn experiment(motor: &MotorFile, t: &SteadyTable, rows: &[SteadyRow], speed: Spe
     }
 }
 
-/// What the temperatures make of the resistances, row by row; a row without one is as warm as the last before it. Empty where there is none.
+/// What the temperatures make of the resistances, row by row, of rows that all have one or none has. Empty where none has.
 fn warmth(motor: &MotorFile, rows: &[SteadyRow]) -> Vec<[f64; 2]> {
-    let Some(mut winding_c) = rows.iter().find_map(|r| r.winding_c) else { return Vec::new() };
-    let mut of = |r: &SteadyRow| {
-        winding_c = r.winding_c.unwrap_or(winding_c);
-        motor.warmth(winding_c, r.rotor_c.unwrap_or(winding_c))
-    };
-    rows.iter().map(&mut of).collect()
+    let of = |r: &SteadyRow| r.winding_c.map(|winding_c| motor.warmth(winding_c, r.rotor_c.unwrap_or(winding_c)));
+    rows.iter().filter_map(of).collect()
 }
 
 /// Speed shown over speed predicted without load, at the voltages from half the largest on; `None` without such rows. A fit without speeds may

@@ -32,11 +32,8 @@ pub fn next_test(
         return Ok(to_json(&[], &[]).to_string());
     }
     let (current, speed, torque) = limits;
-    let supply = match mains {
-        Some(true) => Supply::Mains,
-        Some(false) => Supply::Drive,
-        None => diagnosis.as_ref().map_or(Supply::Drive, Supply::of),
-    };
+    let asked = mains.map(|mains| if mains { Supply::Mains } else { Supply::Drive });
+    let supply = Supply::of(asked, diagnosis.as_ref());
     let limits = Limits { supply, current: current.unwrap_or(Limits::on(supply).current), speed, torque };
     let found = work(py, "simulating manoeuvres", 0, || {
         let safe_for = machines_after(&motor.file, diagnosis.as_ref(), &open);

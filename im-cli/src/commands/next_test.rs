@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use im_diagnose::next_test::{Limits, Supply, WHY, open_after, planning_noise, propose, to_json};
 use im_diagnose::worst_case::machines_after;
 use im_model::{EffectId, MotorFile, read_text, write_atomically};
@@ -33,9 +34,10 @@ pub struct Args {
     /// An effect in question; give it several times
     #[arg(long, value_name = "NAME", value_parser = super::effects::effect_parser())]
     effect: Vec<EffectId>,
-    /// What feeds the machine; without it, what fed it in the recordings of the diagnosis, else a drive
-    #[arg(long, value_enum)]
-    supply: Option<Feeds>,
+    /// What feeds the machine: a drive, or the mains, through a transformer too; without it, what fed it in the recordings of the diagnosis,
+    /// else a drive
+    #[arg(long, value_parser = PossibleValuesParser::new(["drive", "mains"]).map(|word| supply_of(&word)))]
+    supply: Option<Supply>,
     /// Largest phase current over the rated one [default: 2.5 on a drive, 12 on the mains]
     #[arg(long, value_name = "X")]
     max_current: Option<f64>,
@@ -53,13 +55,8 @@ pub struct Args {
     json: bool,
 }
 
-/// What feeds the machine on the bench.
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Feeds {
-    /// Any voltage and frequency
-    Drive,
-    /// The rated frequency, at the rated voltage or through a transformer
-    Mains,
+fn supply_of(word: &str) -> Supply {
+    if word == "mains" { Supply::Mains } else { Supply::Drive }
 }
 
 /// Runs the command.
@@ -85,11 +82,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         )?;
         return Ok(());
     }
-    let supply = match args.supply {
-        Some(Feeds::Drive) => Supply::Drive,
-        Some(Feeds::Mains) => Supply::Mains,
-        None => diagnosis.as_ref().map_or(Supply::Drive, Supply::of),
-    };
+    let supply = Supply::of(args.supply, diagnosis.as_ref());
     let current = args.max_current.unwrap_or(Limits::on(supply).current);
     let limits = Limits { supply, current, speed: args.max_speed, torque: args.max_torque };
     let safe_for = machines_after(&motor, diagnosis.as_ref(), &open);

@@ -115,8 +115,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
 pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, FitError> {
     let Options { significance, learning, .. } = *loop_.options();
     let before = loop_.case().motor.clone();
-    let mut sets = loop_.search(Sets::of(base))?;
-    let mut course = loop_.course(&mut sets)?;
+    let (mut course, sets) = loop_.course(loop_.search(Sets::of(base))?)?;
     let mut found = Found::new(&loop_, &course);
     let mut left = Left::new(&loop_, &course, &found);
     let contested = is_contested(&course, &left);
@@ -130,12 +129,13 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     } else if contested {
         left = left.bent(&loop_, &found);
         let depth = if left.is_unexplained(1.0) { Depth::Beside } else { Depth::Whole };
-        let likelier = contest(&mut loop_, &course, sets, depth)?;
-        let curves: Vec<EffectId> = likelier.effects.iter().copied().filter(|e| e.free_form().is_some()).collect();
-        let found = &course.last().model.effects;
-        let gives_way = |e| !likelier.effects.contains(e) || likelier.imitators.contains(e);
-        let replace = !curves.is_empty() && (found.is_empty() || found.iter().any(gives_way));
-        left = left.contested(curves, replace);
+        if let Some(likelier) = contest(&mut loop_, &course, sets, depth)? {
+            let curves: Vec<EffectId> = likelier.effects.iter().copied().filter(|e| e.free_form().is_some()).collect();
+            let found = &course.last().model.effects;
+            let gives_way = |e| !likelier.effects.contains(e) || likelier.imitators.contains(e);
+            let replace = !curves.is_empty() && (found.is_empty() || found.iter().any(gives_way));
+            left = left.contested(curves, replace);
+        }
     }
     let last = &course.last().model;
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.

@@ -63,6 +63,16 @@ pub struct SteadyRow {
     pub rotor_c: Option<f64>,
 }
 
+/// Below this speed a rotor is held.
+const STANDS_RAD_S: f64 = 1.0;
+
+impl SteadyRow {
+    /// Whether its speed is known, and that of a rotor that is held.
+    pub fn stands(&self) -> bool {
+        self.omega_m_rad_s.is_some_and(|w| w.abs() < STANDS_RAD_S)
+    }
+}
+
 /// A table of steady states.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SteadyTable {
@@ -225,7 +235,7 @@ fn kind_of(rows: &[SteadyRow]) -> TableKind {
     if rows.iter().all(|r| r.omega_m_rad_s.is_none()) {
         return TableKind::Unsaid;
     }
-    if rows.iter().all(|r| r.omega_m_rad_s.is_none_or(|w| w.abs() < 1.0)) {
+    if rows.iter().all(|r| r.omega_m_rad_s.is_none() || r.stands()) {
         return TableKind::Locked;
     }
     let spread = |f: &dyn Fn(&SteadyRow) -> f64| {

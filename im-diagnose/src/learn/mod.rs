@@ -26,8 +26,11 @@ use crate::search::{Answer, Course, Refinement, Sets};
 /// where none is.
 pub fn with_curves(loop_: &mut Refinement, course: &Course, sets: Sets) -> Result<Option<Course>, FitError> {
     let places = places_beside(loop_, course);
-    let mut sets = searched(loop_, course, sets, &places)?;
-    let course = loop_.course(&mut sets)?;
+    if places.is_empty() {
+        return Ok(None);
+    }
+    let sets = searched(loop_, course, sets, &places)?;
+    let (course, _) = loop_.course(sets)?;
     let wins = course.last().model.effects.iter().any(|e| places.contains(e));
     if !wins {
         loop_.forget(&places);
@@ -45,9 +48,12 @@ pub enum Depth {
 }
 
 /// The likeliest set where curves of no known form are among the candidates: where one is part of it, the library alone does not explain the
-/// recordings. The candidates are as before.
-pub fn contest(loop_: &mut Refinement, course: &Course, mut sets: Sets, depth: Depth) -> Result<Answer, FitError> {
+/// recordings. `None` where there is no place for a curve. The candidates are as before.
+pub fn contest(loop_: &mut Refinement, course: &Course, mut sets: Sets, depth: Depth) -> Result<Option<Answer>, FitError> {
     let places = places_beside(loop_, course);
+    if places.is_empty() {
+        return Ok(None);
+    }
     let last = &course.last().model.effects;
     let sets = match depth {
         Depth::Beside => {
@@ -58,7 +64,7 @@ pub fn contest(loop_: &mut Refinement, course: &Course, mut sets: Sets, depth: D
     };
     let answer = loop_.answer(sets)?;
     loop_.forget(&places);
-    Ok(answer)
+    Ok(Some(answer))
 }
 
 fn places_beside(loop_: &Refinement, course: &Course) -> Vec<EffectId> {

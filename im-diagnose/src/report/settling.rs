@@ -29,8 +29,10 @@ impl NextTest {
         let noise = (noise("i_alpha_A", 0.05), noise("omega_m_rad_s", 0.1));
         let as_json = found.to_json();
         let safe_for = machines_after(&found.refined, Some(&as_json), &open);
-        let best =
-            propose(&found.refined, &open, noise, &Limits::on(Supply::of(&as_json)), &safe_for).ok()?.into_iter().next()?;
+        let best = propose(&found.refined, &open, noise, &Limits::on(Supply::of(None, Some(&as_json))), &safe_for)
+            .ok()?
+            .into_iter()
+            .next()?;
         let settles = best
             .detectable
             .iter()

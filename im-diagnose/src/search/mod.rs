@@ -271,9 +271,6 @@ impl Refinement {
 
     /// More effects to consider: of `more`, those few that promise most beside the effects of any of some sets are tried.
     pub fn consider(&mut self, more: &[EffectId], sets: &mut Sets, beside: &[&[EffectId]]) {
-        if more.is_empty() {
-            return;
-        }
         self.candidates.extend(more);
         self.candidates.extend(more);
         let scores_at = |effects: &&[EffectId]| {

@@ -119,6 +119,8 @@ struct Search<'a> {
     known: BTreeMap<Set, Known>,
     /// Simulations of all recordings that its fits have taken.
     spent: f64,
+    /// It ended at its bound of work.
+    cut_short: bool,
 }
 
 fn sorted(effects: &[EffectId]) -> Set {
@@ -144,16 +146,15 @@ fn ln_choose(n: usize, k: usize) -> f64 {
 impl Refinement {
     /// Searches on from what is known, with the candidates as they are now.
     pub fn search(&self, sets: Sets) -> Result<Sets, FitError> {
-        let mut search = Search { loop_: self, known: sets.known, spent: 0.0 };
+        let mut search = Search { cut_short: false, ..self.over(sets) };
         if search.nothing().polished_at.is_none() {
             search.settle(&Set::new());
         }
         let mut in_vain = 0;
         let mut best = search.best();
-        let mut cut_short = false;
         while let Some(next) = search.next(in_vain) {
             if search.spent > MOST_WORK {
-                cut_short = true;
+                search.cut_short = true;
                 break;
             }
             if search.polish(&search.best())? || search.polish(&next)? {
@@ -164,30 +165,38 @@ impl Refinement {
             in_vain = if now == best { in_vain + 1 } else { 0 };
             best = now;
         }
-        Ok(Sets { known: search.known, cut_short })
+        Ok(search.into())
     }
 
     /// The same, but beside one of the sets only.
     pub fn expanded(&self, sets: Sets, effects: &[EffectId]) -> Sets {
-        let mut search = Search { loop_: self, known: sets.known, spent: 0.0 };
+        let mut search = self.over(sets);
         search.expand(&sorted(effects));
-        Sets { known: search.known, ..sets }
+        search.into()
     }
 
-    /// The way from the base model to the likeliest set of a search.
-    pub fn course(&self, sets: &mut Sets) -> Result<Course, FitError> {
-        let mut search = Search { loop_: self, known: std::mem::take(&mut sets.known), spent: 0.0 };
-        let course = search.course();
-        sets.known = search.known;
-        Ok(Course { cut_short: sets.cut_short, ..course? })
+    /// The way from the base model to the likeliest set of a search, and the sets with what was fitted on it.
+    pub fn course(&self, sets: Sets) -> Result<(Course, Sets), FitError> {
+        let mut search = self.over(sets);
+        Ok((search.course()?, search.into()))
     }
 
     /// The likeliest set of a search.
     pub fn answer(&self, sets: Sets) -> Result<Answer, FitError> {
-        let mut search = Search { loop_: self, known: sets.known, spent: 0.0 };
+        let mut search = self.over(sets);
         search.polish_answer(|_, _| Vec::new())?;
         let effects = search.answer();
         Ok(Answer { imitators: search.imitators(&effects), effects })
+    }
+
+    fn over(&self, sets: Sets) -> Search<'_> {
+        Search { loop_: self, known: sets.known, spent: 0.0, cut_short: sets.cut_short }
+    }
+}
+
+impl From<Search<'_>> for Sets {
+    fn from(search: Search<'_>) -> Self {
+        Self { known: search.known, cut_short: search.cut_short }
     }
 }
 
@@ -497,7 +506,7 @@ impl Search<'_> {
         }
         way.reverse();
         let stages = (0..way.len()).map(|k| self.stage(&way, k)).collect();
-        Ok(Course { stages, posterior: self.posterior(), cut_short: false })
+        Ok(Course { stages, posterior: self.posterior(), cut_short: self.cut_short })
     }
 
     /// Effects of a set in whose place a curve of the set explains a comparable part of what they do, the rest being the same.

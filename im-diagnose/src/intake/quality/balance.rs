@@ -41,9 +41,9 @@ const UNITS: [(f64, &str); 4] = [
 
 /// What a recording holds, row by row.
 pub struct Measured<'a> {
-    /// Voltage and current, V and A, peak.
+    /// Voltage, V, peak.
     pub u: &'a [Complex<f64>],
-    /// Current.
+    /// Current, A, peak.
     pub i: &'a [Complex<f64>],
     /// Speed, rad/s mechanical.
     pub speed: &'a [f64],

@@ -146,8 +146,9 @@ pub fn check(steady: &[Steady], motor: &MotorFile) -> Vec<Finding> {
     // A voltage that leads by what the slip may make of it fits both ways: the less far-fetched counts.
     let misfit = |c: &Cause| {
         let [voltage_within, impedance_within] = if c.voltage == 1.0 { [RATED, IMPEDANCE[0]] } else { [NEAR, IMPEDANCE[1]] };
-        let impedance = off(size(c.leads), c.impedance);
-        (off(voltage, c.voltage) < voltage_within && impedance < impedance_within).then_some(impedance)
+        // A size costs as many steady states as there are slips: it is asked where the voltage fits.
+        let impedance = (off(voltage, c.voltage) < voltage_within).then(|| off(size(c.leads), c.impedance))?;
+        (impedance < impedance_within).then_some(impedance)
     };
     let shown = |c: &Cause| {
         format!(
