@@ -1,6 +1,6 @@
 //! Where something may be missing that nobody wrote: every free-form effect, on the range that the recordings pass through.
 
-use im_identify::offline::Experiment;
+use im_identify::offline::{Experiment, residuals};
 use im_model::effects::{Acts, FreeForm, Over};
 use im_model::{Complex, EffectId, Machine, State};
 
@@ -10,7 +10,7 @@ use crate::residual_tests::{Dependence, Part, Variable};
 struct Reach {
     speed: (f64, f64),
     slip: (f64, f64),
-    time: f64,
+    time: (f64, f64),
     current: f64,
     flux: f64,
 }
@@ -30,7 +30,7 @@ impl Reach {
                 let c = bench.plant().currents(&x);
                 let across = (c.i_r * (x.psi_r * Complex::i()).conj()).re;
                 let slip = -across * machine.parameters().rotor_resistance_ohm / x.psi_r.norm_sqr().max(1e-9);
-                rows.push([x.omega_m, slip, c.i_s.norm(), x.psi_s.norm(), x.psi_r.norm()]);
+                rows.push([x.omega_m, slip, c.i_s.norm(), c.psi_m.norm(), x.psi_r.norm()]);
                 bench.advance(&e.input(k, bench.plant()));
             }
         }
@@ -40,29 +40,70 @@ impl Reach {
         };
         let most = |k: usize| ends(&|r| Some(r[k])).1;
         let magnetized = MAGNETIZED * most(4);
-        let time = runs().map(|(e, _)| e.len() as f64 * e.sample_time_s).fold(0.0, f64::max);
         let reach = Self {
             speed: ends(&|r| Some(r[0])),
             slip: ends(&|r| (r[4] > magnetized).then_some(r[1])),
-            time,
+            time: when(machine, starts, experiments),
             current: most(2),
             flux: most(3),
         };
-        (reach.time > 0.0 && reach.current > 0.0 && reach.flux > 0.0).then_some(reach)
+        (reach.time.1 > 0.0 && reach.current > 0.0 && reach.flux > 0.0).then_some(reach)
     }
 
     /// `None` where the variable hardly moves.
-    fn range(&self, over: Over) -> Option<(f64, f64)> {
+    fn range(&self, acts: Acts, over: Over) -> Option<(f64, f64)> {
         let (low, high) = match over {
             Over::Speed => self.speed,
             Over::Slip => self.slip,
-            Over::Time => (0.0, self.time),
+            Over::Time => self.time,
             Over::Current => (0.0, self.current),
             Over::Flux => (0.0, self.flux),
             Over::ShaftAngle | Over::FluxDirection => (0.0, 1.0),
         };
+        let (low, high) = if acts.is_over_magnitude(over) { magnitudes(low, high) } else { (low, high) };
         (high - low > 1e-3 * high.abs().max(low.abs()).max(1e-6)).then_some((low, high))
     }
+}
+
+/// Parts of the longest run in which it is asked whether something is left.
+const PARTS: usize = 40;
+
+/// Part of what is left that may lie before or after.
+const ASIDE: f64 = 0.025;
+
+/// When what is left happens: a supply that dips for a moment is seen in that moment alone, and a curve over the whole run would pass it by.
+fn when(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment]) -> (f64, f64) {
+    let runs = || experiments.iter().zip(starts).filter(|(e, _)| !e.is_table());
+    let end = runs().map(|(e, _)| e.len() as f64 * e.sample_time_s).fold(0.0, f64::max);
+    let mut left = [0.0; PARTS];
+    for (e, start) in runs() {
+        for r in &residuals(machine, e, start) {
+            for (k, r) in r.iter().enumerate() {
+                let part = (k as f64 * e.sample_time_s / end * PARTS as f64) as usize;
+                left[part.min(PARTS - 1)] += r * r - 1.0;
+            }
+        }
+    }
+    let all: f64 = left.iter().map(|x| x.max(0.0)).sum();
+    let parts_aside = |parts: &mut dyn Iterator<Item = &f64>| {
+        let mut sum = 0.0;
+        parts
+            .take_while(|x| {
+                sum += x.max(0.0);
+                sum < ASIDE * all
+            })
+            .count()
+    };
+    // One part more on either side: there the curve is what it is without a cause.
+    let before = parts_aside(&mut left.iter()).saturating_sub(1);
+    let after = parts_aside(&mut left.iter().rev()).saturating_sub(1);
+    let at = |part: usize| part as f64 / PARTS as f64 * end;
+    if before + after < PARTS { (at(before), at(PARTS - after)) } else { (0.0, end) }
+}
+
+/// The magnitudes of what lies between two ends.
+fn magnitudes(low: f64, high: f64) -> (f64, f64) {
+    (low.max(-high).max(0.0), high.max(-low))
 }
 
 /// Up to this order the ripples of a turn are harmonics of one curve over the turn.
@@ -100,7 +141,7 @@ pub fn places(
             _ => 1.0,
         };
         let shown = !(imposed && matches!(acts, Acts::Torque | Acts::Friction | Acts::SpeedSensor));
-        let range = reach.range(over).filter(|_| shown)?;
+        let range = reach.range(acts, over).filter(|_| shown)?;
         Some(EffectId::Custom(FreeForm::define(acts, over, range, order)))
     };
     FreeForm::all().filter_map(place).collect()

@@ -12,13 +12,16 @@ const FACTORS: [&str; 4] = ["a", "b", "c", "d"];
 const SHAPES: [&str; 2] = ["s", "t"];
 
 /// The variable where the machine is, as Rust.
-fn variable(over: Over) -> Option<&'static str> {
+fn variable(acts: Acts, over: Over) -> Option<&'static str> {
     Some(match over {
-        Over::Speed => "at.state.omega_m()",
+        Over::Speed if acts == Acts::Torque => "at.state.omega_m()",
+        Over::Speed => "at.state.omega_m().abs()",
         Over::Time => "own[0]",
         Over::Current => "length(at.currents.i_s)",
-        Over::Slip => "-dot(at.currents.i_r, j(at.state.psi_r())) * at.r_r / (norm2(at.state.psi_r()) + T::from_f64(1e-9))",
-        Over::Flux => "length(at.state.psi_s())",
+        Over::Slip => {
+            "(dot(at.currents.i_r, j(at.state.psi_r())) * at.r_r / (norm2(at.state.psi_r()) + T::from_f64(1e-9))).abs()"
+        }
+        Over::Flux => "length(at.currents.psi_m)",
         Over::ShaftAngle => "self.order * at.state.theta_m()",
         // No arc tangent in the numbers of the model.
         Over::FluxDirection => return None,
@@ -31,34 +34,32 @@ fn hook(acts: Acts, over: Over) -> Option<String> {
         format!(
             "    fn {name}(&self, drop: Complex<T>, at: &Operating<T>, own: &[T]) -> Complex<T> {{\n        let _ = own;\n        let x = {};\n        \
              drop {more}\n    }}\n",
-            variable(over).unwrap_or_default()
+            variable(acts, over).unwrap_or_default()
         )
     };
-    variable(over)?;
+    variable(acts, over)?;
     let brake = |more: &str| {
         format!(
             "    fn braking_torque(&self, torque: T, at: &Operating<T>, own: &[T]) -> T {{\n        let _ = own;\n        let x = {};\n        \
              torque + {more}\n    }}\n",
-            variable(over).unwrap_or_default()
+            variable(acts, over).unwrap_or_default()
         )
     };
     Some(match acts {
         Acts::Torque => brake("self.formula(x)"),
-        Acts::Friction => brake(
-            "{\n            let turning = at.state.omega_m().scale(1.0 / 3.0);\n            self.formula(x) * turning / (turning * turning + T::one()).sqrt()\n        }",
-        ),
+        Acts::Friction => brake("self.formula(x) * sense(at.state.omega_m())"),
         Acts::StatorResistance => drop("stator_drop", "+ at.currents.i_s * (at.r_s * self.formula(x))"),
         Acts::RotorResistance => drop("rotor_drop", "+ at.currents.i_r * (at.r_r * self.formula(x))"),
         Acts::Voltage => drop("stator_drop", "- at.input.u_s * self.formula(x)"),
-        Acts::VoltageAngle => drop("stator_drop", "- j(at.input.u_s) * self.formula(x)"),
+        Acts::VoltageAngle => drop("stator_drop", "- j(at.input.u_s) * (self.formula(x) * sense(at.state.omega_m()))"),
         // A formula of one axis does not say what the other does.
         Acts::ShaftFlux => return None,
         Acts::CurrentSensor => {
-            "    fn measured_current(&self, i: Complex<T>) -> Complex<T> {\n        i + i * self.formula(length(i))\n    }\n"
+            "    fn measured_current(&self, i: Complex<T>) -> Complex<T> {\n        from_phases(to_phases(i).map(|i| i + i * self.formula(i.abs())))\n    }\n"
                 .into()
         }
         Acts::SpeedSensor => {
-            let x = if over == Over::ShaftAngle { "self.order * theta_m" } else { "omega_m" };
+            let x = if over == Over::ShaftAngle { "self.order * theta_m" } else { "omega_m.abs()" };
             format!(
                 "    fn shown_speed(&self, omega_m: T, theta_m: T) -> T {{\n        let _ = theta_m;\n        omega_m + omega_m * self.formula({x})\n    }}\n"
             )
@@ -66,17 +67,16 @@ fn hook(acts: Acts, over: Over) -> Option<String> {
         Acts::MagnetizingCurrent | Acts::LossCurrent | Acts::LeakageCurrent => {
             let x = match over {
                 Over::ShaftAngle => "self.order * x.theta_m()",
-                Over::Speed => "x.omega_m()",
+                Over::Speed => "x.omega_m().abs()",
                 Over::Current => "length(c.i_s)",
-                _ => "length(x.psi_s())",
+                _ => "length(c.psi_m)",
             };
             let body = match acts {
                 Acts::MagnetizingCurrent => {
-                    format!("Currents {{ i_s: c.i_s + x.psi_s() * (self.formula({x}) / p.magnetizing_inductance_h), ..c }}")
+                    format!("c.drawn_at_gap(c.psi_m * (self.formula({x}) / p.magnetizing_inductance_h), p)")
                 }
                 Acts::LossCurrent => format!(
-                    "let turning = x.omega_m().scale(n_p / 3.0);\n        let sense = turning / (turning * turning + T::one()).sqrt();\n        \
-                     Currents {{ i_s: c.i_s + j(x.psi_s()) * (self.formula({x}) * sense / length(x.psi_s())), ..c }}"
+                    "c.drawn_at_gap(j(c.psi_m) * (self.formula({x}) * sense(x.omega_m().scale(n_p)) / length(c.psi_m)), p)"
                 ),
                 _ => format!(
                     "let through = (x.psi_s() - x.psi_r()) * (self.formula({x}) / (p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h));\n        \
@@ -136,7 +136,7 @@ pub fn own_effect(curve: &Curve, name: &str) -> Option<String> {
     put(
         "use im_model::effects::{About, BaseState, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};",
     );
-    put("use im_model::space_vector::{dot, j, norm2};");
+    put("use im_model::space_vector::{dot, from_phases, j, norm2, to_phases};");
     put("use im_model::{Bound, Complex, Currents, Powers, Scalar, TParameters, register_effect};\n");
     put(&format!("/// {}\n#[derive(Clone, Copy)]\nstruct {ty}<T> {{", card.what));
     for f in &fields {
@@ -210,6 +210,9 @@ pub fn own_effect(curve: &Curve, name: &str) -> Option<String> {
     }
     put(&format!("}}\n\nregister_effect!(pub {ty}Effect: {ty});"));
     put("\nfn length<T: Scalar>(v: Complex<T>) -> T {\n    (norm2(v) + T::from_f64(1e-12)).sqrt()\n}");
+    put(
+        "fn sense<T: Scalar>(omega: T) -> T {\n    let turning = omega.scale(1.0 / 3.0);\n    turning / (turning * turning + T::one()).sqrt()\n}",
+    );
     put("fn cos<T: Scalar>(x: T) -> T {\n    x.sin_cos().1\n}\nfn sin<T: Scalar>(x: T) -> T {\n    x.sin_cos().0\n}");
     put(
         "fn tanh<T: Scalar>(x: T) -> T {\n    let e = (-(x.abs() + x.abs())).exp();\n    let t = (T::one() - e) / (T::one() + e);\n    if x.value() < 0.0 { -t } else { t }\n}",

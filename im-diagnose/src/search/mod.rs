@@ -384,10 +384,12 @@ impl Refinement {
 
     /// Whether every strength that the score predicts has a sign that the effect can have.
     pub fn possible(&self, score: &Score) -> bool {
-        strengths(score.effect)
-            .iter()
-            .zip(&score.predicted)
-            .all(|(&k, x)| *x >= 0.0 || score.effect.parameters()[k].bound.check("", *x).is_ok())
+        // How large it is predicted is another matter: slopes may lead too far.
+        let may_be_negative = |k: usize| {
+            let info = &score.effect.parameters()[k];
+            info.bound.check("", -0.1 * info.typical.0 * self.unit_of(info.scale)).is_ok()
+        };
+        strengths(score.effect).iter().zip(&score.predicted).all(|(&k, x)| *x >= 0.0 || may_be_negative(k))
     }
 
     /// The machine with an effect switched off.

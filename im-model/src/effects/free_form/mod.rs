@@ -24,7 +24,7 @@ use super::{
 use crate::instant::{Currents, Powers};
 use crate::parameters::TParameters;
 use crate::scalar::Scalar;
-use crate::space_vector::{dot, j, norm2, unit};
+use crate::space_vector::{dot, from_phases, j, norm2, to_phases, unit};
 
 /// Speed at which a loss current (electrical) or a friction has all but found its sense, rad/s.
 const SENSE_RAD_S: f64 = 3.0;
@@ -90,6 +90,11 @@ impl<T: Scalar> Curve<'_, T> {
         (squared + small * small).sqrt()
     }
 
+    /// Over a speed or a slip frequency.
+    fn over_speed(&self, omega: T) -> T {
+        if self.form.acts.is_over_magnitude(self.form.over) { self.at(self.magnitude(omega * omega)) } else { self.at(omega) }
+    }
+
     fn around_shaft(&self, theta_m: T) -> T {
         self.around(unit(self.values[FIRST] * theta_m))
     }
@@ -98,22 +103,34 @@ impl<T: Scalar> Curve<'_, T> {
     fn here(&self, at: &Operating<T>, own: &[T]) -> T {
         let x = at.state;
         match self.form.over {
-            Over::Speed => self.at(x.omega_m()),
+            Over::Speed => self.over_speed(x.omega_m()),
             Over::Time => self.at(own[0]),
             Over::Current => self.at(self.magnitude(norm2(at.currents.i_s))),
             Over::Slip => {
                 // dψ_r/dt seen from the rotor is −R_r i_r: its part across ψ_r turns the flux.
                 let turning = dot(at.currents.i_r, j(x.psi_r())) * at.r_r;
-                self.at(-turning / (norm2(x.psi_r()) + T::from_f64(1e-9)))
+                self.over_speed(-turning / (norm2(x.psi_r()) + T::from_f64(1e-9)))
             }
-            Over::Flux => self.at(self.magnitude(norm2(x.psi_s()))),
+            Over::Flux => self.at(self.magnitude(norm2(at.currents.psi_m))),
             Over::ShaftAngle => self.around_shaft(x.theta_m()),
-            Over::FluxDirection => self.in_direction(x.psi_s()),
+            Over::FluxDirection => self.in_direction(at.currents.psi_m),
         }
     }
 
     fn in_direction(&self, psi: Complex<T>) -> T {
         self.around(self.direction(psi))
+    }
+
+    fn turns_with_shaft(&self) -> bool {
+        self.form.over == Over::ShaftAngle
+    }
+
+    /// An inductance L/(1 + f(θ)) that changes with the angle stores (3/4) |ψ|²(1 + f)/L, and is turned to where that is least: dW/dθ against
+    /// rotation.
+    fn reluctance_torque(&self, psi: Complex<T>, inductance: T, at: &Operating<T>) -> T {
+        let z = unit(self.values[FIRST] * at.state.theta_m());
+        let slope = basis::fourier_slope(self.coefficients(), z) * self.values[FIRST];
+        (norm2(psi) / inductance * slope).scale(0.75)
     }
 
     /// What an anisotropy adds to ψ/L: with an energy |ψ|²(1 + f(θ))/(2L) the current is its gradient, (f + j f′/2) ψ/L, or a turning flux
@@ -154,7 +171,7 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
         match self.form.acts {
             Acts::StatorResistance => drop + at.currents.i_s * (at.r_s * self.here(at, own)),
             Acts::Voltage => drop - at.input.u_s * self.here(at, own),
-            Acts::VoltageAngle => drop - j(at.input.u_s) * self.here(at, own),
+            Acts::VoltageAngle => drop - j(at.input.u_s) * (self.here(at, own) * sense(at.state.omega_m())),
             _ => drop,
         }
     }
@@ -167,26 +184,33 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
         match self.form.acts {
             Acts::Torque => torque + self.here(at, own),
             Acts::Friction => torque + self.here(at, own) * sense(at.state.omega_m()),
+            Acts::MagnetizingCurrent if self.turns_with_shaft() => {
+                torque + self.reluctance_torque(at.currents.psi_m, at.parameters.magnetizing_inductance_h, at)
+            }
+            Acts::LeakageCurrent if self.turns_with_shaft() => {
+                let p = at.parameters;
+                let leak = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
+                torque + self.reluctance_torque(at.state.psi_s() - at.state.psi_r(), leak, at)
+            }
             _ => torque,
         }
     }
 
     fn added_currents(&self, c: Currents<T>, x: BaseState<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {
-        let over = |psi: Complex<T>| match self.form.over {
-            Over::Flux => self.at(self.magnitude(norm2(psi))),
-            Over::Speed => self.at(x.omega_m()),
+        let psi_m = c.psi_m;
+        let over = || match self.form.over {
+            Over::Flux => self.at(self.magnitude(norm2(psi_m))),
+            Over::Speed => self.over_speed(x.omega_m()),
             Over::Current => self.at(self.magnitude(norm2(c.i_s))),
             _ => self.around_shaft(x.theta_m()),
         };
         match self.form.acts {
             Acts::MagnetizingCurrent => {
-                let psi = x.psi_s();
                 let part = match self.form.over {
-                    Over::FluxDirection => self.anisotropy(psi),
-                    _ => Complex::from(over(psi)),
+                    Over::FluxDirection => self.anisotropy(psi_m),
+                    _ => Complex::from(over()),
                 };
-                let more = psi * part * (T::one() / p.magnetizing_inductance_h);
-                Currents { i_s: c.i_s + more, ..c }
+                c.drawn_at_gap(psi_m * part * (T::one() / p.magnetizing_inductance_h), p)
             }
             Acts::ShaftFlux => {
                 // Of the flux that the stator links, the windings' currents make what is left without it.
@@ -197,12 +221,12 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
             }
             Acts::LossCurrent => {
                 let sense = sense(x.omega_m().scale(n_p));
-                let direction = x.psi_s() * (T::one() / (norm2(x.psi_s()) + T::from_f64(1e-12)).sqrt());
-                Currents { i_s: c.i_s + j(direction) * (over(x.psi_s()) * sense), ..c }
+                let direction = psi_m * (T::one() / (norm2(psi_m) + T::from_f64(1e-12)).sqrt());
+                c.drawn_at_gap(j(direction) * (over() * sense), p)
             }
             Acts::LeakageCurrent => {
                 let leak = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
-                let through = (x.psi_s() - x.psi_r()) * (over(x.psi_s()) / leak);
+                let through = (x.psi_s() - x.psi_r()) * (over() / leak);
                 Currents { i_s: c.i_s + through, i_r: c.i_r - through, ..c }
             }
             _ => c,
@@ -219,7 +243,7 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
         // What the voltage path keeps stands with the inverter, not with the winding.
         let kept = match self.form.acts {
             Acts::Voltage => at.input.u_s * self.here(at, own),
-            Acts::VoltageAngle => j(at.input.u_s) * self.here(at, own),
+            Acts::VoltageAngle => j(at.input.u_s) * (self.here(at, own) * sense(at.state.omega_m())),
             _ => return,
         };
         let power = dot(kept, at.currents.i_s).scale(1.5);
@@ -228,13 +252,14 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
     }
 
     fn measured_current(&self, i: Complex<T>) -> Complex<T> {
-        if self.is(Acts::CurrentSensor) { i + i * self.at(self.magnitude(norm2(i))) } else { i }
+        // Each phase has its own.
+        if self.is(Acts::CurrentSensor) { from_phases(to_phases(i).map(|i| i + i * self.at(self.magnitude(i * i)))) } else { i }
     }
 
     fn shown_speed(&self, omega_m: T, theta_m: T) -> T {
         match (self.form.acts, self.form.over) {
             (Acts::SpeedSensor, Over::ShaftAngle) => omega_m + omega_m * self.around_shaft(theta_m),
-            (Acts::SpeedSensor, _) => omega_m + omega_m * self.at(omega_m),
+            (Acts::SpeedSensor, _) => omega_m + omega_m * self.over_speed(omega_m),
             _ => omega_m,
         }
     }
@@ -293,6 +318,8 @@ impl CustomEffect for FreeForm {
             Acts::SpeedSensor => Hook::shown_speed,
         };
         let own = HookSet::NONE.with(hook).with(Hook::added_resistance);
+        let turns = matches!((self.acts, self.over), (Acts::MagnetizingCurrent | Acts::LeakageCurrent, Over::ShaftAngle));
+        let own = if turns { own.with(Hook::braking_torque) } else { own };
         let own = if matches!(self.acts, Acts::Voltage | Acts::VoltageAngle) { own.with(Hook::powers) } else { own };
         if self.over == Over::Time { own.with(Hook::rates) } else { own }
     }

@@ -18,17 +18,17 @@ pub enum Acts {
     RotorResistance,
     /// Stator voltage, as a part of the command.
     Voltage,
-    /// Stator voltage turned by a small angle, rad.
+    /// Stator voltage turned by a small angle in the sense of rotation, rad.
     VoltageAngle,
-    /// Current along the stator flux, as a part of ψ_s/L_m.
+    /// Current along the main flux, as a part of ψ_m/L_m.
     MagnetizingCurrent,
     /// Flux in the stator that turns with the shaft, as a part of |ψ_s|; a vector, of which the curve is the part along the axis of phase a.
     ShaftFlux,
-    /// Current across the stator flux, ahead of it in the sense of rotation: what a loss in the iron takes, A.
+    /// Current across the main flux, ahead of it in the sense of rotation: what a loss in the iron takes, A.
     LossCurrent,
     /// Current between the windings, as a part of (ψ_s − ψ_r)/(L_ls + L_lr): a leakage that falls.
     LeakageCurrent,
-    /// What the current sensors show, as a part of it.
+    /// What the current sensors of the phases show, as a part of it.
     CurrentSensor,
     /// What the speed sensor shows, as a part of it.
     SpeedSensor,
@@ -37,19 +37,19 @@ pub enum Acts {
 /// What a free-form effect depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Over {
-    /// Mechanical speed, rad/s.
+    /// Mechanical speed, rad/s; its magnitude but for torques.
     Speed,
     /// Time since the recording began, s.
     Time,
-    /// Magnitude of the stator current, A.
+    /// Magnitude of the stator current, A; of that of a phase for its sensor.
     Current,
-    /// Slip frequency, electrical, rad/s.
+    /// Magnitude of the slip frequency, electrical, rad/s.
     Slip,
-    /// Magnitude of the stator flux, Vs.
+    /// Magnitude of the main flux, Vs.
     Flux,
     /// Angle of the shaft.
     ShaftAngle,
-    /// Direction of the stator flux.
+    /// Direction of the main flux.
     FluxDirection,
 }
 
@@ -57,6 +57,14 @@ impl Over {
     /// Whether it is an angle: the curve is a Fourier series.
     pub const fn is_angle(self) -> bool {
         matches!(self, Self::ShaftAngle | Self::FluxDirection)
+    }
+}
+
+impl Acts {
+    /// Whether a curve of it is over the magnitude of the variable: seen in a mirror a machine turns the other way and is the same, while its
+    /// load need not be.
+    pub const fn is_over_magnitude(self, over: Over) -> bool {
+        matches!(over, Over::Speed | Over::Slip) && !matches!(self, Self::Torque)
     }
 }
 
@@ -172,7 +180,7 @@ mod table {
             let order_bound = if over == Over::FluxDirection { Bound::Whole(1, 60) } else { Bound::Within(0.05, 200.0) };
             all.push(fixed(first, unit, "How often the fundamental repeats per turn.", ScaleOf::One, order, order_bound));
         } else {
-            let place = Bound::Within(-1e9, 1e9);
+            let place = if acts.is_over_magnitude(over) { Bound::NotNegative } else { Bound::Within(-1e9, 1e9) };
             all.push(fixed(first, unit, "Where the curve begins.", ScaleOf::One, range.0, place));
             all.push(fixed(last, unit, "Where the curve ends.", ScaleOf::One, range.1, place));
         }
@@ -186,11 +194,12 @@ pub(super) use table::table;
 #[cfg(feature = "std")]
 pub(super) fn labels(acts: Acts, over: Over) -> (&'static str, &'static str) {
     let x = match over {
+        Over::Speed if acts.is_over_magnitude(over) => "speed in either sense, rad/s",
         Over::Speed => "speed, rad/s",
         Over::Time => "time since the recording began, s",
         Over::Current => "stator current (peak), A",
-        Over::Slip => "slip frequency, rad/s",
-        Over::Flux => "stator flux, Vs",
+        Over::Slip => "slip frequency, motoring or braking, rad/s",
+        Over::Flux => "main flux, Vs",
         Over::ShaftAngle => "shaft angle, °",
         Over::FluxDirection => "direction of the flux, °",
     };
@@ -200,7 +209,7 @@ pub(super) fn labels(acts: Acts, over: Over) -> (&'static str, &'static str) {
         Acts::StatorResistance => "stator resistance added, part of it",
         Acts::RotorResistance => "rotor resistance added, part of it",
         Acts::Voltage => "voltage added, part of it",
-        Acts::VoltageAngle => "angle of the voltage, rad",
+        Acts::VoltageAngle => "angle of the voltage in the sense of rotation, rad",
         Acts::MagnetizingCurrent => "magnetizing current added, part of it",
         Acts::ShaftFlux => "flux along phase a, part of the stator flux",
         Acts::LossCurrent => "loss current, A",

@@ -15,10 +15,11 @@ fn every() -> Vec<(EffectId, Machine<f64>)> {
     FreeForm::all()
         .map(|(acts, over)| {
             let range = match over {
-                Over::Speed => (-20.0, 1.1 * SYNCHRONOUS),
+                Over::Speed if acts == Acts::Torque => (-20.0, 1.1 * SYNCHRONOUS),
+                Over::Speed => (0.0, 1.1 * SYNCHRONOUS),
                 Over::Time => (0.0, 0.1),
                 Over::Current => (0.0, 20.0),
-                Over::Slip => (-50.0, 350.0),
+                Over::Slip => (0.0, 350.0),
                 Over::Flux => (0.0, 1.4),
                 Over::ShaftAngle | Over::FluxDirection => (0.0, 1.0),
             };
