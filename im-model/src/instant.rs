@@ -88,11 +88,11 @@ pub struct Currents<T> {
 
 impl<T: Scalar> Currents<T> {
     /// The currents when `more` is drawn from the node of the air gap, between the leakages of the T circuit: the windings share in it as the
-    /// leakages and the magnetizing inductance divide it.
+    /// leakages and the magnetizing inductance divide it. ψ_m stays: with it, a current that is the gradient of an energy stays one.
     #[must_use]
     pub fn drawn_at_gap(self, more: Complex<T>, p: &TParameters<T>) -> Self {
         let (l_s, l_r, l_m) = (p.stator_leakage_inductance_h, p.rotor_leakage_inductance_h, p.magnetizing_inductance_h);
         let share = more * (l_m / (l_s * l_r + l_m * (l_s + l_r)));
-        Self { i_s: self.i_s + share * l_r, i_r: self.i_r + share * l_s, psi_m: self.psi_m - share * (l_s * l_r) }
+        Self { i_s: self.i_s + share * l_r, i_r: self.i_r + share * l_s, ..self }
     }
 }

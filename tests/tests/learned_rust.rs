@@ -20,6 +20,10 @@ fn curves() -> Vec<(&'static str, Curve)> {
             of((Acts::StatorResistance, Over::Time), (0.0, 0.1), 1.0, |t| 0.4 * (-t / 0.04).exp()),
         ),
         ("own_magnetizing_current_over_flux", of((Acts::MagnetizingCurrent, Over::Flux), (0.0, 1.3), 1.0, |x| 0.3 * x * x)),
+        (
+            "own_magnetizing_current_over_shaft_angle",
+            of((Acts::MagnetizingCurrent, Over::ShaftAngle), (0.0, 1.0), 28.0, |x| 0.03 * (28.0 * x).cos()),
+        ),
         ("own_current_sensor_over_current", of((Acts::CurrentSensor, Over::Current), (0.0, 90.0), 1.0, |i| -0.003 * i)),
         ("own_speed_sensor_over_shaft_angle", of((Acts::SpeedSensor, Over::ShaftAngle), (0.0, 1.0), 1.0, |x| 0.02 * x.sin())),
         ("own_voltage_over_current", of((Acts::Voltage, Over::Current), (0.0, 90.0), 1.0, |i| -0.001 * i)),
@@ -63,11 +67,12 @@ fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 #[test]
 fn an_effect_written_does_what_its_curve_does() {
     use im_tests::learned as l;
-    let effects: [CustomId; 8] = [
+    let effects: [CustomId; 9] = [
         CustomId(&l::own_torque_over_speed::OwnTorqueOverSpeedEffect),
         CustomId(&l::own_torque_over_shaft_angle::OwnTorqueOverShaftAngleEffect),
         CustomId(&l::own_stator_resistance_over_time::OwnStatorResistanceOverTimeEffect),
         CustomId(&l::own_magnetizing_current_over_flux::OwnMagnetizingCurrentOverFluxEffect),
+        CustomId(&l::own_magnetizing_current_over_shaft_angle::OwnMagnetizingCurrentOverShaftAngleEffect),
         CustomId(&l::own_current_sensor_over_current::OwnCurrentSensorOverCurrentEffect),
         CustomId(&l::own_speed_sensor_over_shaft_angle::OwnSpeedSensorOverShaftAngleEffect),
         CustomId(&l::own_voltage_over_current::OwnVoltageOverCurrentEffect),

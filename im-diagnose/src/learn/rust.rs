@@ -83,12 +83,30 @@ fn hook(acts: Acts, over: Over) -> Option<String> {
                      Currents {{ i_s: c.i_s + through, i_r: c.i_r - through, ..c }}"
                 ),
             };
+            let torque = if over == Over::ShaftAngle { reluctance_torque(acts) } else { String::new() };
             format!(
                 "    fn added_currents(&self, c: Currents<T>, x: BaseState<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {{\n        \
-                 let _ = (p, n_p);\n        {body}\n    }}\n"
+                 let _ = (p, n_p);\n        {body}\n    }}\n{torque}"
             )
         }
     })
+}
+
+/// The torque of an inductance that changes with the angle.
+fn reluctance_torque(acts: Acts) -> String {
+    let energy = match acts {
+        Acts::MagnetizingCurrent => "norm2(at.currents.psi_m) / p.magnetizing_inductance_h",
+        Acts::LeakageCurrent => {
+            "norm2(at.state.psi_s() - at.state.psi_r()) / (p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h)"
+        }
+        _ => return String::new(),
+    };
+    format!(
+        "    fn braking_torque(&self, torque: T, at: &Operating<T>, own: &[T]) -> T {{\n        let _ = own;\n        let p = at.parameters;\n        \
+         let (x, h) = (self.order * at.state.theta_m(), T::from_f64(1e-4));\n        \
+         let slope = self.order * (self.formula(x + h) - self.formula(x - h)) / (h + h);\n        \
+         torque + ({energy} * slope).scale(0.75)\n    }}\n"
+    )
 }
 
 /// CamelCase of an identifier.

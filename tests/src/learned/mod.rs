@@ -8,6 +8,7 @@ pub mod own_torque_over_shaft_angle;
 pub mod own_stator_resistance_over_time;
 #[rustfmt::skip]
 pub mod own_magnetizing_current_over_flux;
+pub mod own_magnetizing_current_over_shaft_angle;
 #[rustfmt::skip]
 pub mod own_current_sensor_over_current;
 #[rustfmt::skip]

@@ -7,7 +7,7 @@
 #![allow(dead_code, unused_imports, unused_variables)]
 
 use im_model::effects::{About, BaseState, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};
-use im_model::space_vector::{dot, j, norm2};
+use im_model::space_vector::{dot, from_phases, j, norm2, to_phases};
 use im_model::{Bound, Complex, Currents, Powers, Scalar, TParameters, register_effect};
 
 /// A current sensor whose gain depends on current: a core that saturates.
@@ -61,7 +61,7 @@ impl<T: Scalar> Effect<T> for OwnCurrentSensorOverCurrent<T> {
 
 impl<T: Scalar> Hooks<T> for OwnCurrentSensorOverCurrent<T> {
     fn measured_current(&self, i: Complex<T>) -> Complex<T> {
-        i + i * self.formula(length(i))
+        from_phases(to_phases(i).map(|i| i + i * self.formula(i.abs())))
     }
 
 }
@@ -70,6 +70,10 @@ register_effect!(pub OwnCurrentSensorOverCurrentEffect: OwnCurrentSensorOverCurr
 
 fn length<T: Scalar>(v: Complex<T>) -> T {
     (norm2(v) + T::from_f64(1e-12)).sqrt()
+}
+fn sense<T: Scalar>(omega: T) -> T {
+    let turning = omega.scale(1.0 / 3.0);
+    turning / (turning * turning + T::one()).sqrt()
 }
 fn cos<T: Scalar>(x: T) -> T {
     x.sin_cos().1

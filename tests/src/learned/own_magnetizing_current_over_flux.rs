@@ -7,7 +7,7 @@
 #![allow(dead_code, unused_imports, unused_variables)]
 
 use im_model::effects::{About, BaseState, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};
-use im_model::space_vector::{dot, j, norm2};
+use im_model::space_vector::{dot, from_phases, j, norm2, to_phases};
 use im_model::{Bound, Complex, Currents, Powers, Scalar, TParameters, register_effect};
 
 /// A magnetizing current that grows otherwise than the flux: saturation.
@@ -62,7 +62,7 @@ impl<T: Scalar> Effect<T> for OwnMagnetizingCurrentOverFlux<T> {
 impl<T: Scalar> Hooks<T> for OwnMagnetizingCurrentOverFlux<T> {
     fn added_currents(&self, c: Currents<T>, x: BaseState<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {
         let _ = (p, n_p);
-        Currents { i_s: c.i_s + x.psi_s() * (self.formula(length(x.psi_s())) / p.magnetizing_inductance_h), ..c }
+        c.drawn_at_gap(c.psi_m * (self.formula(length(c.psi_m)) / p.magnetizing_inductance_h), p)
     }
 
 }
@@ -71,6 +71,10 @@ register_effect!(pub OwnMagnetizingCurrentOverFluxEffect: OwnMagnetizingCurrentO
 
 fn length<T: Scalar>(v: Complex<T>) -> T {
     (norm2(v) + T::from_f64(1e-12)).sqrt()
+}
+fn sense<T: Scalar>(omega: T) -> T {
+    let turning = omega.scale(1.0 / 3.0);
+    turning / (turning * turning + T::one()).sqrt()
 }
 fn cos<T: Scalar>(x: T) -> T {
     x.sin_cos().1

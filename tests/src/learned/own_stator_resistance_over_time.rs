@@ -7,7 +7,7 @@
 #![allow(dead_code, unused_imports, unused_variables)]
 
 use im_model::effects::{About, BaseState, Card, Effect, Hooks, Operating, ParameterInfo, Place, Role, ScaleOf, StateInfo, StateKind, SteadyState};
-use im_model::space_vector::{dot, j, norm2};
+use im_model::space_vector::{dot, from_phases, j, norm2, to_phases};
 use im_model::{Bound, Complex, Currents, Powers, Scalar, TParameters, register_effect};
 
 /// A stator resistance that changes with time: heat, a contact.
@@ -80,6 +80,10 @@ register_effect!(pub OwnStatorResistanceOverTimeEffect: OwnStatorResistanceOverT
 
 fn length<T: Scalar>(v: Complex<T>) -> T {
     (norm2(v) + T::from_f64(1e-12)).sqrt()
+}
+fn sense<T: Scalar>(omega: T) -> T {
+    let turning = omega.scale(1.0 / 3.0);
+    turning / (turning * turning + T::one()).sqrt()
 }
 fn cos<T: Scalar>(x: T) -> T {
     x.sin_cos().1

@@ -84,6 +84,57 @@ fn an_anisotropy_makes_no_energy() {
     }
 }
 
+/// The current of an inductance that changes with the angle is the gradient of its energy by the flux, its torque that by the angle.
+#[test]
+fn an_inductance_over_the_angle_makes_no_energy() {
+    for acts in [Acts::MagnetizingCurrent, Acts::LeakageCurrent] {
+        let id = EffectId::Custom(FreeForm::define(acts, Over::ShaftAngle, (0.0, 1.0), 7.0));
+        let with = machine(|e| {
+            for k in 0..COEFFICIENTS {
+                e.set(id, k, 0.05 * (1.0 + k as f64 * 1.7).sin());
+            }
+        });
+        let plant = Plant::new(&with);
+        let at = |theta_m: f64, part: f64| State { psi_s: Complex::new(0.7, 0.3) * part, theta_m, ..State::default() };
+        // Current times change of flux, in proportion to the flux on the way: half of the product at its end.
+        let energy = |theta_m: f64| {
+            let x = at(theta_m, 1.0);
+            0.75 * (x.psi_s.conj() * plant.currents(&x).i_s).re
+        };
+        for theta in [0.1, 0.5, 1.3] {
+            let h = 1e-5;
+            let by_angle = (energy(theta + h) - energy(theta - h)) / (2.0 * h);
+            let e = plant.evaluate(&at(theta, 1.0), &PlantInput::new(Complex::new(0.0, 0.0), 0.0));
+            let braking = e.torque - e.rates.omega_m * M.parameters().inertia_kg_m2;
+            assert!((braking - by_angle).abs() < 1e-6 * by_angle.abs() && by_angle.abs() > 0.1, "{acts:?}: {braking} {by_angle}");
+        }
+    }
+}
+
+/// Seen in a mirror a machine turns the other way, and is the same.
+#[test]
+fn a_machine_is_the_same_in_a_mirror() {
+    let run = |m: &Machine<f64>, sense: f64| {
+        let mut bench = Bench::new(m, State::turning(sense * 0.6 * SYNCHRONOUS), T);
+        (0..600)
+            .map(|k| {
+                let y = bench.output();
+                let u = Complex::from_polar(RATED_V, sense * 100.0 * PI * T * (f64::from(k) + 0.5));
+                bench.advance(&PlantInput::new(u, sense * 5.0));
+                [y.i_s.re, sense * y.i_s.im, sense * y.omega_m]
+            })
+            .collect::<Vec<_>>()
+    };
+    for (id, with) in every() {
+        let EffectId::Custom(c) = id else { continue };
+        let form = c.0.free_form().unwrap();
+        if form.acts() != Acts::Torque && !form.over().is_angle() {
+            let [a, b] = [1.0, -1.0].map(|sense| run(&with, sense));
+            assert!(distance(&a, &b) < 1e-9, "{id}: {}", distance(&a, &b));
+        }
+    }
+}
+
 /// At speed the windings are short circuits to a flux that turns past them: its current is Δψ/L_σ.
 #[test]
 fn a_flux_carried_past_the_windings_drives_a_current_through_the_leakage() {
