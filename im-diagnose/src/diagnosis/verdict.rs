@@ -1,6 +1,6 @@
 //! The rules of the verdict.
 
-use im_identify::offline::{Experiment, Fit};
+use im_identify::offline::{Experiment, Fit, residuals};
 use im_model::{BaseParameter, EffectId, ParameterId};
 use serde::{Deserialize, Serialize};
 
@@ -103,8 +103,8 @@ const NO_DOUBT: f64 = 10.0;
 impl<'a> Left<'a> {
     pub(super) fn new(loop_: &Refinement, course: &Course, found: &'a Found) -> Self {
         let fit = &course.last().model.fit;
-        let tables = || loop_.nudged().iter().zip(&fit.residuals).filter(|(e, _)| e.is_table());
-        let cost: f64 = tables().flat_map(|(_, r)| r.iter().flatten()).map(|r| r * r).sum();
+        let tables = || loop_.nudged().iter().zip(&fit.starts).filter(|(e, _)| e.is_table());
+        let cost: f64 = tables().flat_map(|(e, x)| residuals(&fit.machine, e, x)).flatten().map(|r| r * r).sum();
         let count: usize = tables().map(|(e, _)| e.count()).sum();
         let freedom = count.saturating_sub(fit.free.len());
         let error = [found.steps[0].error(), found.last().error()];

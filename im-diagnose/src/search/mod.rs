@@ -78,7 +78,7 @@ const RAN_AWAY: f64 = 1e6;
 pub struct Model {
     /// Effects added, in order.
     pub effects: Vec<EffectId>,
-    /// The fit on the training recordings.
+    /// The fit on the training recordings, without what it leaves ([`Refinement::left_by`]).
     pub fit: Fit,
     /// Minus twice the log-likelihood of all recordings, the held-out one too, with coloured noise, up to a constant.
     pub deviance: f64,
@@ -135,7 +135,7 @@ impl Refinement {
         let starts = me.starts(&me.base, &me.nudged);
         let first = me.model(&me.base, &starts, &[], &FitOptions { tolerance: 1e-5, ..FitOptions::default() })?;
         // The voltage's own roughness shows in the currents: only in the residual is the roughness all noise.
-        me.case.set_noise_from(&me.nudged, &first.fit.residuals);
+        me.case.set_noise_from(&me.nudged, &me.left_by(&first.fit));
         me.smooth_speeds_by(&first.fit);
         me.nudge();
         let mut model = me.model(&first.fit.machine, &first.fit.starts, &[], &FitOptions::near())?;
@@ -145,7 +145,7 @@ impl Refinement {
                 break;
             }
             let before = model.train();
-            me.case.set_noise_from(&me.nudged, &model.fit.residuals);
+            me.case.set_noise_from(&me.nudged, &me.left_by(&model.fit));
             me.smooth_speeds_by(&model.fit);
             me.nudge();
             model = me.model(&model.fit.machine, &model.fit.starts, &[], &FitOptions::near())?;
@@ -224,6 +224,11 @@ impl Refinement {
         fit_from(machine, starts.to_vec(), experiments, &self.free(machine, effects, experiments), options)
     }
 
+    /// What a fitted machine leaves of the training recordings, in σ.
+    pub(crate) fn left_by(&self, fit: &Fit) -> Vec<Vec<Vec<f64>>> {
+        self.nudged.par_iter().zip(&fit.starts).map(|(e, x)| residuals(&fit.machine, e, x)).collect()
+    }
+
     /// What is fitted of a machine with such effects to such recordings.
     pub(crate) fn free(&self, machine: &Machine<f64>, effects: &[EffectId], experiments: &[Experiment]) -> Vec<Free> {
         // Limits are around the motor as given, however far the model has come.
@@ -245,9 +250,12 @@ impl Refinement {
         effects: &[EffectId],
         options: &FitOptions,
     ) -> Result<Model, FitError> {
-        let fit = self.fit_to(&self.nudged, machine, starts, effects, options)?.with_likely_spreads(|e| self.least_spread(e))?;
+        let mut fit =
+            self.fit_to(&self.nudged, machine, starts, effects, options)?.with_likely_spreads(|e| self.least_spread(e))?;
+        // A search keeps models by the hundred; what one leaves can be had again.
+        let left = std::mem::take(&mut fit.residuals);
         // What is known beforehand is part of both.
-        let train_deviance = deviance(&self.nudged, &fit.residuals) + fit.prior_cost;
+        let train_deviance = deviance(&self.nudged, &left) + fit.prior_cost;
         let Some(h) = &self.held_out else {
             let effects = effects.to_vec();
             return Ok(Model { effects, deviance: train_deviance, train_deviance, fit, holdout: None, holdout_start: None });
@@ -258,7 +266,7 @@ impl Refinement {
         unseen.iter_mut().flatten().for_each(|r| *r = if r.is_nan() { RAN_AWAY } else { r.clamp(-RAN_AWAY, RAN_AWAY) });
         let holdout = Some(unseen.iter().flatten().map(|r| r * r).sum::<f64>() / h.count() as f64);
         let all: Vec<&Experiment> = self.nudged.iter().chain([h]).collect();
-        let both: Vec<&Vec<Vec<f64>>> = fit.residuals.iter().chain([&unseen]).collect();
+        let both: Vec<&Vec<Vec<f64>>> = left.iter().chain([&unseen]).collect();
         let deviance = deviance(&all, &both) + fit.prior_cost;
         Ok(Model { effects: effects.to_vec(), deviance, train_deviance, fit, holdout, holdout_start: Some(start) })
     }
