@@ -78,7 +78,7 @@ const RAN_AWAY: f64 = 1e6;
 pub struct Model {
     /// Effects added, in order.
     pub effects: Vec<EffectId>,
-    /// The fit on the training recordings, without what it leaves ([`Refinement::left_by`]).
+    /// The fit on the training recordings; its residuals are not kept.
     pub fit: Fit,
     /// Minus twice the log-likelihood of all recordings, the held-out one too, with coloured noise, up to a constant.
     pub deviance: f64,
