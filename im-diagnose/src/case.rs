@@ -1,6 +1,6 @@
 //! What is to be explained: a motor as its papers give it, recordings to learn from, and one held out.
 
-use im_identify::offline::{Experiment, Start, guess_start, residuals, start_on};
+use im_identify::offline::{Experiment, Start, guess_start, start_on};
 use im_model::{EffectId, Machine, MotorFile, Recording, State};
 
 use rayon::prelude::*;
@@ -9,7 +9,7 @@ use crate::intake::mapping::Begin;
 use crate::intake::quality::convention;
 use crate::intake::{Intake, LoadPlan};
 use crate::noise::white_sigma;
-use crate::residuals::nudged;
+use crate::residuals::{all_residuals, nudged};
 
 /// A run with how it begins and what is known of its load.
 pub type Run = (Experiment, Begin, LoadPlan);
@@ -113,8 +113,7 @@ impl Case {
     pub fn judge_by(&mut self, machine: &Machine<f64>) {
         let runs = nudged(&self.train);
         let starts: Vec<State<f64>> = runs.par_iter().map(|e| start_on(machine, e, &self.motor.rating)).collect();
-        let left: Vec<_> = runs.par_iter().zip(&starts).map(|(e, x)| residuals(machine, e, x)).collect();
-        self.set_noise_from(&runs, &left);
+        self.set_noise_from(&runs, &all_residuals(machine, &starts, &runs));
         let by = |(e, x): (Experiment, &State<f64>)| e.smoothed_by_torque(machine, x).with_speed_found_by(machine, x);
         self.train = std::mem::take(&mut self.train).into_par_iter().zip(&starts).map(by).collect();
     }

@@ -8,15 +8,13 @@
 //!
 //! so that no effect is named for what only mends the form of another. A sample counts 1/λ in the search, what is known of β does not.
 
-use im_identify::offline::{
-    Channel, ChannelKind, Experiment, Free, Linearized, Thinned, linearize, predict, residuals, smoothness,
-};
+use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Linearized, Thinned, linearize, predict, smoothness};
 use im_model::{BaseParameter, Complex, Machine, ParameterId, State, TParameters};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::noise::sensor_whiteners;
-use crate::residuals::{deviance, difference};
+use crate::residuals::{all_residuals, deviance, difference};
 
 /// Standard deviation of the difference in form: a part of what an effect explains.
 const SIZE: f64 = 0.05;
@@ -62,7 +60,7 @@ struct Around<'a> {
 
 impl<'a> Around<'a> {
     fn new(machine: &Machine<f64>, starts: &[State<f64>], experiments: &'a [Experiment], free: &[Free], ratio_std: f64) -> Self {
-        let residuals = experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
+        let residuals = all_residuals(machine, starts, experiments);
         let thinned = Thinned::keeping(experiments, &residuals);
         let runs = thinned.runs();
         let linear: Vec<Linearized> =

@@ -4,12 +4,13 @@
 
 use std::ops::Range;
 
-use im_identify::offline::{ChannelKind, Experiment, residuals};
+use im_identify::offline::{ChannelKind, Experiment};
 use im_model::space_vector::unit;
 use im_model::{Bench, Complex, Machine, State};
 
 use crate::localise::slip_hz;
 use crate::noise::whiteners;
+use crate::residuals::all_residuals;
 use crate::statistics::log_p;
 
 /// What a residual may depend on.
@@ -89,7 +90,7 @@ const ORDERS: i32 = 60;
 
 /// The dependences that stand out, strongest first.
 pub fn dependences(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment]) -> Vec<Dependence> {
-    let raw: Vec<Vec<Vec<f64>>> = experiments.iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
+    let raw = all_residuals(machine, starts, experiments);
     let noise = whiteners(experiments, &raw);
     let mut series = Series::default();
     for ((e, x), (raw, noise)) in experiments.iter().zip(starts).zip(raw.iter().zip(&noise)) {

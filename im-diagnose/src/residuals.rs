@@ -3,7 +3,7 @@
 use std::borrow::Borrow;
 use std::collections::BTreeMap;
 
-use im_identify::offline::{Channel, ChannelKind, Experiment, residuals};
+use im_identify::offline::{Channel, ChannelKind, Experiment, Residuals, residuals};
 use im_model::{Machine, State};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -94,9 +94,14 @@ impl Errors {
     }
 }
 
+/// What a machine leaves of experiments from given starts, in σ.
+pub fn all_residuals(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment]) -> Residuals {
+    experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect()
+}
+
 /// Errors of a machine on experiments.
 pub fn errors(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Errors {
-    let r: Vec<_> = experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
+    let r = all_residuals(machine, starts, experiments);
     let mut sums: BTreeMap<String, [f64; 5]> = BTreeMap::new();
     for (e, r) in experiments.iter().zip(&r) {
         for (c, r) in e.channels.iter().zip(r) {

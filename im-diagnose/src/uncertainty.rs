@@ -14,7 +14,7 @@
 
 pub use im_identify::offline::HALF_95;
 use im_identify::offline::{
-    Experiment, Fit, Free, Linearized, Target, Thinned, inverse_of_normal, linearize, prior_terms, residuals, smoothness,
+    Experiment, Fit, Free, Linearized, Target, Thinned, inverse_of_normal, linearize, prior_terms, smoothness,
 };
 use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State};
 use nalgebra::{DMatrix, DVector};
@@ -24,6 +24,7 @@ use crate::form_error::{at_low_slip, disturbances};
 use crate::input_noise::torque_noise;
 use crate::instruments::scale_errors;
 use crate::noise::whiteners;
+use crate::residuals::all_residuals;
 
 /// A quantity that recordings can determine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -264,7 +265,7 @@ struct Spread {
 
 impl Spread {
     fn new(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free], ratio_std: f64) -> Self {
-        let residuals = experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
+        let residuals = all_residuals(machine, starts, experiments);
         let thinned = Thinned::keeping(experiments, &residuals);
         let (experiments, sums) = (thinned.runs(), thinned.sums(&residuals));
         let linear = experiments.par_iter().zip(sums.as_slice()).enumerate().map(|(k, (e, sums))| {

@@ -14,8 +14,8 @@ const SHAPES: [&str; 2] = ["s", "t"];
 /// The variable where the machine is, as Rust.
 fn variable(acts: Acts, over: Over) -> Option<&'static str> {
     Some(match over {
-        Over::Speed if acts == Acts::Torque => "at.state.omega_m()",
-        Over::Speed => "at.state.omega_m().abs()",
+        Over::Speed if acts.is_over_magnitude(over) => "at.state.omega_m().abs()",
+        Over::Speed => "at.state.omega_m()",
         Over::Time => "own[0]",
         Over::Current => "length(at.currents.i_s)",
         Over::Slip => {
@@ -83,7 +83,15 @@ fn hook(acts: Acts, over: Over) -> Option<String> {
                      Currents {{ i_s: c.i_s + through, i_r: c.i_r - through, ..c }}"
                 ),
             };
-            let torque = if over == Over::ShaftAngle { reluctance_torque(acts) } else { String::new() };
+            let energy = Some(acts).filter(|_| over == Over::ShaftAngle).and_then(squared_flux_over_inductance);
+            // Against rotation: the slope of the energy by the angle.
+            let torque = energy.map_or(String::new(), |energy| {
+                brake(&format!(
+                    "{{\n            let (p, h) = (at.parameters, T::from_f64(1e-4));\n            \
+                     let slope = self.order * (self.formula(x + h) - self.formula(x - h)) / (h + h);\n            \
+                     ({energy} * slope).scale(0.75)\n        }}"
+                ))
+            });
             format!(
                 "    fn added_currents(&self, c: Currents<T>, x: BaseState<T>, p: &TParameters<T>, n_p: f64) -> Currents<T> {{\n        \
                  let _ = (p, n_p);\n        {body}\n    }}\n{torque}"
@@ -92,21 +100,15 @@ fn hook(acts: Acts, over: Over) -> Option<String> {
     })
 }
 
-/// The torque of an inductance that changes with the angle.
-fn reluctance_torque(acts: Acts) -> String {
-    let energy = match acts {
-        Acts::MagnetizingCurrent => "norm2(at.currents.psi_m) / p.magnetizing_inductance_h",
+/// |ψ|²/L of an inductance that may change with the angle, as Rust.
+fn squared_flux_over_inductance(acts: Acts) -> Option<&'static str> {
+    match acts {
+        Acts::MagnetizingCurrent => Some("norm2(at.currents.psi_m) / p.magnetizing_inductance_h"),
         Acts::LeakageCurrent => {
-            "norm2(at.state.psi_s() - at.state.psi_r()) / (p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h)"
+            Some("norm2(at.state.psi_s() - at.state.psi_r()) / (p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h)")
         }
-        _ => return String::new(),
-    };
-    format!(
-        "    fn braking_torque(&self, torque: T, at: &Operating<T>, own: &[T]) -> T {{\n        let _ = own;\n        let p = at.parameters;\n        \
-         let (x, h) = (self.order * at.state.theta_m(), T::from_f64(1e-4));\n        \
-         let slope = self.order * (self.formula(x + h) - self.formula(x - h)) / (h + h);\n        \
-         torque + ({energy} * slope).scale(0.75)\n    }}\n"
-    )
+        _ => None,
+    }
 }
 
 /// CamelCase of an identifier.

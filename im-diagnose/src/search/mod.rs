@@ -13,15 +13,15 @@ mod significance;
 use std::collections::BTreeMap;
 
 use im_identify::offline::{
-    Experiment, Fit, FitError, FitOptions, Free, Load, angle_on, base_parameters_in, effect_parameters_in, fit_from, knowing,
-    residuals, start_on, start_parameters,
+    Experiment, Fit, FitError, FitOptions, Free, Load, Residuals, angle_on, base_parameters_in, effect_parameters_in, fit_from,
+    knowing, residuals, start_on, start_parameters,
 };
 use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
 
 use crate::case::Case;
 use crate::form_error::marginal;
-use crate::residuals::{deviance, nudged};
+use crate::residuals::{all_residuals, deviance, nudged};
 use score::{Score, ScoreContext, Seed, strengths};
 
 pub use course::{Course, Refusal, Round, Stage, Trial};
@@ -225,8 +225,8 @@ impl Refinement {
     }
 
     /// What a fitted machine leaves of the training recordings, in σ.
-    pub(crate) fn left_by(&self, fit: &Fit) -> Vec<Vec<Vec<f64>>> {
-        self.nudged.par_iter().zip(&fit.starts).map(|(e, x)| residuals(&fit.machine, e, x)).collect()
+    fn left_by(&self, fit: &Fit) -> Residuals {
+        all_residuals(&fit.machine, &fit.starts, &self.nudged)
     }
 
     /// What is fitted of a machine with such effects to such recordings.

@@ -10,7 +10,7 @@
 
 use std::sync::OnceLock;
 
-use im_identify::offline::{Experiment, Free, Linearized, Residuals, Thinned, effect_parameters, linearize, predict, residuals};
+use im_identify::offline::{Experiment, Free, Linearized, Residuals, Thinned, effect_parameters, linearize, predict};
 use im_model::effects::{COEFFICIENTS, FreeForm, Role};
 use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector, DVectorView};
@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use super::lines;
 use crate::noise::{Whitener, whiteners};
-use crate::residuals::{deviance, difference};
+use crate::residuals::{all_residuals, deviance, difference};
 use crate::statistics::{closest_of, log_p, orthonormal, threshold};
 
 /// Score of one effect at its best shape.
@@ -200,7 +200,7 @@ impl<'a> ScoreContext<'a> {
         free: &[im_identify::offline::Free],
         level: f64,
     ) -> Self {
-        let residuals: Residuals = experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect();
+        let residuals = all_residuals(machine, starts, experiments);
         let linear: Vec<Linearized> =
             experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
         let whiteners = whiteners(experiments, &residuals);

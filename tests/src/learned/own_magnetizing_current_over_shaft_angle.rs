@@ -74,10 +74,12 @@ impl<T: Scalar> Hooks<T> for OwnMagnetizingCurrentOverShaftAngle<T> {
     }
     fn braking_torque(&self, torque: T, at: &Operating<T>, own: &[T]) -> T {
         let _ = own;
-        let p = at.parameters;
-        let (x, h) = (self.order * at.state.theta_m(), T::from_f64(1e-4));
-        let slope = self.order * (self.formula(x + h) - self.formula(x - h)) / (h + h);
-        torque + (norm2(at.currents.psi_m) / p.magnetizing_inductance_h * slope).scale(0.75)
+        let x = self.order * at.state.theta_m();
+        torque + {
+            let (p, h) = (at.parameters, T::from_f64(1e-4));
+            let slope = self.order * (self.formula(x + h) - self.formula(x - h)) / (h + h);
+            (norm2(at.currents.psi_m) / p.magnetizing_inductance_h * slope).scale(0.75)
+        }
     }
 
 }

@@ -35,7 +35,17 @@ fn sense<T: Scalar>(omega: T) -> T {
     turning / (turning * turning + T::one()).sqrt()
 }
 
+/// L_ls + L_lr.
+fn both_leakages<T: Scalar>(p: &TParameters<T>) -> T {
+    p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h
+}
+
 impl FreeForm {
+    /// Whether it is an inductance that changes with the angle of the shaft.
+    fn has_reluctance_torque(&self) -> bool {
+        matches!((self.acts, self.over), (Acts::MagnetizingCurrent | Acts::LeakageCurrent, Over::ShaftAngle))
+    }
+
     /// The precision of the coefficients of a curve of size one before any data; see [`SPREAD`](Self::SPREAD).
     pub fn precision(&self) -> [[f64; COEFFICIENTS]; COEFFICIENTS] {
         basis::precision(self.over.is_angle())
@@ -121,8 +131,13 @@ impl<T: Scalar> Curve<'_, T> {
         self.around(self.direction(psi))
     }
 
-    fn turns_with_shaft(&self) -> bool {
-        self.form.over == Over::ShaftAngle
+    /// What the voltage path adds to the command.
+    fn added_voltage(&self, at: &Operating<T>, own: &[T]) -> Complex<T> {
+        if self.is(Acts::VoltageAngle) {
+            j(at.input.u_s) * (self.here(at, own) * sense(at.state.omega_m()))
+        } else {
+            at.input.u_s * self.here(at, own)
+        }
     }
 
     /// An inductance L/(1 + f(θ)) that changes with the angle stores (3/4) |ψ|²(1 + f)/L, and is turned to where that is least: dW/dθ against
@@ -170,8 +185,7 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
     fn stator_drop(&self, drop: Complex<T>, at: &Operating<T>, own: &[T]) -> Complex<T> {
         match self.form.acts {
             Acts::StatorResistance => drop + at.currents.i_s * (at.r_s * self.here(at, own)),
-            Acts::Voltage => drop - at.input.u_s * self.here(at, own),
-            Acts::VoltageAngle => drop - j(at.input.u_s) * (self.here(at, own) * sense(at.state.omega_m())),
+            Acts::Voltage | Acts::VoltageAngle => drop - self.added_voltage(at, own),
             _ => drop,
         }
     }
@@ -184,13 +198,11 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
         match self.form.acts {
             Acts::Torque => torque + self.here(at, own),
             Acts::Friction => torque + self.here(at, own) * sense(at.state.omega_m()),
-            Acts::MagnetizingCurrent if self.turns_with_shaft() => {
+            Acts::MagnetizingCurrent if self.form.has_reluctance_torque() => {
                 torque + self.reluctance_torque(at.currents.psi_m, at.parameters.magnetizing_inductance_h, at)
             }
-            Acts::LeakageCurrent if self.turns_with_shaft() => {
-                let p = at.parameters;
-                let leak = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
-                torque + self.reluctance_torque(at.state.psi_s() - at.state.psi_r(), leak, at)
+            Acts::LeakageCurrent if self.form.has_reluctance_torque() => {
+                torque + self.reluctance_torque(at.state.psi_s() - at.state.psi_r(), both_leakages(at.parameters), at)
             }
             _ => torque,
         }
@@ -214,9 +226,8 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
             }
             Acts::ShaftFlux => {
                 // Of the flux that the stator links, the windings' currents make what is left without it.
-                let leak = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
                 let length = (norm2(x.psi_s()) + T::from_f64(1e-12)).sqrt();
-                let through = self.fixed_to_shaft(x.theta_m()) * (length / leak);
+                let through = self.fixed_to_shaft(x.theta_m()) * (length / both_leakages(p));
                 Currents { i_s: c.i_s - through, i_r: c.i_r + through, ..c }
             }
             Acts::LossCurrent => {
@@ -225,8 +236,7 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
                 c.drawn_at_gap(j(direction) * (over() * sense), p)
             }
             Acts::LeakageCurrent => {
-                let leak = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
-                let through = (x.psi_s() - x.psi_r()) * (over() / leak);
+                let through = (x.psi_s() - x.psi_r()) * (over() / both_leakages(p));
                 Currents { i_s: c.i_s + through, i_r: c.i_r - through, ..c }
             }
             _ => c,
@@ -241,12 +251,10 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
 
     fn powers(&self, powers: &mut Powers<T>, at: &Operating<T>, own: &[T]) {
         // What the voltage path keeps stands with the inverter, not with the winding.
-        let kept = match self.form.acts {
-            Acts::Voltage => at.input.u_s * self.here(at, own),
-            Acts::VoltageAngle => j(at.input.u_s) * (self.here(at, own) * sense(at.state.omega_m())),
-            _ => return,
-        };
-        let power = dot(kept, at.currents.i_s).scale(1.5);
+        if !matches!(self.form.acts, Acts::Voltage | Acts::VoltageAngle) {
+            return;
+        }
+        let power = dot(self.added_voltage(at, own), at.currents.i_s).scale(1.5);
         powers.stator_copper += power;
         powers.inverter_loss -= power;
     }
@@ -318,8 +326,7 @@ impl CustomEffect for FreeForm {
             Acts::SpeedSensor => Hook::shown_speed,
         };
         let own = HookSet::NONE.with(hook).with(Hook::added_resistance);
-        let turns = matches!((self.acts, self.over), (Acts::MagnetizingCurrent | Acts::LeakageCurrent, Over::ShaftAngle));
-        let own = if turns { own.with(Hook::braking_torque) } else { own };
+        let own = if self.has_reluctance_torque() { own.with(Hook::braking_torque) } else { own };
         let own = if matches!(self.acts, Acts::Voltage | Acts::VoltageAngle) { own.with(Hook::powers) } else { own };
         if self.over == Over::Time { own.with(Hook::rates) } else { own }
     }

@@ -95,16 +95,16 @@ fn an_inductance_over_the_angle_makes_no_energy() {
             }
         });
         let plant = Plant::new(&with);
-        let at = |theta_m: f64, part: f64| State { psi_s: Complex::new(0.7, 0.3) * part, theta_m, ..State::default() };
+        let at = |theta_m: f64| State { psi_s: Complex::new(0.7, 0.3), theta_m, ..State::default() };
         // Current times change of flux, in proportion to the flux on the way: half of the product at its end.
         let energy = |theta_m: f64| {
-            let x = at(theta_m, 1.0);
+            let x = at(theta_m);
             0.75 * (x.psi_s.conj() * plant.currents(&x).i_s).re
         };
         for theta in [0.1, 0.5, 1.3] {
             let h = 1e-5;
             let by_angle = (energy(theta + h) - energy(theta - h)) / (2.0 * h);
-            let e = plant.evaluate(&at(theta, 1.0), &PlantInput::new(Complex::new(0.0, 0.0), 0.0));
+            let e = plant.evaluate(&at(theta), &PlantInput::new(Complex::new(0.0, 0.0), 0.0));
             let braking = e.torque - e.rates.omega_m * M.parameters().inertia_kg_m2;
             assert!((braking - by_angle).abs() < 1e-6 * by_angle.abs() && by_angle.abs() > 0.1, "{acts:?}: {braking} {by_angle}");
         }
