@@ -3,8 +3,8 @@
 use num_complex::Complex;
 use num_traits::Zero;
 
-use crate::effects::FILTER_STATES;
-use crate::instant::PlantInput;
+use crate::effects::{FILTER_STATES, Hook, MAX_CUSTOM, Memories};
+use crate::instant::{Output, PlantInput};
 use crate::machine::Machine;
 use crate::plant::Plant;
 use crate::scalar::Scalar;
@@ -12,15 +12,6 @@ use crate::state::State;
 
 /// Past commands kept for a transport delay.
 const HISTORY: usize = 8;
-
-/// What the sensors show.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Output<T> {
-    /// Stator current, A.
-    pub i_s: Complex<T>,
-    /// Mechanical speed, rad/s.
-    pub omega_m: T,
-}
 
 /// A plant with its voltage path and its sensors, stepped sample by sample.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +25,8 @@ pub struct Bench<T> {
     commands: [Complex<T>; HISTORY],
     /// The filters of the speed sensor.
     filters: [T; FILTER_STATES],
+    /// What the user's effects remember.
+    memories: Memories<T>,
     delay: T,
     /// Effects act in the sensors.
     sensed: bool,
@@ -52,6 +45,7 @@ impl<T: Scalar> Bench<T> {
             substeps,
             commands: [Complex::zero(); HISTORY],
             filters: [state.omega_m; FILTER_STATES],
+            memories: [None; MAX_CUSTOM],
             delay,
             sensed: plant.on().in_sensors(),
             plant,
@@ -93,11 +87,16 @@ impl<T: Scalar> Bench<T> {
     pub fn output(&self) -> Output<T> {
         let i_s = self.plant.currents(&self.state).i_s;
         let i_s = if self.sensed { self.plant.measured_current(i_s) } else { i_s };
-        Output { i_s, omega_m: self.speed_seen() }
+        self.recalled(Output { i_s, omega_m: self.speed_before_memory() })
     }
 
     #[inline(always)]
     fn speed_seen(&self) -> T {
+        self.recalled(Output { i_s: Complex::zero(), omega_m: self.speed_before_memory() }).omega_m
+    }
+
+    #[inline(always)]
+    fn speed_before_memory(&self) -> T {
         let w = self.state.omega_m;
         if self.sensed {
             let (on, effects) = (self.plant.on(), self.plant.effects());
@@ -105,6 +104,22 @@ impl<T: Scalar> Bench<T> {
         } else {
             w
         }
+    }
+
+    #[inline(always)]
+    fn recalled(&self, shown: Output<T>) -> Output<T> {
+        if self.remembers() { self.plant.effects().recalled(self.plant.on(), shown, &self.memories) } else { shown }
+    }
+
+    #[inline(always)]
+    fn remembers(&self) -> bool {
+        self.plant.on().any_custom_has(Hook::remember)
+    }
+
+    /// What is there to be shown, where an effect remembers it.
+    #[inline(always)]
+    fn true_reading(&self) -> Option<Output<T>> {
+        self.remembers().then(|| Output { i_s: self.plant.currents(&self.state).i_s, omega_m: self.state.omega_m })
     }
 
     /// Runs one sample with the command and the load torque held.
@@ -116,8 +131,8 @@ impl<T: Scalar> Bench<T> {
     /// As [`advance`](Self::advance); `observe` sees every stage with its weight (see [`Plant::step_observed`]).
     #[inline(always)]
     pub fn advance_observed(&mut self, input: &PlantInput<T>, mut observe: impl FnMut(f64, &crate::plant::Evaluation<T>)) {
-        let u_s = if self.delay.is_zero() { input.u_s } else { self.late(input.u_s) };
-        let before = self.state.omega_m;
+        let u_s = self.arriving(input.u_s);
+        let (before, reading) = (self.state.omega_m, self.true_reading());
         let mut input = PlantInput { u_s, ..*input };
         if let Some([target, _]) = &mut input.speed_nudge {
             // The target is what a sensor shows: the speed is nudged by what that sensor would show of it, not by the truth behind it.
@@ -132,6 +147,7 @@ impl<T: Scalar> Bench<T> {
             self.plant.step_observed(&mut self.state, &input, self.substep, &mut observe);
         }
         self.filter(before);
+        self.remember(reading);
     }
 
     /// Transport delay of the voltage, s.
@@ -142,10 +158,11 @@ impl<T: Scalar> Bench<T> {
     /// Runs one sample whose voltage is not held: `integrate` carries the state over the sample, given the command that the voltage
     /// delay leaves of `command`. The speed sensor sees the change.
     pub fn advance_with(&mut self, command: Complex<T>, integrate: impl FnOnce(&Plant<T>, &mut State<T>, Complex<T>)) {
-        let late = if self.delay.is_zero() { command } else { self.late(command) };
-        let before = self.state.omega_m;
-        integrate(&self.plant, &mut self.state, late);
+        let arriving = self.arriving(command);
+        let (before, reading) = (self.state.omega_m, self.true_reading());
+        integrate(&self.plant, &mut self.state, arriving);
         self.filter(before);
+        self.remember(reading);
     }
 
     /// The sensors' filters follow the speed of the sample that has passed.
@@ -155,6 +172,25 @@ impl<T: Scalar> Bench<T> {
             let (now, on) = (self.state.omega_m, self.plant.on());
             self.plant.effects().filter(on, &mut self.filters, before, now, self.sample_time);
         }
+    }
+
+    /// So do the memories of the user's effects.
+    #[inline(always)]
+    fn remember(&mut self, before: Option<Output<T>>) {
+        if let Some((before, now)) = before.zip(self.true_reading()) {
+            self.plant.effects().remember(self.plant.on(), &mut self.memories, [before, now], self.sample_time);
+        }
+    }
+
+    /// The mean over this sample of what arrives of a command held over it.
+    #[inline(always)]
+    fn arriving(&mut self, u: Complex<T>) -> Complex<T> {
+        let past = self.commands[0];
+        let late = if self.delay.is_zero() { u } else { self.late(u) };
+        if !self.plant.on().any_custom_has(Hook::passed_voltage) {
+            return late;
+        }
+        self.plant.effects().passed_voltage(self.plant.on(), [past, late], &mut self.memories, self.sample_time)
     }
 
     /// The mean over this sample of the command delayed by D = (n + f)T.

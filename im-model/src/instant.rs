@@ -5,6 +5,15 @@ use num_complex::Complex;
 use crate::parameters::TParameters;
 use crate::scalar::Scalar;
 
+/// What the sensors show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output<T> {
+    /// Stator current, A.
+    pub i_s: Complex<T>,
+    /// Mechanical speed, rad/s.
+    pub omega_m: T,
+}
+
 /// What drives the machine during a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlantInput<T> {

@@ -68,13 +68,13 @@ mod winding;
 pub use air_gap::AirGapSaturation;
 #[cfg(feature = "std")]
 pub use atomic_file::{abandon_files, check_writable, write_atomically};
-pub use bench::{Bench, Output};
+pub use bench::Bench;
 pub use dual::Dual;
 pub use effects::{EffectId, Effects, Extra};
 pub use error::{Bound, ModelError};
 #[cfg(feature = "std")]
 pub use file_error::{FileError, Problem};
-pub use instant::{Currents, PlantInput, Powers};
+pub use instant::{Currents, Output, PlantInput, Powers};
 pub use machine::{Machine, ParameterId};
 #[cfg(feature = "std")]
 pub use motor_file::{Known, MotorFile, TerminalResistance, WARMER_IN_USE, WINDING_C};

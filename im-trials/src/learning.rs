@@ -34,6 +34,7 @@ pub fn places(kind: EffectKind) -> &'static [(Acts, Over)] {
         E::MagneticAnisotropy => &[(Acts::MagnetizingCurrent, Over::FluxDirection)],
         E::HysteresisLoss => &[(Acts::LossCurrent, Over::Flux), (Acts::LossCurrent, Over::Speed)],
         E::CurrentSensorSaturation => &[(Acts::CurrentSensor, Over::Current)],
+        E::SlowCurrentSensor => &[(Acts::CurrentSensor, Over::Lag)],
         _ => &[],
     }
 }

@@ -13,7 +13,12 @@ struct Reach {
     time: (f64, f64),
     current: f64,
     flux: f64,
+    /// As log10 of s.
+    lag: (f64, f64),
 }
+
+/// Filters of sensors and voltage paths are quicker, s: a period of the mains.
+const SLOWEST_LAG_S: f64 = 0.02;
 
 /// Below this part of the largest rotor flux, its direction and with it the slip frequency says nothing.
 const MAGNETIZED: f64 = 0.2;
@@ -34,6 +39,7 @@ impl Reach {
                 bench.advance(&e.input(k, bench.plant()));
             }
         }
+        let sample_s = runs().map(|(e, _)| e.sample_time_s).fold(SLOWEST_LAG_S, f64::min);
         let ends = |of: &dyn Fn(&[f64; 5]) -> Option<f64>| {
             let all = rows.iter().filter_map(of).filter(|x| x.is_finite());
             all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
@@ -46,6 +52,7 @@ impl Reach {
             time: when(machine, starts, experiments),
             current: most(2),
             flux: most(3),
+            lag: (sample_s.log10(), SLOWEST_LAG_S.log10()),
         };
         (reach.time.1 > 0.0 && reach.current > 0.0 && reach.flux > 0.0).then_some(reach)
     }
@@ -59,6 +66,7 @@ impl Reach {
             Over::Current => (0.0, self.current),
             Over::Flux => (0.0, self.flux),
             Over::ShaftAngle | Over::FluxDirection => (0.0, 1.0),
+            Over::Lag => self.lag,
         };
         let (low, high) = if acts.is_over_magnitude(over) { magnitudes(low, high) } else { (low, high) };
         (high - low > 1e-3 * high.abs().max(low.abs()).max(1e-6)).then_some((low, high))

@@ -23,8 +23,8 @@ fn variable(acts: Acts, over: Over) -> Option<&'static str> {
         }
         Over::Flux => "length(at.currents.psi_m)",
         Over::ShaftAngle => "self.order * at.state.theta_m()",
-        // No arc tangent in the numbers of the model.
-        Over::FluxDirection => return None,
+        // No arc tangent in the numbers of the model; a filter is no formula of its time constant.
+        Over::FluxDirection | Over::Lag => return None,
     })
 }
 

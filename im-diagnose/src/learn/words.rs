@@ -1,6 +1,6 @@
 //! What a learned curve would mean, in words.
 
-use im_model::effects::{COEFFICIENTS, Over};
+use im_model::effects::{Acts, COEFFICIENTS, Over};
 
 use super::{Curve, Formula};
 use crate::format::{number, quantity};
@@ -28,6 +28,16 @@ impl Curve {
         format!("{y}: from {from} to {to}{unit} over {x}; known to ±{}{unit} or better (95 %)", number(band, 2))
     }
 
+    /// Of a loss current over speed: n of the |ω|ⁿ that it grows by over the upper half of its range. A loss over an induced voltage that is in
+    /// proportion to speed: hysteresis takes an energy per turn, eddy currents a power with the square of speed.
+    fn power_of_speed(&self) -> Option<f64> {
+        let form = self.effect.free_form()?;
+        let top = self.points.last()?[0];
+        let at = |x: f64| form.value(&self.values, x);
+        let power = (at(top) / at(0.5 * top)).log2();
+        ((form.acts(), form.over()) == (Acts::LossCurrent, Over::Speed) && power.is_finite()).then_some(power)
+    }
+
     /// What it may be.
     pub fn meaning(&self) -> Vec<String> {
         let Some(form) = self.effect.free_form() else { return Vec::new() };
@@ -45,6 +55,15 @@ impl Curve {
                 ));
             }
         }
+        if form.over() == Over::Lag {
+            let delay_ms = 1e3 * form.delay_s(&self.values);
+            let late = if delay_ms < 0.0 { "early" } else { "late" };
+            out.push(format!("What changes slowly comes {} ms {late}.", number(delay_ms.abs(), 3)));
+        }
+        if let Some(power) = self.power_of_speed() {
+            let power = number((10.0 * power).round() / 10.0 + 0.0, 2);
+            out.push(format!("It grows as speed to the power {power}: hysteresis alone would give 0, eddy currents 1."));
+        }
         out.extend(self.formulas.first().map(Formula::sentence));
         out
     }
@@ -61,5 +80,31 @@ impl Formula {
             number(100.0 * self.off, 2),
             number(self.cost, 3)
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(place: (Acts, Over), range: (f64, f64), f: fn(f64) -> f64) -> String {
+        Curve::of_function(place, range, 1.0, 0.01, f).meaning().join(" ")
+    }
+
+    #[test]
+    fn hysteresis_and_eddy_currents_grow_differently_with_speed() {
+        let loss = |f| said((Acts::LossCurrent, Over::Speed), (0.0, 150.0), f);
+        assert!(loss(|_| 0.4).contains("to the power 0:"), "{}", loss(|_| 0.4));
+        assert!(loss(|x| 0.003 * x).contains("to the power 1:"), "{}", loss(|x| 0.003 * x));
+        assert!(!said((Acts::Torque, Over::Speed), (0.0, 150.0), |x| x).contains("to the power"));
+    }
+
+    /// Half of the signal through lags around a millisecond is late by about half of it.
+    #[test]
+    fn a_filter_says_how_late_it_is() {
+        let bump = |x: f64| 0.3 * (-(x + 3.0).powi(2) / 0.1).exp();
+        let text = said((Acts::CurrentSensor, Over::Lag), (-4.0, -2.0), bump);
+        assert!(text.contains(" ms late."), "{text}");
+        assert!(said((Acts::CurrentSensor, Over::Lag), (-4.0, -2.0), |x| 0.0 * x - 0.1).contains(" ms early."));
     }
 }

@@ -3,10 +3,13 @@
 use num_complex::Complex;
 
 use super::leakage_law::LeakageLaw;
-use crate::instant::{Currents, PlantInput, Powers};
+use crate::instant::{Currents, Output, PlantInput, Powers};
 use crate::integral::integral;
 use crate::parameters::TParameters;
 use crate::scalar::Scalar;
+
+/// Numbers that an effect in a sensor or in the voltage path keeps from sample to sample.
+pub type Memory<T> = [Complex<T>; 8];
 
 /// The states of the machine itself, without those that effects add, where they lie: with derivatives they are too large to be copied.
 #[derive(Clone, Copy, Debug)]
@@ -127,6 +130,9 @@ pub enum Hook {
     measured_speed,
     shown_speed,
     speed_behind,
+    remember,
+    recalled,
+    passed_voltage,
     added_resistance,
     fastest_rate,
 }
@@ -312,6 +318,22 @@ pub trait Hooks<T: Scalar> {
     #[inline(always)]
     fn speed_behind(&self, shown: [T; 3]) -> [T; 3] {
         shown
+    }
+
+    /// Sensors, once per sample: the memory after a sample of length `t`, s, over which what is there to be shown went from the first to the
+    /// second. No memory: the first sample. Of users' effects alone.
+    #[inline(always)]
+    fn remember(&self, _memory: &mut Option<Memory<T>>, _readings: [Output<T>; 2], _t: T) {}
+    /// Sensors: what they show, given what is remembered.
+    #[inline(always)]
+    fn recalled(&self, shown: Output<T>, _memory: &Memory<T>) -> Output<T> {
+        shown
+    }
+    /// Voltage path, once per sample: the mean over a sample of length `t`, s, of what passes of a voltage; the voltage before the sample and
+    /// the one held over it are given. Of users' effects alone.
+    #[inline(always)]
+    fn passed_voltage(&self, voltages: [Complex<T>; 2], _memory: &mut Option<Memory<T>>, _t: T) -> Complex<T> {
+        voltages[1]
     }
 
     /// Resistance that it adds to the windings for small changes, Ω, where it is largest.

@@ -31,9 +31,10 @@ pub use effect::Effect;
 pub(crate) use effect::effect;
 pub use free_form::{Acts, COEFFICIENTS, FreeForm, Over};
 use hooks::Apart;
-pub use hooks::{BaseState, Hook, HookSet, Hooks, Operating};
+pub use hooks::{BaseState, Hook, HookSet, Hooks, Memory, Operating};
 pub use leakage_law::LeakageLaw;
 pub(crate) use registry::Active;
+pub(crate) use set::Memories;
 pub(crate) use sizes::{FILTER_STATES, UNKNOWNS};
 
 use crate::instant::Powers;

@@ -1,13 +1,20 @@
 //! A set of effects: what is the same whatever is on the list.
 
+use num_complex::Complex;
+
 use super::about::StateKind;
 use super::hooks::BaseStateApart;
 use super::registry::acts_in_equations;
-use super::{ABOUT, Active, BaseState, COUNT, Custom, CustomId, EffectId, Effects, Extra, Hook, Hooks, Place, STATES};
+use super::{
+    ABOUT, Active, BaseState, COUNT, Custom, CustomId, EffectId, Effects, Extra, Hook, Hooks, MAX_CUSTOM, Memory, Place, STATES,
+};
 use crate::error::ModelError;
-use crate::instant::Currents;
+use crate::instant::{Currents, Output};
 use crate::parameters::TParameters;
 use crate::scalar::Scalar;
+
+/// What each of the user's effects remembers.
+pub(crate) type Memories<T> = [Option<Memory<T>>; MAX_CUSTOM];
 
 impl<T> Extra<T> {
     /// The states of the built-in effects, in the order of the registry.
@@ -119,6 +126,26 @@ impl<T: Scalar> Effects<T> {
     /// Carries the speed through [`Hooks::shown_speed`] of the user's effects that are on.
     pub(crate) fn shown_speed(&self, on: Active, omega_m: T, theta_m: T) -> T {
         self.through_custom(on, Hook::shown_speed, omega_m, |h, w, _| h.shown_speed(w, theta_m))
+    }
+
+    /// [`Hooks::remember`] of the user's effects that are on.
+    pub(crate) fn remember(&self, on: Active, memories: &mut Memories<T>, readings: [Output<T>; 2], t: T) {
+        self.each_custom(on, Hook::remember, |h, slot| h.remember(&mut memories[slot], readings, t));
+    }
+
+    /// Carries what the sensors show through [`Hooks::recalled`] of those that remember something.
+    pub(crate) fn recalled(&self, on: Active, shown: Output<T>, memories: &Memories<T>) -> Output<T> {
+        self.through_custom(on, Hook::recalled, shown, |h, shown, slot| match &memories[slot] {
+            Some(memory) => h.recalled(shown, memory),
+            None => shown,
+        })
+    }
+
+    /// Carries a voltage through [`Hooks::passed_voltage`]; the one before the sample is given first.
+    pub(crate) fn passed_voltage(&self, on: Active, voltages: [Complex<T>; 2], memories: &mut Memories<T>, t: T) -> Complex<T> {
+        let [before, mut u] = voltages;
+        self.each_custom(on, Hook::passed_voltage, |h, slot| u = h.passed_voltage([before, u], &mut memories[slot], t));
+        u
     }
 
     /// The user's effects present, on or off.

@@ -2,8 +2,8 @@
 
 use num_complex::Complex;
 
-use crate::bench::Output;
 use crate::error::{Bound, ModelError};
+use crate::instant::Output;
 
 /// Imperfections of the data acquisition. `default` has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

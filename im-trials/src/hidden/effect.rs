@@ -107,6 +107,8 @@ effects! {
     EccentricEncoder "eccentric_encoder" [0.003, 0.008, 0.02],
     /// Size: part of the shown speed that is lost at synchronous speed.
     BentTachogenerator "bent_tachogenerator" [0.004, 0.01, 0.025],
+    /// Size: part of the current reading that eddy currents in the sensor's core hold back.
+    SlowCurrentSensor "slow_current_sensor" [0.01, 0.03, 0.08],
 }
 
 impl EffectKind {

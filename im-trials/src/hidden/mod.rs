@@ -27,6 +27,7 @@ pub mod plane;
 pub mod plant;
 pub mod run;
 pub mod sensors;
+pub mod slow_core;
 pub mod smooth_sign;
 pub mod steady;
 pub mod table;

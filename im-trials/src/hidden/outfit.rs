@@ -10,6 +10,7 @@ use super::plant::{
     Cage, DryFriction, Heating, HiddenPlant, Hysteresis, Inverter, Ripple, Shaft, Slots, SpeedFilter, StrayLoad, Windage,
 };
 use super::sensors::Sensors;
+use super::slow_core::SlowCore;
 use super::smooth_sign::SmoothSign;
 use std::f64::consts::TAU;
 
@@ -28,6 +29,8 @@ pub struct Outfit {
     pub delay_samples: f64,
     /// The sensors.
     pub sensors: Sensors,
+    /// What stands in front of those of the current.
+    pub slow_current_sensor: Option<SlowCore>,
     /// Angle of the shaft when a recording begins, rad.
     pub start_angle_rad: f64,
     /// The effects and their parameters, for the record.
@@ -86,6 +89,7 @@ impl Outfit {
             leg_too_long: None,
             delay_samples: 0.0,
             sensors: Sensors::default(),
+            slow_current_sensor: None,
             start_angle_rad: 0.0,
             truth: Vec::new(),
         }
@@ -269,6 +273,11 @@ impl Outfit {
                 let level = m.rated_current_a() / size;
                 self.sensors.clip_a = Some(level);
                 ("clipped phases", vec![("level_a", level)])
+            }
+            EffectKind::SlowCurrentSensor => {
+                let slow = SlowCore { part: size, time_s: chance.between(1e-3, 5e-3) };
+                self.slow_current_sensor = Some(slow);
+                ("eddy currents in the core", vec![("part", slow.part), ("time_s", slow.time_s)])
             }
             EffectKind::SpeedSensorScale => {
                 self.sensors.speed_scale = 1.0 + chance.sign() * size;

@@ -68,10 +68,12 @@ pub fn record(
     let late_s = (outfit.delay_samples - whole) * sample_s;
     let whole = whole as usize;
     let mut sent: Vec<Vector> = Vec::with_capacity(load_nm.len());
+    let mut slow = outfit.slow_current_sensor.map(|slow| slow.at_rest(sample_s));
     let mut angles: Vec<f64> = Vec::with_capacity(load_nm.len());
     for (k, &load) in load_nm.iter().enumerate() {
         angles.push(motion.x[at::ANGLE]);
-        let current = outfit.sensors.current(HiddenPlant::stator_current(&motion.x));
+        let current = HiddenPlant::stator_current(&motion.x);
+        let current = outfit.sensors.current(slow.as_mut().map_or(current, |slow| slow.reads(current)));
         let speed = match outfit.sensors.encoder_window_s {
             None => outfit.plant.sensed_speed(&motion.x),
             Some(window) => (angles[k] - earlier(&angles, k as f64 - window / sample_s)) / window,

@@ -8,8 +8,10 @@
 
 mod basis;
 mod form;
+mod lags;
 mod parameters;
 
+use lags::Lags;
 use num_complex::Complex;
 
 pub use form::FreeForm;
@@ -18,10 +20,10 @@ pub use parameters::{Acts, COEFFICIENTS, Over};
 #[cfg(feature = "std")]
 use super::CustomId;
 use super::{
-    About, BaseState, Card, CustomEffect, CustomHooks, Hook, HookSet, Hooks, Operating, ParameterInfo, Place, StateInfo,
+    About, BaseState, Card, CustomEffect, CustomHooks, Hook, HookSet, Hooks, Memory, Operating, ParameterInfo, Place, StateInfo,
     StateKind, SteadyState,
 };
-use crate::instant::{Currents, Powers};
+use crate::instant::{Currents, Output, Powers};
 use crate::parameters::TParameters;
 use crate::scalar::Scalar;
 use crate::space_vector::{dot, from_phases, j, norm2, to_phases, unit};
@@ -124,6 +126,8 @@ impl<T: Scalar> Curve<'_, T> {
             Over::Flux => self.at(self.magnitude(norm2(at.currents.psi_m))),
             Over::ShaftAngle => self.around_shaft(x.theta_m()),
             Over::FluxDirection => self.in_direction(at.currents.psi_m),
+            // Acts once per sample, in front of the terminals and behind the sensors.
+            Over::Lag => T::zero(),
         }
     }
 
@@ -174,6 +178,10 @@ impl<T: Scalar> Curve<'_, T> {
     /// A flux that turns with the shaft, as a part of another: complex.
     fn fixed_to_shaft(&self, theta_m: T) -> Complex<T> {
         basis::fourier_vector(self.coefficients(), unit(self.values[FIRST] * theta_m))
+    }
+
+    fn lags(&self) -> Lags<T> {
+        Lags::new([self.values[FIRST], self.values[FIRST + 1]], |x| self.at(x))
     }
 
     fn is(&self, acts: Acts) -> bool {
@@ -259,6 +267,24 @@ impl<T: Scalar> Hooks<T> for Curve<'_, T> {
         powers.inverter_loss -= power;
     }
 
+    fn remember(&self, memory: &mut Option<Memory<T>>, readings: [Output<T>; 2], t: T) {
+        let readings = readings.map(|y| if self.is(Acts::SpeedSensor) { Complex::from(y.omega_m) } else { y.i_s });
+        self.lags().follow(memory, readings, t);
+    }
+
+    fn recalled(&self, shown: Output<T>, memory: &Memory<T>) -> Output<T> {
+        let behind = self.lags().behind(memory);
+        if self.is(Acts::SpeedSensor) {
+            Output { omega_m: shown.omega_m + behind.re, ..shown }
+        } else {
+            Output { i_s: shown.i_s + behind, ..shown }
+        }
+    }
+
+    fn passed_voltage(&self, voltages: [Complex<T>; 2], memory: &mut Option<Memory<T>>, t: T) -> Complex<T> {
+        self.lags().mean_passed(voltages, memory, t)
+    }
+
     fn measured_current(&self, i: Complex<T>) -> Complex<T> {
         // Each phase has its own.
         if self.is(Acts::CurrentSensor) { from_phases(to_phases(i).map(|i| i + i * self.at(self.magnitude(i * i)))) } else { i }
@@ -296,6 +322,7 @@ impl CustomEffect for FreeForm {
     }
     fn about(&self) -> About {
         let place = match self.acts {
+            Acts::Voltage if self.over == Over::Lag => Place::Command,
             Acts::Torque | Acts::Friction => Place::Mechanics,
             Acts::StatorResistance | Acts::RotorResistance => Place::Windings,
             Acts::Voltage | Acts::VoltageAngle => Place::Voltage,
@@ -304,7 +331,7 @@ impl CustomEffect for FreeForm {
         };
         let steady_state = match self.over {
             Over::ShaftAngle | Over::FluxDirection => SteadyState::Ripples,
-            Over::Time => SteadyState::Hides,
+            Over::Time | Over::Lag => SteadyState::Hides,
             _ => SteadyState::Shows,
         };
         About { steady_state, fixed_to_shaft: self.over == Over::ShaftAngle, ..About::at(place) }
@@ -317,6 +344,10 @@ impl CustomEffect for FreeForm {
         parameters::card(self.acts, self.over)
     }
     fn hooks(&self) -> HookSet {
+        if self.over == Over::Lag {
+            let sensor = HookSet::NONE.with(Hook::remember).with(Hook::recalled);
+            return if self.acts == Acts::Voltage { HookSet::NONE.with(Hook::passed_voltage) } else { sensor };
+        }
         let hook = match self.acts {
             Acts::Torque | Acts::Friction => Hook::braking_torque,
             Acts::StatorResistance | Acts::Voltage | Acts::VoltageAngle => Hook::stator_drop,
@@ -359,6 +390,11 @@ impl FreeForm {
         let order = values[FIRST].abs();
         let periods = if order > SEEN { 1.0 } else { order.max(1.0) };
         (0.0, turn * periods / order)
+    }
+
+    /// By how much what changes slowly comes late through lags with these values of the parameters, s.
+    pub fn delay_s(&self, values: &[f64]) -> f64 {
+        Curve { form: self, values }.lags().delay_s()
     }
 
     /// The names of the variable and of the quantity, with units.

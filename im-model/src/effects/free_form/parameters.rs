@@ -51,6 +51,8 @@ pub enum Over {
     ShaftAngle,
     /// Direction of the main flux.
     FluxDirection,
+    /// Time constant of a first-order lag through which a part of the quantity passes; its decadic logarithm in s.
+    Lag,
 }
 
 impl Over {
@@ -98,6 +100,7 @@ pub(super) const ROWS: &[Row] = &[
     row(Acts::Voltage, Over::Speed, "learned_voltage_over_speed", "Voltage over speed", "A voltage error that depends on speed, and with it on frequency and modulation depth."),
     row(Acts::Voltage, Over::Time, "learned_voltage_over_time", "Voltage over time", "A voltage error that changes with time: the DC link, a transformer tap."),
     row(Acts::Voltage, Over::Current, "learned_voltage_over_current", "Voltage over current", "A voltage error that depends on current: the DC link or the supply sags."),
+    row(Acts::Voltage, Over::Lag, "learned_voltage_over_lag", "Voltage through lags", "A voltage of which a part passes through first-order lags, of more than one time constant: filters, cables, the switching of the inverter."),
     row(Acts::VoltageAngle, Over::Speed, "learned_voltage_angle_over_speed", "Angle of the voltage over speed", "The voltage lags or leads by an angle that depends on speed: sampling, delays, filters."),
     row(Acts::MagnetizingCurrent, Over::Flux, "learned_magnetizing_current_over_flux", "Magnetizing current over flux", "A magnetizing current that grows otherwise than the flux: saturation."),
     row(Acts::MagnetizingCurrent, Over::ShaftAngle, "learned_magnetizing_current_over_shaft_angle", "Magnetizing current over the shaft angle", "An air gap that changes with the turn of the shaft: slots, an eccentric rotor."),
@@ -109,6 +112,8 @@ pub(super) const ROWS: &[Row] = &[
     row(Acts::LeakageCurrent, Over::Flux, "learned_leakage_current_over_flux", "Leakage over flux", "A leakage that changes with the main flux: cross-saturation."),
     row(Acts::LeakageCurrent, Over::ShaftAngle, "learned_leakage_current_over_shaft_angle", "Leakage over the shaft angle", "A leakage that changes with the turn of the shaft: slots, a rotor fault."),
     row(Acts::CurrentSensor, Over::Current, "learned_current_sensor_over_current", "Current sensor over current", "A current sensor whose gain depends on current: a core that saturates."),
+    row(Acts::CurrentSensor, Over::Lag, "learned_current_sensor_over_lag", "Current sensors through lags", "Current sensors that show a part through first-order lags, of more than one time constant: filters in front of the converter, eddy currents in the core."),
+    row(Acts::SpeedSensor, Over::Lag, "learned_speed_sensor_over_lag", "Speed sensor through lags", "A speed sensor that shows a part through first-order lags, of more than one time constant: filters, an observer in the drive."),
     row(Acts::SpeedSensor, Over::Speed, "learned_speed_sensor_over_speed", "Speed sensor over speed", "A speed sensor whose gain depends on speed."),
     row(Acts::SpeedSensor, Over::ShaftAngle, "learned_speed_sensor_over_shaft_angle", "Speed sensor over the shaft angle", "A speed sensor whose gain changes over the turn: an encoder disc off centre, a bent coupling."),
 ];
@@ -131,9 +136,13 @@ mod table {
     const ANGLES: [&str; COEFFICIENTS] = ["c1_rad", "c2_rad", "c3_rad", "c4_rad", "c5_rad", "c6_rad", "c7_rad", "c8_rad"];
 
     /// Coefficients, their usual size, and where they must lie.
-    fn coefficient(acts: Acts) -> ([&'static str; COEFFICIENTS], &'static str, ScaleOf, (f64, f64), Bound) {
+    fn coefficient(acts: Acts, over: Over) -> ([&'static str; COEFFICIENTS], &'static str, ScaleOf, (f64, f64), Bound) {
         // A part by which a quantity changes must leave something of it.
         let part = |lo, hi, most| (PLAIN, "", ScaleOf::One, (lo, hi), Bound::Within(-0.95, most));
+        if over == Over::Lag {
+            // Two lags in series are the difference of the two, each larger than the signal.
+            return (PLAIN, "", ScaleOf::One, (0.02, 1.0), Bound::Within(-50.0, 50.0));
+        }
         match acts {
             Acts::Torque | Acts::Friction => (TORQUES, "Nm", ScaleOf::Torque, (0.01, 0.5), Bound::Within(-1e6, 1e6)),
             Acts::StatorResistance | Acts::RotorResistance => part(0.02, 1.0, 50.0),
@@ -154,12 +163,13 @@ mod table {
             Over::Time => (["from_s", "to_s"], "s"),
             Over::Current => (["from_a", "to_a"], "A"),
             Over::Flux => (["from_vs", "to_vs"], "Vs"),
+            Over::Lag => (["from_log10_s", "to_log10_s"], ""),
             Over::ShaftAngle | Over::FluxDirection => (["order", "order"], ""),
         }
     }
 
     pub(in super::super) fn table(acts: Acts, over: Over, range: (f64, f64), order: f64) -> Vec<ParameterInfo> {
-        let (keys, unit, scale, typical, bound) = coefficient(acts);
+        let (keys, unit, scale, typical, bound) = coefficient(acts, over);
         let meaning = if over.is_angle() { "Cosine and sine of each harmonic." } else { "Coefficient of a B-spline." };
         let strength = |key| ParameterInfo { key, unit, meaning, role: Role::Strength, scale, default: 0.0, typical, bound };
         let mut all: Vec<ParameterInfo> = keys.into_iter().map(strength).collect();
@@ -202,7 +212,11 @@ pub(super) fn labels(acts: Acts, over: Over) -> (&'static str, &'static str) {
         Over::Flux => "main flux, Vs",
         Over::ShaftAngle => "shaft angle, °",
         Over::FluxDirection => "direction of the flux, °",
+        Over::Lag => "time constant, as log10 of s",
     };
+    if over == Over::Lag {
+        return (x, "part that passes through the lag");
+    }
     let y = match acts {
         Acts::Torque => "torque against rotation, Nm",
         Acts::Friction => "torque against motion, Nm",

@@ -21,6 +21,7 @@ fn every() -> Vec<(EffectId, Machine<f64>)> {
                 Over::Current => (0.0, 20.0),
                 Over::Slip => (0.0, 350.0),
                 Over::Flux => (0.0, 1.4),
+                Over::Lag => (-4.0, -2.0),
                 Over::ShaftAngle | Over::FluxDirection => (0.0, 1.0),
             };
             let id = EffectId::Custom(FreeForm::define(acts, over, range, 2.0));
@@ -179,6 +180,56 @@ fn derivatives_by_the_coefficients_are_exact() {
             }
         }
     }
+}
+
+/// A sensor through one lag τ, as a curve that is one everywhere makes it of eight: sines are turned and shrunk as (Σ w/(1 + jωτ)) says, from the first
+/// sample on, where the machine already turns; and longer samples show the same.
+#[test]
+fn lags_are_solved_exactly_and_begin_where_they_settle() {
+    let id = EffectId::Custom(FreeForm::define(Acts::CurrentSensor, Over::Lag, (-3.5, -2.0), 1.0));
+    let with = machine(|e| (0..COEFFICIENTS).for_each(|k| e.set(id, k, 0.1)));
+    let tau = |k: i32| 10_f64.powf(-3.5 + 1.5 * f64::from(k) / 7.0);
+    let omega = 100.0 * PI;
+    let expected = (0..8).fold(Complex::new(1.0, 0.0), |sum, k| sum + (Complex::new(1.0, omega * tau(k)).inv() - 1.0) * 0.1);
+    // A machine that is already in its steady state: its currents turn from the first sample on.
+    let steady = |t: f64| {
+        let mut bench = Bench::new(&machine(|_| ()), State::turning(SYNCHRONOUS), t);
+        let u = |k: f64| Complex::from_polar(RATED_V, omega * t * (k + 0.5));
+        let settling = (2.0 / t) as u32;
+        (0..settling).for_each(|k| {
+            let imposed = Some([SYNCHRONOUS; 2]);
+            bench.advance(&PlantInput { imposed_speed: imposed, ..PlantInput::new(u(f64::from(k)), 0.0) });
+        });
+        let mut slow = Bench::new(&with, *bench.state(), t);
+        (0..200).fold(0.0_f64, |worst, k| {
+            let input = PlantInput { imposed_speed: Some([SYNCHRONOUS; 2]), ..PlantInput::new(u(f64::from(settling + k)), 0.0) };
+            slow.advance(&input);
+            bench.advance(&input);
+            worst.max((slow.output().i_s / bench.output().i_s - expected).norm())
+        })
+    };
+    for t in [T, 3.0 * T] {
+        assert!(steady(t) < 2e-3 * (t / T).powi(2), "{}", steady(t));
+    }
+}
+
+/// A voltage that steps reaches the terminals as each lag lets it: the mean over a sample of 1 − e^{−t/τ}.
+#[test]
+fn a_voltage_passes_through_its_lags() {
+    let id = EffectId::Custom(FreeForm::define(Acts::Voltage, Over::Lag, (-3.0, -2.9), 1.0));
+    let with = machine(|e| (0..COEFFICIENTS).for_each(|k| e.set(id, k, 0.125)));
+    let flux = |m: &Machine<f64>| {
+        let mut bench = Bench::new(m, State::default(), T);
+        (0..20).for_each(|_| {
+            bench.advance(&PlantInput { imposed_speed: Some([0.0; 2]), ..PlantInput::new(Complex::new(1.0, 0.0), 0.0) })
+        });
+        bench.state().psi_s.re
+    };
+    // Before much current flows, ψ_s is the integral of what arrives: t − τ(1 − e^{−t/τ}) of a step.
+    let (tau, t) = (10_f64.powf(-2.95), 20.0 * T);
+    let expected = 1.0 - tau / t * (1.0 - (-t / tau).exp());
+    let part = flux(&with) / flux(&machine(|_| ()));
+    assert!((part - expected).abs() < 0.03, "{part} {expected}");
 }
 
 #[test]
