@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::case::Case;
 use crate::held_ratio::{HELD, held_std};
+use crate::left_error;
 use crate::residuals::{Errors, errors};
 use crate::search::{Model, Options, Refinement};
 use crate::uncertainty::{Estimate, Estimates, MachineQuantity};
@@ -34,13 +35,15 @@ impl Fitted {
     /// The fit cannot be made.
     pub fn new(case: Case, options: Options) -> Result<Self, FitError> {
         let (refinement, model) = Refinement::new(case, options)?;
-        Ok(Self::of_model(&refinement, &model))
+        let mut fitted = Self::of_model(&refinement, &model);
+        fitted.after.prediction = left_error::of_model(&refinement, &model, &fitted.estimates);
+        Ok(fitted)
     }
 
-    /// Of a model that is fitted already.
+    /// Of a model that is fitted already, without what it leaves as a band.
     pub fn of_model(refinement: &Refinement, model: &Model) -> Self {
         let (before, fit) = (refinement.case().motor.clone(), &model.fit);
-        let after = MotorFile { machine: fit.machine, ..before.clone() };
+        let after = MotorFile { machine: fit.machine, prediction: None, ..before.clone() };
         let train = errors(&fit.machine, refinement.nudged(), &fit.starts);
         let estimates = Estimates::of_fit(&before, fit, refinement.nudged());
         Self { before, after, train, holdout: model.holdout, estimates, supply: refinement.case().supply() }

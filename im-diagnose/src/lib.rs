@@ -27,6 +27,7 @@ mod input_noise;
 mod instruments;
 pub mod intake;
 pub mod learn;
+pub mod left_error;
 pub mod loads;
 pub mod localise;
 pub mod losses;

@@ -166,10 +166,26 @@ impl Estimates {
         Self::new(before, &fit.machine, &fit.starts, experiments, &fit.free)
     }
 
-    /// Half the width of the 95 % band in which readings are expected, sample by sample and channel by channel in their units: the noise of
-    /// the sensor, and what the uncertainty of the parameters makes of it. `number` is that of the experiment in the fit; of one that no
-    /// fit has seen, the initial state counts as exact.
-    pub fn prediction_band(
+    /// About the machine that the other recordings give without the one of this number: by one step, for which every recording tells as much as
+    /// another. What it alone determines stays, as nothing pulls at it; so does everything where there are no others.
+    ///
+    /// δ = −m/(m − 1) N⁻¹ Jᵀr, of its rows
+    pub fn without(&self, machine: &Machine<f64>, number: usize) -> Machine<f64> {
+        let m = self.spread.pulls.len() as f64;
+        let Some(pull) = self.spread.pulls.get(number).filter(|_| m > 1.0) else { return *machine };
+        let step = &self.spread.inverse * pull * (-m / (m - 1.0));
+        let moved = |(f, v): (&Free, &f64)| match &f.target {
+            // A step beyond that is none: the slopes do not hold so far.
+            Target::Machine(ids) => ids.iter().map(|&id| (id, f.value(machine.get(id), v.clamp(-1.0, 1.0)))).collect(),
+            Target::Initial { .. } => Vec::new(),
+        };
+        let set: Vec<_> = self.free.iter().zip(step.iter()).flat_map(moved).collect();
+        machine.with(&set).unwrap_or(*machine)
+    }
+
+    /// Half the width of the 95 % band in which the uncertainty of the parameters lets the model's signals be, sample by sample and channel by
+    /// channel in their units. `number` is that of the experiment in the fit; of one that no fit has seen, the initial state counts as exact.
+    pub fn band_of_parameters(
         &self,
         machine: &Machine<f64>,
         e: &Experiment,
@@ -182,7 +198,7 @@ impl Estimates {
             let at = |k: usize| slopes[k][c][row];
             let variance: f64 =
                 moved.iter().map(|&a| at(a) * moved.iter().map(|&b| self.search[(a, b)] * at(b)).sum::<f64>()).sum();
-            HALF_95 * e.channels[c].sigma * (1.0 + variance.max(0.0)).sqrt()
+            HALF_95 * e.channels[c].sigma * variance.max(0.0).sqrt()
         };
         (0..e.channels.len()).map(|c| (0..e.len()).into_par_iter().map(|row| half(c, row)).collect()).collect()
     }
@@ -261,6 +277,8 @@ struct Spread {
     hidden: DMatrix<f64>,
     /// The part of the scales.
     scales: DMatrix<f64>,
+    /// Jᵀr of each recording.
+    pulls: Vec<DVector<f64>>,
 }
 
 impl Spread {
@@ -311,7 +329,8 @@ impl Spread {
             normal += &smooth.information;
             modelled += &smooth.information;
         }
-        Self { inverse: inverse_of_normal(&normal), noise: [modelled, shown], hidden, scales }
+        let pulls = linear.iter().map(|l| along(l, &l.residuals)).collect();
+        Self { inverse: inverse_of_normal(&normal), noise: [modelled, shown], hidden, scales, pulls }
     }
 
     /// Covariance of quantities with the slopes `t`: of both views of the noise, each quantity has the wider one.
@@ -375,7 +394,8 @@ mod tests {
         let covariance =
             DMatrix::from_row_slice(3, 3, &[0.01, 0.0199, 1e-9, 0.0199, 0.04, f64::INFINITY, 1e-9, f64::INFINITY, 0.0]);
         let nothing = || DMatrix::zeros(0, 0);
-        let spread = Spread { inverse: nothing(), noise: [nothing(), nothing()], hidden: nothing(), scales: nothing() };
+        let spread =
+            Spread { inverse: nothing(), noise: [nothing(), nothing()], hidden: nothing(), scales: nothing(), pulls: Vec::new() };
         let none = Estimates { list, covariance, free: Vec::new(), search: nothing(), spread };
         let pairs = none.correlated(0.98);
         assert_eq!(pairs.len(), 1, "{pairs:?}");

@@ -44,6 +44,8 @@ mod motor_file;
 mod nameplate;
 mod parameters;
 mod plant;
+#[cfg(feature = "std")]
+mod prediction;
 mod rating;
 #[cfg(feature = "std")]
 mod recording;
@@ -84,6 +86,8 @@ pub use parameters::{
     BaseParameter, DerivedConstants, GammaParameters, InverseGammaParameters, KenneConstants, TParameters, WindingParameters,
 };
 pub use plant::{Evaluation, Ledger, Plant, SUBSTEPS_MAX};
+#[cfg(feature = "std")]
+pub use prediction::{ErrorBand, Prediction};
 pub use rating::Rating;
 #[cfg(feature = "std")]
 pub use recording::Recording;

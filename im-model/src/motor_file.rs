@@ -16,6 +16,7 @@ use crate::file_error::FileError;
 use crate::machine::{Machine, ParameterId};
 use crate::nameplate::{DesignClass, Nameplate, NameplateGuess};
 use crate::parameters::{BaseParameter, TParameters};
+use crate::prediction::{Prediction, PredictionToml};
 use crate::rating::Rating;
 use crate::text_file::read_text;
 use crate::toml_text::{TomlText, Whole, Within, exact, quoted};
@@ -50,12 +51,20 @@ use crate::winding::Conductor;
 ///
 /// [effects.iron_loss]                   # one table for each effect that is on
 /// conductance_s = 0.001
+///
+/// [prediction]                          # of a fitted motor: half widths of the bands that hold 95 % of readings, √(first² + (second·|i|)²)
+/// current_a = 0.21                      # of each axis of the current, A
+/// current_per_ampere = 0.013            # A per A peak of stator current
+/// speed_rad_s = 0.4                     # of the speed, rad/s; both keys of the speed may be left out
+/// speed_rad_s_per_ampere = 0.02
 /// ```
 ///
 /// Parameters of an effect that are left out take the value usual for a machine of this rating; a strength left out is zero.
 ///
 /// Any parameter may be `{ value = 1.5, tolerance = 0.02 }` in place of its number: known to ± 2 % (95 % of cases), which fits then
 /// respect; 0 holds it. `measured` gives what was measured where `value` is something else, as in a refined motor.
+///
+/// `[prediction]` is of the model that was fitted, and stays as it is when somebody edits the numbers above it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotorFile {
     /// What the machine is called.
@@ -70,6 +79,8 @@ pub struct MotorFile {
     pub winding_c: Option<f64>,
     /// Design of the rotor, where it is known.
     pub design: Option<DesignClass>,
+    /// What the model left of the recordings that it was fitted to, where it was.
+    pub prediction: Option<Prediction>,
 }
 
 /// What is known of a parameter before any recording: measured, from a data sheet, or of such machines in general.
@@ -108,6 +119,7 @@ struct MotorToml {
     machine: Head,
     #[serde(default)]
     effects: BTreeMap<Spanned<String>, Numbers>,
+    prediction: Option<Spanned<PredictionToml>>,
 }
 
 #[derive(Deserialize)]
@@ -136,7 +148,7 @@ pub struct TerminalResistance {
 impl MotorFile {
     /// A motor of which nothing is known beside its parameters and its rating.
     pub fn new(name: impl Into<String>, machine: Machine<f64>, rating: Rating) -> Self {
-        Self { name: name.into(), machine, rating, known: BTreeMap::new(), winding_c: None, design: None }
+        Self { name: name.into(), machine, rating, known: BTreeMap::new(), winding_c: None, design: None, prediction: None }
     }
 
     /// Standard deviation of ln(L_ls/L_lr): how well the ratio of the leakages is known ([`DesignClass::leakage_ratio_std`]).
@@ -246,9 +258,11 @@ impl MotorFile {
             ("machine", "write [machine] with pole_pairs, and [machine.parameters]"),
             ("pole_pairs", "a whole number, 2 for a machine of nearly 1500 rpm at 50 Hz"),
             ("parameters", &format!("write [machine.parameters] with {keys}")),
+            PredictionToml::HINTS[0],
+            PredictionToml::HINTS[1],
         ];
         let toml = TomlText::new(text, label, &hints);
-        let MotorToml { machine: head, effects: tables } = toml.read()?;
+        let MotorToml { machine: head, effects: tables, prediction } = toml.read()?;
         let pole_pairs = head.pole_pairs.0 as u32;
         let mut known = BTreeMap::new();
         let p = parameters(&toml, &head.parameters, &mut known)?;
@@ -272,9 +286,10 @@ impl MotorFile {
             let class = DesignClass::from_name(name.get_ref());
             class.ok_or_else(|| toml.unexpected(name.span(), None, DesignClass::NAMES))
         });
+        let prediction = prediction.map(|table| Prediction::read(&toml, table)).transpose()?;
         let name = head.name.unwrap_or_else(|| "motor".to_owned());
         let winding_c = head.winding_c.map(|c| c.0);
-        Ok(Self { name, machine, rating, known, winding_c, design: design.transpose()? })
+        Ok(Self { name, machine, rating, known, winding_c, design: design.transpose()?, prediction })
     }
 
     /// The file's text. Reading it gives the same machine, bit for bit, with effects that are off at their defaults.
@@ -317,6 +332,15 @@ impl MotorFile {
             for (k, info) in id.parameters().iter().enumerate() {
                 let x = self.machine.effects().get(id, k);
                 let _ = writeln!(out, "{} = {}", info.key, self.number(ParameterId::Effect(id, k), x));
+            }
+        }
+        if let Some(prediction) = &self.prediction {
+            let _ = writeln!(
+                out,
+                "\n# 95 % of readings lie within sqrt(first^2 + (second |i|)^2) of the model as it was fitted\n[prediction]"
+            );
+            for (key, x) in prediction.entries() {
+                let _ = writeln!(out, "{key} = {}", exact(x));
             }
         }
         out
@@ -510,6 +534,7 @@ fn read_effects(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prediction::ErrorBand;
     use proptest::prelude::*;
 
     const GOOD: &str = "[machine]\nname = \"m\"\npole_pairs = 2\n\n[machine.parameters]\nstator_resistance_ohm = 1.5\n\
@@ -669,7 +694,9 @@ mod tests {
             }
             let winding_c = (on & 1 == 1).then_some(100.0 * run_up_s.sin());
             let design = [None, Some(DesignClass::B), Some(DesignClass::C)][on as usize % 3];
-            let file = MotorFile { name, machine, rating, known, winding_c, design };
+            let band = |k: usize| ErrorBand { fixed: values[k], per_ampere: values[k + 1] };
+            let prediction = (on & 2 == 2).then(|| Prediction { current: band(0), speed: (on & 4 == 4).then(|| band(2)) });
+            let file = MotorFile { name, machine, rating, known, winding_c, design, prediction };
             let text = file.to_toml();
             let back = MotorFile::parse(&text, "again").map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;
             prop_assert_eq!(&back, &file);

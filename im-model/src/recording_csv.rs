@@ -103,12 +103,21 @@ impl Recording {
     /// # Errors
     /// Those of `out`.
     pub fn to_csv(&self, out: &mut impl Write) -> io::Result<()> {
+        self.to_csv_with(&[], out)
+    }
+
+    /// As [`to_csv`](Self::to_csv), with columns more at the end, each of a number for every row. Whoever reads the recording passes over them.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn to_csv_with(&self, more: &[(&str, Vec<f64>)], out: &mut impl Write) -> io::Result<()> {
         let [u_alpha, u_beta] = U.vector;
         let [i_alpha, i_beta] = I.vector;
         write!(out, "{T},{u_alpha},{u_beta},{i_alpha},{i_beta},{OMEGA}")?;
         if self.tau_load.is_some() {
             write!(out, ",{TAU}")?;
         }
+        more.iter().try_for_each(|(name, _)| write!(out, ",{name}"))?;
         writeln!(out)?;
         let rows = self.u_s.iter().zip(&self.i_s).zip(&self.omega_m).enumerate();
         for (k, ((u, i), omega_m)) in rows {
@@ -118,6 +127,7 @@ impl Recording {
             if let Some(tau) = self.tau_load.as_ref().and_then(|tau| tau.get(k)) {
                 write!(out, ",{tau:?}")?;
             }
+            more.iter().filter_map(|(_, x)| x.get(k)).try_for_each(|x| write!(out, ",{x:?}"))?;
             writeln!(out)?;
         }
         Ok(())

@@ -4,7 +4,9 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use im_diagnose::case::Case;
+use im_diagnose::fitted::Fitted;
 use im_diagnose::intake::Finding;
+use im_diagnose::left_error;
 use im_diagnose::search::{Model, Refinement};
 use im_model::effects::Role;
 use im_model::{EffectId, Machine, MotorFile, ParameterId};
@@ -74,8 +76,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         spinning("fitting", || Refinement::new(case, options.clone())).map_err(|e| refused(&args.motor, &e))
     };
     let (_, before) = fitted(motor.clone())?;
-    let (_, after) = fitted(MotorFile { machine: with_base(&sized, &before.fit.machine)?, ..sized })?;
-    MotorFile { machine: after.fit.machine, ..motor }.write(&args.output)?;
+    let (refinement, after) = fitted(MotorFile { machine: with_base(&sized, &before.fit.machine)?, ..sized })?;
+    let estimates = Fitted::of_model(&refinement, &after).estimates;
+    let prediction = left_error::of_model(&refinement, &after, &estimates);
+    MotorFile { machine: after.fit.machine, prediction, ..motor }.write(&args.output)?;
     print(args, &after.fit.machine, Some((&before, &after)), &noticed)
 }
 

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use im_control::of_scenario;
 use im_model::simulation::{Run, Scenario, Simulation, SimulationError};
-use im_model::{ModelError, MotorFile, Recording, read_text};
+use im_model::{ModelError, MotorFile, Recording, read_text, write_atomically};
 use serde_json::json;
 
 use crate::failure::Failure;
 use crate::interrupt::together;
 use crate::output::Outputs;
-use crate::terminal::{Progress, rounded, stdout};
+use crate::terminal::{Progress, rounded, stdout, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -20,7 +20,9 @@ Example:
   im simulate --motor examples/motor.toml --scenario examples/scenario_dol.toml -o run.csv
 
 The recording has the columns t_s, u_alpha_V, u_beta_V, i_alpha_A, i_beta_A, omega_m_rad_s \
-and tau_load_Nm: the voltage is the average commanded over the sample that begins at t_s.")]
+and tau_load_Nm: the voltage is the average commanded over the sample that begins at t_s. From a motor \
+with [prediction], as im diagnose writes one, i_band_A and omega_band_rad_s come last: half widths of the bands \
+that hold 95 % of the readings of such recordings as the motor was fitted to.")]
 pub struct Args {
     /// The machine: a motor.toml
     #[arg(long, value_name = "FILE")]
@@ -71,18 +73,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         progress.finish();
     }
     let run = result.map_err(|e| refused(args, &e))?;
+    let bands = motor.prediction.map_or_else(Vec::new, |p| p.columns(&run.recording));
     if to_stdout {
         let mut out = io::BufWriter::new(io::stdout().lock());
-        run.recording.to_csv(&mut out)?;
+        run.recording.to_csv_with(&bands, &mut out)?;
         out.flush()?;
     } else {
         together(|| {
-            run.recording.write_csv(&args.output)?;
+            write_atomically(&args.output, |out| run.recording.to_csv_with(&bands, out))?;
             args.internals.as_deref().map_or(Ok(()), |path| run.write_internals_csv(path))
         })?;
     }
     progress.finish();
-    if to_stdout { Ok(()) } else { Ok(summary(args, &motor, &run)?) }
+    if to_stdout { Ok(()) } else { Ok(summary(args, &motor, &run, &bands)?) }
 }
 
 /// The law of `mtpa`.
@@ -113,14 +116,14 @@ fn refused(args: &Args, e: &SimulationError) -> Failure {
     })
 }
 
-fn summary(args: &Args, motor: &MotorFile, run: &Run) -> io::Result<()> {
+fn summary(args: &Args, motor: &MotorFile, run: &Run, bands: &[(&str, Vec<f64>)]) -> io::Result<()> {
     let r = &run.recording;
     let speed = run.state.omega_m;
     let peak = r.i_s.iter().map(|i| i.norm()).fold(0.0, f64::max);
     let file = args.output.display();
     let mut out = stdout();
     if args.json {
-        let summary = json!({
+        let mut summary = json!({
             "schema": 1,
             "output": file.to_string(),
             "machine": motor.name,
@@ -131,11 +134,19 @@ fn summary(args: &Args, motor: &MotorFile, run: &Run) -> io::Result<()> {
             "peak_current_a": peak,
             "final_speed_rad_s": speed,
         });
+        if !bands.is_empty() {
+            summary["bands"] = json!(bands.iter().map(|b| b.0).collect::<Vec<_>>());
+        }
         return writeln!(out, "{summary}");
     }
     let rpm = speed * 60.0 / (2.0 * core::f64::consts::PI);
     writeln!(out, "{file}: {} rows, {} s at {} Hz", r.len(), rounded(duration(r)), rounded(1.0 / r.sample_time_s))?;
     writeln!(out, "final speed {speed:.2} rad/s ({rpm:.1} rpm), peak current {peak:.1} A")?;
+    if !bands.is_empty() {
+        let names = bands.iter().map(|b| b.0).collect::<Vec<_>>().join(", ");
+        let held = "95 % of readings lie within plus or minus this, as far as recordings are like those of the fit";
+        write!(out, "{}", wrapped("", &format!("{names}: {held}")))?;
+    }
     if let Some(path) = &args.internals {
         writeln!(out, "{}: torque, fluxes, speeds, temperatures at the same rows", path.display())?;
     }

@@ -35,6 +35,8 @@ fn the_whole_loop_runs_on_files() {
     let of = |which: &str| judged["unaided"][which]["chi2_per_sample"].as_f64().unwrap();
     assert!(of("after") < 1.2 && of("before") > 10.0 * of("after"), "{judged}");
 
+    assert!(f.read("out/motor.refined.toml").contains("\n[prediction]\ncurrent_a = "));
+
     let found = f.path("out/diagnosis.json");
     let none = json(&["next-test", "--motor", &refined, "--diagnosis", &found, "--json"]);
     assert_eq!(none["test"], serde_json::Value::Null, "a clear answer leaves nothing open");

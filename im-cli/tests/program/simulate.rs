@@ -22,6 +22,34 @@ fn both_examples_run_and_their_recordings_are_read_again() {
     }
 }
 
+/// From a motor that says what it leaves: two columns more, which no command takes for sensors. Without, not a byte is another.
+#[test]
+fn a_refined_motor_says_how_far_off_a_simulation_is() {
+    let dir = Folder::new("bands");
+    let motor = fs::read_to_string(example("motor.toml")).unwrap();
+    let bands = "\n[prediction]\ncurrent_a = 0.5\ncurrent_per_ampere = 0.02\nspeed_rad_s = 1.5\nspeed_rad_s_per_ampere = 0.0\n";
+    let refined = dir.file("refined.toml", &(motor + bands));
+    let simulate = |motor: &str, out: &str| {
+        let out = dir.path(out);
+        done(&["simulate", "--motor", motor, "--scenario", &example("scenario_dol.toml"), "-o", &out])
+    };
+    let said = simulate(&refined, "run.csv");
+    assert!(said.contains("i_band_A, omega_band_rad_s: 95 % of readings lie within"), "{said}");
+    assert!(!simulate(&example("motor.toml"), "plain.csv").contains("band_A"));
+    let (with, plain) = (dir.read("run.csv"), dir.read("plain.csv"));
+    assert!(with.starts_with("t_s,u_alpha_V,u_beta_V,i_alpha_A,i_beta_A,omega_m_rad_s,tau_load_Nm,i_band_A,omega_band_rad_s\n"));
+    let cut: String = with.lines().map(|l| l.rsplitn(3, ',').last().unwrap().to_owned() + "\n").collect();
+    assert_eq!(cut, plain);
+    let row: Vec<f64> = with.lines().nth(5000).unwrap().split(',').map(|x| x.parse().unwrap()).collect();
+    assert_eq!(row[7..], [0.5f64.hypot(0.02 * row[3].hypot(row[4])), 1.5]);
+    for motor in [example("motor.toml"), refined] {
+        let of = |run: &str| json(&["compare", "--motor", &motor, "--data", &dir.path(run), "--json"]);
+        let (with, plain) = (of("run.csv"), of("plain.csv"));
+        assert_eq!(with["guessed"], serde_json::json!([]));
+        assert_eq!((&with["total"], &with["errors"][0]["rmse"]), (&plain["total"], &plain["errors"][0]["rmse"]));
+    }
+}
+
 #[test]
 fn the_same_seed_gives_the_same_recording() {
     let dir = Folder::new("seed");

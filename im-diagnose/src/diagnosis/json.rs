@@ -48,6 +48,8 @@ impl Diagnosis {
                 "leakage_ratio_held": p.ratio_held,
             }))).collect::<serde_json::Map<_, _>>(),
             "covariance": self.estimates.to_json(),
+            "prediction": self.refined.prediction.map(|p| p.entries().collect::<BTreeMap<_, _>>()),
+            "prediction_by_training": self.by_training.map(|p| p.entries().collect::<BTreeMap<_, _>>()),
             "residual_tests": self.dependences.iter().take(6).map(|d| json!({
                 "depends_on": d.variable.label(), "part": d.part.label(), "log10_p": -d.log_p, "size": d.size, "curve": d.curve,
             })).collect::<Vec<_>>(),

@@ -8,12 +8,13 @@ mod verdict;
 
 use std::collections::BTreeMap;
 
-use im_identify::offline::{FitError, Free, Target};
-use im_model::{EffectId, MotorFile, ParameterId};
+use im_identify::offline::{FitError, Free, Target, predict};
+use im_model::{EffectId, MotorFile, ParameterId, Prediction};
 
 use crate::case::Case;
 use crate::held_ratio::{HELD, held_std, is_held};
 use crate::learn::{Curve, Depth, contest, with_curves};
+use crate::left_error::{self, prediction, unseen};
 use crate::loads::Loads;
 use crate::losses::{ModelPoint, by_model};
 use crate::residual_tests::Dependence;
@@ -74,6 +75,8 @@ pub struct Diagnosis {
     pub estimates: Estimates,
     /// The motor with the effects added and everything refitted.
     pub refined: MotorFile,
+    /// The band of prediction that the training recordings alone give, for the held-out one to be held against.
+    pub by_training: Option<Prediction>,
     /// What the last model's residual still depends on.
     pub dependences: Vec<Dependence>,
     /// Curves of no known form with which the recordings are likelier than with the effects alone: where nothing is named, they count for
@@ -153,9 +156,12 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     let Step { machine, starts, holdout_start, effects, .. } = last_step;
     let case = loop_.case();
     let loads = Loads::of(machine, &case.train, starts).with_holdout(machine, case.holdout.as_slice(), holdout_start.as_slice());
-    let refined = MotorFile { machine: *machine, ..before.clone() };
     let free = loop_.free(machine, effects, &judged.train);
     let estimates = Estimates::new(&before, machine, starts, &judged.train, &free);
+    let mut left_error = unseen(&loop_, machine, &estimates);
+    let by_training = prediction(&left_error);
+    left_error.extend(judged.holdout.iter().zip(holdout_start).map(|(e, x)| left_error::Left::of(e, &predict(machine, e, x))));
+    let refined = MotorFile { machine: *machine, prediction: prediction(&left_error), ..before.clone() };
     let parameters = changes(&before, &refined, &free, &estimates);
     let rated = [&before, &refined].map(RatedSupply::of);
     let losses = by_model::points(&estimates, machine, &case.train);
@@ -173,6 +179,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         parameters,
         estimates,
         refined,
+        by_training,
         curves: left.curves.clone(),
         dependences: found.dependences,
         loads,

@@ -20,6 +20,7 @@ use crate::diagnosis::remarks::FITS;
 use crate::format::{number, sentence};
 use crate::intake::joined;
 use crate::intake::{Finding, FindingKind, Intake, Severity, findings};
+use crate::left_error::half_widths;
 use crate::loads::Loads;
 use crate::localise::{Signals, localise};
 use crate::residuals::nudged;
@@ -51,14 +52,21 @@ impl Comparison {
         let views = experiments
             .par_iter()
             .zip(&starts)
-            .map(|(e, x)| View {
-                experiment: e.clone(),
-                held_out: false,
-                number: None,
-                nudged: false,
-                predictions: vec![predict(m, e, x)],
-                start: *x,
-                band: Vec::new(),
+            .map(|(e, x)| {
+                let predicted = predict(m, e, x);
+                View {
+                    experiment: e.clone(),
+                    held_out: false,
+                    number: None,
+                    nudged: false,
+                    band: motor
+                        .prediction
+                        .filter(|_| !e.is_table())
+                        .map_or_else(Vec::new, |p| half_widths(e, &predicted, Some(&p))),
+                    with_parameters: false,
+                    predictions: vec![predicted],
+                    start: *x,
+                }
             })
             .collect();
         let each =
@@ -160,6 +168,13 @@ impl Comparison {
         }
     }
 
+    /// How much of the recordings lies in the band of the motor file, where it has one.
+    fn in_band(&self) -> Option<String> {
+        let (inside, all) = self.views.iter().map(View::inside).fold((0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let banded = self.motor.prediction.is_some() && all > 0;
+        banded.then(|| format!("{} % of the readings lie in the band.", number(100.0 * inside as f64 / all as f64, 3)))
+    }
+
     fn title<'a>(&'a self, meta: &'a Meta) -> &'a str {
         if meta.title.is_empty() { &self.motor.name } else { &meta.title }
     }
@@ -213,7 +228,7 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
     let models = overlay::models(&c.shown);
     let mut data = None;
     if let Some(w) = &overlay::worst(&c.views) {
-        let body = overlay::body(&c.views, &models, w);
+        let body = html! { (overlay::body(&c.views, &models, w)) @if let Some(said) = c.in_band() { p { (said) } } };
         sections.push(Section { id: "overlay", short: "signals", title: "Measured and modelled, over time", body });
         data = Some(overlay::data(&c.views, &models, w));
     }

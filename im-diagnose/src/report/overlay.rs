@@ -287,6 +287,12 @@ pub(crate) fn label(v: &View) -> String {
     if v.held_out { format!("{name} (held out)") } else { name }
 }
 
+/// What the band of prediction holds.
+pub(crate) fn band_words(views: &[View]) -> Markup {
+    let parameters = if views.iter().any(|v| v.with_parameters) { ", parameters" } else { "" };
+    html! { "95 % " (term("band", "band")) ": sensors" (parameters) ", and what the model does not explain" }
+}
+
 /// The recordings that are judged with the speed nudged.
 pub(crate) fn nudged(views: &[View]) -> String {
     views.iter().filter(|v| v.nudged).map(label).collect::<Vec<_>>().join(", ")
@@ -302,7 +308,7 @@ pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> Markup {
     };
     entries.extend(models.iter().map(|m| (m.1, words(m.0))));
     entries.push(if views.iter().any(|v| !v.band.is_empty()) {
-        ("noise", html! { "95 % " (term("band", "band of prediction")) " of the " (models[models.len() - 1].0) })
+        ("noise", band_words(views))
     } else {
         ("noise", html! { (term("noise", "noise band")) " ±2σ" })
     });

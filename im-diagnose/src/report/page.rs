@@ -23,7 +23,7 @@ const GLOSSARY: &[(&str, &str, &str)] = &[
     (
         "band",
         "band of prediction",
-        "Where 95 of 100 readings lie if the model is right: the noise of the sensor, and what the uncertainty of the fitted parameters makes of the signal. Readings outside it are what the model misses.",
+        "Where 95 of 100 readings lie: the noise of the sensor, what the uncertainty of the fitted parameters makes of the signal, and what the model left of its recordings, which grows with the current as it did there. [prediction] of the motor file has the last with the noise, and im simulate writes it.",
     ),
     ("train", "training", "The recordings that the parameters were fitted to and the causes were sought in."),
     ("holdout", "held out", "A recording that no fit has seen. A cause that is real lowers the error there too."),

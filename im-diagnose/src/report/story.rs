@@ -1,7 +1,7 @@
 //! What a report says: models, recordings with what each model says, where they fail, and the sentences. HTML and terminal share it.
 
 use im_identify::offline::{Channel, Experiment, predict, start_on};
-use im_model::{EffectId, MotorFile, State};
+use im_model::{EffectId, MotorFile, Prediction, State};
 use rayon::prelude::*;
 
 use super::signals::SignalTable;
@@ -9,6 +9,7 @@ use super::words::{effect_name, in_sigma, short_effect_name};
 use super::{Meta, Used};
 use crate::diagnosis::{Candidate, Diagnosis, Step, Verdict};
 use crate::format::{number, quantity};
+use crate::left_error::{Left, half_widths};
 use crate::localise::{Localisation, Signals, join, localise};
 use crate::residual_tests::Dependence;
 use crate::residuals::{Errors, errors};
@@ -44,8 +45,31 @@ pub(crate) struct View {
     pub predictions: Vec<Vec<Vec<f64>>>,
     /// State of the last model at the first row.
     pub start: State<f64>,
-    /// Per channel: half the width of the band of prediction of the last model; empty where no fit says how sure it is.
+    /// Per channel: half the width of the band of prediction of the last model; empty where no fit says how far off it is.
     pub band: Vec<Vec<f64>>,
+    /// Whether the uncertainty of the parameters is part of the band.
+    pub with_parameters: bool,
+}
+
+impl View {
+    /// The part of the band that is what a model leaves, channel by channel.
+    pub(super) fn left_band(&self, prediction: Option<&Prediction>) -> Vec<Vec<f64>> {
+        self.predictions.last().map_or_else(Vec::new, |p| half_widths(&self.experiment, p, prediction))
+    }
+
+    /// How many readings lie in the band, and how many there are.
+    pub(super) fn inside(&self) -> (usize, usize) {
+        let Some(modelled) = self.predictions.last() else { return (0, 0) };
+        let channels = self.experiment.channels.iter().zip(modelled).zip(&self.band);
+        let rows = channels
+            .flat_map(|((c, p), w)| (0..p.len()).filter(|k| c.is_valid(*k)).map(move |k| (c.values[k] - p[k]).abs() <= w[k]));
+        rows.fold((0, 0), |(inside, all), lies| (inside + usize::from(lies), all + 1))
+    }
+
+    /// What the last model leaves.
+    pub(super) fn left(&self) -> Left {
+        self.predictions.last().map_or_else(Left::default, |p| Left::of(&self.experiment, p))
+    }
 }
 
 /// Everything a report of a diagnosis needs: made once for page, terminal and files.
@@ -77,7 +101,16 @@ impl<'a> Story<'a> {
                 let nudged = experiment.speed_nudge.is_some();
                 let predictions = models.iter().zip(&starts).map(|(m, x)| predict(&m.machine, &experiment, x)).collect();
                 let start = starts[starts.len() - 1];
-                View { experiment, held_out: number.is_none(), number, nudged, predictions, start, band: Vec::new() }
+                View {
+                    experiment,
+                    held_out: number.is_none(),
+                    number,
+                    nudged,
+                    predictions,
+                    start,
+                    band: Vec::new(),
+                    with_parameters: false,
+                }
             })
             .collect();
         // Where a model fails is looked for with the speed nudged, so that one error does not hide behind another.
@@ -116,9 +149,15 @@ impl<'a> Story<'a> {
     /// The recordings over time with the band of prediction of the last model: for pages alone, as it costs what a step of a fit costs.
     pub(crate) fn views_with_bands(&self) -> Vec<View> {
         let machine = &self.d.steps[self.d.steps.len() - 1].machine;
-        let banded =
-            |v: &View| View { band: self.d.estimates.prediction_band(machine, &v.experiment, &v.start, v.number), ..v.clone() };
-        self.views.par_iter().map(banded).collect()
+        let band = |v: &View| {
+            let mut band = v.left_band(self.d.refined.prediction.as_ref());
+            let parameters = self.d.estimates.band_of_parameters(machine, &v.experiment, &v.start, v.number);
+            for (w, p) in band.iter_mut().flatten().zip(parameters.iter().flatten()) {
+                *w = w.hypot(*p);
+            }
+            band
+        };
+        self.views.par_iter().map(|v| View { band: band(v), with_parameters: true, ..v.clone() }).collect()
     }
 
     /// Measured, modelled by the last model, and residual, sample by sample.

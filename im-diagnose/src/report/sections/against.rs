@@ -2,10 +2,11 @@
 //! whether readings lie as far off the last model as they may.
 
 use im_chart::{Axis, Chart};
+use im_model::Prediction;
 use maud::{Markup, html};
 
-use super::super::overlay::{channel_words, label};
-use super::super::page::{drawn, figure, legend, term, text};
+use super::super::overlay::{band_words, channel_words, label};
+use super::super::page::{drawn, figure, legend, text};
 use super::super::story::View;
 use crate::format::{number, sentence};
 
@@ -15,21 +16,31 @@ const DOTS: usize = 400;
 const BINS: usize = 24;
 
 /// Of the recording that no fit has seen, else of the first; nothing where no fit says how sure it is.
-pub(crate) fn section(views: &[View]) -> Markup {
+pub(crate) fn section(views: &[View], by_training: Option<&Prediction>) -> Markup {
     let Some(view) = views.iter().find(|v| v.held_out).or(views.first()).filter(|v| !v.band.is_empty()) else { return html! {} };
     let channels: Vec<Markup> = (0..view.experiment.channels.len()).filter_map(|c| pictures(view, c)).collect();
-    let entries = [
-        ("measured", text("readings")),
-        ("refined", text("as modelled")),
-        ("noise", html! { "95 % " (term("band", "band of prediction")) }),
-    ];
+    let entries = [("measured", text("readings")), ("refined", text("as modelled")), ("noise", band_words(views))];
     html! {
         @if !channels.is_empty() {
             h3 { "Measured against modelled: " (label(view)) }
             (legend(&entries))
+            @if let Some(said) = said(views, by_training) { p { (said) } }
             @for pair in &channels { div.grid2 { (pair) } }
         }
     }
+}
+
+/// How much of the held-out recording lies inside: of the band shown, and of one that was made without it.
+fn said(views: &[View], by_training: Option<&Prediction>) -> Option<String> {
+    let held_out = views.iter().find(|v| v.held_out)?;
+    let (inside, all) = held_out.inside();
+    let without = held_out.left().inside(by_training?);
+    let percent = |inside: usize, all: usize| number(100.0 * inside as f64 / all as f64, 3);
+    Some(format!(
+        "{} % of the held-out readings lie in the band; {} % would in one made from the training recordings alone.",
+        percent(inside, all),
+        percent(without.iter().map(|w| w.0).sum(), without.iter().map(|w| w.1).sum())
+    ))
 }
 
 fn pictures(view: &View, c: usize) -> Option<Markup> {
@@ -39,7 +50,7 @@ fn pictures(view: &View, c: usize) -> Option<Markup> {
     if rows.len() < BINS {
         return None;
     }
-    let outside = rows.iter().filter(|&&k| (channel.values[k] - modelled[k]).abs() > band[k]).count();
+    let inside = rows.iter().filter(|&&k| (channel.values[k] - modelled[k]).abs() <= band[k]).count();
     let points: Vec<[f64; 2]> =
         rows.iter().step_by(rows.len().div_ceil(DOTS)).map(|&k| [modelled[k], channel.values[k]]).collect();
     let (lo, hi) = rows.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &k| (a.min(modelled[k]), b.max(modelled[k])));
@@ -80,8 +91,7 @@ fn pictures(view: &View, c: usize) -> Option<Markup> {
     difference.band(&shade, "fill-noise");
     difference.line(&[[lo, 0.0], [hi, 0.0]], "refined solid thin");
     difference.dots(&off, "measured");
-    let share = number(100.0 * outside as f64 / rows.len() as f64, 2);
-    let said =
-        format!("{} {share} % of the readings lie outside the band, where 5 % are expected of a right model.", sentence(&name));
+    let share = number(100.0 * inside as f64 / rows.len() as f64, 3);
+    let said = format!("{} {share} % of the readings lie in the band.", sentence(&name));
     Some(html! { (figure(drawn(against), "")) (figure(drawn(difference), said)) })
 }

@@ -32,7 +32,7 @@ pub(super) fn whole(s: &Story) -> String {
             id: "overlay",
             short: "signals",
             title: "Measured and modelled, over time",
-            body: html! { (overlay::body(&views, &models, w)) (against::section(&views)) },
+            body: html! { (overlay::body(&views, &models, w)) (against::section(&views, s.d.by_training.as_ref())) },
         });
         data = Some(overlay::data(&views, &models, w));
     }
