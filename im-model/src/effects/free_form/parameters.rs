@@ -190,7 +190,12 @@ mod table {
             let order_bound = if over == Over::FluxDirection { Bound::Whole(1, 60) } else { Bound::Within(0.05, 200.0) };
             all.push(fixed(first, unit, "How often the fundamental repeats per turn.", ScaleOf::One, order, order_bound));
         } else {
-            let place = if acts.is_over_magnitude(over) { Bound::NotNegative } else { Bound::Within(-1e9, 1e9) };
+            let place = match over {
+                // From a nanosecond to a quarter of an hour.
+                Over::Lag => Bound::Within(-9.0, 3.0),
+                _ if acts.is_over_magnitude(over) => Bound::NotNegative,
+                _ => Bound::Within(-1e9, 1e9),
+            };
             all.push(fixed(first, unit, "Where the curve begins.", ScaleOf::One, range.0, place));
             all.push(fixed(last, unit, "Where the curve ends.", ScaleOf::One, range.1, place));
         }

@@ -251,6 +251,15 @@ fn a_file_must_say_where_the_curve_lies() {
     assert!(error.contains("to_rad_s is missing") && error.contains(id.name()), "{error}");
 }
 
+/// A time constant that no filter has would be an infinite number in it.
+#[test]
+fn a_lag_lies_within_the_times_of_filters() {
+    let id = EffectId::Custom(FreeForm::define(Acts::CurrentSensor, Over::Lag, (-4.0, -2.0), 1.0));
+    let text = MotorFile::new("m", machine(|e| e.set(id, 0, 0.1)), M.rating).to_toml();
+    let error = MotorFile::parse(&text.replace("to_log10_s = -2", "to_log10_s = 400"), "motor.toml").unwrap_err().to_string();
+    assert!(error.contains("to_log10_s = 400 must be from -9 to 3"), "{error}");
+}
+
 /// The value is the sum of coefficients and weights: what bands are made of.
 #[test]
 fn values_are_linear_in_the_coefficients() {
