@@ -35,12 +35,17 @@ impl Fitted {
     /// The fit cannot be made.
     pub fn new(case: Case, options: Options) -> Result<Self, FitError> {
         let (refinement, model) = Refinement::new(case, options)?;
-        let mut fitted = Self::of_model(&refinement, &model);
-        fitted.after.prediction = left_error::of_model(&refinement, &model, &fitted.estimates);
-        Ok(fitted)
+        Ok(Self::with_prediction(&refinement, &model))
     }
 
-    /// Of a model that is fitted already, without what it leaves as a band.
+    /// Of a model that is fitted already, with the band of what it leaves.
+    pub fn with_prediction(refinement: &Refinement, model: &Model) -> Self {
+        let mut fitted = Self::of_model(refinement, model);
+        fitted.after.prediction = left_error::of_model(refinement, model, &fitted.estimates);
+        fitted
+    }
+
+    /// The same without the band.
     pub fn of_model(refinement: &Refinement, model: &Model) -> Self {
         let (before, fit) = (refinement.case().motor.clone(), &model.fit);
         let after = MotorFile { machine: fit.machine, prediction: None, ..before.clone() };

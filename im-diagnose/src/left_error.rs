@@ -80,7 +80,7 @@ fn as_held_out(loop_: &Refinement, machine: &Machine<f64>, e: &Experiment) -> Le
 }
 
 /// Of a model that is fitted, with what its training recordings determine.
-pub fn of_model(loop_: &Refinement, model: &Model, estimates: &Estimates) -> Option<Prediction> {
+pub(crate) fn of_model(loop_: &Refinement, model: &Model, estimates: &Estimates) -> Option<Prediction> {
     let machine = &model.fit.machine;
     let mut left = unseen(loop_, machine, estimates);
     left.extend(loop_.case().holdout.iter().map(|e| as_held_out(loop_, machine, e)));

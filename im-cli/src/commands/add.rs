@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use im_diagnose::case::Case;
 use im_diagnose::fitted::Fitted;
 use im_diagnose::intake::Finding;
-use im_diagnose::left_error;
 use im_diagnose::search::{Model, Refinement};
 use im_model::effects::Role;
 use im_model::{EffectId, Machine, MotorFile, ParameterId};
@@ -77,8 +76,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let (_, before) = fitted(motor.clone())?;
     let (refinement, after) = fitted(MotorFile { machine: with_base(&sized, &before.fit.machine)?, ..sized })?;
-    let estimates = Fitted::of_model(&refinement, &after).estimates;
-    let prediction = left_error::of_model(&refinement, &after, &estimates);
+    let prediction = Fitted::with_prediction(&refinement, &after).after.prediction;
     MotorFile { machine: after.fit.machine, prediction, ..motor }.write(&args.output)?;
     print(args, &after.fit.machine, Some((&before, &after)), &noticed)
 }

@@ -59,11 +59,22 @@ impl View {
 
     /// How many readings lie in the band, and how many there are.
     pub(super) fn inside(&self) -> (usize, usize) {
-        let Some(modelled) = self.predictions.last() else { return (0, 0) };
-        let channels = self.experiment.channels.iter().zip(modelled).zip(&self.band);
-        let rows = channels
-            .flat_map(|((c, p), w)| (0..p.len()).filter(|k| c.is_valid(*k)).map(move |k| (c.values[k] - p[k]).abs() <= w[k]));
-        rows.fold((0, 0), |(inside, all), lies| (inside + usize::from(lies), all + 1))
+        let each = (0..self.band.len()).map(|c| (self.inside_of(c), self.compared(c).len()));
+        each.fold((0, 0), |(inside, all), (i, n)| (inside + i, all + n))
+    }
+
+    /// The same of one channel.
+    pub(super) fn inside_of(&self, c: usize) -> usize {
+        let (Some(modelled), values) = (self.predictions.last(), &self.experiment.channels[c].values) else { return 0 };
+        let lies = |k: &usize| (values[*k] - modelled[c][*k]).abs() <= self.band[c][*k];
+        self.compared(c).into_iter().filter(lies).count()
+    }
+
+    /// Rows of a channel in which the last model can be held against a reading.
+    pub(super) fn compared(&self, c: usize) -> Vec<usize> {
+        let (channel, modelled) = (&self.experiment.channels[c], self.predictions.last());
+        let rows = |p: &Vec<Vec<f64>>| (0..p[c].len()).filter(|&k| channel.is_valid(k) && p[c][k].is_finite()).collect();
+        modelled.map_or_else(Vec::new, rows)
     }
 
     /// What the last model leaves.

@@ -14,6 +14,7 @@ mod custom;
 mod effect;
 mod free_form;
 mod hooks;
+mod lag;
 mod leakage_law;
 mod registry;
 mod set;

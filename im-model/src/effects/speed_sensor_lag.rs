@@ -5,6 +5,7 @@
 //! ρ = 0 is a plain first-order filter, ρ ≈ 0.4 a second-order one with equal poles, and ρ = 1 an encoder's averaging window: mean and
 //! variance of the delay are those of a window of 6τ.
 
+use super::lag::behind_ramp;
 use super::{About, Card, Place, SteadyState, effect};
 use crate::error::Bound;
 use crate::scalar::Scalar;
@@ -61,10 +62,8 @@ effect! {
 
 /// y after a sample in which the input of τ ẏ = x − y went linearly from `before` to `now`.
 fn filtered<T: Scalar>(y: T, before: T, now: T, tau: T, t: T) -> T {
-    // A particular solution for x = before + s t is x − τ s; the rest decays.
-    let lag = tau * (now - before) / t;
     let decay = if tau.value() > 0.0 { (-t / tau).exp() } else { T::zero() };
-    now - lag + (y - before + lag) * decay
+    now + behind_ramp(y - before, now - before, tau / t, decay)
 }
 
 #[cfg(feature = "std")]

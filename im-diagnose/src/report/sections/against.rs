@@ -46,11 +46,10 @@ fn said(views: &[View], by_training: Option<&Prediction>) -> Option<String> {
 fn pictures(view: &View, c: usize) -> Option<Markup> {
     let (channel, band) = (&view.experiment.channels[c], &view.band[c]);
     let modelled = view.predictions.last().map(|p| &p[c])?;
-    let rows: Vec<usize> = (0..modelled.len()).filter(|&k| channel.is_valid(k) && modelled[k].is_finite()).collect();
+    let rows = view.compared(c);
     if rows.len() < BINS {
         return None;
     }
-    let inside = rows.iter().filter(|&&k| (channel.values[k] - modelled[k]).abs() <= band[k]).count();
     let points: Vec<[f64; 2]> =
         rows.iter().step_by(rows.len().div_ceil(DOTS)).map(|&k| [modelled[k], channel.values[k]]).collect();
     let (lo, hi) = rows.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &k| (a.min(modelled[k]), b.max(modelled[k])));
@@ -91,7 +90,7 @@ fn pictures(view: &View, c: usize) -> Option<Markup> {
     difference.band(&shade, "fill-noise");
     difference.line(&[[lo, 0.0], [hi, 0.0]], "refined solid thin");
     difference.dots(&off, "measured");
-    let share = number(100.0 * inside as f64 / rows.len() as f64, 3);
+    let share = number(100.0 * view.inside_of(c) as f64 / rows.len() as f64, 3);
     let said = format!("{} {share} % of the readings lie in the band.", sentence(&name));
     Some(html! { (figure(drawn(against), "")) (figure(drawn(difference), said)) })
 }

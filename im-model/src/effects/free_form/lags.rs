@@ -9,6 +9,7 @@ use num_complex::Complex;
 use num_traits::Zero;
 
 use crate::effects::Memory;
+use crate::effects::lag::behind_ramp;
 use crate::scalar::Scalar;
 
 /// How many lags.
@@ -49,9 +50,7 @@ impl<T: Scalar> Lags<T> {
     pub(super) fn follow(&self, memory: &mut Option<Memory<T>>, [before, now]: [Complex<T>; 2], t: T) {
         let behind = memory.get_or_insert_with(|| self.tau.map(|tau| settled(T::from_real(tau), [before, now], t)));
         for (d, tau) in behind.iter_mut().zip(self.tau) {
-            // A particular solution for x = x₀ + s t is x − τ s; the rest decays.
-            let lag = (now - before) * (T::from_real(tau) / t);
-            *d = (*d + lag) * decay::<T>(tau, t) - lag;
+            *d = behind_ramp(*d, now - before, T::from_real(tau) / t, decay(tau, t));
         }
     }
 
