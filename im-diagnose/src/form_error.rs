@@ -9,7 +9,8 @@
 //! so that no effect is named for what only mends the form of another. A sample counts 1/λ in the search, what is known of β does not.
 
 use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Linearized, Thinned, linearize, predict, smoothness};
-use im_model::{BaseParameter, Complex, Machine, ParameterId, State, TParameters};
+use im_model::effects::Role;
+use im_model::{BaseParameter, Complex, EffectId, Machine, ParameterId, State, TParameters};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -27,6 +28,9 @@ const ROWS: usize = 30_000;
 
 /// Fewest values per unknown: a table of steady states is too short to tell errors of form from noise.
 const LEAST_ROWS: usize = 10;
+
+/// Part by which a resonance is changed, to see what it does.
+const RETUNED: f64 = 0.01;
 
 /// Halvings that find the stiffness of curves which bend so far and no further.
 const BISECTIONS: usize = 25;
@@ -251,8 +255,23 @@ pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: 
             all_bends.extend(bends(experiments, &here, &d));
             explained.push(d);
         }
+        for mut detuned in retuned(machine, effect).iter().filter_map(change) {
+            detuned.iter_mut().flatten().flatten().for_each(|x| *x /= RETUNED);
+            all_bends.extend(bends(experiments, &here, &detuned));
+        }
     }
     Disturbances { of_ratio, bends: all_bends, explained, modelled: here }
+}
+
+/// The machine with each shape of a resonance, its frequency and its damping, e times as large: another spring rings elsewhere, and what it
+/// explains then differs in phase.
+fn retuned(machine: &Machine<f64>, effect: EffectId) -> Vec<Machine<f64>> {
+    if !effect.about().resonant {
+        return Vec::new();
+    }
+    let shapes = effect.parameters().iter().enumerate().filter(|(_, p)| p.role == Role::Shape);
+    let ids = shapes.map(|(k, _)| ParameterId::Effect(effect, k));
+    ids.filter_map(|id| machine.with(&[(id, machine.get(id) * (1.0 + RETUNED))]).ok()).collect()
 }
 
 impl Disturbances {

@@ -21,7 +21,7 @@ pub fn threshold(freedom: usize, p: f64) -> f64 {
 }
 
 /// Modified Gram-Schmidt with normalization; columns that vanish are dropped.
-pub fn orthonormal(columns: Vec<Vec<f64>>, rows: usize) -> DMatrix<f64> {
+pub fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<DVector<f64>> {
     let mut kept: Vec<DVector<f64>> = Vec::new();
     for c in columns {
         let mut v = DVector::from_vec(c);
@@ -35,10 +35,11 @@ pub fn orthonormal(columns: Vec<Vec<f64>>, rows: usize) -> DMatrix<f64> {
         }
         let norm = v.norm();
         if norm > 1e-9 * before && norm > 0.0 {
-            kept.push(v / norm);
+            v /= norm;
+            kept.push(v);
         }
     }
-    if kept.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&kept) }
+    kept
 }
 
 /// Cosine of the angle between two signatures, without sign.
@@ -48,10 +49,10 @@ pub fn cosine(a: &[f64], b: &[f64]) -> f64 {
     if a.len() == b.len() && both > 0.0 { (dot(a, b) / both).abs() } else { 0.0 }
 }
 
-/// Largest cosine of the principal angles between two spans of columns with so many rows.
-pub fn closest_of(a: &[Vec<f64>], b: &[Vec<f64>], rows: usize) -> f64 {
-    let span = |columns: &[Vec<f64>]| orthonormal(columns.to_vec(), rows);
-    let between = span(a).tr_mul(&span(b));
+/// Largest cosine of the principal angles between two spans of columns.
+pub fn closest_of(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+    let (a, b) = (orthonormal(a.to_vec()), orthonormal(b.to_vec()));
+    let between = DMatrix::from_fn(a.len(), b.len(), |i, j| a[i].dot(&b[j]));
     if between.is_empty() { 0.0 } else { between.singular_values().max() }
 }
 
@@ -65,7 +66,7 @@ mod tests {
         let between = vec![0.0, 1.0, 1.0];
         let near = |a: &[&Vec<f64>], b: &[&Vec<f64>]| {
             let owned = |v: &[&Vec<f64>]| v.iter().map(|v| (*v).clone()).collect::<Vec<_>>();
-            closest_of(&owned(a), &owned(b), 3)
+            closest_of(&owned(a), &owned(b))
         };
         assert!(near(&[&x], &[&y]) < 1e-12 && (near(&[&x, &y], &[&y, &z]) - 1.0).abs() < 1e-12);
         assert!((near(&[&x, &y], &[&between]) - 0.5f64.sqrt()).abs() < 1e-12);

@@ -9,7 +9,7 @@ use im_model::MotorFile;
 
 use crate::failure::Failure;
 use crate::spinner::spinning;
-use crate::terminal::{rounded, stdout, wrapped};
+use crate::terminal::{WIDTH, rounded, stdout, wrapped};
 
 /// Arguments.
 #[derive(clap::Args)]
@@ -110,45 +110,51 @@ fn print(out: &mut dyn Write, l: &Losses) -> std::io::Result<()> {
         writeln!(out, "additional load loss      ({} ± {}) W/(Nm)² · T²", rounded(a.value), rounded(a.half_95))?;
         writeln!(out, "  what T = 0 leaves       {}; correlation {:.3}", w(l.intercept_w), l.correlation.unwrap_or(f64::NAN))?;
     }
-    if !l.points.is_empty() {
-        let head = [
-            "torque",
-            "slip",
-            "winding",
-            "input",
-            "stator",
-            "rotor",
-            "iron",
-            "friction",
-            "stray",
-            "losses",
-            "efficiency",
-            "direct",
-        ];
-        let units = ["Nm", "%", "°C", "W", "W", "W", "W", "W", "W", "W", "%", "%"];
-        writeln!(out)?;
-        for line in [head, units] {
-            writeln!(out, "{}", line.map(|x| format!("{x:>15}")).concat().trim_end())?;
-        }
+    if l.points.is_empty() {
+        return Ok(());
     }
-    for p in &l.points {
-        let e = |e: Estimate| format!("{} ± {}", rounded(e.value), rounded(e.half_95));
-        let percent = |e: Estimate| format!("{:.2} ± {:.2}", 100.0 * e.value, 100.0 * e.half_95);
-        let cells = [
-            p.torque_nm.map_or_else(|| "–".into(), rounded),
-            format!("{:.2}", 100.0 * p.slip),
-            rounded(p.winding_c),
-            rounded(p.input_w),
-            e(p.stator_w),
-            e(p.rotor_w),
-            e(p.iron_w),
-            e(p.friction_windage_w),
-            e(p.stray_w),
-            e(p.total_w),
-            percent(p.efficiency),
-            p.direct_efficiency.map_or_else(|| "–".into(), percent),
-        ];
-        writeln!(out, "{}", cells.map(|x| format!("{x:>15}")).concat().trim_end())?;
+    type Row<'a> = (&'static str, &'a dyn Fn(&LoadPoint) -> String);
+    let rows: [Row; 12] = [
+        ("torque, Nm", &|p| p.torque_nm.map_or_else(|| "–".into(), rounded)),
+        ("slip, %", &|p| format!("{:.2}", 100.0 * p.slip)),
+        ("winding, °C", &|p| rounded(p.winding_c)),
+        ("input, W", &|p| rounded(p.input_w)),
+        ("stator, W", &|p| plus_minus(p.stator_w)),
+        ("rotor, W", &|p| plus_minus(p.rotor_w)),
+        ("iron, W", &|p| plus_minus(p.iron_w)),
+        ("friction, W", &|p| plus_minus(p.friction_windage_w)),
+        ("stray, W", &|p| plus_minus(p.stray_w)),
+        ("losses, W", &|p| plus_minus(p.total_w)),
+        ("efficiency, %", &|p| percent(p.efficiency)),
+        ("direct, %", &|p| p.direct_efficiency.map_or_else(|| "–".into(), percent)),
+    ];
+    writeln!(out)?;
+    print_points(out, &rows.map(|(name, cell)| (name, l.points.iter().map(cell).collect())))
+}
+
+fn plus_minus(e: Estimate) -> String {
+    format!("{} ± {}", rounded(e.value), rounded(e.half_95))
+}
+
+fn percent(e: Estimate) -> String {
+    format!("{:.2} ± {:.2}", 100.0 * e.value, 100.0 * e.half_95)
+}
+
+/// Load points side by side, one line per quantity; as many at a time as a terminal is wide.
+fn print_points(out: &mut dyn Write, rows: &[(&str, Vec<String>)]) -> std::io::Result<()> {
+    let width = |s: &String| s.chars().count();
+    let name = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    let cell = 2 + rows.iter().flat_map(|(_, cells)| cells).map(width).max().unwrap_or(0);
+    let points = rows.first().map_or(0, |(_, cells)| cells.len());
+    let at_once = ((WIDTH - name) / cell).max(1);
+    for first in (0..points).step_by(at_once) {
+        if first > 0 {
+            writeln!(out)?;
+        }
+        for (label, cells) in rows {
+            let cells: String = cells.iter().skip(first).take(at_once).map(|c| format!("{c:>cell$}")).collect();
+            writeln!(out, "{label:name$}{cells}")?;
+        }
     }
     Ok(())
 }
@@ -161,19 +167,19 @@ fn print_model(out: &mut dyn Write, l: &Losses, m: &ByModel) -> std::io::Result<
         return Ok(());
     }
     writeln!(out, "\nby a model with these losses, fitted to all rows (error {} σ of the instruments):", rounded(m.error))?;
-    let head = ["torque", "slip", "stator", "rotor", "iron", "friction", "stray", "losses", "efficiency"];
-    let units = ["Nm", "%", "W", "W", "W", "W", "W", "W", "%"];
-    for line in [head, units] {
-        writeln!(out, "{}", line.map(|x| format!("{x:>15}")).concat().trim_end())?;
-    }
-    let e = |e: Estimate| format!("{} ± {}", rounded(e.value), rounded(e.half_95));
-    for p in &m.points {
-        let efficiency = format!("{:.2} ± {:.2}", 100.0 * p.efficiency.value, 100.0 * p.efficiency.half_95);
-        let parts = [p.stator_w, p.rotor_w, p.iron_w, p.friction_windage_w, p.stray_w, p.total_w].map(e);
-        let [a, b, c, d, f, g] = parts;
-        let cells = [rounded(p.torque_nm), format!("{:.2}", 100.0 * p.slip), a, b, c, d, f, g, efficiency];
-        writeln!(out, "{}", cells.map(|x| format!("{x:>15}")).concat().trim_end())?;
-    }
+    type Row<'a> = (&'static str, &'a dyn Fn(&ModelPoint) -> String);
+    let rows: [Row; 9] = [
+        ("torque, Nm", &|p| rounded(p.torque_nm)),
+        ("slip, %", &|p| format!("{:.2}", 100.0 * p.slip)),
+        ("stator, W", &|p| plus_minus(p.stator_w)),
+        ("rotor, W", &|p| plus_minus(p.rotor_w)),
+        ("iron, W", &|p| plus_minus(p.iron_w)),
+        ("friction, W", &|p| plus_minus(p.friction_windage_w)),
+        ("stray, W", &|p| plus_minus(p.stray_w)),
+        ("losses, W", &|p| plus_minus(p.total_w)),
+        ("efficiency, %", &|p| percent(p.efficiency)),
+    ];
+    print_points(out, &rows.map(|(name, cell)| (name, m.points.iter().map(cell).collect())))?;
     if m.error > UNEXPLAINED {
         let text = "The model leaves more than the instruments' errors: a further effect, or a row or a temperature that is not right. im diagnose with the same tables looks for it.";
         write!(out, "{}", wrapped("! ", text))?;

@@ -8,7 +8,7 @@ use super::Candidate;
 use super::steps::{Found, Step};
 use crate::form_error::bent;
 use crate::residual_tests::Dependence;
-use crate::search::{Course, Model, Refinement, Refusal, Round, Trial};
+use crate::search::{Course, Model, NO_DOUBT, Refinement, Refusal, Round, Trial, UNEXPLAINED};
 use crate::statistics::log_p;
 
 /// Excess of χ²/N over that of the noise below which a model is as good as its sensors.
@@ -97,9 +97,6 @@ pub(super) struct Left<'a> {
     replace: bool,
 }
 
-/// From here on, −log₁₀ of a probability, there is no doubt.
-const NO_DOUBT: f64 = 10.0;
-
 impl<'a> Left<'a> {
     pub(super) fn new(loop_: &Refinement, course: &Course, found: &'a Found) -> Self {
         let fit = &course.last().model.fit;
@@ -180,9 +177,6 @@ fn gains(t: &Trial) -> bool {
 pub(super) fn is_contested(course: &Course, left: &Left<'_>) -> bool {
     left.error[1] - 1.0 > NEGLIGIBLE && caused(course, left)
 }
-
-/// Part of the excess that effects leave, errors of their form aside, from which on they do not explain it.
-const UNEXPLAINED: f64 = 0.1;
 
 /// The verdict as far as effects and residual tests decide it.
 fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {

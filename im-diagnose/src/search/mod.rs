@@ -70,6 +70,12 @@ const NOMINATED: usize = 6;
 const SPEED_ROUNDS: usize = 5;
 const SPEED_SETTLED: f64 = 0.003;
 
+/// Part of the base model's excess of χ²/N that effects may leave: with more, they do not explain it.
+pub const UNEXPLAINED: f64 = 0.1;
+
+/// From here on, −log₁₀ of a probability, there is no doubt.
+pub const NO_DOUBT: f64 = 10.0;
+
 /// Largest residual that counts, in σ.
 const RAN_AWAY: f64 = 1e6;
 
@@ -94,6 +100,11 @@ impl Model {
     /// Mean squared training residual in σ².
     pub fn train(&self) -> f64 {
         self.fit.chi2_per_sample()
+    }
+
+    /// The larger of training and held-out error, χ²/N.
+    fn error(&self) -> f64 {
+        self.holdout.map_or(self.train(), |h| h.max(self.train()))
     }
 
     /// The part of the held-out recording in D.
@@ -384,10 +395,32 @@ impl Refinement {
             set.push((ParameterId::Effect(e, k), x));
         }
         let with = if largest > 0.0 { machine.with(&set).ok()? } else { return None };
+        Some(self.turned(machine, with, starts, e))
+    }
+
+    /// The machine of the motor file.
+    fn given(&self) -> &Machine<f64> {
+        &self.case.motor.machine
+    }
+
+    /// From where to fit a machine with an effect of usual size more.
+    fn usual(&self, machine: &Machine<f64>, starts: &[State<f64>], e: EffectId) -> Option<(Machine<f64>, Vec<State<f64>>)> {
+        let motor = MotorFile { machine: *machine, ..self.case.motor.clone() };
+        Some(self.turned(machine, motor.with_usual(e).ok()?.machine, starts, e))
+    }
+
+    /// A machine with one effect more, the shaft at its likeliest angles.
+    fn turned(
+        &self,
+        before: &Machine<f64>,
+        with: Machine<f64>,
+        starts: &[State<f64>],
+        e: EffectId,
+    ) -> (Machine<f64>, Vec<State<f64>>) {
         let turned = |(e, x): (&Experiment, &State<f64>)| State { theta_m: angle_on(&with, e, x), ..*x };
-        let first_fixed = e.about().fixed_to_shaft && !machine.effects().any_fixed_to_shaft();
+        let first_fixed = e.about().fixed_to_shaft && !before.effects().any_fixed_to_shaft();
         let starts = if first_fixed { self.nudged.iter().zip(starts).map(turned).collect() } else { starts.to_vec() };
-        Some((with, starts))
+        (with, starts)
     }
 
     /// Whether every strength that the score predicts has a sign that the effect can have.

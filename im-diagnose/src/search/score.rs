@@ -8,6 +8,8 @@
 //! between them where the signals are smooth. The sums are over every row: over sums of rows the noise model describes other noise, and
 //! effects that imitate one another are ranked otherwise.
 
+use std::mem::take;
+use std::ops::Range;
 use std::sync::OnceLock;
 
 use im_identify::offline::{Experiment, Free, Linearized, Residuals, Thinned, effect_parameters, linearize, predict};
@@ -102,35 +104,82 @@ const FAR: f64 = 4.0;
 /// The residual of a fit, and what the slopes of the present parameters span.
 struct Projection {
     /// Orthonormal.
-    basis: DMatrix<f64>,
+    basis: Vec<DVector<f64>>,
     /// Projected.
     residual: Vec<f64>,
 }
 
+/// A column that is zero but for the rows from `begin` on, and what of it lies in the span of a [`Projection`].
+struct Column {
+    begin: usize,
+    values: Vec<f64>,
+    onto: Vec<f64>,
+}
+
+impl Column {
+    fn rows(&self) -> Range<usize> {
+        self.begin..self.begin + self.values.len()
+    }
+
+    /// gᵀg.
+    fn norm(&self) -> f64 {
+        dot(&self.values, &self.values)
+    }
+
+    /// gᵀPh = gᵀh − (Qᵀg)ᵀ(Qᵀh).
+    fn product(&self, other: &Self) -> f64 {
+        let common = self.begin.max(other.begin)..self.rows().end.min(other.rows().end);
+        let part = |c: &Self| common.start - c.begin..common.end - c.begin;
+        let whole = if common.is_empty() { 0.0 } else { dot(&self.values[part(self)], &other.values[part(other)]) };
+        whole - dot(&self.onto, &other.onto)
+    }
+
+    /// gᵀPg.
+    fn apart(&self) -> f64 {
+        self.product(self).max(0.0)
+    }
+}
+
 impl Projection {
-    fn new(residual: Vec<f64>, slopes: Vec<Vec<f64>>) -> Self {
-        let basis = orthonormal(slopes, residual.len());
-        let mut me = Self { basis, residual: Vec::new() };
-        me.residual = me.projected(residual);
-        me
+    fn new(mut residual: Vec<f64>, slopes: Vec<Vec<f64>>) -> Self {
+        let basis = orthonormal(slopes);
+        for q in &basis {
+            let onto = dot(q.as_slice(), &residual);
+            residual.iter_mut().zip(q).for_each(|(r, q)| *r -= onto * q);
+        }
+        Self { basis, residual }
     }
 
-    /// P x.
-    fn projected(&self, x: Vec<f64>) -> Vec<f64> {
-        let v = DVector::from_vec(x);
-        let onto = self.basis.tr_mul(&v);
-        (v - &self.basis * onto).data.into()
+    fn column(&self, begin: usize, values: Vec<f64>) -> Column {
+        let rows = begin..begin + values.len();
+        let onto = self.basis.iter().map(|q| dot(&q.as_slice()[rows.clone()], &values)).collect();
+        Column { begin, values, onto }
     }
 
-    /// Least-squares sizes of projected columns, with what is `known` of the sizes before: their precision.
-    fn solved(&self, columns: &[&Vec<f64>], known: Option<&DMatrix<f64>>) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
+    /// The rows of (Pg)x, in steps of `stride`.
+    fn projected(&self, columns: &[(&Column, f64)], stride: usize) -> Vec<f64> {
+        let mut out = vec![0.0; self.residual.len().div_ceil(stride)];
+        let mut add = |x: f64, begin: usize, values: &[f64]| {
+            let first = begin.next_multiple_of(stride);
+            let values = values.get(first - begin..).unwrap_or_default();
+            out[first / stride..].iter_mut().zip(values.chunks(stride)).for_each(|(out, v)| *out += x * v[0]);
+        };
+        columns.iter().for_each(|(c, x)| add(*x, c.begin, &c.values));
+        for (k, q) in self.basis.iter().enumerate() {
+            add(-columns.iter().map(|(c, x)| x * c.onto[k]).sum::<f64>(), 0, q.as_slice());
+        }
+        out
+    }
+
+    /// Least-squares sizes of columns, with what is `known` of the sizes before: their precision.
+    fn solved(&self, columns: &[&Column], known: Option<&DMatrix<f64>>) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
         let n = columns.len();
-        let gram = DMatrix::from_fn(n, n, |a, b| dot(columns[a], columns[b]));
+        let gram = DMatrix::from_fn(n, n, |a, b| columns[a].product(columns[b]));
         let gram = match known {
             Some(known) => gram + known,
             None => gram,
         };
-        let b = DVector::from_fn(n, |a, _| dot(columns[a], &self.residual));
+        let b = DVector::from_fn(n, |a, _| dot(&columns[a].values, &self.residual[columns[a].rows()]));
         let x = gram.clone().cholesky()?.solve(&b);
         let taken = b.dot(&x);
         Some((gram, x, taken))
@@ -140,9 +189,6 @@ impl Projection {
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     DVectorView::from_slice(a, a.len()).dot(&DVectorView::from_slice(b, b.len()))
 }
-
-/// How signals, per experiment and channel, become one column.
-type Stringing = fn(&[Vec<Vec<f64>>], &[Vec<Whitener>]) -> Vec<f64>;
 
 /// Strings everything into one column.
 fn strung(signals: &[Vec<Vec<f64>>]) -> Vec<f64> {
@@ -201,15 +247,13 @@ impl<'a> ScoreContext<'a> {
         level: f64,
     ) -> Self {
         let residuals = all_residuals(machine, starts, experiments);
-        let linear: Vec<Linearized> =
-            experiments.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
+        let linear = experiments.par_iter().enumerate();
+        let mut slopes: Vec<_> = linear.map(|(k, e)| linearize(machine, e, &starts[k], k, free).slopes).collect();
         let whiteners = whiteners(experiments, &residuals);
-        let slopes = |p: usize| linear.iter().map(|l| l.slopes[p].clone()).collect::<Vec<_>>();
-        let columns = |f: Stringing| {
-            let slopes = (0..free.len()).into_par_iter().map(|p| f(&slopes(p), &whiteners)).collect();
-            Projection::new(f(&residuals, &whiteners), slopes)
-        };
-        let (white, plain) = rayon::join(|| columns(column), || columns(|signals, _| strung(signals)));
+        let by_parameter: Vec<Vec<_>> = (0..free.len()).map(|p| slopes.iter_mut().map(|s| take(&mut s[p])).collect()).collect();
+        let (white, plain): (Vec<_>, Vec<_>) = by_parameter.into_par_iter().map(|s| (column(&s, &whiteners), strung(&s))).unzip();
+        let (white, plain) =
+            rayon::join(|| Projection::new(column(&residuals, &whiteners), white), || Projection::new(strung(&residuals), plain));
         let count: usize = experiments.iter().map(Experiment::count).sum();
         let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
         let variance = (dot(&white.residual, &white.residual) / count as f64).max(1.0);
@@ -310,17 +354,16 @@ impl<'a> ScoreContext<'a> {
         effect.about().fixed_to_shaft && !self.machine.effects().any_fixed_to_shaft()
     }
 
-    /// Columns for each recording of their own, zero in the others.
-    fn run_by_run(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    /// Columns whole, or cut to the rows of each recording.
+    fn columns(&self, of: &Projection, all: Vec<Vec<f64>>, run_by_run: bool) -> Vec<Column> {
+        if !run_by_run {
+            return all.into_iter().map(|g| of.column(0, g)).collect();
+        }
         let mut begin = 0;
         let mut parts = Vec::new();
         for run in &self.every_row.before {
             let end = begin + run.iter().map(Vec::len).sum::<usize>();
-            parts.extend(columns.iter().map(|column| {
-                let mut part = vec![0.0; column.len()];
-                part[begin..end].copy_from_slice(&column[begin..end]);
-                part
-            }));
+            parts.extend(all.iter().map(|g| of.column(begin, g[begin..end].to_vec())));
             begin = end;
         }
         parts
@@ -363,14 +406,12 @@ impl<'a> ScoreContext<'a> {
             let secants = strengths.iter().zip(sensitivity).map(|(&k, s)| self.secant(effect, k, &shape, s));
             secants.collect::<Option<Vec<_>>>()?
         };
-        let (raw, plain): (Vec<_>, Vec<_>) = signatures.into_iter().map(|[w, p]| (w, p)).unzip();
-        let (raw, plain) = if self.turns_anew(effect) { (self.run_by_run(&raw), self.run_by_run(&plain)) } else { (raw, plain) };
-        let norms: Vec<f64> = raw.iter().map(|g| dot(g, g)).collect();
-        let columns: Vec<Vec<f64>> = raw.into_iter().map(|g| self.white.projected(g)).collect();
+        let (white, plain): (Vec<_>, Vec<_>) = signatures.into_iter().map(|[w, p]| (w, p)).unzip();
+        let run_by_run = self.turns_anew(effect);
+        let columns = self.columns(&self.white, white, run_by_run);
+        let norms: Vec<f64> = columns.iter().map(Column::norm).collect();
         // A strength that a refit imitates all but wholly has no size of its own here: the others speak for the effect.
-        let kept = |least: f64| -> Vec<usize> {
-            (0..columns.len()).filter(|&k| dot(&columns[k], &columns[k]) > least * norms[k]).collect()
-        };
+        let kept = |least: f64| -> Vec<usize> { (0..columns.len()).filter(|&k| columns[k].apart() > least * norms[k]).collect() };
         let used = Some(kept(LEAST_EXPLAINED_SHARE)).filter(|u| !u.is_empty()).unwrap_or_else(|| kept(1e-12));
         let n = used.len();
         if n == 0 {
@@ -380,12 +421,12 @@ impl<'a> ScoreContext<'a> {
         let (gram, mut x, taken) = self.white.solved(&used.iter().map(|&k| &columns[k]).collect::<Vec<_>>(), smooth.as_ref())?;
         let score = (taken / self.variance).max(0.0);
         let mut gain = score;
-        let plain: Vec<Vec<f64>> = plain.into_iter().map(|g| self.plain.projected(g)).collect();
-        if let Some((_, sizes, _)) = self.plain.solved(&used.iter().map(|&k| &plain[k]).collect::<Vec<_>>(), smooth.as_ref()) {
-            let mut left = self.plain.residual.clone();
-            for (size, &k) in sizes.iter().zip(&used) {
-                left.iter_mut().zip(&plain[k]).for_each(|(r, g)| *r -= size * g);
-            }
+        let plain = self.columns(&self.plain, plain, run_by_run);
+        let plain: Vec<&Column> = used.iter().map(|&k| &plain[k]).collect();
+        if let Some((_, sizes, _)) = self.plain.solved(&plain, smooth.as_ref()) {
+            let taken: Vec<(&Column, f64)> = plain.into_iter().zip(sizes.iter().copied()).collect();
+            let taken = self.plain.projected(&taken, 1);
+            let left: Vec<f64> = self.plain.residual.iter().zip(taken).map(|(r, t)| r - t).collect();
             let fall = self.deviance - self.deviance_of(&left);
             if fall > gain {
                 (gain, x) = (fall, sizes);
@@ -396,11 +437,11 @@ impl<'a> ScoreContext<'a> {
         // The leading strength in all recordings, and the sizes in the one that shows it best.
         let (run, strength) = (used[lead] / strengths.len(), used[lead] % strengths.len());
         let all_of = |k: usize| (k..columns.len()).step_by(strengths.len());
-        let seen: f64 = all_of(strength).map(|k| dot(&columns[k], &columns[k])).sum();
+        let seen: f64 = all_of(strength).map(|k| columns[k].apart()).sum();
         let size = |k: usize| used.iter().position(|u| *u == run * strengths.len() + k).map_or(0.0, |p| x[p]);
         let threshold = threshold(n, self.level / tried as f64);
-        let rows = self.white.residual.len();
-        let decimated = |at: &dyn Fn(usize) -> f64| (0..rows).step_by((rows / 4000).max(1)).map(at).collect::<Vec<f64>>();
+        let stride = (self.white.residual.len() / 4000).max(1);
+        let decimated = |of: Vec<(&Column, f64)>| self.white.projected(&of, stride);
         Some(Score {
             effect,
             score,
@@ -412,8 +453,8 @@ impl<'a> ScoreContext<'a> {
             seeds: Vec::new(),
             detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / seen.sqrt(),
             shape,
-            signature: decimated(&|n| (0..used.len()).map(|p| x[p] * columns[used[p]][n]).sum()),
-            directions: (0..strengths.len()).map(|k| decimated(&|n| all_of(k).map(|c| columns[c][n]).sum())).collect(),
+            signature: decimated(used.iter().zip(&x).map(|(&k, &x)| (&columns[k], x)).collect()),
+            directions: (0..strengths.len()).map(|k| decimated(all_of(k).map(|c| (&columns[c], 1.0)).collect())).collect(),
             sensitivity: Vec::new(),
         })
     }
@@ -425,7 +466,7 @@ pub fn closest(a: &Score, b: &Score) -> f64 {
     if a.directions.iter().chain(&b.directions).any(|d| d.len() != rows) {
         return 0.0;
     }
-    closest_of(&a.directions, &b.directions, rows)
+    closest_of(&a.directions, &b.directions)
 }
 
 /// Indices of the strengths of an effect.

@@ -10,14 +10,15 @@
 use std::collections::BTreeMap;
 
 use im_identify::offline::{Experiment, FitError, FitOptions};
-use im_model::{EffectId, Machine, State};
+use im_model::effects::Role;
+use im_model::{Bound, EffectId, Machine, ParameterId, State};
 use rayon::prelude::*;
 use statrs::function::gamma::ln_gamma;
 
 use super::course::{Course, Refusal, Round, Stage, Trial};
 use super::posterior::{Posterior, Weighed};
 use super::score::Score;
-use super::{Model, Refinement};
+use super::{Model, NO_DOUBT, Refinement, UNEXPLAINED};
 use crate::statistics::threshold;
 
 /// Form error that [`form_error`](crate::form_error) does not describe: 10 % of what the effects explain, spread over ten directions. Its square
@@ -57,33 +58,45 @@ type Set = Vec<EffectId>;
 /// A set that has been fitted.
 struct Known {
     model: Model,
-    /// D with the errors of its form as unknowns, of a close fit; until then, D less what those errors took of a part of it.
-    deviance: f64,
-    /// Of a close fit, λ when D was taken.
-    polished_at: Option<f64>,
+    /// Of a close fit.
+    settled: Option<Settled>,
     /// Scores at the model, of those candidates that have been scored there.
     scores: Vec<Score>,
     /// With how many of the candidates the set has been expanded.
     expanded: usize,
 }
 
+/// D with the errors of form as unknowns.
+#[derive(Clone, Copy)]
+struct Settled {
+    deviance: f64,
+    /// When D was taken.
+    lambda: f64,
+}
+
 impl Known {
-    fn new(model: Model, deviance: f64) -> Self {
-        Self { model, deviance, polished_at: None, scores: Vec::new(), expanded: 0 }
+    fn new(model: Model) -> Self {
+        Self { model, settled: None, scores: Vec::new(), expanded: 0 }
+    }
+
+    /// What errors of form take of D, if that is known.
+    fn taken(&self) -> Option<f64> {
+        self.settled.map(|s| self.model.deviance - s.deviance)
     }
 }
 
 /// The sets that a search has fitted: with more candidates it goes on from there.
 pub struct Sets {
     known: BTreeMap<Set, Known>,
+    each_tried: bool,
     cut_short: bool,
 }
 
 impl Sets {
     /// The base model alone.
     pub fn of(base: Model) -> Self {
-        let known = Known::new(base.clone(), base.deviance);
-        Self { known: BTreeMap::from([(Set::new(), known)]), cut_short: false }
+        let known = Known::new(base.clone());
+        Self { known: BTreeMap::from([(Set::new(), known)]), each_tried: false, cut_short: false }
     }
 
     /// The model with such effects, if it has been fitted.
@@ -117,6 +130,8 @@ struct Proposal {
 struct Search<'a> {
     loop_: &'a Refinement,
     known: BTreeMap<Set, Known>,
+    /// Whether each effect has been fitted beside nothing.
+    each_tried: bool,
     /// Simulations of all recordings that its fits have taken.
     spent: f64,
     /// It ended at its bound of work.
@@ -137,6 +152,17 @@ fn with(effects: &[EffectId], one: EffectId) -> Vec<EffectId> {
     effects.iter().copied().chain([one]).collect()
 }
 
+/// The machine of a model with each other whole number of its effects, such as the phase without a sensor.
+fn with_other_numbers(model: &Model) -> Vec<Machine<f64>> {
+    let machine = &model.fit.machine;
+    let of = |&e: &EffectId| e.parameters().iter().enumerate().map(move |(k, info)| (ParameterId::Effect(e, k), info));
+    let numbers = model.effects.iter().flat_map(of).flat_map(|(id, info)| match (info.role, info.bound) {
+        (Role::Order, Bound::Whole(least, most)) => (least..=most).map(|n| (id, f64::from(n))).collect(),
+        _ => Vec::new(),
+    });
+    numbers.filter(|&(id, n)| machine.get(id) != n).filter_map(|change| machine.with(&[change]).ok()).collect()
+}
+
 /// ln C(n, k).
 fn ln_choose(n: usize, k: usize) -> f64 {
     let ln_factorial = |n: usize| ln_gamma(n as f64 + 1.0);
@@ -147,23 +173,13 @@ impl Refinement {
     /// Searches on from what is known, with the candidates as they are now.
     pub fn search(&self, sets: Sets) -> Result<Sets, FitError> {
         let mut search = Search { cut_short: false, ..self.over(sets) };
-        if search.nothing().polished_at.is_none() {
+        if search.nothing().settled.is_none() {
             search.settle(&Set::new());
         }
-        let mut in_vain = 0;
-        let mut best = search.best();
-        while let Some(next) = search.next(in_vain) {
-            if search.spent > MOST_WORK {
-                search.cut_short = true;
-                break;
-            }
-            if search.polish(&search.best())? || search.polish(&next)? {
-                continue;
-            }
-            search.expand(&next);
-            let now = search.best();
-            in_vain = if now == best { in_vain + 1 } else { 0 };
-            best = now;
+        search.run()?;
+        if search.leaves_much() && !search.each_tried {
+            search.try_each();
+            search.run()?;
         }
         Ok(search.into())
     }
@@ -190,17 +206,61 @@ impl Refinement {
     }
 
     fn over(&self, sets: Sets) -> Search<'_> {
-        Search { loop_: self, known: sets.known, spent: 0.0, cut_short: sets.cut_short }
+        Search { loop_: self, known: sets.known, each_tried: sets.each_tried, spent: 0.0, cut_short: sets.cut_short }
     }
 }
 
 impl From<Search<'_>> for Sets {
     fn from(search: Search<'_>) -> Self {
-        Self { known: search.known, cut_short: search.cut_short }
+        Self { known: search.known, each_tried: search.each_tried, cut_short: search.cut_short }
     }
 }
 
 impl Search<'_> {
+    /// Expands the likeliest sets, until no other comes near.
+    fn run(&mut self) -> Result<(), FitError> {
+        let mut in_vain = 0;
+        let mut best = self.best();
+        while let Some(next) = self.next(in_vain) {
+            if self.spent > MOST_WORK {
+                self.cut_short = true;
+                break;
+            }
+            if self.polish(&self.best())? || self.polish(&next)? {
+                continue;
+            }
+            self.expand(&next);
+            let now = self.best();
+            in_vain = if now == best { in_vain + 1 } else { 0 };
+            best = now;
+        }
+        Ok(())
+    }
+
+    /// Whether the likeliest set leaves more than a fair part of the base model's excess, and than noise: beyond doubt, the mark of some effect is in it.
+    fn leaves_much(&self) -> bool {
+        let best = self.best();
+        let excess = |model: &Model| model.error() - 1.0;
+        let much = excess(&self.known[&best].model) > UNEXPLAINED * excess(self.base()).max(1.0);
+        much && self.known[&best].scores.iter().any(|s| s.log_p > NO_DOUBT)
+    }
+
+    /// Far from the data slopes lead nowhere, scores name the wrong effects, and the base model's parameters may have run far off: each effect of
+    /// the library is fitted beside nothing, from a usual size, and from the parameters as given, too.
+    fn try_each(&mut self) {
+        let base = &self.base().fit;
+        let given = self.loop_.given();
+        let of_library = self.loop_.candidates.iter().filter(|e| e.free_form().is_none());
+        let proposals: Vec<Proposal> = of_library
+            .map(|&e| {
+                let starts = [&base.machine, given].into_iter().filter_map(|m| self.loop_.usual(m, &base.starts, e));
+                Proposal { effects: vec![e], starts: starts.collect() }
+            })
+            .collect();
+        self.fit(&proposals);
+        self.each_tried = true;
+    }
+
     /// The base model.
     fn nothing(&self) -> &Known {
         &self.known[&Set::new()]
@@ -244,15 +304,32 @@ impl Search<'_> {
         (model.fit.effective_parameters() - self.base().fit.effective_parameters()).max(0.0)
     }
 
-    fn criterion(&self, known: &Known, dispersion: f64) -> f64 {
-        (known.deviance - self.nothing().deviance) / dispersion + self.price(&known.model, dispersion)
+    fn criterion(&self, set: &Set, dispersion: f64) -> f64 {
+        self.beyond_nothing(set) / dispersion + self.price(&self.known[set].model, dispersion)
+    }
+
+    /// D of a set; until it is fitted closely, as low as errors of form may make it: by what they take of a set that shares effects with it and
+    /// has at most one that it has not.
+    fn deviance(&self, set: &Set) -> f64 {
+        let known = &self.known[set];
+        let alike = |s: &Set| {
+            let shared = s.iter().filter(|e| set.contains(e)).count();
+            s.is_empty() || (shared > 0 && s.len() - shared <= 1)
+        };
+        let taken = || self.known.iter().filter(|(s, _)| alike(s)).filter_map(|(_, k)| k.taken()).fold(0.0, f64::max);
+        known.settled.map_or_else(|| known.model.deviance - taken(), |s| s.deviance)
+    }
+
+    /// D(S) − D(∅).
+    fn beyond_nothing(&self, set: &Set) -> f64 {
+        self.deviance(set) - self.deviance(&Set::new())
     }
 
     /// All sets that may be the answer, likeliest first. Of one effect more than that it is still known what they would explain.
     fn ranked(&self) -> Vec<(&Set, f64)> {
         let dispersion = self.dispersion();
-        let small = self.known.iter().filter(|(s, _)| s.len() <= self.loop_.options.most_effects);
-        let mut all: Vec<(&Set, f64)> = small.map(|(s, k)| (s, self.criterion(k, dispersion))).collect();
+        let small = self.known.keys().filter(|s| s.len() <= self.loop_.options.most_effects);
+        let mut all: Vec<(&Set, f64)> = small.map(|s| (s, self.criterion(s, dispersion))).collect();
         all.sort_by(|a, b| a.1.total_cmp(&b.1));
         all
     }
@@ -300,8 +377,8 @@ impl Search<'_> {
     /// Fits a set closely, and takes D with λ as it is now; whether that was new.
     fn polish(&mut self, set: &Set) -> Result<bool, FitError> {
         let known = &self.known[set];
-        match known.polished_at {
-            Some(then) if (self.dispersion() / then).ln().abs() < SETTLED => return Ok(false),
+        match known.settled {
+            Some(then) if (self.dispersion() / then.lambda).ln().abs() < SETTLED => return Ok(false),
             Some(_) => {}
             None => {
                 let m = &known.model;
@@ -323,7 +400,7 @@ impl Search<'_> {
         let lambda = self.dispersion();
         let deviance = self.loop_.marginal(&self.known[set].model, lambda);
         if let Some(k) = self.known.get_mut(set) {
-            (k.deviance, k.polished_at) = (deviance, Some(lambda));
+            k.settled = Some(Settled { deviance, lambda });
         }
     }
 
@@ -355,22 +432,12 @@ impl Search<'_> {
         fitted.into_iter().for_each(|m| self.keep(m));
     }
 
-    /// By how much unknown errors of form lower D of a set at least: as far as they do of a part of it. What they take of a larger set may
-    /// be of an effect that this one does not have.
-    fn taken(&self, set: &Set) -> f64 {
-        let part = |s: &Set| s.iter().all(|e| set.contains(e));
-        let parts = self.known.iter().filter(|(s, k)| k.polished_at.is_some() && part(s));
-        parts.map(|(_, k)| k.model.deviance - k.deviance).fold(0.0, f64::max)
-    }
-
     /// Keeps a fit that is the first of its set, or the best.
     fn keep(&mut self, model: Model) {
         self.spent += model.fit.work;
         let set = sorted(&model.effects);
-        let taken = self.taken(&set);
         if self.known.get(&set).is_none_or(|k| model.deviance < k.model.deviance - WINDOW) {
-            let deviance = model.deviance - taken;
-            self.known.insert(set, Known::new(model, deviance));
+            self.known.insert(set, Known::new(model));
         }
     }
 
@@ -378,11 +445,17 @@ impl Search<'_> {
         !self.known.contains_key(&sorted(effects))
     }
 
+    /// Whether a set of one effect more than a model has not been fitted, or ended where the model without that effect is better: another minimum
+    /// must be near the model.
+    fn unsettled(&self, part: &Model, effects: &[EffectId]) -> bool {
+        self.known.get(&sorted(effects)).is_none_or(|k| k.model.train_deviance > part.train_deviance)
+    }
+
     /// The candidates with the largest gains, as the slopes predict them, but for the first few.
     fn leading<'s>(&self, model: &Model, scores: &'s [Score], but: usize) -> Vec<&'s Score> {
         let candidates = &self.loop_.candidates[but..];
         let open = |s: &&Score| candidates.contains(&s.effect) && self.loop_.possible(s);
-        let new = |s: &&Score| open(s) && self.unknown(&with(&model.effects, s.effect));
+        let new = |s: &&Score| open(s) && self.unsettled(model, &with(&model.effects, s.effect));
         let mut leading: Vec<&Score> = scores.iter().filter(new).collect();
         leading.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         leading.truncate(self.loop_.options.leading);
@@ -394,12 +467,16 @@ impl Search<'_> {
         let dispersion = self.dispersion();
         let known = &self.known[set];
         let price = self.price_of(self.more(&known.model) + score.freedom as f64, set.len() + 1, dispersion);
-        let deviance = known.deviance - self.nothing().deviance - score.gain / PREDICTED;
+        let deviance = self.beyond_nothing(set) - score.gain / PREDICTED;
         deviance / dispersion + price < self.ranked()[0].1
     }
 
+    /// No descent moves a whole number, and what is right beside one effect less may be wrong beside it: all are tried.
     fn addition(&self, model: &Model, score: &Score) -> Option<Proposal> {
-        self.proposal(model, &model.fit.machine, with(&model.effects, score.effect), score)
+        let effects = with(&model.effects, score.effect);
+        let machines = std::iter::once(model.fit.machine).chain(with_other_numbers(model));
+        let starts = machines.flat_map(|m| self.loop_.seeded(&m, &model.fit.starts, score)).collect::<Vec<_>>();
+        (!starts.is_empty()).then_some(Proposal { effects, starts })
     }
 
     fn proposal(&self, model: &Model, machine: &Machine<f64>, effects: Vec<EffectId>, score: &Score) -> Option<Proposal> {
@@ -442,8 +519,10 @@ impl Search<'_> {
         out
     }
 
-    /// The same set from other shapes of its resonances, each of which may lead to another minimum.
+    /// The same set from other shapes of its resonances and other whole numbers, each of which may lead to another minimum.
     fn restarts(&self, model: &Model) -> Vec<Proposal> {
+        let numbers = with_other_numbers(model).into_iter().map(|m| (m, model.fit.starts.clone())).collect::<Vec<_>>();
+        let numbers = (!numbers.is_empty()).then(|| Proposal { effects: model.effects.clone(), starts: numbers });
         let resonant = model.effects.iter().filter(|e| e.about().resonant);
         resonant
             .filter_map(|&e| {
@@ -451,6 +530,7 @@ impl Search<'_> {
                 let score = self.loop_.score_beside(&machine, &model.fit.starts, &without(&model.effects, e), e)?;
                 self.proposal(model, &machine, model.effects.clone(), &score)
             })
+            .chain(numbers)
             .collect()
     }
 
@@ -475,7 +555,7 @@ impl Search<'_> {
             .zip(&weights)
             .map(|((s, _), w)| {
                 let model = &self.known[*s].model;
-                let deviance = self.known[*s].deviance - self.nothing().deviance;
+                let deviance = self.beyond_nothing(s);
                 Weighed { effects: (*s).clone(), probability: w / total, deviance, parameters: self.more(model) }
             })
             .collect();
@@ -499,7 +579,7 @@ impl Search<'_> {
             let missing: Vec<Model> = self.removals(model).par_iter().filter_map(|p| self.fitted(p)).collect();
             missing.into_iter().for_each(|m| self.keep(m));
             let rest = set.iter().map(|&e| without(&set, e)).filter(|s| self.known.contains_key(s));
-            let before = rest.min_by(|a, b| self.known[a].deviance.total_cmp(&self.known[b].deviance));
+            let before = rest.min_by(|a, b| self.deviance(a).total_cmp(&self.deviance(b)));
             let before = before.unwrap_or_default();
             self.polish(&before)?;
             way.push(before);
@@ -532,9 +612,10 @@ impl Search<'_> {
     /// estimate, and no answer.
     fn polish_answer(&mut self, beside: impl Fn(&Self, &Set) -> Vec<Set>) -> Result<(), FitError> {
         loop {
-            let (best, answer) = (self.best(), self.answer());
+            let (least, answer) = (self.ranked()[0].1, self.answer());
             let mut new = false;
-            for set in beside(self, &answer).into_iter().chain([best, answer]) {
+            let near: Vec<Set> = self.ranked().iter().filter(|(_, j)| *j < least + WINDOW).map(|(s, _)| (*s).clone()).collect();
+            for set in beside(self, &answer).into_iter().chain(near).chain([answer]) {
                 new |= self.polish(&set)?;
             }
             if !new {
@@ -545,10 +626,10 @@ impl Search<'_> {
 
     /// Sets that explain the data as well as `best`, their price aside, with another effect in the place of one.
     fn rivals(&self, best: &Set) -> Vec<Set> {
-        let (d, dispersion) = (self.known[best].deviance, self.dispersion());
+        let (d, dispersion) = (self.deviance(best), self.dispersion());
         let exchanged = |s: &Set| s.len() == best.len() && s.iter().filter(|e| !best.contains(e)).count() == 1;
-        let near = self.known.iter().filter(|(s, k)| exchanged(s) && k.deviance < d + WINDOW * dispersion);
-        near.map(|(s, _)| s.clone()).collect()
+        let near = self.known.keys().filter(|s| exchanged(s) && self.deviance(s) < d + WINDOW * dispersion);
+        near.cloned().collect()
     }
 
     fn stage(&self, way: &[Set], k: usize) -> Stage {
@@ -560,7 +641,7 @@ impl Search<'_> {
         let scores = self.scores(set);
         let tried = scores.iter().filter_map(|s| {
             let tried = self.known.get(&sorted(&with(set, s.effect)))?;
-            let refusal = self.refusal(known, tried);
+            let refusal = self.refusal(set, &sorted(&with(set, s.effect)));
             Some(Trial { effect: s.effect, model: tried.model.clone(), refusal })
         });
         let mut trials: Vec<Trial> = tried.collect();
@@ -576,11 +657,11 @@ impl Search<'_> {
     }
 
     /// Why an effect more is not wanted, if it is not.
-    fn refusal(&self, before: &Known, after: &Known) -> Option<Refusal> {
+    fn refusal(&self, before: &Set, after: &Set) -> Option<Refusal> {
         let dispersion = self.dispersion();
-        let price = |d| self.price(&after.model, d) - self.price(&before.model, d);
-        let gain = before.deviance - after.deviance;
-        let (b, a) = (&before.model, &after.model);
+        let gain = self.deviance(before) - self.deviance(after);
+        let (b, a) = (&self.known[before].model, &self.known[after].model);
+        let price = |d| self.price(a, d) - self.price(b, d);
         if gain / dispersion > price(dispersion) {
             None
         } else if (b.train_deviance - a.train_deviance) / dispersion > price(dispersion) && a.unseen() > b.unseen() {
