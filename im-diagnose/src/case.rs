@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::intake::mapping::Begin;
 use crate::intake::quality::convention;
 use crate::intake::{Intake, LoadPlan};
-use crate::noise::white_sigma;
+use crate::noise::{step_sigma, white_sigma};
 use crate::residuals::{all_residuals, nudged};
 
 /// A run with how it begins and what is known of its load.
@@ -92,7 +92,7 @@ impl Case {
             .flat_map(|(e, r)| e.channels.iter().zip(r))
             .map(|(c, r)| {
                 let used: Vec<f64> = r.iter().enumerate().filter(|(k, _)| c.is_valid(*k)).map(|(_, v)| *v).collect();
-                (c.name.as_str(), c.sigma * white_sigma(&used))
+                (c.name.as_str(), (c.sigma * white_sigma(&used)).max(step_sigma(&valid_values(c))))
             })
             .collect();
         let sampled = self.train.iter_mut().chain(&mut self.holdout).filter(|e| !e.is_table());
@@ -130,7 +130,8 @@ impl Case {
                 .filter(|e| !e.is_table())
                 .flat_map(|e| &e.channels)
                 .filter(|c| c.name == name)
-                .map(|c| white_sigma(&valid_values(c)))
+                .map(|c| valid_values(c))
+                .map(|values| white_sigma(&values).max(step_sigma(&values)))
                 .collect();
             if found.is_empty() {
                 // A table has no roughness: what its instruments are good for is said with it.

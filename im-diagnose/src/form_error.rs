@@ -8,14 +8,14 @@
 //!
 //! so that no effect is named for what only mends the form of another. A sample counts 1/λ in the search, what is known of β does not.
 
-use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Linearized, Thinned, linearize, predict, smoothness};
+use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Thinned, predict, smoothness};
 use im_model::effects::Role;
 use im_model::{BaseParameter, Complex, EffectId, Machine, ParameterId, State, TParameters};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::noise::sensor_whiteners;
-use crate::residuals::{all_residuals, deviance, difference};
+use crate::residuals::{all_residuals, deviance, difference, slopes};
 
 /// Standard deviation of the difference in form: a part of what an effect explains.
 const SIZE: f64 = 0.05;
@@ -67,13 +67,11 @@ impl<'a> Around<'a> {
         let residuals = all_residuals(machine, starts, experiments);
         let thinned = Thinned::keeping(experiments, &residuals);
         let runs = thinned.runs();
-        let linear: Vec<Linearized> =
-            runs.par_iter().enumerate().map(|(k, e)| linearize(machine, e, &starts[k], k, free)).collect();
         let Disturbances { of_ratio, bends: mut list, explained, modelled } = disturbances(machine, starts, runs, ratio_std);
         // Forms differ in phase as well.
         list.extend(explained.iter().flat_map(|d| bends(runs, &modelled, &turned(runs, d))));
         let bends = list.len();
-        let mut changes: Vec<Change> = (0..free.len()).map(|p| linear.iter().map(|l| l.slopes[p].clone()).collect()).collect();
+        let mut changes = slopes(machine, starts, runs, free);
         changes.extend(list);
         changes.extend(of_ratio);
         let sums = thinned.sums(&residuals).into_owned();

@@ -16,9 +16,26 @@ pub fn white_sigma(values: &[f64]) -> f64 {
     let rms = (d.iter().map(|x| x * x).sum::<f64>() / d.len() as f64).sqrt();
     let middle = d.len() / 2;
     let (_, median, _) = d.select_nth_unstable_by(middle, f64::total_cmp);
-    // 0.6745: the median of |N(0, 1)|. Quantized signals may have a median of zero.
+    // 0.6745: the median of |N(0, 1)|. Quantized signals may have a median of zero, but for rounding.
     let robust = *median / 0.6745;
-    (if robust > 0.0 { robust } else { rms }) / 70f64.sqrt()
+    (if robust > ROUNDING * rms { robust } else { rms }) / 70f64.sqrt()
+}
+
+/// Part of a number that it may be off by because it is written in binary.
+const ROUNDING: f64 = 1e-9;
+
+/// Standard deviation of what a sensor's steps leave unknown: a reading in steps of q is off by q/√12. The step is the least difference between
+/// readings, where most of these have been read before; else there is none.
+pub fn step_sigma(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let [Some(least), Some(most)] = [sorted.first(), sorted.last()] else { return 0.0 };
+    let rounding = ROUNDING * least.abs().max(most.abs());
+    let steps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > rounding).collect();
+    if 2 * steps.len() > values.len() {
+        return 0.0;
+    }
+    steps.into_iter().reduce(f64::min).map_or(0.0, |step| step / 12f64.sqrt())
 }
 
 /// An autoregressive noise model: e_k = Σ a_j e_{k−j} + w_k.
@@ -179,6 +196,17 @@ mod tests {
         let x: Vec<f64> = noise(1, 20_000).iter().enumerate().map(|(k, e)| 0.05 * e + 20.0 * (0.0314 * k as f64).sin()).collect();
         let s = white_sigma(&x);
         assert!((s / 0.05 - 1.0).abs() < 0.03, "{s}");
+    }
+
+    /// An encoder that counts in coarse steps: from row to row nothing changes, but for rounding.
+    #[test]
+    fn readings_in_steps_are_off_by_a_part_of_a_step() {
+        let ramp = |k: usize| 0.013 * k as f64 + 1e-14 * (k % 3) as f64;
+        let coarse: Vec<f64> = (0..2000).map(|k| (ramp(k) / 0.7).round() * 0.7 + 1e-15 * (k % 5) as f64).collect();
+        assert!((step_sigma(&coarse) - 0.7 / 12f64.sqrt()).abs() < 1e-9);
+        assert!(white_sigma(&coarse) > 1e-3);
+        let smooth: Vec<f64> = (0..2000).map(ramp).collect();
+        assert_eq!([step_sigma(&smooth), step_sigma(&noise(3, 2000)), step_sigma(&[]), step_sigma(&[1.0; 9])], [0.0; 4]);
     }
 
     #[test]

@@ -2,8 +2,9 @@
 
 use std::borrow::Borrow;
 use std::collections::BTreeMap;
+use std::mem::take;
 
-use im_identify::offline::{Channel, ChannelKind, Experiment, Residuals, residuals};
+use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Residuals, linearize, residuals};
 use im_model::{Machine, State};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -53,6 +54,13 @@ pub fn deviance<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(experiments: &[E], 
         }
     }
     sum
+}
+
+/// Slopes of the residuals, by parameter, then as residuals are: those of all runs at once, and none twice.
+pub fn slopes(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free]) -> Vec<Residuals> {
+    let runs = experiments.par_iter().zip(starts).enumerate();
+    let mut of_runs: Vec<_> = runs.map(|(k, (e, x))| linearize(machine, e, x, k, free).slopes).collect();
+    (0..free.len()).map(|p| of_runs.iter_mut().map(|s| take(&mut s[p])).collect()).collect()
 }
 
 /// From one prediction of an experiment to another, in σ; zero at rows that do not count.

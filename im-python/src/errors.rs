@@ -13,7 +13,8 @@ create_exception!(
     "Input that is not as it should be; the message says what, where, and what to do."
 );
 
-/// The exception for an error of the crates.
+/// The exception for an error of the crates, with the words of a call for those of the command line.
 pub fn refused(e: impl Display) -> PyErr {
-    InputError::new_err(e.to_string())
+    let words = [("--anyway", "anyway=True"), ("--fix ", "fix: "), ("im effects show NAME", "imkit.effects()")];
+    InputError::new_err(words.iter().fold(e.to_string(), |text, (from, to)| text.replace(from, to)))
 }

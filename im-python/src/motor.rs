@@ -213,7 +213,7 @@ impl Motor {
     }
 
     fn __eq__(&self, other: &Self) -> bool {
-        self.file == other.file
+        self.file.to_toml() == other.file.to_toml()
     }
 
     /// So that it can be sent to other processes.

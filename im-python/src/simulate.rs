@@ -43,6 +43,9 @@ pub fn simulate<'py>(
     })?;
     let run = run.map_err(refused)?;
     let inside = PyDict::new(py);
+    let r = &run.recording;
+    let time = (0..r.len()).map(|k| r.time_s(k)).collect();
+    inside.set_item("t_s", PyArray1::from_vec(py, time))?;
     if let Some(i) = &run.internals {
         inside.set_item("torque_Nm", PyArray1::from_slice(py, &i.torque_nm))?;
         inside.set_item("psi_m_Vs", PyArray1::from_slice(py, &i.psi_m))?;
@@ -50,6 +53,9 @@ pub fn simulate<'py>(
         inside.set_item("omega_m_rad_s", PyArray1::from_vec(py, speed))?;
         inside.set_item("psi_s_Vs", PyArray1::from_vec(py, i.states.iter().map(|x| x.psi_s).collect()))?;
         inside.set_item("psi_r_Vs", PyArray1::from_vec(py, i.states.iter().map(|x| x.psi_r).collect()))?;
+    }
+    for (name, half_widths) in motor.file.prediction.map_or_else(Vec::new, |p| p.columns(&run.recording)) {
+        inside.set_item(name, PyArray1::from_vec(py, half_widths))?;
     }
     Ok((canonical(&run.recording)?, inside))
 }

@@ -96,6 +96,9 @@ def test_a_job_that_kills_every_worker_is_a_row(plant, tmp_path, monkeypatch):
     monkeypatch.setattr(fleet, "_Processes", Dying)
     table = fleet.run(plant, tmp_path, workers=2, retries=2)
     assert len(table) == 7 and all("died 3 times" in row["error"] for row in table._rows)
+    # That is kept nowhere: the next run tries again.
+    monkeypatch.undo()
+    assert fleet.run(plant, tmp_path, workers=1).made == 7
 
 
 def test_on_ray(plant, alone, tmp_path, monkeypatch):

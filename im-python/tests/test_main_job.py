@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import imkit
+from conftest import EXAMPLES, SCENARIO
 
 
 def test_the_loop_finds_what_was_left_out(bare, motor, recording, unseen, tmp_path):
@@ -185,3 +186,30 @@ def test_other_threads_run_meanwhile(bare, recording):
 def test_threads_do_not_change_the_answer(bare, recording, unseen):
     answers = [imkit.diagnose(bare, recording, holdout=unseen, threads=n)._json for n in (1, 2)]
     assert answers[0] == answers[1]
+
+
+def test_a_prediction_has_its_band(bare, recording, unseen):
+    found = imkit.diagnose(bare, recording, holdout=unseen)
+    predicted, inside = imkit.simulate(found.refined, SCENARIO)
+    assert np.array_equal(np.asarray(inside["t_s"]), predicted.columns["t_s"])
+    real = imkit.simulate(imkit.Motor.read(EXAMPLES / "motor.toml"), SCENARIO, seed=99)[0]
+    off = np.abs(real.columns["omega_m_rad_s"] - predicted.columns["omega_m_rad_s"]) <= 2 * np.asarray(inside["omega_band_rad_s"])
+    assert off.mean() > 0.9
+    assert "i_band_A" not in imkit.simulate(bare, SCENARIO)[1]
+
+
+def test_calls_that_cannot_be_meant_are_refused(bare, recording):
+    for wrong, says in [
+        (lambda: imkit.compare(bare, []), "no recording is given"),
+        (lambda: imkit.diagnose(bare, []), "no recording and no table"),
+        (lambda: imkit.diagnose(bare, recording, holdout=[recording]), "one recording"),
+        (lambda: imkit.fit(bare, recording, tables=np.zeros(3)), "tables are files"),
+        (lambda: imkit.validate(bare, bare, [recording, recording]), "takes one recording"),
+        (lambda: imkit.fit(bare, recording, threads=-1), "threads = -1"),
+        (lambda: imkit.fit(bare, recording, fix="inertia"), "inertia"),
+    ]:
+        with pytest.raises(imkit.InputError, match=says):
+            wrong()
+    with pytest.raises(TypeError, match="Motor.read"):
+        imkit.Motor("motor.toml")
+    assert "Iterable" not in dir(imkit) and "Motor" in dir(imkit)

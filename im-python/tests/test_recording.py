@@ -7,6 +7,7 @@ import pyarrow
 import pytest
 
 import imkit
+from imkit._recording import _text
 
 FRAMES = {
     "dict": dict,
@@ -176,3 +177,43 @@ def test_what_is_missing_is_not_a_number_and_words_are_left_out(recording):
         assert np.array_equal(columns["n"], [1, np.nan, 3], equal_nan=True)
     canonical = columns_of(Stream(pyarrow.table(recording.columns)))
     assert np.array_equal(canonical["i_alpha_A"], recording.columns["i_alpha_A"])
+
+
+def test_a_recording_keeps_what_it_was_made_from(motor, recording):
+    columns = {name: values.copy() for name, values in recording.columns.items()}
+    kept = imkit.Recording.from_frame(columns)
+    speed = columns["omega_m_rad_s"].copy()
+    columns["omega_m_rad_s"][:] = 0.0
+    again = pickle.loads(pickle.dumps(kept))
+    assert np.array_equal(again.columns["omega_m_rad_s"], speed) and np.array_equal(kept.columns["omega_m_rad_s"], speed)
+
+
+def test_arrays_may_lack_a_speed_and_numbers_stand_for_arrays(recording):
+    c = recording.columns
+    made = imkit.Recording.from_arrays(t_s=c["t_s"], u_s=recording.u_s, i_s=recording.i_s, tau_load_nm=3.0)
+    assert "omega_m_rad_s" not in made.columns and np.all(made.columns["tau_load_Nm"] == 3.0)
+    with pytest.raises(imkit.InputError, match="i_s: an array of 2 dimensions"):
+        imkit.Recording.from_arrays(t_s=c["t_s"], u_s=recording.u_s, i_s=recording.i_s[None, :])
+    with pytest.raises(imkit.InputError, match="t_s: complex"):
+        imkit.Recording.from_arrays(t_s=c["t_s"] + 0j, u_s=recording.u_s, i_s=recording.i_s)
+
+
+def test_what_a_mask_hides_is_missing_and_an_index_is_a_column():
+    pandas = pytest.importorskip("pandas")
+    made = imkit.Recording.from_frame({"a": np.ma.masked_array([1.0, 99.0, 3.0], mask=[False, True, False])})
+    assert np.array_equal(made.columns["a"], [1.0, np.nan, 3.0], equal_nan=True)
+    frame = pandas.DataFrame({"t_s": [0.0, 0.1], "a": [1.0, 2.0]}).set_index("t_s")
+    assert list(imkit.Recording.from_frame(frame).columns) == ["t_s", "a"]
+    spans = pandas.DataFrame({"t": pandas.to_timedelta([0, 250], unit="ms")})
+    assert np.allclose(imkit.Recording.from_frame(spans).columns["t"], [0.0, 0.25])
+
+
+def test_a_mapping_may_be_a_file(motor, recording, tmp_path):
+    frame, file = foreign(recording), tmp_path / "recording.toml"
+    file.write_text(_text(MAPPING))
+    errors = [imkit.compare(motor, imkit.Recording.from_frame(frame, m)).rms_in_sigma for m in (MAPPING, file, str(file))]
+    assert errors[0] == errors[1] == errors[2]
+    with pytest.raises(imkit.InputError, match="nowhere.toml: cannot read it"):
+        imkit.Recording.from_frame(frame, "nowhere.toml")
+    with pytest.raises(imkit.InputError, match="None is no text"):
+        imkit.Recording.from_frame(frame, MAPPING | {"load": None})

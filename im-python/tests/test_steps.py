@@ -110,3 +110,17 @@ def test_what_is_wrong_is_said(motor):
             make()
     with pytest.raises(imkit.InputError, match="as many"):
         imkit.Observer("kubota", motor, 1e-4).step(np.zeros(3), np.zeros(4))
+
+
+def test_gains_come_as_certificate_file_or_text_and_of_another_machine_with_a_warning(motor, recording, tmp_path):
+    certificate = imkit.design("kubota", motor)
+    certificate.write(tmp_path / "gains.toml")
+    motor.write(tmp_path / "motor.toml")
+    step = float(np.diff(recording.columns["t_s"][:2])[0])
+    given = (certificate, certificate.text, tmp_path / "gains.toml", str(tmp_path / "gains.toml"))
+    speeds = [imkit.Observer("kubota", tmp_path / "motor.toml", step, gains=g).run(recording)["omega_m_rad_s"] for g in given]
+    assert all(np.array_equal(s, speeds[0]) for s in speeds)
+    other = imkit.Motor.from_nameplate(power_w=4000, voltage_v=400, current_a=8.1, speed_rpm=1440, power_factor=0.83)
+    with pytest.warns(UserWarning, match="of another machine"):
+        imkit.Observer("kubota", other, step, gains=certificate)
+    assert "kubota" in repr(imkit.Observer("kubota", motor, step))

@@ -8,11 +8,10 @@
 //! between them where the signals are smooth. The sums are over every row: over sums of rows the noise model describes other noise, and
 //! effects that imitate one another are ranked otherwise.
 
-use std::mem::take;
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use im_identify::offline::{Experiment, Free, Linearized, Residuals, Thinned, effect_parameters, linearize, predict};
+use im_identify::offline::{Experiment, Free, Residuals, Thinned, effect_parameters, predict};
 use im_model::effects::{COEFFICIENTS, FreeForm, Role};
 use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector, DVectorView};
@@ -20,7 +19,7 @@ use rayon::prelude::*;
 
 use super::lines;
 use crate::noise::{Whitener, whiteners};
-use crate::residuals::{all_residuals, deviance, difference};
+use crate::residuals::{all_residuals, deviance, difference, slopes};
 use crate::statistics::{closest_of, log_p, orthonormal, threshold};
 
 /// Score of one effect at its best shape.
@@ -247,11 +246,9 @@ impl<'a> ScoreContext<'a> {
         level: f64,
     ) -> Self {
         let residuals = all_residuals(machine, starts, experiments);
-        let linear = experiments.par_iter().enumerate();
-        let mut slopes: Vec<_> = linear.map(|(k, e)| linearize(machine, e, &starts[k], k, free).slopes).collect();
         let whiteners = whiteners(experiments, &residuals);
-        let by_parameter: Vec<Vec<_>> = (0..free.len()).map(|p| slopes.iter_mut().map(|s| take(&mut s[p])).collect()).collect();
-        let (white, plain): (Vec<_>, Vec<_>) = by_parameter.into_par_iter().map(|s| (column(&s, &whiteners), strung(&s))).unzip();
+        let slopes = slopes(machine, starts, experiments, free).into_par_iter();
+        let (white, plain): (Vec<_>, Vec<_>) = slopes.map(|s| (column(&s, &whiteners), strung(&s))).unzip();
         let (white, plain) =
             rayon::join(|| Projection::new(column(&residuals, &whiteners), white), || Projection::new(strung(&residuals), plain));
         let count: usize = experiments.iter().map(Experiment::count).sum();
@@ -338,15 +335,13 @@ impl<'a> ScoreContext<'a> {
     fn tangents(&self, effect: EffectId) -> Option<Vec<[Vec<f64>; 2]>> {
         let machine = self.machine.with(&[(ParameterId::Effect(effect, 0), 0.0)]).ok()?;
         let free = effect_parameters(effect, &machine, self.rating);
-        let runs = self.experiments.par_iter().zip(self.starts).enumerate();
-        let linear: Vec<Linearized> = runs.map(|(k, (e, x))| linearize(&machine, e, x, k, &free)).collect();
-        let signature = |(k, f): (usize, &Free)| {
-            let slopes: Vec<Vec<Vec<f64>>> = linear.iter().map(|l| l.slopes[k].clone()).collect();
+        let all = slopes(&machine, self.starts, self.experiments, &free);
+        let signature = |(slopes, f): (&Residuals, &Free)| {
             let finite = slopes.iter().flatten().flatten().all(|x| x.is_finite());
             let unit = f.slope(0.0);
-            finite.then(|| [column(&slopes, &self.whiteners), strung(&slopes)].map(|g| g.iter().map(|x| x / unit).collect()))
+            finite.then(|| [column(slopes, &self.whiteners), strung(slopes)].map(|g| g.iter().map(|x| x / unit).collect()))
         };
-        free.iter().enumerate().map(signature).collect()
+        all.iter().zip(&free).map(signature).collect()
     }
 
     /// Whether an effect begins at another angle, which is not known, in each recording.

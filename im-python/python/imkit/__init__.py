@@ -17,7 +17,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from . import _frames, _native, fleet, mat
-from ._motor import Motor
+from ._motor import Motor, motor_of as _motor
 from ._native import CONTROLLERS, DESIGNS, OBSERVERS, InputError, __version__
 from ._recording import Recording
 from ._results import Comparison, Diagnosis, Fit, NextTest, Validation
@@ -58,7 +58,8 @@ __all__ = [
 def simulate(motor: Motor, scenario: str | os.PathLike[str], *, seed: int | None = None) -> tuple[Recording, Any]:
     """Runs a motor through a scenario: a file, or the text of one.
 
-    Gives the recording that the sensors show, and a DataFrame of what no sensor shows: torque, fluxes, speed.
+    Gives the recording that the sensors show, and a DataFrame of what no sensor shows: torque, fluxes, speed; of a refined motor also
+    ``i_band_A`` and ``omega_band_rad_s``, half widths of the bands around the prediction that hold 95 % of readings.
     """
     text, label, folder = _scenario(scenario)
     native, inside = _native.simulate(_motor(motor)._native, text, label, folder, seed)
@@ -71,7 +72,10 @@ def compare(motor: Motor, data: Any, *, anyway: bool = False, threads: int = 0) 
     ``data`` is a recording or several: :class:`Recording`, files, or data frames in canonical columns. ``threads`` is how many to use,
     0 for one for each processor.
     """
-    return Comparison(_native.compare(_motor(motor)._native, _recordings(data), anyway, threads))
+    recordings = _recordings(data)
+    if not recordings:
+        raise InputError("no recording is given: does a pattern match nothing?")
+    return Comparison(_native.compare(_motor(motor)._native, recordings, anyway, _count(threads)))
 
 
 def fit(
@@ -85,7 +89,8 @@ def fit(
     threads: int = 0,
 ) -> Fit:
     """Fits the parameters of a motor, and of the effects that it has, to all recordings and tables at once."""
-    return Fit(_native.fit(_motor(motor)._native, _recordings(train), _one(holdout), _tables(tables), list(fix), anyway, threads))
+    recordings, tables = _evidence(train, tables)
+    return Fit(_native.fit(_motor(motor)._native, recordings, _one(holdout), tables, _names(fix), anyway, _count(threads)))
 
 
 def diagnose(
@@ -134,8 +139,10 @@ def learn(
 
 def validate(before: Motor, after: Motor, data: Any, *, anyway: bool = False) -> Validation:
     """Compares a motor before and after on a recording that neither has seen."""
-    (one,) = _recordings(data)
-    return Validation(_native.validate(before._native, after._native, one, anyway))
+    recordings = _recordings(data)
+    if len(recordings) != 1:
+        raise InputError(f"validate takes one recording, and here are {len(recordings)}: call it once for each")
+    return Validation(_native.validate(_motor(before)._native, _motor(after)._native, recordings[0], anyway))
 
 
 def next_test(
@@ -154,7 +161,7 @@ def next_test(
     the rated current (2.5 on a drive and 12 on the mains where nothing is said), the synchronous speed and the rated torque.
     """
     text = None if diagnosis is None else diagnosis._json
-    return NextTest(_native.next_test(_motor(motor)._native, list(effects), text, mains, (max_current, max_speed, max_torque)))
+    return NextTest(_native.next_test(_motor(motor)._native, _names(effects), text, mains, (max_current, max_speed, max_torque)))
 
 
 def design(kind: str, motor: Motor, region: str | os.PathLike[str] | None = None, *, period: float | str | None = None) -> Certificate:
@@ -197,14 +204,11 @@ def _diagnosed(
     learning: str,
     threads: int,
 ) -> Diagnosis:
+    recordings, tables = _evidence(train, tables)
     native = _native.diagnose(
-        _motor(motor)._native, _recordings(train), _one(holdout), _tables(tables), list(fix), anyway, significance, learning, threads
+        _motor(motor)._native, recordings, _one(holdout), tables, _names(fix), anyway, significance, learning, _count(threads)
     )
     return Diagnosis(native)
-
-
-def _motor(motor: Any) -> Motor:
-    return motor if isinstance(motor, Motor) else Motor.read(motor)
 
 
 def _recording(data: Any, name: str = "data frame") -> _native.Recording:
@@ -225,13 +229,35 @@ def _is_one(data: Any) -> bool:
 
 
 def _one(data: Any) -> _native.Recording | None:
+    if isinstance(data, (list, tuple)):
+        raise InputError("holdout is one recording, not a list of them")
     return None if data is None else _recording(data, "held-out data frame")
+
+
+def _evidence(train: Any, tables: Any) -> tuple[list[_native.Recording], list[tuple[str, str | None]]]:
+    recordings, files = _recordings(train), _tables(tables)
+    if not recordings and not files:
+        raise InputError("no recording and no table is given: does a pattern match nothing?")
+    return recordings, files
+
+
+def _names(names: str | Iterable[str]) -> list[str]:
+    """One name stands for a list of one."""
+    return [names] if isinstance(names, str) else list(names)
+
+
+def _count(threads: int) -> int:
+    if threads < 0:
+        raise InputError(f"threads = {threads}: expected a number of threads, or 0 for one for each processor")
+    return threads
 
 
 def _tables(tables: Any) -> list[tuple[str, str | None]]:
     """Files, or pairs of a file and the mapping of its columns."""
     if isinstance(tables, (str, os.PathLike)):
         tables = [tables]
+    if hasattr(tables, "columns") or hasattr(tables, "dtype"):
+        raise InputError("tables are files, or pairs of a file and the mapping of its columns; write this one with to_csv()")
     pairs = [t if isinstance(t, tuple) else (t, None) for t in tables]
     return [(os.fspath(path), None if mapping is None else os.fspath(mapping)) for path, mapping in pairs]
 
@@ -252,3 +278,7 @@ def _scenario(scenario: str | os.PathLike[str]) -> tuple[str, str, str]:
         return scenario, "the scenario", ""
     path = os.fspath(scenario)
     return _text(path), path, os.path.dirname(path)
+
+
+def __dir__() -> list[str]:
+    return __all__

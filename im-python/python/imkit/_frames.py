@@ -7,13 +7,19 @@ from typing import Any
 
 import numpy as np
 
+from ._native import InputError
+
 
 def columns_of(frame: Any) -> dict[str, np.ndarray]:
     """The numeric columns of a data frame (pandas, Polars, Arrow, anything that gives an Arrow stream), a structured array or a mapping of
     arrays.
 
-    Columns of words are left out. Missing values are NaN, time stamps seconds since 1970.
+    Columns of words are left out. Missing values are NaN, time stamps seconds since 1970, spans of time seconds. An index with a name is a
+    column, too.
     """
+    index = getattr(getattr(frame, "index", None), "name", None)
+    if index is not None and hasattr(frame, "reset_index") and index not in frame.columns:
+        frame = frame.reset_index()
     if not isinstance(frame, Mapping) and not hasattr(frame, "columns") and hasattr(frame, "__arrow_c_stream__"):
         import pyarrow
 
@@ -24,6 +30,8 @@ def columns_of(frame: Any) -> dict[str, np.ndarray]:
         values = _values(column)
         if np.issubdtype(values.dtype, np.datetime64):
             values = values.astype("datetime64[ns]").astype(np.int64) * 1e-9
+        elif np.issubdtype(values.dtype, np.timedelta64):
+            values = values / np.timedelta64(1, "s")
         elif np.issubdtype(values.dtype, np.complexfloating):
             out[f"{name}.re"], out[f"{name}.im"] = numbers(values.real), numbers(values.imag)
             continue
@@ -36,7 +44,7 @@ def columns_of(frame: Any) -> dict[str, np.ndarray]:
 
 def _values(column: Any) -> np.ndarray:
     """A column as an array; where it can be empty it is NaN there."""
-    values = np.asarray(column)
+    values = np.asarray(unmasked(column))
     if values.dtype == object and hasattr(column, "to_numpy"):
         try:
             return column.to_numpy(dtype=np.float64, na_value=np.nan)
@@ -58,17 +66,32 @@ def _names(frame: Any) -> list[str]:
     raise TypeError(f"a {type(frame).__name__} has no columns with names: give a data frame or a dict of arrays")
 
 
-def numbers(values: Any) -> np.ndarray:
+def unmasked(values: Any) -> Any:
+    """What a mask hides is missing: NaN."""
+    if not isinstance(values, np.ma.MaskedArray):
+        return values
+    kind = np.complex128 if np.iscomplexobj(values) else np.float64
+    return np.ma.filled(values.astype(kind), np.nan)
+
+
+def numbers(values: Any, name: str = "a column") -> np.ndarray:
     """One-dimensional 64-bit numbers, in one piece."""
-    array = np.ascontiguousarray(values, dtype=np.float64)
-    if array.ndim != 1:
-        raise ValueError(f"an array of {array.ndim} dimensions where one is needed")
-    return array
+    array = np.asarray(unmasked(values))
+    if np.iscomplexobj(array):
+        raise InputError(f"{name}: complex numbers where real ones are needed")
+    return _one_dimensional(array, np.float64, name)
 
 
-def vectors(values: Any) -> np.ndarray:
+def vectors(values: Any, name: str = "a space vector") -> np.ndarray:
     """One-dimensional space vectors; real arrays are α."""
-    return np.ascontiguousarray(values, dtype=np.complex128)
+    return _one_dimensional(unmasked(values), np.complex128, name)
+
+
+def _one_dimensional(values: Any, dtype: Any, name: str) -> np.ndarray:
+    array = np.asarray(values)
+    if array.ndim > 1:
+        raise InputError(f"{name}: an array of {array.ndim} dimensions where one is needed")
+    return np.ascontiguousarray(array, dtype=dtype)
 
 
 def frame(columns: Mapping[str, Any], index: str | None = None) -> Any:

@@ -23,6 +23,8 @@ class Motor:
     __slots__ = ("_native",)
 
     def __init__(self, native: _native.Motor) -> None:
+        if not isinstance(native, _native.Motor):
+            raise TypeError("a motor is made by Motor.read(file), Motor.parse(text) or Motor.from_…(), not by Motor(…)")
         self._native = native
 
     @classmethod
@@ -214,3 +216,8 @@ class Motor:
         rows = "".join(f"<tr><td>{html.escape(k)}</td><td>{v:.4g}</td></tr>" for k, v in self.parameters.items())
         on = html.escape(", ".join(sorted(self.effects)) or "none")
         return f"<b>{html.escape(self.name)}</b>, {self.pole_pairs} pole pairs<table>{rows}</table>effects: {on}"
+
+
+def motor_of(motor: Any) -> Motor:
+    """A motor, or the file of one."""
+    return motor if isinstance(motor, Motor) else Motor.read(motor)

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ._native import InputError
+
 
 def axes(ax: Any, rows: int = 1, share: bool = True) -> Any:
     """The axes given, or new ones: always an array."""
@@ -34,6 +36,8 @@ def curves(ax: Any, named: list[tuple[str, Any]], x: str, y: str) -> Any:
 def signals(parts: list[dict[str, Any]], recording: int | str, ax: Any, residuals: bool = False) -> Any:
     """Measured and modelled over time, or what is left between them, one panel for each signal."""
     names = [part["recording"] for part in parts]
+    if isinstance(recording, str) and recording not in names:
+        raise InputError(f"there is no recording {recording!r}: {', '.join(map(repr, names))}")
     part = parts[names.index(recording) if isinstance(recording, str) else recording]
     channels = [name.removesuffix("_measured") for name in part if name.endswith("_measured")]
     channels = [name for name in channels if np.isfinite(part[f"{name}_modelled"]).any()]

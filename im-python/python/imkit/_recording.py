@@ -46,10 +46,12 @@ class Recording:
         return cls(_native.Recording.file(path, mapping), ("file", path, mapping))
 
     @classmethod
-    def from_frame(cls, frame: Any, mapping: Mapping[str, Any] | str | None = None, name: str = "data frame") -> Recording:
+    def from_frame(
+        cls, frame: Any, mapping: Mapping[str, Any] | str | os.PathLike[str] | None = None, name: str = "data frame"
+    ) -> Recording:
         """A data frame (pandas, Polars, Arrow), a structured array or a dict of arrays.
 
-        ``mapping`` says what the columns mean, in the words of a ``recording.toml``: a dict of its tables, or its text.
+        ``mapping`` says what the columns mean, in the words of a ``recording.toml``: a dict of its tables, its text, or the file.
 
         >>> Recording.from_frame(df, {"time": {"column": "t", "unit": "ms"},
         ...                           "voltage": {"a": "ua", "b": "ub", "c": "uc"},
@@ -65,34 +67,33 @@ class Recording:
         t_s: Any,
         u_s: Any,
         i_s: Any,
-        omega_m_rad_s: Any,
+        omega_m_rad_s: Any = None,
         tau_load_nm: Any = None,
         name: str = "arrays",
     ) -> Recording:
-        """From arrays: time, space vectors of voltage and current (complex, peak value), speed, and the load torque where known."""
-        u, i = _frames.vectors(u_s), _frames.vectors(i_s)
-        columns = {
-            "t_s": _frames.numbers(t_s),
-            "u_alpha_V": u.real,
-            "u_beta_V": u.imag,
-            "i_alpha_A": i.real,
-            "i_beta_A": i.imag,
-            "omega_m_rad_s": _frames.numbers(omega_m_rad_s),
-        }
-        if tau_load_nm is not None:
-            columns["tau_load_Nm"] = _frames.numbers(tau_load_nm)
+        """From arrays: time, space vectors of voltage and current (complex, peak value), speed where measured, and the load torque where known.
+
+        A number stands for the whole of speed or load torque.
+        """
+        t, u, i = _frames.numbers(t_s, "t_s"), _frames.vectors(u_s, "u_s"), _frames.vectors(i_s, "i_s")
+        columns = {"t_s": t, "u_alpha_V": u.real, "u_beta_V": u.imag, "i_alpha_A": i.real, "i_beta_A": i.imag}
+        for key, values in (("omega_m_rad_s", omega_m_rad_s), ("tau_load_Nm", tau_load_nm)):
+            if values is not None:
+                columns[key] = _frames.numbers(np.full(t.shape, values) if np.ndim(values) == 0 else values, key)
         return cls._of_columns(name, columns, None)
 
     @classmethod
-    def _of_columns(cls, name: str, columns: Mapping[str, np.ndarray], mapping: Mapping[str, Any] | str | None) -> Recording:
-        pairs = [(column, _frames.numbers(values)) for column, values in columns.items()]
+    def _of_columns(
+        cls, name: str, columns: Mapping[str, np.ndarray], mapping: Mapping[str, Any] | str | os.PathLike[str] | None
+    ) -> Recording:
+        pairs = [(column, _frames.numbers(values, column)) for column, values in columns.items()]
         # Of a dict nobody has seen the lines of its text: messages name its keys.
         native = _native.Recording.columns(name, pairs, _text(mapping), isinstance(mapping, Mapping))
-        return cls(native, ("columns", name, dict(pairs), mapping))
+        return cls(native, ("columns", name, mapping))
 
     @classmethod
     def _simulated(cls, native: _native.Recording) -> Recording:
-        return cls(native, ("columns", native.name, native.arrays(), None))
+        return cls(native, ("columns", native.name, None))
 
     @property
     def name(self) -> str:
@@ -152,7 +153,9 @@ class Recording:
         return self._native.check(motor._native)[1]
 
     def __reduce__(self) -> Any:
-        return _again, self._origin
+        kind, name, *rest = self._origin
+        # What it computes with, not what has become of the arrays that it was made from.
+        return _again, (kind, name, *([self.columns] if kind == "columns" else []), *rest)
 
     def __repr__(self) -> str:
         columns = self.columns
@@ -172,8 +175,14 @@ def _again(kind: str, *rest: Any) -> Recording:
 _COLUMNS = ("time", "speed", "load")
 
 
-def _text(mapping: Mapping[str, Any] | str | None) -> str | None:
-    """The text of a ``recording.toml``."""
+def _text(mapping: Mapping[str, Any] | str | os.PathLike[str] | None) -> str | None:
+    """The text of a ``recording.toml``; a text without a line's end and without an equals sign is the file's name."""
+    if isinstance(mapping, os.PathLike) or (isinstance(mapping, str) and mapping and not any(c in mapping for c in "\n=")):
+        try:
+            with open(mapping, encoding="utf-8") as file:
+                return file.read()
+        except OSError as e:
+            raise _native.InputError(f"{os.fspath(mapping)}: cannot read it: {e.strerror}") from e
     if mapping is None or isinstance(mapping, str):
         return mapping
     # One column may stand for its table: "speed": "n".
@@ -190,4 +199,7 @@ def _value(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
-    return repr(value if isinstance(value, int) else float(value))
+    try:
+        return repr(value if isinstance(value, int) else float(value))
+    except (TypeError, ValueError) as e:
+        raise _native.InputError(f"mapping: {value!r} is no text, number, list or table of a recording.toml; leave the key out where nothing is meant") from e

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import html
 import json
 import os
@@ -116,7 +117,7 @@ class Fit(_Result):
         return _covariance(self._answer["covariance"])
 
     def __repr__(self) -> str:
-        return f"Fit({self.motor.name!r}, error {self.rms_in_sigma:.3g} σ rms)\n{self.parameters()}"
+        return f"Fit({self.motor.name!r}, error {self.rms_in_sigma:.3g} σ rms)\n{_shown(self.parameters())}"
 
     def _repr_html_(self) -> str:
         return f"<p>error {self.rms_in_sigma:.3g} σ rms (1 is the noise of the sensors)</p>{_table(self.parameters())}"
@@ -306,12 +307,17 @@ class NextTest:
 
     def to_dict(self) -> dict[str, Any]:
         """What ``im next-test --json`` prints."""
-        return self._answer
+        return copy.deepcopy(self._answer)
 
     def __repr__(self) -> str:
         if not self.open:
             return "NextTest(nothing is open: no rivals, no suspect, every effect seen)"
         return f"NextTest(open={self.open}, {self.what!r})"
+
+
+def _shown(table: Any) -> str:
+    """A table whole, whatever the width of the terminal."""
+    return table.to_string() if hasattr(table, "to_string") else str(table)
 
 
 def _columns(rows: list[dict[str, Any]], keys: list[str]) -> dict[str, list[Any]]:

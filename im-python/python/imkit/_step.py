@@ -3,29 +3,35 @@
 from __future__ import annotations
 
 import os
+import warnings
 from typing import Any
 
 import numpy as np
 
 from . import _frames, _native
-from ._motor import Motor
+from ._motor import Motor, motor_of
 from ._recording import Recording
 
 
 class Observer:
     """A flux and speed observer with its state: the steps of the next arrays go on where the last ones ended.
 
-    ``name`` is one of :data:`imkit.OBSERVERS`. ``gains`` are those of a :class:`Certificate`, a gains file's text or a dict of
+    ``name`` is one of :data:`imkit.OBSERVERS`. ``gains`` are those of a :class:`Certificate`, a certificate's or gains file, its text, or a dict of
     its tables; without, those one starts from: :attr:`gains_not_given` says which were taken so beside given ones, of which a certificate's
     proof says nothing. ``plain`` leaves out what the motor knows of saturation and inverter.
     """
 
     def __init__(
-        self, name: str, motor: Motor, sample_time_s: float, gains: Certificate | str | dict[str, Any] | None = None, plain: bool = False
+        self,
+        name: str,
+        motor: Motor | str | os.PathLike[str],
+        sample_time_s: float,
+        gains: Certificate | str | os.PathLike[str] | dict[str, Any] | None = None,
+        plain: bool = False,
     ) -> None:
         self.name = name
-        self._motor = motor
-        self._native = _native.Observer(name, motor._native, sample_time_s, _gains(gains), plain)
+        self._motor = motor_of(motor)
+        self._native = _native.Observer(name, self._motor._native, sample_time_s, _gains(gains, self._motor), plain)
         self._sample_time_s = float(sample_time_s)
         self._last = 0j
 
@@ -64,6 +70,9 @@ class Observer:
         self._native.reset()
         self._last = 0j
 
+    def __repr__(self) -> str:
+        return f"Observer({self.name!r}, {self._motor.name!r}, sample_time_s={self._sample_time_s:g})"
+
 
 class Controller:
     """A controller with its state, behind the limits of a drive; ``name`` is one of :data:`imkit.CONTROLLERS`.
@@ -74,7 +83,7 @@ class Controller:
     def __init__(
         self,
         name: str,
-        motor: Motor,
+        motor: Motor | str | os.PathLike[str],
         sample_time_s: float,
         *,
         dc_voltage_v: float | None = None,
@@ -83,7 +92,12 @@ class Controller:
     ) -> None:
         self.name = name
         self._dc_voltage_v = dc_voltage_v
+        motor = motor_of(motor)
         self._native = _native.Controller(name, motor._native, sample_time_s, dc_voltage_v, current_limit_a, observer)
+        self._shown = f"Controller({name!r}, {motor.name!r}, sample_time_s={sample_time_s:g})"
+
+    def __repr__(self) -> str:
+        return self._shown
 
     def step(
         self,
@@ -106,9 +120,10 @@ class Controller:
         def whole(x: Any) -> np.ndarray:
             return np.ascontiguousarray(np.broadcast_to(np.asarray(x, dtype=np.float64), i.shape))
 
+        voltage = np.ascontiguousarray(np.broadcast_to(np.asarray(u_s, dtype=np.complex128), i.shape))
         dc = dc_voltage_v if dc_voltage_v is not None else (self._dc_voltage_v or 0.0)
         return self._native.run(
-            i, whole(omega_m_rad_s), _frames.vectors(u_s), whole(dc), whole(omega_m_ref_rad_s), whole(rotor_flux_ref_vs), whole(torque_ref_nm)
+            i, whole(omega_m_rad_s), voltage, whole(dc), whole(omega_m_ref_rad_s), whole(rotor_flux_ref_vs), whole(torque_ref_nm)
         )
 
 
@@ -151,11 +166,17 @@ class Certificate:
         return f"Certificate({self.kind!r}, {len(self.margins)} obligations decided, gains={self.gains})"
 
 
-def _gains(gains: Any) -> str:
+def _gains(gains: Any, motor: Motor) -> str:
+    """The gains file's text. A certificate is decided again where it comes as a file or a text; of another machine it proves nothing here."""
     from ._recording import _text
 
     if gains is None:
         return ""
-    if isinstance(gains, Certificate):
-        return gains._native.gains_toml
-    return _text(gains) or ""
+    if not isinstance(gains, Certificate):
+        text = _text(gains) or ""
+        if not any(line.startswith("digest") for line in text.splitlines()):
+            return text
+        gains = Certificate(_native.check(text, "gains"))
+    for key, there, here in gains.differences(motor):
+        warnings.warn(f"the certificate is of another machine: {key} is {there} there and {here} here", stacklevel=3)
+    return gains._native.gains_toml

@@ -30,6 +30,11 @@ _WORDS = "key unit type date recordings status verdict effects rivals suspicion 
 """Columns of the tables that hold words."""
 
 
+_LOST = (
+    "its worker died {} times: too little memory, or a script that calls fleet.run outside of 'if __name__ == \"__main__\":', as processes need it"
+)
+
+
 class _Job(NamedTuple):
     key: str
     text: str
@@ -102,7 +107,8 @@ def run(
     """Judges a fleet, and writes ``verdicts.csv``, ``verdicts.parquet``, ``parameters.csv``, ``fleet.json`` and ``fleet.html`` into ``out``.
 
     ``workers`` is the number of processes, or of Ray actors (of one CPU and ``memory_bytes`` each); 1 process is this one. A job whose worker
-    dies is tried again ``retries`` times; then its row says so. ``shard`` "k/N" does a part of the jobs. With Ray over several machines ``out``
+    dies is tried again ``retries`` times; then its row says so, and the next run tries again. A script that runs processes does so under
+    ``if __name__ == "__main__":``. ``shard`` "k/N" does a part of the jobs. With Ray over several machines ``out``
     and the fleet lie where all of them see them under the same path.
     """
     fleet, out = os.fspath(fleet), os.fspath(out)
@@ -115,11 +121,15 @@ def run(
     if engine not in ("processes", "ray"):
         raise _native.InputError(f"there is no engine {engine!r}: processes or ray")
     if engine == "processes" and workers == 1:
-        made: Iterator[tuple[_Job, str]] = ((job, _row(job)) for job in mine)
+        made: Iterator[tuple[_Job, str | None]] = ((job, _row(job)) for job in mine)
     else:
         made = _judged(_RayActors(memory_bytes) if engine == "ray" else _Processes(), mine, workers, retries)
     for job, row in made:
-        _native.fleet_keep(out, row)
+        if row is None:
+            # Another run, with more memory perhaps, tries it again.
+            row = _lost(job, retries + 1)
+        else:
+            _native.fleet_keep(out, row)
         kept[job.key] = row
     rows = [row for row in kept.values() if row is not None]
     title = os.path.splitext(os.path.basename(os.path.normpath(fleet)))[0]
@@ -132,11 +142,11 @@ def _row(job: _Job) -> str:
 
 
 def _lost(job: _Job, tries: int) -> str:
-    return _native.fleet_failed_row(job.text, job.key, f"its worker died {tries} times: too little memory, perhaps")
+    return _native.fleet_failed_row(job.text, job.key, _LOST.format(tries))
 
 
-def _judged(crew: _Crew, jobs: list[_Job], workers: int, retries: int) -> Iterator[tuple[_Job, str]]:
-    """Every worker takes the next job when it is done with one; one that dies is replaced, and its job tried again."""
+def _judged(crew: _Crew, jobs: list[_Job], workers: int, retries: int) -> Iterator[tuple[_Job, str | None]]:
+    """Every worker takes the next job when it is done with one; one that dies is replaced, and its job tried again; in the end it has no row."""
     queue = deque((job, 0) for job in jobs)
     idle = [crew.hire() for _ in range(min(workers, len(jobs)))]
     busy: dict[Any, tuple[_Job, int]] = {}
@@ -155,7 +165,7 @@ def _judged(crew: _Crew, jobs: list[_Job], workers: int, retries: int) -> Iterat
             else:
                 over += 1
                 life.show(f"judging, {over} of {len(jobs)} done")
-                yield job, row or _lost(job, tried)
+                yield job, row
     finally:
         life.end()
         for worker in [*idle, *busy]:
