@@ -38,8 +38,7 @@ pub fn next_test(
     let found = work(py, "simulating manoeuvres", 0, || {
         let safe_for = machines_after(&motor.file, diagnosis.as_ref(), &open);
         let noise = planning_noise(&motor.file, diagnosis.as_ref());
-        propose(&motor.file, &open, noise, &limits, &safe_for)
-            .map_err(|e| Refused::fit(&motor.label, &e))
+        propose(&motor.file, &open, noise, &limits, &safe_for).map_err(|e| Refused::fit(&motor.label, &e))
     })?;
     Ok(to_json(&open, &found.map_err(refused)?).to_string())
 }
