@@ -130,7 +130,7 @@ impl Case {
                 .filter(|e| !e.is_table())
                 .flat_map(|e| &e.channels)
                 .filter(|c| c.name == name)
-                .map(|c| valid_values(c))
+                .map(valid_values)
                 .map(|values| white_sigma(&values).max(step_sigma(&values)))
                 .collect();
             if found.is_empty() {
