@@ -193,6 +193,14 @@ impl Sources {
         for source in &self.train {
             train.extend(source.recordings(&motor)?);
         }
+        let before = train.iter().enumerate().map(|(k, t)| (t, &train[..k]));
+        let twins = before.filter_map(|(t, before)| Some((t, before.iter().find(|b| same_rows(&b.experiment, &t.experiment))?)));
+        if let Some((t, other)) = twins.into_iter().next() {
+            return Err(Refused::Input(format!(
+                "{}: this training recording has the same rows as {}, and would count twice; give it once",
+                t.experiment.name, other.experiment.name
+            )));
+        }
         let holdout = self.holdout.as_ref().map(|s| s.recording(&motor)).transpose()?;
         if let Some(held) = &holdout
             && let Some(same) = train.iter().find(|t| same_rows(&t.experiment, &held.experiment))

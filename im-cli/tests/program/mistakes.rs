@@ -262,3 +262,15 @@ fn a_training_recording_held_out_proves_nothing() {
         assert!(message.contains("the same rows as the training recording"), "{message}");
     }
 }
+
+/// What is given twice would count twice.
+#[test]
+fn a_training_recording_is_not_taken_twice() {
+    let f = Folder::new("twice");
+    let [train, other] = ["train1.csv", "train2.csv"].map(demo);
+    let copy = f.file("copy.csv", &fs::read_to_string(&train).unwrap());
+    for again in [&train, &copy] {
+        let message = refused(&["fit", "--motor", &demo("motor.toml"), "--train", &train, "--train", &other, "--train", again]);
+        assert!(message.contains("the same rows as train1") && message.contains("give it once"), "{message}");
+    }
+}
