@@ -144,7 +144,8 @@ def test_the_next_test_is_a_scenario(bare):
         imkit.next_test(bare, effects=["parrot"])
 
 
-def test_ctrl_c_ends_a_diagnosis(bare, recording, unseen):
+def test_ctrl_c_ends_a_diagnosis(bare, motor, unseen):
+    many = [imkit.simulate(motor, SCENARIO, seed=20 + k)[0] for k in range(8)]
     over, pressed = threading.Event(), []
 
     def press():
@@ -157,7 +158,7 @@ def test_ctrl_c_ends_a_diagnosis(bare, recording, unseen):
     thread.start()
     with pytest.raises(KeyboardInterrupt):
         try:
-            imkit.diagnose(bare, [recording] * 8, holdout=unseen)
+            imkit.diagnose(bare, many, holdout=unseen)
         finally:
             over.set()
     thread.join()
@@ -205,6 +206,7 @@ def test_calls_that_cannot_be_meant_are_refused(bare, recording):
         (lambda: imkit.diagnose(bare, recording, holdout=[recording]), "one recording"),
         (lambda: imkit.fit(bare, recording, tables=np.zeros(3)), "tables are files"),
         (lambda: imkit.validate(bare, bare, [recording, recording]), "takes one recording"),
+        (lambda: imkit.fit(bare, [recording, recording]), "give it once"),
         (lambda: imkit.fit(bare, recording, threads=-1), "threads = -1"),
         (lambda: imkit.fit(bare, recording, fix="inertia"), "inertia"),
     ]:
