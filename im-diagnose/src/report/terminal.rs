@@ -1,7 +1,7 @@
 //! The story in short, for a terminal or a file: no colours, no control codes.
 
 use super::load_words::words as load_words;
-use super::overlay::channel_words;
+use super::overlay::{channel_words, nudged};
 use super::sections::{LOSSES_HEAD, fall_rows, losses_cells, parameter_warnings, parameters_note};
 use super::story::{Shown, Story, candidates as by_interest, summary, verdict_words};
 use super::text_plot::{columns, log_bar, spark, wrapped};
@@ -139,6 +139,11 @@ fn errors(out: &mut Text, s: &Story) {
         }
     }
     out.table(&table, &[false, false, true, false]);
+    let nudged = nudged(&s.views);
+    if !nudged.is_empty() {
+        let text = format!("Judged with the speed nudged towards the measured one, all models alike: {nudged}.");
+        out.paragraph("  ", &text);
+    }
     out.gap();
     let judged =
         |e: &(String, crate::residuals::Errors, Option<crate::residuals::Errors>)| e.2.clone().unwrap_or_else(|| e.1.clone());
