@@ -261,7 +261,7 @@ pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: 
     Disturbances { of_ratio, bends: all_bends, explained, modelled: here }
 }
 
-/// The machine with each shape of a resonance, its frequency and its damping, e times as large: another spring rings elsewhere, and what it
+/// The machine with each shape of a resonance, its frequency and its damping, changed a little: another spring rings elsewhere, and what it
 /// explains then differs in phase.
 fn retuned(machine: &Machine<f64>, effect: EffectId) -> Vec<Machine<f64>> {
     if !effect.about().resonant {

@@ -193,9 +193,10 @@ impl Sources {
         for source in &self.train {
             train.extend(source.recordings(&motor)?);
         }
-        let before = train.iter().enumerate().map(|(k, t)| (t, &train[..k]));
-        let twins = before.filter_map(|(t, before)| Some((t, before.iter().find(|b| same_rows(&b.experiment, &t.experiment))?)));
-        if let Some((t, other)) = twins.into_iter().next() {
+        let mut earlier = train.iter().enumerate().map(|(k, t)| (t, &train[..k]));
+        if let Some((t, other)) =
+            earlier.find_map(|(t, all)| Some((t, all.iter().find(|o| same_rows(&o.experiment, &t.experiment))?)))
+        {
             return Err(Refused::Input(format!(
                 "{}: this training recording has the same rows as {}, and would count twice; give it once",
                 t.experiment.name, other.experiment.name

@@ -94,7 +94,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn print(out: &mut dyn Write, l: &Losses) -> std::io::Result<()> {
-    let w = |e: Estimate| format!("{} ± {} W", rounded(e.value), rounded(e.half_95));
+    let w = |e: Estimate| plus_minus(e) + " W";
     writeln!(out, "without load, at rated voltage (± 95 %):")?;
     match l.constant_by {
         ConstantBy::Voltages => {
@@ -113,24 +113,34 @@ fn print(out: &mut dyn Write, l: &Losses) -> std::io::Result<()> {
     if l.points.is_empty() {
         return Ok(());
     }
-    type Row<'a> = (&'static str, &'a dyn Fn(&LoadPoint) -> String);
-    let rows: [Row; 12] = [
-        ("torque, Nm", &|p| p.torque_nm.map_or_else(|| "–".into(), rounded)),
-        ("slip, %", &|p| format!("{:.2}", 100.0 * p.slip)),
-        ("winding, °C", &|p| rounded(p.winding_c)),
-        ("input, W", &|p| rounded(p.input_w)),
-        ("stator, W", &|p| plus_minus(p.stator_w)),
-        ("rotor, W", &|p| plus_minus(p.rotor_w)),
-        ("iron, W", &|p| plus_minus(p.iron_w)),
-        ("friction, W", &|p| plus_minus(p.friction_windage_w)),
-        ("stray, W", &|p| plus_minus(p.stray_w)),
-        ("losses, W", &|p| plus_minus(p.total_w)),
-        ("efficiency, %", &|p| percent(p.efficiency)),
-        ("direct, %", &|p| p.direct_efficiency.map_or_else(|| "–".into(), percent)),
+    let row = |name: &str, cell: &dyn Fn(&LoadPoint) -> String| (name.to_owned(), l.points.iter().map(cell).collect());
+    let mut rows: Vec<Row> = vec![
+        row("torque, Nm", &|p| p.torque_nm.map_or_else(|| "–".into(), rounded)),
+        row("slip, %", &|p| format!("{:.2}", 100.0 * p.slip)),
+        row("winding, °C", &|p| rounded(p.winding_c)),
+        row("input, W", &|p| rounded(p.input_w)),
     ];
+    rows.extend(PARTS.map(|(name, of, _)| row(&format!("{name}, W"), &|p| plus_minus(of(p)))));
+    rows.push(row("efficiency, %", &|p| percent(p.efficiency)));
+    rows.push(row("direct, %", &|p| p.direct_efficiency.map_or_else(|| "–".into(), percent)));
     writeln!(out)?;
-    print_points(out, &rows.map(|(name, cell)| (name, l.points.iter().map(cell).collect())))
+    print_points(out, &rows)
 }
+
+/// A part of the losses by its name, of the regression and of the model.
+type Part = (&'static str, fn(&LoadPoint) -> Estimate, fn(&ModelPoint) -> Estimate);
+
+const PARTS: [Part; 6] = [
+    ("stator", |p| p.stator_w, |p| p.stator_w),
+    ("rotor", |p| p.rotor_w, |p| p.rotor_w),
+    ("iron", |p| p.iron_w, |p| p.iron_w),
+    ("friction", |p| p.friction_windage_w, |p| p.friction_windage_w),
+    ("stray", |p| p.stray_w, |p| p.stray_w),
+    ("losses", |p| p.total_w, |p| p.total_w),
+];
+
+/// A quantity, and what it is at each load point.
+type Row = (String, Vec<String>);
 
 fn plus_minus(e: Estimate) -> String {
     format!("{} ± {}", rounded(e.value), rounded(e.half_95))
@@ -141,7 +151,7 @@ fn percent(e: Estimate) -> String {
 }
 
 /// Load points side by side, one line per quantity; as many at a time as a terminal is wide.
-fn print_points(out: &mut dyn Write, rows: &[(&str, Vec<String>)]) -> std::io::Result<()> {
+fn print_points(out: &mut dyn Write, rows: &[Row]) -> std::io::Result<()> {
     let width = |s: &String| s.chars().count();
     let name = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     let cell = 2 + rows.iter().flat_map(|(_, cells)| cells).map(width).max().unwrap_or(0);
@@ -167,40 +177,24 @@ fn print_model(out: &mut dyn Write, l: &Losses, m: &ByModel) -> std::io::Result<
         return Ok(());
     }
     writeln!(out, "\nby a model with these losses, fitted to all rows (error {} σ of the instruments):", rounded(m.error))?;
-    type Row<'a> = (&'static str, &'a dyn Fn(&ModelPoint) -> String);
-    let rows: [Row; 9] = [
-        ("torque, Nm", &|p| rounded(p.torque_nm)),
-        ("slip, %", &|p| format!("{:.2}", 100.0 * p.slip)),
-        ("stator, W", &|p| plus_minus(p.stator_w)),
-        ("rotor, W", &|p| plus_minus(p.rotor_w)),
-        ("iron, W", &|p| plus_minus(p.iron_w)),
-        ("friction, W", &|p| plus_minus(p.friction_windage_w)),
-        ("stray, W", &|p| plus_minus(p.stray_w)),
-        ("losses, W", &|p| plus_minus(p.total_w)),
-        ("efficiency, %", &|p| percent(p.efficiency)),
-    ];
-    print_points(out, &rows.map(|(name, cell)| (name, m.points.iter().map(cell).collect())))?;
+    let row = |name: &str, cell: &dyn Fn(&ModelPoint) -> String| (name.to_owned(), m.points.iter().map(cell).collect());
+    let mut rows: Vec<Row> =
+        vec![row("torque, Nm", &|p| rounded(p.torque_nm)), row("slip, %", &|p| format!("{:.2}", 100.0 * p.slip))];
+    rows.extend(PARTS.map(|(name, _, of)| row(&format!("{name}, W"), &|p| plus_minus(of(p)))));
+    rows.push(row("efficiency, %", &|p| percent(p.efficiency)));
+    print_points(out, &rows)?;
     if m.error > UNEXPLAINED {
         let text = "The model leaves more than the instruments' errors: a further effect, or a row or a temperature that is not right. im diagnose with the same tables looks for it.";
         write!(out, "{}", wrapped("! ", text))?;
     }
     if m.points.len() == l.points.len() {
-        type Part = (&'static str, fn(&LoadPoint) -> Estimate, fn(&ModelPoint) -> Estimate);
-        let parts: [Part; 6] = [
-            ("stator", |p| p.stator_w, |p| p.stator_w),
-            ("rotor", |p| p.rotor_w, |p| p.rotor_w),
-            ("iron", |p| p.iron_w, |p| p.iron_w),
-            ("friction", |p| p.friction_windage_w, |p| p.friction_windage_w),
-            ("stray", |p| p.stray_w, |p| p.stray_w),
-            ("losses", |p| p.total_w, |p| p.total_w),
-        ];
         let apart = |(_, a, b): &Part| {
             l.points.iter().zip(&m.points).any(|(p, q)| {
                 let (a, b) = (a(p), b(q));
                 (a.value - b.value).abs() > a.half_95.hypot(b.half_95)
             })
         };
-        let differ: Vec<&str> = parts.iter().filter(|p| apart(p)).map(|p| p.0).collect();
+        let differ: Vec<&str> = PARTS.iter().filter(|p| apart(p)).map(|p| p.0).collect();
         let text = if differ.is_empty() {
             "Regression and model agree within their intervals.".to_owned()
         } else {

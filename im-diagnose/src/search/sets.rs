@@ -473,14 +473,19 @@ impl Search<'_> {
 
     /// No descent moves a whole number, and what is right beside one effect less may be wrong beside it: all are tried.
     fn addition(&self, model: &Model, score: &Score) -> Option<Proposal> {
-        let effects = with(&model.effects, score.effect);
         let machines = std::iter::once(model.fit.machine).chain(with_other_numbers(model));
-        let starts = machines.flat_map(|m| self.loop_.seeded(&m, &model.fit.starts, score)).collect::<Vec<_>>();
-        (!starts.is_empty()).then_some(Proposal { effects, starts })
+        self.proposal(model, machines, with(&model.effects, score.effect), score)
     }
 
-    fn proposal(&self, model: &Model, machine: &Machine<f64>, effects: Vec<EffectId>, score: &Score) -> Option<Proposal> {
-        let starts = self.loop_.seeded(machine, &model.fit.starts, score);
+    fn proposal(
+        &self,
+        model: &Model,
+        machines: impl IntoIterator<Item = Machine<f64>>,
+        effects: Vec<EffectId>,
+        score: &Score,
+    ) -> Option<Proposal> {
+        let seeded = |m| self.loop_.seeded(&m, &model.fit.starts, score);
+        let starts: Vec<_> = machines.into_iter().flat_map(seeded).collect();
         (!starts.is_empty()).then_some(Proposal { effects, starts })
     }
 
@@ -511,7 +516,7 @@ impl Search<'_> {
                     let comparable = gain(s.effect).is_some_and(|g| g > COMPARABLE * own.max(0.0));
                     let new = self.unknown(&instead) && out.iter().all(|p| sorted(&p.effects) != sorted(&instead));
                     if comparable && new {
-                        out.extend(self.proposal(model, &machine, instead, s));
+                        out.extend(self.proposal(model, [machine], instead, s));
                     }
                 }
             }
@@ -528,7 +533,7 @@ impl Search<'_> {
             .filter_map(|&e| {
                 let machine = self.loop_.without(&model.fit.machine, e)?;
                 let score = self.loop_.score_beside(&machine, &model.fit.starts, &without(&model.effects, e), e)?;
-                self.proposal(model, &machine, model.effects.clone(), &score)
+                self.proposal(model, [machine], model.effects.clone(), &score)
             })
             .chain(numbers)
             .collect()
@@ -612,9 +617,10 @@ impl Search<'_> {
     /// estimate, and no answer.
     fn polish_answer(&mut self, beside: impl Fn(&Self, &Set) -> Vec<Set>) -> Result<(), FitError> {
         loop {
-            let (least, answer) = (self.ranked()[0].1, self.answer());
+            let (ranked, answer) = (self.ranked(), self.answer());
+            let near = ranked.iter().filter(|(_, j)| *j < ranked[0].1 + WINDOW);
+            let near: Vec<Set> = near.map(|(s, _)| (*s).clone()).collect();
             let mut new = false;
-            let near: Vec<Set> = self.ranked().iter().filter(|(_, j)| *j < least + WINDOW).map(|(s, _)| (*s).clone()).collect();
             for set in beside(self, &answer).into_iter().chain(near).chain([answer]) {
                 new |= self.polish(&set)?;
             }
@@ -640,9 +646,9 @@ impl Search<'_> {
         model.effects = (1..=k).filter_map(newest).collect();
         let scores = self.scores(set);
         let tried = scores.iter().filter_map(|s| {
-            let tried = self.known.get(&sorted(&with(set, s.effect)))?;
-            let refusal = self.refusal(set, &sorted(&with(set, s.effect)));
-            Some(Trial { effect: s.effect, model: tried.model.clone(), refusal })
+            let with_it = sorted(&with(set, s.effect));
+            let tried = self.known.get(&with_it)?;
+            Some(Trial { effect: s.effect, model: tried.model.clone(), refusal: self.refusal(set, &with_it) })
         });
         let mut trials: Vec<Trial> = tried.collect();
         trials.sort_by(|a, b| a.model.deviance.total_cmp(&b.model.deviance));

@@ -19,7 +19,7 @@ from typing import Any
 from . import _frames, _native, fleet, mat
 from ._motor import Motor, motor_of as _motor
 from ._native import CONTROLLERS, DESIGNS, OBSERVERS, InputError, __version__
-from ._recording import Recording
+from ._recording import Recording, read_text
 from ._results import Comparison, Diagnosis, Fit, NextTest, Validation
 from ._step import Certificate, Controller, Observer
 
@@ -266,11 +266,7 @@ def _text(given: str | os.PathLike[str]) -> str:
     """The text of a file, or what is a text already."""
     if isinstance(given, str) and "\n" in given:
         return given
-    try:
-        with open(given, encoding="utf-8") as file:
-            return file.read()
-    except OSError as e:
-        raise InputError(f"{os.fspath(given)}: cannot read it: {e.strerror}") from e
+    return read_text(given)
 
 
 def _scenario(scenario: str | os.PathLike[str]) -> tuple[str, str, str]:

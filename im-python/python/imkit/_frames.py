@@ -87,6 +87,11 @@ def vectors(values: Any, name: str = "a space vector") -> np.ndarray:
     return _one_dimensional(unmasked(values), np.complex128, name)
 
 
+def whole(values: Any, shape: tuple[int, ...]) -> Any:
+    """A number stands for an array of it."""
+    return np.full(shape, values) if np.ndim(values) == 0 else values
+
+
 def _one_dimensional(values: Any, dtype: Any, name: str) -> np.ndarray:
     array = np.asarray(values)
     if array.ndim > 1:

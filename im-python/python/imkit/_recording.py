@@ -38,10 +38,7 @@ class Recording:
         if path.lower().endswith(".mat"):
             from . import mat
 
-            text = None
-            if mapping is not None:
-                with open(mapping, encoding="utf-8") as file:
-                    text = file.read()
+            text = None if mapping is None else read_text(mapping)
             return cls._of_columns(os.path.basename(path), mat.columns_of(path), text)
         return cls(_native.Recording.file(path, mapping), ("file", path, mapping))
 
@@ -79,7 +76,7 @@ class Recording:
         columns = {"t_s": t, "u_alpha_V": u.real, "u_beta_V": u.imag, "i_alpha_A": i.real, "i_beta_A": i.imag}
         for key, values in (("omega_m_rad_s", omega_m_rad_s), ("tau_load_Nm", tau_load_nm)):
             if values is not None:
-                columns[key] = _frames.numbers(np.full(t.shape, values) if np.ndim(values) == 0 else values, key)
+                columns[key] = _frames.numbers(_frames.whole(values, t.shape), key)
         return cls._of_columns(name, columns, None)
 
     @classmethod
@@ -172,17 +169,22 @@ def _again(kind: str, *rest: Any) -> Recording:
     return Recording._of_columns(*rest)
 
 
+def read_text(path: str | os.PathLike[str]) -> str:
+    """The text of a file."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            return file.read()
+    except OSError as e:
+        raise _native.InputError(f"{os.fspath(path)}: cannot read it: {e.strerror}") from e
+
+
 _COLUMNS = ("time", "speed", "load")
 
 
 def _text(mapping: Mapping[str, Any] | str | os.PathLike[str] | None) -> str | None:
     """The text of a ``recording.toml``; a text without a line's end and without an equals sign is the file's name."""
     if isinstance(mapping, os.PathLike) or (isinstance(mapping, str) and mapping and not any(c in mapping for c in "\n=")):
-        try:
-            with open(mapping, encoding="utf-8") as file:
-                return file.read()
-        except OSError as e:
-            raise _native.InputError(f"{os.fspath(mapping)}: cannot read it: {e.strerror}") from e
+        return read_text(mapping)
     if mapping is None or isinstance(mapping, str):
         return mapping
     # One column may stand for its table: "speed": "n".

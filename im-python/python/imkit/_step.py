@@ -120,7 +120,7 @@ class Controller:
         def whole(x: Any) -> np.ndarray:
             return np.ascontiguousarray(np.broadcast_to(np.asarray(x, dtype=np.float64), i.shape))
 
-        voltage = np.ascontiguousarray(np.broadcast_to(np.asarray(u_s, dtype=np.complex128), i.shape))
+        voltage = _frames.vectors(_frames.whole(u_s, i.shape))
         dc = dc_voltage_v if dc_voltage_v is not None else (self._dc_voltage_v or 0.0)
         return self._native.run(
             i, whole(omega_m_rad_s), voltage, whole(dc), whole(omega_m_ref_rad_s), whole(rotor_flux_ref_vs), whole(torque_ref_nm)

@@ -30,11 +30,6 @@ _WORDS = "key unit type date recordings status verdict effects rivals suspicion 
 """Columns of the tables that hold words."""
 
 
-_LOST = (
-    "its worker died {} times: too little memory, or a script that calls fleet.run outside of 'if __name__ == \"__main__\":', as processes need it"
-)
-
-
 class _Job(NamedTuple):
     key: str
     text: str
@@ -142,7 +137,8 @@ def _row(job: _Job) -> str:
 
 
 def _lost(job: _Job, tries: int) -> str:
-    return _native.fleet_failed_row(job.text, job.key, _LOST.format(tries))
+    why = "too little memory, or a script that calls fleet.run outside of 'if __name__ == \"__main__\":', as processes need it"
+    return _native.fleet_failed_row(job.text, job.key, f"its worker died {tries} times: {why}")
 
 
 def _judged(crew: _Crew, jobs: list[_Job], workers: int, retries: int) -> Iterator[tuple[_Job, str | None]]:
