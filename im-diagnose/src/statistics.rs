@@ -22,24 +22,42 @@ pub fn threshold(freedom: usize, p: f64) -> f64 {
 
 /// Modified Gram-Schmidt with normalization; columns that vanish are dropped.
 pub fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<DVector<f64>> {
+    orthonormal_with_coordinates(columns).0
+}
+
+/// The same, and the coordinates of every column in the basis.
+pub fn orthonormal_with_coordinates(columns: Vec<Vec<f64>>) -> (Vec<DVector<f64>>, Vec<Vec<f64>>) {
     let mut kept: Vec<DVector<f64>> = Vec::new();
+    let mut coordinates: Vec<Vec<f64>> = Vec::new();
     for c in columns {
         let mut v = DVector::from_vec(c);
         let before = v.norm();
+        let mut of_column = vec![0.0; kept.len()];
         // Twice is enough for orthogonality to rounding.
         for _ in 0..2 {
-            for q in &kept {
+            for (q, x) in kept.iter().zip(&mut of_column) {
                 let d = q.dot(&v);
                 v.axpy(-d, q, 1.0);
+                *x += d;
             }
         }
         let norm = v.norm();
         if norm > 1e-9 * before && norm > 0.0 {
             v /= norm;
             kept.push(v);
+            of_column.push(norm);
         }
+        coordinates.push(of_column);
     }
-    kept
+    coordinates.iter_mut().for_each(|c| c.resize(kept.len(), 0.0));
+    (kept, coordinates)
+}
+
+/// The orthogonal complement of some columns of so many rows.
+pub fn complement(mut columns: Vec<Vec<f64>>, rows: usize) -> Vec<DVector<f64>> {
+    let spanned = orthonormal(columns.clone()).len();
+    columns.extend((0..rows).map(|k| (0..rows).map(|i| if i == k { 1.0 } else { 0.0 }).collect()));
+    orthonormal(columns).split_off(spanned)
 }
 
 /// Cosine of the angle between two signatures, without sign.
@@ -59,6 +77,7 @@ pub fn closest_of(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn effects_are_as_close_as_the_nearest_things_that_they_can_do() {
@@ -71,5 +90,27 @@ mod tests {
         assert!(near(&[&x], &[&y]) < 1e-12 && (near(&[&x, &y], &[&y, &z]) - 1.0).abs() < 1e-12);
         assert!((near(&[&x, &y], &[&between]) - 0.5f64.sqrt()).abs() < 1e-12);
         assert_eq!((near(&[], &[&x]), cosine(&x, &[0.0; 3]), cosine(&y, &[0.0, -1.0, 0.0])), (0.0, 0.0, 1.0));
+    }
+
+    proptest! {
+        /// Columns are what their coordinates say, and with the complement of some of them nothing is left of any vector.
+        #[test]
+        fn columns_have_coordinates_and_a_complement(
+            columns in prop::collection::vec(prop::collection::vec(-3.0..3.0f64, 6), 1..5),
+            twice in any::<bool>(),
+        ) {
+            let mut columns = columns;
+            if twice {
+                columns.push(columns[0].iter().map(|x| 2.0 * x).collect());
+            }
+            let (basis, coordinates) = orthonormal_with_coordinates(columns.clone());
+            for (c, x) in columns.iter().zip(&coordinates) {
+                let back = basis.iter().zip(x).fold(DVector::zeros(6), |sum, (q, x)| sum + q * *x);
+                prop_assert!((back - DVector::from_vec(c.clone())).norm() < 1e-9);
+            }
+            let rest = complement(columns.clone(), 6);
+            prop_assert_eq!(rest.len() + basis.len(), 6);
+            prop_assert!(rest.iter().all(|c| columns.iter().all(|x| c.dot(&DVector::from_vec(x.clone())).abs() < 1e-8)));
+        }
     }
 }

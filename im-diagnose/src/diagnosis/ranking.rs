@@ -73,7 +73,7 @@ pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, su
                 format!("{NOT_EXCITED}: these recordings cannot show it at any usual size")
             } else if !first.significant.contains(&s.effect) {
                 "not needed".into()
-            } else if !loop_.possible(s) {
+            } else if !loop_.possible(s.effect, &s.predicted) {
                 "would need an impossible sign: a symptom of something else".into()
             } else if last.effects.is_empty() {
                 let refusal = first.trials.iter().find(|t| t.effect == s.effect).map(|t| t.refusal);

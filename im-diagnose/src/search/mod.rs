@@ -333,6 +333,7 @@ impl Refinement {
         let mut scores = known.to_vec();
         if !open.is_empty() {
             let context = ScoreContext::new(&fit.machine, &fit.starts, &self.nudged, &self.rating, &fit.free, self.level());
+            let context = context.replacing(&model.effects, &fit.free);
             let score = |e: EffectId| context.score(e, elsewhere.iter().find(|s| s.effect == e));
             scores.extend(open.into_par_iter().filter_map(score).collect::<Vec<_>>());
         }
@@ -424,13 +425,13 @@ impl Refinement {
     }
 
     /// Whether every strength that the score predicts has a sign that the effect can have.
-    pub fn possible(&self, score: &Score) -> bool {
+    pub fn possible(&self, effect: EffectId, predicted: &[f64]) -> bool {
         // How large it is predicted is another matter: slopes may lead too far.
         let may_be_negative = |k: usize| {
-            let info = &score.effect.parameters()[k];
+            let info = &effect.parameters()[k];
             info.bound.check("", -0.1 * info.typical.0 * self.unit_of(info.scale)).is_ok()
         };
-        strengths(score.effect).iter().zip(&score.predicted).all(|(&k, x)| *x >= 0.0 || may_be_negative(k))
+        strengths(effect).iter().zip(predicted).all(|(&k, x)| *x >= 0.0 || may_be_negative(k))
     }
 
     /// The machine with an effect switched off.

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use super::lines;
 use crate::noise::{Whitener, whiteners};
 use crate::residuals::{all_residuals, deviance, difference, slopes};
-use crate::statistics::{closest_of, log_p, orthonormal, threshold};
+use crate::statistics::{closest_of, complement, log_p, orthonormal_with_coordinates, threshold};
 
 /// Score of one effect at its best shape.
 #[derive(Clone, Debug)]
@@ -52,6 +52,19 @@ pub struct Score {
     pub directions: Vec<Vec<f64>>,
     /// By how many σ a unit of each strength changes the outputs, per shape tried: where the next score looks for sizes that matter.
     pub sensitivity: Vec<Vec<f64>>,
+    /// What it would do in the place of each of the effects that are there.
+    pub instead: Vec<Instead>,
+}
+
+/// What an effect would do in the place of another that is there.
+#[derive(Clone, Debug)]
+pub struct Instead {
+    /// The other.
+    pub of: EffectId,
+    /// The part of what the other does beside the rest, as far as slopes tell.
+    pub part: f64,
+    /// Where to begin a refit.
+    pub seed: Seed,
 }
 
 /// A shape, parameter index and value, and the sizes that the score predicts there.
@@ -91,6 +104,27 @@ pub struct ScoreContext<'a> {
     residuals: Residuals,
     /// Orders, per turn of the rotor, of lines in the residual: looked for when an effect of some order is scored.
     lines: OnceLock<Vec<f64>>,
+    /// Effects that are there, and that others may take the place of.
+    replaceable: Vec<Replaceable>,
+}
+
+/// An effect that is there, as the others see it when it is gone.
+struct Replaceable {
+    effect: EffectId,
+    /// The residual without it, which no other parameter has followed.
+    residual: Column,
+    /// What of the slopes' span, in its basis, belongs to this effect's parameters alone: orthonormal.
+    own: Vec<DVector<f64>>,
+    /// What the effect does: how much more is left without it when the others have followed.
+    does: f64,
+}
+
+impl Replaceable {
+    /// gᵀP'h, where P' takes out only what the other parameters can follow.
+    fn product(&self, g: &Column, h: &Column) -> f64 {
+        let onto = |c: &Column, q: &DVector<f64>| dot(q.as_slice(), &c.onto);
+        g.product(h) + self.own.iter().map(|q| onto(g, q) * onto(h, q)).sum::<f64>()
+    }
 }
 
 /// Least part of a signature that a refit must not be able to imitate for its size to mean anything: below it, what tells it apart is
@@ -104,6 +138,8 @@ const FAR: f64 = 4.0;
 struct Projection {
     /// Orthonormal.
     basis: Vec<DVector<f64>>,
+    /// Of every slope, in the basis.
+    coordinates: Vec<Vec<f64>>,
     /// Projected.
     residual: Vec<f64>,
 }
@@ -141,12 +177,12 @@ impl Column {
 
 impl Projection {
     fn new(mut residual: Vec<f64>, slopes: Vec<Vec<f64>>) -> Self {
-        let basis = orthonormal(slopes);
+        let (basis, coordinates) = orthonormal_with_coordinates(slopes);
         for q in &basis {
             let onto = dot(q.as_slice(), &residual);
             residual.iter_mut().zip(q).for_each(|(r, q)| *r -= onto * q);
         }
-        Self { basis, residual }
+        Self { basis, coordinates, residual }
     }
 
     fn column(&self, begin: usize, values: Vec<f64>) -> Column {
@@ -273,7 +309,49 @@ impl<'a> ScoreContext<'a> {
             level,
             residuals,
             lines: OnceLock::new(),
+            replaceable: Vec::new(),
         }
+    }
+
+    /// The same, to see what others would do in the place of some effects whose parameters were among those fitted, `free`.
+    pub fn replacing(mut self, effects: &[EffectId], free: &[Free]) -> Self {
+        self.replaceable = effects.par_iter().filter_map(|&e| self.replaceable(e, free)).collect();
+        self
+    }
+
+    fn replaceable(&self, effect: EffectId, free: &[Free]) -> Option<Replaceable> {
+        let mut effects = *self.machine.effects();
+        effects.switch_off(effect);
+        let change = self.change_to(&self.machine.with_effects(effects).ok()?, effect.about().fixed_to_shaft)?;
+        let left = column(&self.residuals, &self.whiteners);
+        let left = left.iter().zip(column(&change, &self.whiteners)).map(|(r, d)| r - d).collect();
+        let residual = self.white.column(0, left);
+        let others = free.iter().zip(&self.white.coordinates);
+        let others = others.filter(|(f, _)| !matches!(f.id(), Some(ParameterId::Effect(e, _)) if e == effect));
+        let own = complement(others.map(|(_, c)| c.clone()).collect(), self.white.basis.len());
+        let mut gone = Replaceable { effect, residual, own, does: 0.0 };
+        gone.does = gone.product(&gone.residual, &gone.residual) - dot(&self.white.residual, &self.white.residual);
+        (gone.does > 0.0).then_some(gone)
+    }
+
+    /// What an effect of a shape, with such columns, would do in the place of one that is there.
+    fn instead(&self, gone: &Replaceable, effect: EffectId, shape: &[(usize, f64)], columns: &[Column]) -> Option<Instead> {
+        let size = |k: usize| gone.product(&columns[k], &columns[k]);
+        let used: Vec<usize> = (0..columns.len()).filter(|&k| size(k) > LEAST_EXPLAINED_SHARE * columns[k].norm()).collect();
+        let n = used.len();
+        let mut gram = DMatrix::from_fn(n, n, |a, b| gone.product(&columns[used[a]], &columns[used[b]]));
+        if let Some(known) = self.smoothness(effect, &used) {
+            gram += known;
+        }
+        let b = DVector::from_fn(n, |a, _| gone.product(&columns[used[a]], &gone.residual));
+        let x = gram.cholesky()?.solve(&b);
+        // The sizes in the recording that shows it best.
+        let strengths = strengths(effect).len();
+        let lead = (0..n).max_by(|&p, &q| (size(used[p]) * x[p] * x[p]).total_cmp(&(size(used[q]) * x[q] * x[q])))?;
+        let run = used[lead] / strengths;
+        let predicted = |k: usize| used.iter().position(|u| *u == run * strengths + k).map_or(0.0, |p| x[p]);
+        let seed = Seed { shape: shape.to_vec(), predicted: (0..strengths).map(predicted).collect() };
+        Some(Instead { of: gone.effect, part: b.dot(&x) / gone.does, seed })
     }
 
     /// D of a residual strung into a column.
@@ -377,7 +455,12 @@ impl<'a> ScoreContext<'a> {
         all.sort_by(|a, b| b.score.total_cmp(&a.score));
         let begun = if effect.about().resonant { RESONANCES } else { 1 };
         let seeds = all.iter().take(begun).map(|s| Seed { shape: s.shape.clone(), predicted: s.predicted.clone() }).collect();
-        all.into_iter().next().map(|score| Score { sensitivity, seeds, ..score })
+        let instead = |gone: &Replaceable| {
+            let at_each = all.iter().flat_map(|s| &s.instead).filter(|i| i.of == gone.effect);
+            at_each.max_by(|a, b| a.part.total_cmp(&b.part)).cloned()
+        };
+        let instead = self.replaceable.iter().filter_map(instead).collect();
+        all.into_iter().next().map(|score| Score { sensitivity, seeds, instead, ..score })
     }
 
     /// The precision of the coefficients `used` of a learned curve before the data; those of each recording by themselves where it turns anew.
@@ -437,6 +520,8 @@ impl<'a> ScoreContext<'a> {
         let threshold = threshold(n, self.level / tried as f64);
         let stride = (self.white.residual.len() / 4000).max(1);
         let decimated = |of: Vec<(&Column, f64)>| self.white.projected(&of, stride);
+        let instead = |gone: &Replaceable| self.instead(gone, effect, &shape, &columns);
+        let instead = self.replaceable.iter().filter_map(instead).collect();
         Some(Score {
             effect,
             score,
@@ -451,6 +536,7 @@ impl<'a> ScoreContext<'a> {
             signature: decimated(used.iter().zip(&x).map(|(&k, &x)| (&columns[k], x)).collect()),
             directions: (0..strengths.len()).map(|k| decimated(all_of(k).map(|c| (&columns[c], 1.0)).collect())).collect(),
             sensitivity: Vec::new(),
+            instead,
         })
     }
 }

@@ -17,7 +17,7 @@ use statrs::function::gamma::ln_gamma;
 
 use super::course::{Course, Refusal, Round, Stage, Trial};
 use super::posterior::{Posterior, Weighed};
-use super::score::Score;
+use super::score::{Instead, Score};
 use super::{Model, NO_DOUBT, Refinement, UNEXPLAINED};
 use crate::statistics::threshold;
 
@@ -411,7 +411,7 @@ impl Search<'_> {
         let before = self.known[set].expanded;
         let scores = self.scores(set);
         let mut others = self.removals(&model);
-        others.extend(self.exchanges(&model));
+        others.extend(self.exchanges(&model, &scores));
         if before == 0 {
             others.extend(self.restarts(&model));
         }
@@ -454,7 +454,7 @@ impl Search<'_> {
     /// The candidates with the largest gains, as the slopes predict them, but for the first few.
     fn leading<'s>(&self, model: &Model, scores: &'s [Score], but: usize) -> Vec<&'s Score> {
         let candidates = &self.loop_.candidates[but..];
-        let open = |s: &&Score| candidates.contains(&s.effect) && self.loop_.possible(s);
+        let open = |s: &&Score| candidates.contains(&s.effect) && self.loop_.possible(s.effect, &s.predicted);
         let new = |s: &&Score| open(s) && self.unsettled(model, &with(&model.effects, s.effect));
         let mut leading: Vec<&Score> = scores.iter().filter(new).collect();
         leading.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -499,29 +499,16 @@ impl Search<'_> {
         .collect()
     }
 
-    /// Others that explained as much as one of the model's effects beside the same others.
-    fn exchanges(&self, model: &Model) -> Vec<Proposal> {
-        let mut out: Vec<Proposal> = Vec::new();
-        for &e in &model.effects {
-            let rest = without(&model.effects, e);
-            let Some(machine) = self.loop_.without(&model.fit.machine, e) else { continue };
-            for (set, known) in &self.known {
-                if !set.iter().all(|x| rest.contains(x)) {
-                    continue;
-                }
-                let gain = |x| self.known.get(&sorted(&with(set, x))).map(|k| known.model.deviance - k.model.deviance);
-                let Some(own) = gain(e) else { continue };
-                for s in known.scores.iter().filter(|s| !model.effects.contains(&s.effect)) {
-                    let instead = with(&rest, s.effect);
-                    let comparable = gain(s.effect).is_some_and(|g| g > COMPARABLE * own.max(0.0));
-                    let new = self.unknown(&instead) && out.iter().all(|p| sorted(&p.effects) != sorted(&instead));
-                    if comparable && new {
-                        out.extend(self.proposal(model, [machine], instead, s));
-                    }
-                }
-            }
-        }
-        out
+    /// Others that would explain a comparable part of what one of the model's effects does.
+    fn exchanges(&self, model: &Model, scores: &[Score]) -> Vec<Proposal> {
+        let exchange = |s: &Score, i: &Instead| {
+            let effects = with(&without(&model.effects, i.of), s.effect);
+            let wanted = i.part > COMPARABLE && self.unknown(&effects) && self.loop_.possible(s.effect, &i.seed.predicted);
+            let rest = self.loop_.without(&model.fit.machine, i.of).filter(|_| wanted)?;
+            let start = self.loop_.seeded_at(&rest, &model.fit.starts, s.effect, &i.seed)?;
+            Some(Proposal { effects, starts: vec![start] })
+        };
+        scores.iter().flat_map(|s| s.instead.iter().filter_map(move |i| exchange(s, i))).collect()
     }
 
     /// The same set from other shapes of its resonances and other whole numbers, each of which may lead to another minimum.
