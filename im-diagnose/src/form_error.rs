@@ -8,6 +8,9 @@
 //!
 //! so that no effect is named for what only mends the form of another. A sample counts 1/λ in the search, what is known of β does not.
 
+use std::borrow::Cow;
+use std::ops::Range;
+
 use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Thinned, predict, smoothness};
 use im_model::effects::Role;
 use im_model::{BaseParameter, Complex, EffectId, Machine, ParameterId, State, TParameters};
@@ -39,12 +42,61 @@ const BISECTIONS: usize = 25;
 pub struct Disturbances {
     /// Of another ratio of the leakages, by one standard deviation.
     of_ratio: Option<Change>,
-    /// Of other forms of the effects, by one standard deviation.
-    bends: Vec<Change>,
     /// What each effect explains.
     explained: Vec<Change>,
-    /// The outputs, in their units.
-    modelled: Change,
+    /// What other shapes of resonances would change, as far as a change of the shape by the whole of it would.
+    detuned: Vec<Change>,
+    /// How they bend.
+    bending: Bending,
+}
+
+/// How curves bend: what is bent is made when it is needed, as there are many and each is as long as the recordings.
+struct Bending {
+    /// What a curve may be over, per experiment: current, speed, time, as modelled; measured ones have the noise of the residual in them.
+    over: Vec<[Vec<f64>; 3]>,
+    /// Which of these vary, and between what.
+    ranges: Vec<(usize, f64, f64)>,
+}
+
+impl Bending {
+    fn new(experiments: &[Experiment], modelled: &Change) -> Self {
+        let over = |(e, modelled): (&Experiment, &Vec<Vec<f64>>)| {
+            let speed = e.channels.iter().position(|c| c.kind == ChannelKind::Speed);
+            let current = |k: usize| e.current_vector(k, |c| modelled[c][k]).map_or(e.u_s[k].norm(), |i| i.norm());
+            [
+                (0..e.len()).map(current).collect(),
+                (0..e.len()).map(|k| speed.map_or(0.0, |c| modelled[c][k])).collect(),
+                (0..e.len()).map(|k| k as f64 * e.sample_time_s).collect(),
+            ]
+        };
+        let over: Vec<[Vec<f64>; 3]> = experiments.iter().zip(modelled).map(over).collect();
+        let range = |variable: usize| {
+            let all = || over.iter().flat_map(|o| &o[variable]).copied().filter(|x| x.is_finite());
+            // From standstill, or no current, on: a curve does not bend within the ripple of a steady state.
+            (variable, all().fold(0.0, f64::min), all().fold(0.0, f64::max))
+        };
+        let ranges = (0..3).map(range).filter(|(_, low, high)| high > low).collect();
+        Self { over, ranges }
+    }
+
+    /// In how many ways.
+    fn ways(&self) -> usize {
+        1 + 2 * self.ranges.len()
+    }
+
+    /// What an effect explains, bent in one way by one standard deviation: times the first Legendre polynomials of what its curve may be over.
+    fn bent(&self, explained: &Change, way: usize) -> Change {
+        if way == 0 {
+            return scaled(explained, |_, _| SIZE);
+        }
+        let (variable, low, high) = self.ranges[(way - 1) / 2];
+        let at = |e: usize, k: usize| 2.0 * (self.over[e][variable][k] - low) / (high - low) - 1.0;
+        if way % 2 == 1 {
+            scaled(explained, |e, k| SIZE * at(e, k))
+        } else {
+            scaled(explained, |e, k| SIZE * (1.5 * at(e, k).powi(2) - 0.5))
+        }
+    }
 }
 
 /// A fitted model around its minimum: residuals, and what moves them.
@@ -54,12 +106,12 @@ struct Around<'a> {
     /// Their sums over the steps of `thinned`.
     sums: Change,
     thinned: Thinned<'a>,
-    /// Of the free parameters, then of the bends, then of the ratio of the leakages, in the steps of `thinned`.
-    changes: Vec<Change>,
-    /// How many are free parameters.
-    parameters: usize,
-    /// How many are bends.
-    bends: usize,
+    /// By each free parameter; all changes are in the steps of `thinned`.
+    slopes: Vec<Change>,
+    /// What bends.
+    explained: Vec<Change>,
+    bending: Bending,
+    of_ratio: Option<Change>,
 }
 
 impl<'a> Around<'a> {
@@ -67,20 +119,42 @@ impl<'a> Around<'a> {
         let residuals = all_residuals(machine, starts, experiments);
         let thinned = Thinned::keeping(experiments, &residuals);
         let runs = thinned.runs();
-        let Disturbances { of_ratio, bends: mut list, explained, modelled } = disturbances(machine, starts, runs, ratio_std);
+        let Disturbances { of_ratio, mut explained, detuned, bending } = disturbances(machine, starts, runs, ratio_std);
         // Forms differ in phase as well.
-        list.extend(explained.iter().flat_map(|d| bends(runs, &modelled, &turned(runs, d))));
-        let bends = list.len();
-        let mut changes = slopes(machine, starts, runs, free);
-        changes.extend(list);
-        changes.extend(of_ratio);
+        let turned: Vec<Change> = explained.iter().map(|d| turned(runs, d)).collect();
+        explained.extend(detuned);
+        explained.extend(turned);
+        let slopes = slopes(machine, starts, runs, free);
         let sums = thinned.sums(&residuals).into_owned();
-        Self { residuals, sums, thinned, changes, parameters: free.len(), bends }
+        Self { residuals, sums, thinned, slopes, explained, bending, of_ratio }
+    }
+
+    /// Changes by the free parameters, then the bends, then that by the ratio of the leakages.
+    fn changes(&self) -> usize {
+        self.bends().end + usize::from(self.of_ratio.is_some())
+    }
+
+    /// Which are bends.
+    fn bends(&self) -> Range<usize> {
+        let parameters = self.slopes.len();
+        parameters..parameters + self.explained.len() * self.bending.ways()
+    }
+
+    fn change(&self, k: usize) -> Cow<'_, Change> {
+        let bends = self.bends();
+        if k < bends.start {
+            Cow::Borrowed(&self.slopes[k])
+        } else if bends.contains(&k) {
+            let (what, way) = ((k - bends.start) / self.bending.ways(), (k - bends.start) % self.bending.ways());
+            Cow::Owned(self.bending.bent(&self.explained[what], way))
+        } else {
+            self.of_ratio.as_ref().map_or_else(|| Cow::Owned(Change::new()), Cow::Borrowed)
+        }
     }
 
     /// Whether there are too few values to tell errors of form from noise.
     fn is_short(&self) -> bool {
-        values(&self.residuals) < LEAST_ROWS * self.changes.len()
+        values(&self.residuals) < LEAST_ROWS * self.changes()
     }
 
     /// The normal equations, filtered by `whiten`, with one row more for every unknown.
@@ -93,7 +167,7 @@ impl<'a> Around<'a> {
         let stride = (values(&self.sums) / ROWS).max(1);
         let thinned =
             |c: &Change| -> Vec<f64> { whiten(c).iter().flatten().flat_map(|x| x.iter().step_by(stride).copied()).collect() };
-        let columns: Vec<Vec<f64>> = self.changes.par_iter().map(thinned).collect();
+        let columns: Vec<Vec<f64>> = (0..self.changes()).into_par_iter().map(|k| thinned(&self.change(k))).collect();
         let r = DVector::from_vec(thinned(&self.sums));
         let all = DMatrix::from_vec(r.len(), columns.len(), columns.concat());
         let mut normal = all.tr_mul(&all) * stride as f64;
@@ -103,7 +177,7 @@ impl<'a> Around<'a> {
             normal[(k, k)] += 1.0;
         }
         if let Some(smooth) = smoothness(machine, free) {
-            let p = self.parameters;
+            let p = self.slopes.len();
             let (mut information, mut downhill) = (normal.view_mut((0, 0), (p, p)), b.rows_mut(0, p));
             information += &smooth.information;
             downhill += &smooth.downhill;
@@ -114,8 +188,8 @@ impl<'a> Around<'a> {
     /// What is left with changes of such sizes.
     fn left(&self, sizes: &DVector<f64>) -> Change {
         let mut taken: Change = self.thinned.runs().iter().map(|e| vec![vec![0.0; e.len()]; e.channels.len()]).collect();
-        for (size, change) in sizes.iter().zip(&self.changes) {
-            add(&mut taken, *size, change);
+        for (k, size) in sizes.iter().enumerate() {
+            add(&mut taken, *size, &self.change(k));
         }
         let mut left = self.residuals.clone();
         add(&mut left, -1.0, &self.thinned.at_every_row(&taken));
@@ -153,8 +227,8 @@ pub fn marginal(
         c.iter().zip(&whiteners).map(|(run, w)| run.iter().zip(w).map(|(x, w)| w.apply(x)).collect()).collect()
     };
     let (mut normal, b) = around.normal(machine, free, whiten);
-    let bends = around.parameters..around.parameters + around.bends;
-    let known: Vec<f64> = (0..around.changes.len())
+    let bends = around.bends();
+    let known: Vec<f64> = (0..around.changes())
         .map(|k| match k {
             k if k < bends.start => 1.0,
             k if bends.contains(&k) => lambda * (SIZE / SIZE_IN_SEARCH).powi(2),
@@ -185,12 +259,12 @@ pub fn bent(
         run.iter().flatten().map(|r| r * r).sum::<f64>() / n.max(1) as f64
     };
     let left = |sizes: &DVector<f64>| around.left(sizes).iter().map(mean_square).collect::<Vec<f64>>();
-    let nothing = DVector::zeros(around.changes.len());
+    let nothing = DVector::zeros(around.changes());
     if around.is_short() {
         return left(&nothing);
     }
     let (normal, b) = around.normal(machine, free, Change::clone);
-    let bends = around.parameters..around.parameters + around.bends;
+    let bends = around.bends();
     // Curves as stiff as this: of no stiffness, they bend freely.
     let at = |stiffness: f64| {
         let mut stiff = normal.clone();
@@ -245,20 +319,16 @@ pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: 
     // Half of the way is linear enough, and twice the change is that of one standard deviation.
     let mut of_ratio = with_ratio(machine, 0.5 * ratio_std).as_ref().and_then(change);
     of_ratio.iter_mut().flatten().flatten().flatten().for_each(|x| *x *= 2.0);
-    let (mut all_bends, mut explained) = (Vec::new(), Vec::new());
-    for effect in machine.effects().active() {
+    let off = |effect: EffectId| {
         let mut effects = *machine.effects();
         effects.switch_off(effect);
-        if let Some(d) = machine.with_effects(effects).ok().as_ref().and_then(change) {
-            all_bends.extend(bends(experiments, &here, &d));
-            explained.push(d);
-        }
-        for mut detuned in retuned(machine, effect).iter().filter_map(change) {
-            detuned.iter_mut().flatten().flatten().for_each(|x| *x /= RETUNED);
-            all_bends.extend(bends(experiments, &here, &detuned));
-        }
-    }
-    Disturbances { of_ratio, bends: all_bends, explained, modelled: here }
+        machine.with_effects(effects).ok()
+    };
+    let active = || machine.effects().active();
+    let explained = active().filter_map(|e| change(&off(e)?)).collect();
+    let mut detuned: Vec<Change> = active().flat_map(|e| retuned(machine, e)).filter_map(|m| change(&m)).collect();
+    detuned.iter_mut().flatten().flatten().flatten().for_each(|x| *x /= RETUNED);
+    Disturbances { of_ratio, explained, detuned, bending: Bending::new(experiments, &here) }
 }
 
 /// The machine with each shape of a resonance, its frequency and its damping, changed a little: another spring rings elsewhere, and what it
@@ -273,9 +343,10 @@ fn retuned(machine: &Machine<f64>, effect: EffectId) -> Vec<Machine<f64>> {
 }
 
 impl Disturbances {
-    /// All that counts in an interval.
-    pub fn all(self) -> Vec<Change> {
-        self.of_ratio.into_iter().chain(self.bends).collect()
+    /// All that counts in an interval, one after the other.
+    pub fn each(&self) -> impl Iterator<Item = Change> {
+        let bent = move |d| (0..self.bending.ways()).map(move |way| self.bending.bent(d, way));
+        self.of_ratio.iter().cloned().chain(self.explained.iter().chain(&self.detuned).flat_map(bent))
     }
 }
 
@@ -301,37 +372,6 @@ pub(crate) fn at_low_slip(machine: &Machine<f64>) -> TParameters<f64> {
     let mut p = *machine.parameters();
     p.rotor_leakage_inductance_h += machine.effects().rotor_skin_effect.low_slip_leakage_h(p.rotor_resistance_ohm);
     p
-}
-
-/// What an effect explains, bent: times the first Legendre polynomials of what its curve may be over (current, speed, time), as modelled: measured
-/// ones have the noise of the residual in them.
-fn bends(experiments: &[Experiment], modelled: &Change, explained: &Change) -> Vec<Change> {
-    let over: Vec<[Vec<f64>; 3]> = experiments
-        .iter()
-        .zip(modelled)
-        .map(|(e, modelled)| {
-            let speed = e.channels.iter().position(|c| c.kind == ChannelKind::Speed);
-            let current = |k: usize| e.current_vector(k, |c| modelled[c][k]).map_or(e.u_s[k].norm(), |i| i.norm());
-            [
-                (0..e.len()).map(current).collect(),
-                (0..e.len()).map(|k| speed.map_or(0.0, |c| modelled[c][k])).collect(),
-                (0..e.len()).map(|k| k as f64 * e.sample_time_s).collect(),
-            ]
-        })
-        .collect();
-    let mut out = vec![scaled(explained, |_, _| SIZE)];
-    for variable in 0..3 {
-        let all = || over.iter().flat_map(|o| &o[variable]).copied().filter(|x| x.is_finite());
-        // From standstill, or no current, on: a curve does not bend within the ripple of a steady state.
-        let (low, high) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
-        if high - low <= 0.0 {
-            continue;
-        }
-        let at = |e: usize, k: usize| 2.0 * (over[e][variable][k] - low) / (high - low) - 1.0;
-        out.push(scaled(explained, |e, k| SIZE * at(e, k)));
-        out.push(scaled(explained, |e, k| SIZE * (1.5 * at(e, k).powi(2) - 0.5)));
-    }
-    out
 }
 
 fn scaled(change: &Change, by: impl Fn(usize, usize) -> f64) -> Change {

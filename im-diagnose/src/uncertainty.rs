@@ -306,12 +306,12 @@ impl Spread {
         let sums: Vec<DVector<f64>> = linear.iter().zip(experiments).flat_map(|(l, e)| stretch_sums(l, e, p)).collect();
         let lost = sums.len() as f64 / (sums.len() as f64 - p as f64).max(1.0);
         let shown = sums.iter().map(|s| s * s.transpose()).fold(DMatrix::zeros(p, p), |a, b| a + b) * lost;
-        let spread_by = |changes: &[Vec<Vec<Vec<f64>>>]| {
-            let all = changes.iter().map(|change| linear.iter().zip(change).map(|(l, d)| along(l, d)).sum());
+        let spread_by = |changes: &mut dyn Iterator<Item = Vec<Vec<Vec<f64>>>>| {
+            let all = changes.map(|change| linear.iter().zip(&change).map(|(l, d)| along(l, d)).sum());
             all.fold(DMatrix::zeros(p, p), |sum, g: DVector<f64>| sum + &g * g.transpose())
         };
-        let scales = spread_by(&scale_errors(machine, experiments));
-        let hidden = spread_by(&disturbances(machine, starts, experiments, ratio_std).all()) + &scales;
+        let scales = spread_by(&mut scale_errors(machine, experiments).into_iter());
+        let hidden = spread_by(&mut disturbances(machine, starts, experiments, ratio_std).each()) + &scales;
         for ((l, e), x) in linear.iter().zip(experiments).zip(starts) {
             let drawn = torque_noise(machine, e, x, |change| along(l, change));
             let each = 1.0 / drawn.len().max(1) as f64;

@@ -14,13 +14,13 @@ use std::sync::OnceLock;
 use im_identify::offline::{Experiment, Free, Residuals, Thinned, effect_parameters, predict};
 use im_model::effects::{COEFFICIENTS, FreeForm, Role};
 use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
-use nalgebra::{DMatrix, DVector, DVectorView};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::lines;
 use crate::noise::{Whitener, whiteners};
 use crate::residuals::{all_residuals, deviance, difference, slopes};
-use crate::statistics::{closest_of, complement, log_p, orthonormal_with_coordinates, threshold};
+use crate::statistics::{Basis, closest_of, complement, dot, log_p, threshold};
 
 /// Score of one effect at its best shape.
 #[derive(Clone, Debug)]
@@ -114,7 +114,7 @@ struct Replaceable {
     /// The residual without it, which no other parameter has followed.
     residual: Column,
     /// What of the slopes' span, in its basis, belongs to this effect's parameters alone: orthonormal.
-    own: Vec<DVector<f64>>,
+    own: Vec<Vec<f64>>,
     /// What the effect does: how much more is left without it when the others have followed.
     does: f64,
 }
@@ -122,8 +122,7 @@ struct Replaceable {
 impl Replaceable {
     /// gᵀP'h, where P' takes out only what the other parameters can follow.
     fn product(&self, g: &Column, h: &Column) -> f64 {
-        let onto = |c: &Column, q: &DVector<f64>| dot(q.as_slice(), &c.onto);
-        g.product(h) + self.own.iter().map(|q| onto(g, q) * onto(h, q)).sum::<f64>()
+        g.product(h) + self.own.iter().map(|q| dot(q, &g.onto) * dot(q, &h.onto)).sum::<f64>()
     }
 }
 
@@ -136,8 +135,7 @@ const FAR: f64 = 4.0;
 
 /// The residual of a fit, and what the slopes of the present parameters span.
 struct Projection {
-    /// Orthonormal.
-    basis: Vec<DVector<f64>>,
+    basis: Basis,
     /// Of every slope, in the basis.
     coordinates: Vec<Vec<f64>>,
     /// Projected.
@@ -176,32 +174,43 @@ impl Column {
 }
 
 impl Projection {
-    fn new(mut residual: Vec<f64>, slopes: Vec<Vec<f64>>) -> Self {
-        let (basis, coordinates) = orthonormal_with_coordinates(slopes);
-        for q in &basis {
-            let onto = dot(q.as_slice(), &residual);
-            residual.iter_mut().zip(q).for_each(|(r, q)| *r -= onto * q);
+    fn new(residual: Vec<f64>) -> Self {
+        Self { basis: Basis::default(), coordinates: Vec::new(), residual }
+    }
+
+    /// Takes out one more slope.
+    fn push(&mut self, slope: Vec<f64>) {
+        let before = self.basis.len();
+        self.coordinates.push(self.basis.push(slope));
+        for k in before..self.basis.len() {
+            let along = self.basis.along(k, 0, &self.residual);
+            self.basis.add(k, -along, &mut self.residual);
         }
-        Self { basis, coordinates, residual }
+    }
+
+    /// A slope in the basis.
+    fn coordinates_of(&self, slope: usize) -> Vec<f64> {
+        let mut whole = self.coordinates[slope].clone();
+        whole.resize(self.basis.len(), 0.0);
+        whole
     }
 
     fn column(&self, begin: usize, values: Vec<f64>) -> Column {
-        let rows = begin..begin + values.len();
-        let onto = self.basis.iter().map(|q| dot(&q.as_slice()[rows.clone()], &values)).collect();
+        let onto = (0..self.basis.len()).map(|k| self.basis.along(k, begin, &values)).collect();
         Column { begin, values, onto }
     }
 
     /// The rows of (Pg)x, in steps of `stride`.
     fn projected(&self, columns: &[(&Column, f64)], stride: usize) -> Vec<f64> {
         let mut out = vec![0.0; self.residual.len().div_ceil(stride)];
-        let mut add = |x: f64, begin: usize, values: &[f64]| {
-            let first = begin.next_multiple_of(stride);
-            let values = values.get(first - begin..).unwrap_or_default();
+        for (c, x) in columns {
+            let first = c.begin.next_multiple_of(stride);
+            let values = c.values.get(first - c.begin..).unwrap_or_default();
             out[first / stride..].iter_mut().zip(values.chunks(stride)).for_each(|(out, v)| *out += x * v[0]);
-        };
-        columns.iter().for_each(|(c, x)| add(*x, c.begin, &c.values));
-        for (k, q) in self.basis.iter().enumerate() {
-            add(-columns.iter().map(|(c, x)| x * c.onto[k]).sum::<f64>(), 0, q.as_slice());
+        }
+        for k in 0..self.basis.len() {
+            let along: f64 = columns.iter().map(|(c, x)| x * c.onto[k]).sum();
+            out.iter_mut().zip(self.basis.in_steps(k, stride)).for_each(|(out, q)| *out -= along * q);
         }
         out
     }
@@ -219,10 +228,6 @@ impl Projection {
         let taken = b.dot(&x);
         Some((gram, x, taken))
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    DVectorView::from_slice(a, a.len()).dot(&DVectorView::from_slice(b, b.len()))
 }
 
 /// Strings everything into one column.
@@ -283,10 +288,11 @@ impl<'a> ScoreContext<'a> {
     ) -> Self {
         let residuals = all_residuals(machine, starts, experiments);
         let whiteners = whiteners(experiments, &residuals);
-        let slopes = slopes(machine, starts, experiments, free).into_par_iter();
-        let (white, plain): (Vec<_>, Vec<_>) = slopes.map(|s| (column(&s, &whiteners), strung(&s))).unzip();
-        let (white, plain) =
-            rayon::join(|| Projection::new(column(&residuals, &whiteners), white), || Projection::new(strung(&residuals), plain));
+        let mut white = Projection::new(column(&residuals, &whiteners));
+        let mut plain = Projection::new(strung(&residuals));
+        for slope in slopes(machine, starts, experiments, free) {
+            rayon::join(|| white.push(column(&slope, &whiteners)), || plain.push(strung(&slope)));
+        }
         let count: usize = experiments.iter().map(Experiment::count).sum();
         let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
         let variance = (dot(&white.residual, &white.residual) / count as f64).max(1.0);
@@ -326,9 +332,8 @@ impl<'a> ScoreContext<'a> {
         let left = column(&self.residuals, &self.whiteners);
         let left = left.iter().zip(column(&change, &self.whiteners)).map(|(r, d)| r - d).collect();
         let residual = self.white.column(0, left);
-        let others = free.iter().zip(&self.white.coordinates);
-        let others = others.filter(|(f, _)| !matches!(f.id(), Some(ParameterId::Effect(e, _)) if e == effect));
-        let own = complement(others.map(|(_, c)| c.clone()).collect(), self.white.basis.len());
+        let others = free.iter().enumerate().filter(|(_, f)| !matches!(f.id(), Some(ParameterId::Effect(e, _)) if e == effect));
+        let own = complement(others.map(|(k, _)| self.white.coordinates_of(k)), self.white.basis.len());
         let mut gone = Replaceable { effect, residual, own, does: 0.0 };
         gone.does = gone.product(&gone.residual, &gone.residual) - dot(&self.white.residual, &self.white.residual);
         (gone.does > 0.0).then_some(gone)
