@@ -328,7 +328,7 @@ impl<'a> ScoreContext<'a> {
     fn replaceable(&self, effect: EffectId, free: &[Free]) -> Option<Replaceable> {
         let mut effects = *self.machine.effects();
         effects.switch_off(effect);
-        let change = self.change_to(&self.machine.with_effects(effects).ok()?, effect.about().fixed_to_shaft)?;
+        let change = self.way(effect).change_to(&self.machine.with_effects(effects).ok()?, self.starts)?;
         let left = column(&self.residuals, &self.whiteners);
         let left = left.iter().zip(column(&change, &self.whiteners)).map(|(r, d)| r - d).collect();
         let residual = self.white.column(0, left);
@@ -364,11 +364,9 @@ impl<'a> ScoreContext<'a> {
         deviance(self.experiments, &cut(self.experiments, column))
     }
 
-    /// From the machine to another, per run and channel in σ at every row; `None` where the simulation runs away. What turns with the shaft may be
-    /// faster than the signals: it is simulated at every row.
-    fn change_to(&self, other: &Machine<f64>, fixed_to_shaft: bool) -> Option<Residuals> {
-        let way = self.longer_steps.as_ref().filter(|_| !fixed_to_shaft).unwrap_or(&self.every_row);
-        way.change_to(other, self.starts)
+    /// In which steps an effect is simulated: what turns with the shaft may be faster than the signals, and is at every row.
+    fn way(&self, effect: EffectId) -> &Way<'a> {
+        self.longer_steps.as_ref().filter(|_| !effect.about().fixed_to_shaft).unwrap_or(&self.every_row)
     }
 
     /// Orders, per turn of the rotor, of lines in the residual.
@@ -399,7 +397,7 @@ impl<'a> ScoreContext<'a> {
             let mut set: Vec<(ParameterId, f64)> = shape.iter().map(|&(i, v)| (ParameterId::Effect(effect, i), v)).collect();
             set.push((ParameterId::Effect(effect, k), size));
             let there = self.machine.with(&set).ok();
-            let Some(d) = there.and_then(|m| self.change_to(&m, effect.about().fixed_to_shaft)) else {
+            let Some(d) = there.and_then(|m| self.way(effect).change_to(&m, self.starts)) else {
                 size *= 0.1;
                 continue;
             };
@@ -418,11 +416,12 @@ impl<'a> ScoreContext<'a> {
     fn tangents(&self, effect: EffectId) -> Option<Vec<[Vec<f64>; 2]>> {
         let machine = self.machine.with(&[(ParameterId::Effect(effect, 0), 0.0)]).ok()?;
         let free = effect_parameters(effect, &machine, self.rating);
-        let all = slopes(&machine, self.starts, self.experiments, &free);
+        let steps = &self.way(effect).thinned;
+        let all = slopes(&machine, self.starts, steps.runs(), &free);
         let signature = |(slopes, f): (&Residuals, &Free)| {
             let finite = slopes.iter().flatten().flatten().all(|x| x.is_finite());
-            let unit = f.slope(0.0);
-            finite.then(|| [column(slopes, &self.whiteners), strung(slopes)].map(|g| g.iter().map(|x| x / unit).collect()))
+            let (unit, slopes) = (f.slope(0.0), steps.at_every_row(slopes));
+            finite.then(|| [column(&slopes, &self.whiteners), strung(&slopes)].map(|g| g.iter().map(|x| x / unit).collect()))
         };
         all.iter().zip(&free).map(signature).collect()
     }

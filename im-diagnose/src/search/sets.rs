@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use im_identify::offline::{Experiment, FitError, FitOptions};
+use im_identify::offline::{Experiment, FitError, FitOptions, Free};
 use im_model::effects::Role;
 use im_model::{Bound, EffectId, Machine, ParameterId, State};
 use rayon::prelude::*;
@@ -152,6 +152,11 @@ fn with(effects: &[EffectId], one: EffectId) -> Vec<EffectId> {
     effects.iter().copied().chain([one]).collect()
 }
 
+/// To compare sets.
+fn quick() -> FitOptions {
+    FitOptions { iterations: 10, tolerance: 1e-3, horizons: Vec::new() }
+}
+
 /// The machine of a model with each other whole number of its effects, such as the phase without a sensor.
 fn with_other_numbers(model: &Model) -> Vec<Machine<f64>> {
     let machine = &model.fit.machine;
@@ -245,18 +250,28 @@ impl Search<'_> {
         much && self.known[&best].scores.iter().any(|s| s.log_p > NO_DOUBT)
     }
 
-    /// Far from the data slopes lead nowhere, scores name the wrong effects, and the base model's parameters may have run far off: each effect of
-    /// the library is fitted beside nothing, from a usual size, and from the parameters as given, too.
+    /// Far from the data slopes lead nowhere, scores name the wrong effects, and the base model's parameters may have run off: each effect of
+    /// the library is fitted beside nothing, from a usual size. A step takes one that explains nothing back to nothing; the others go on.
     fn try_each(&mut self) {
         let base = &self.base().fit;
+        let usual = |m: &Machine<f64>, e: EffectId| {
+            let start = self.loop_.usual(m, &base.starts, e)?;
+            Some(Proposal { effects: vec![e], starts: vec![start] })
+        };
+        let of_library = || self.loop_.candidates.iter().filter(|e| e.free_form().is_none());
+        let step = FitOptions { iterations: 1, ..quick() };
+        let begun: Vec<Proposal> = of_library().filter_map(|&e| usual(&base.machine, e)).collect();
+        let begun: Vec<Model> = begun.par_iter().filter_map(|p| self.fitted(p, &step)).collect();
+        let explains = |m: &&Model| m.deviance < self.base().deviance;
+        let led = |m: &Model| Proposal { effects: m.effects.clone(), starts: vec![(m.fit.machine, m.fit.starts.clone())] };
+        let mut proposals: Vec<Proposal> = begun.iter().filter(explains).map(led).collect();
+        // From the parameters as given, too, where a step does not lead as far.
         let given = self.loop_.given();
-        let of_library = self.loop_.candidates.iter().filter(|e| e.free_form().is_none());
-        let proposals: Vec<Proposal> = of_library
-            .map(|&e| {
-                let starts = [&base.machine, given].into_iter().filter_map(|m| self.loop_.usual(m, &base.starts, e));
-                Proposal { effects: vec![e], starts: starts.collect() }
-            })
-            .collect();
+        let far = |f: &Free| f.id().is_some_and(|id| (base.machine.get(id) / given.get(id)).ln().abs() > 1.0);
+        if base.free.iter().any(far) {
+            proposals.extend(of_library().filter_map(|&e| usual(given, e)));
+        }
+        self.spent += begun.iter().map(|m| m.fit.work).sum::<f64>();
         self.fit(&proposals);
         self.each_tried = true;
     }
@@ -428,7 +443,7 @@ impl Search<'_> {
 
     /// Fits sets quickly, and keeps what is new or better.
     fn fit(&mut self, proposals: &[Proposal]) {
-        let fitted: Vec<Model> = proposals.par_iter().filter_map(|p| self.fitted(p)).collect();
+        let fitted: Vec<Model> = proposals.par_iter().filter_map(|p| self.fitted(p, &quick())).collect();
         fitted.into_iter().for_each(|m| self.keep(m));
     }
 
@@ -526,10 +541,9 @@ impl Search<'_> {
             .collect()
     }
 
-    /// A quick fit of a set, the best from all its starts, with the work of all.
-    fn fitted(&self, p: &Proposal) -> Option<Model> {
-        let quick = FitOptions { iterations: 10, tolerance: 1e-3, horizons: Vec::new() };
-        let fits = p.starts.iter().filter_map(|(machine, starts)| self.loop_.model(machine, starts, &p.effects, &quick).ok());
+    /// The fit of a set, the best from all its starts, with the work of all.
+    fn fitted(&self, p: &Proposal, options: &FitOptions) -> Option<Model> {
+        let fits = p.starts.iter().filter_map(|(machine, starts)| self.loop_.model(machine, starts, &p.effects, options).ok());
         let fits: Vec<Model> = fits.collect();
         let work = fits.iter().map(|m| m.fit.work).sum();
         let mut best = fits.into_iter().min_by(|a, b| a.deviance.total_cmp(&b.deviance))?;
@@ -568,7 +582,7 @@ impl Search<'_> {
         let mut way = vec![self.answer()];
         while let Some(set) = way.last().filter(|s| !s.is_empty()).cloned() {
             let model = &self.known[&set].model;
-            let missing: Vec<Model> = self.removals(model).par_iter().filter_map(|p| self.fitted(p)).collect();
+            let missing: Vec<Model> = self.removals(model).par_iter().filter_map(|p| self.fitted(p, &quick())).collect();
             missing.into_iter().for_each(|m| self.keep(m));
             let rest = set.iter().map(|&e| without(&set, e)).filter(|s| self.known.contains_key(s));
             let before = rest.min_by(|a, b| self.deviance(a).total_cmp(&self.deviance(b)));
