@@ -238,10 +238,14 @@ pub fn marginal(
     for (k, known) in known.iter().enumerate() {
         normal[(k, k)] += known - 1.0;
     }
-    let Some(sizes) = normal.cholesky().map(|c| c.solve(&b)) else { return as_it_is };
-    let cost: f64 = sizes.iter().zip(&known).map(|(size, known)| known * size * size).sum();
-    // Far from where the slopes were taken they may lead nowhere: then the form is taken as it is.
-    (deviance(experiments, &around.left(&sizes)) + cost).min(as_it_is)
+    let cost = |sizes: &DVector<f64>| -> f64 { sizes.iter().zip(&known).map(|(size, known)| known * size * size).sum() };
+    let with = |sizes: &DVector<f64>| deviance(experiments, &around.left(sizes)) + cost(sizes);
+    // What the parameters alone promise is no error of form: a refit takes it, or the slopes lead nowhere.
+    let p = bends.start;
+    let alone = normal.view((0, 0), (p, p)).clone_owned().cholesky().map(|c| c.solve(&b.rows(0, p)));
+    let (Some(sizes), Some(alone)) = (normal.cholesky().map(|c| c.solve(&b)), alone) else { return as_it_is };
+    let alone = alone.resize_vertically(sizes.len(), 0.0);
+    as_it_is + (with(&sizes) - with(&alone)).min(0.0)
 }
 
 /// The mean squared residual of each experiment, in σ², with the curves of the effects bent as the data ask for, by two standard deviations at

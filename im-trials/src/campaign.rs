@@ -83,6 +83,8 @@ pub struct Outcome {
     pub named: Vec<String>,
     /// For each, its rivals.
     pub alternatives: Vec<Vec<String>>,
+    /// For each, its probability.
+    pub probabilities: Vec<f64>,
     /// Change that the effects make, rms in noise standard deviations over currents and speed, larger of the training recordings.
     pub change: f64,
     /// Held-out error of the refitted base model and of the final one, χ²/N; at most [`BEYOND`].
@@ -93,6 +95,9 @@ pub struct Outcome {
 
 /// Errors from here on are all the same, and what is no number is one of them: files of results hold numbers only.
 pub const BEYOND: f64 = 1e300;
+
+/// From this probability on an effect is said to be sure.
+pub const SURE: f64 = 0.9;
 
 impl Outcome {
     /// Whether exactly what was hidden was named. A gain of the voltage and one of all currents are the same at every terminal: where both are
@@ -119,11 +124,19 @@ impl Outcome {
 
     /// Named effects that are not there, rivals not counted.
     pub fn false_additions(&self) -> usize {
-        self.named
-            .iter()
-            .zip(&self.alternatives)
-            .filter(|(n, a)| !self.hidden.contains(n) && !a.iter().any(|x| self.hidden.contains(x)))
-            .count()
+        self.are_there().filter(|there| !there).count()
+    }
+
+    /// Of the effects that are named with a probability of [`SURE`] or more, how many are there, and how many there are.
+    pub fn sure(&self) -> (usize, usize) {
+        let sure = || self.are_there().zip(&self.probabilities).filter(|(_, p)| **p >= SURE);
+        (sure().filter(|(there, _)| *there).count(), sure().count())
+    }
+
+    /// For each effect named, whether it or one of its rivals is there.
+    fn are_there(&self) -> impl Iterator<Item = bool> {
+        let named = self.named.iter().zip(&self.alternatives);
+        named.map(|(n, a)| self.hidden.contains(n) || a.iter().any(|x| self.hidden.contains(x)))
     }
 }
 
@@ -151,10 +164,12 @@ pub fn run_knowing(case: &TrialCase, knowledge: Knowledge) -> Result<(Outcome, D
         .map(|h| diagnosis.ranking.iter().find(|c| c.effect.name() == *h).is_some_and(|c| c.score > c.threshold))
         .collect();
     let names = |effects: &[EffectId]| effects.iter().map(|e| e.name().into()).collect();
+    let probability = |e: &EffectId| diagnosis.course.posterior.of(*e);
     let outcome = Outcome {
         verdict: diagnosis.verdict,
         named: names(diagnosis.named()),
         alternatives: diagnosis.alternatives.iter().take(diagnosis.named().len()).map(|a| names(a)).collect(),
+        probabilities: diagnosis.named().iter().map(probability).collect(),
         change: if hidden.is_empty() { 0.0 } else { change.min(BEYOND) },
         holdout: (error(&diagnosis.steps[0]), error(last)),
         visible,
@@ -322,6 +337,13 @@ pub fn table(finished: &[Finished]) -> String {
             part(0.5, &|o| o.holdout.1),
             part(0.9, &|o| o.holdout.1),
         );
+    }
+    let sure = finished.iter().filter_map(|f| f.outcome.as_ref().ok()).map(Outcome::sure);
+    let (there, all) = sure.fold((0, 0), |(a, b), (there, all)| (a + there, b + all));
+    if all > 0 {
+        let percent = 100.0 * there as f64 / all as f64;
+        let _ =
+            writeln!(out, "\nOf {all} effects named with a probability of {SURE} or more, {there} are there: {percent:.1} %.");
     }
     out
 }

@@ -328,7 +328,8 @@ impl Refinement {
     fn scores(&self, model: &Model, known: &[Score], elsewhere: &[Score]) -> Vec<Score> {
         let fit = &model.fit;
         let is_known = |e: &EffectId| known.iter().any(|s| s.effect == *e);
-        let open = |e: &&EffectId| !fit.machine.effects().is_on(**e) && !self.set_aside.contains(e) && !is_known(e);
+        let there = |e: &EffectId| model.effects.contains(e) || fit.machine.effects().is_on(*e);
+        let open = |e: &&EffectId| !there(e) && !self.set_aside.contains(e) && !is_known(e);
         let open: Vec<EffectId> = self.candidates.iter().filter(open).copied().collect();
         let mut scores = known.to_vec();
         if !open.is_empty() {

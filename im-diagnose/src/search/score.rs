@@ -56,6 +56,15 @@ pub struct Score {
     pub instead: Vec<Instead>,
 }
 
+impl Score {
+    /// The same with refits that begin at a part of the sizes.
+    pub fn smaller(&self, part: f64) -> Self {
+        let mut score = self.clone();
+        score.seeds.iter_mut().flat_map(|s| &mut s.predicted).for_each(|x| *x *= part);
+        score
+    }
+}
+
 /// What an effect would do in the place of another that is there.
 #[derive(Clone, Debug)]
 pub struct Instead {

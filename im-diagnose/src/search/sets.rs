@@ -49,6 +49,9 @@ const AT_ONCE: usize = 2;
 /// Simulations of all recordings that the fits of a search may take; where effects of the library explain what is there, they take 50 to 1500.
 const MOST_WORK: f64 = 3000.0;
 
+/// Part of the predicted size of an effect that is little.
+const LITTLE: f64 = 0.1;
+
 /// D is taken anew where λ has changed by more than this part.
 const SETTLED: f64 = 0.1;
 
@@ -433,8 +436,13 @@ impl Search<'_> {
         self.fit(&others);
         for leading in self.leading(&model, &scores, before).chunks(AT_ONCE) {
             let still = leading.iter().filter(|s| self.may_be_likeliest(set, s));
-            let additions: Vec<Proposal> = still.filter_map(|s| self.addition(&model, s)).collect();
+            let additions: Vec<Proposal> = still.filter_map(|s| self.addition(&model, s, 1.0)).collect();
             self.fit(&additions);
+            // An effect more never explains less: what ended so is fitted again from a size that changes little.
+            let lost =
+                leading.iter().filter(|s| self.known.get(&sorted(&with(set, s.effect))).is_some_and(|k| self.is_lost(&model, k)));
+            let again: Vec<Proposal> = lost.filter_map(|s| self.addition(&model, s, LITTLE)).collect();
+            self.fit(&again);
         }
         if let Some(known) = self.known.get_mut(set) {
             (known.scores, known.expanded) = (scores, self.loop_.candidates.len());
@@ -463,7 +471,12 @@ impl Search<'_> {
     /// Whether a set of one effect more than a model has not been fitted, or ended where the model without that effect is better: another minimum
     /// must be near the model.
     fn unsettled(&self, part: &Model, effects: &[EffectId]) -> bool {
-        self.known.get(&sorted(effects)).is_none_or(|k| k.model.train_deviance > part.train_deviance)
+        self.known.get(&sorted(effects)).is_none_or(|k| self.is_lost(part, k))
+    }
+
+    /// Whether a set ended in a minimum where one of its parts is better.
+    fn is_lost(&self, part: &Model, set: &Known) -> bool {
+        set.model.train_deviance > part.train_deviance
     }
 
     /// The candidates with the largest gains, as the slopes predict them, but for the first few.
@@ -486,10 +499,11 @@ impl Search<'_> {
         deviance / dispersion + price < self.ranked()[0].1
     }
 
-    /// No descent moves a whole number, and what is right beside one effect less may be wrong beside it: all are tried.
-    fn addition(&self, model: &Model, score: &Score) -> Option<Proposal> {
+    /// A model with an effect more, from a part of the size predicted. No descent moves a whole number, and what is right beside one effect less may
+    /// be wrong beside it: all are tried.
+    fn addition(&self, model: &Model, score: &Score, part: f64) -> Option<Proposal> {
         let machines = std::iter::once(model.fit.machine).chain(with_other_numbers(model));
-        self.proposal(model, machines, with(&model.effects, score.effect), score)
+        self.proposal(model, machines, with(&model.effects, score.effect), &score.smaller(part))
     }
 
     fn proposal(
@@ -578,6 +592,19 @@ impl Search<'_> {
 
     /// The likeliest set, and the way to it: from behind, the effect is last whose loss costs least.
     fn course(&mut self) -> Result<Course, FitError> {
+        // On the way back a set may be fitted better, and be the answer itself.
+        let way = loop {
+            let way = self.way()?;
+            if way.last() == Some(&self.answer()) {
+                break way;
+            }
+        };
+        let stages = (0..way.len()).map(|k| self.stage(&way, k)).collect();
+        Ok(Course { stages, posterior: self.posterior(), cut_short: self.cut_short })
+    }
+
+    /// From nothing to the likeliest set, one effect more each time.
+    fn way(&mut self) -> Result<Vec<Set>, FitError> {
         self.polish_answer(Self::rivals)?;
         let mut way = vec![self.answer()];
         while let Some(set) = way.last().filter(|s| !s.is_empty()).cloned() {
@@ -591,8 +618,7 @@ impl Search<'_> {
             way.push(before);
         }
         way.reverse();
-        let stages = (0..way.len()).map(|k| self.stage(&way, k)).collect();
-        Ok(Course { stages, posterior: self.posterior(), cut_short: self.cut_short })
+        Ok(way)
     }
 
     /// Effects of a set in whose place a curve of the set explains a comparable part of what they do, the rest being the same.
