@@ -74,6 +74,35 @@ fn poor_excitation_is_not_decided() {
     }
 }
 
+/// In steady states the parameters run far off, and slopes promise what no refit takes: that is no error of form. And what the way back from an answer
+/// finds to be likelier is the answer.
+#[test]
+fn what_steady_states_show_is_named() {
+    for (machine, kind, seed) in [(9, EffectKind::CurrentSensorOffset, 734), (2, EffectKind::SupplyUnbalance, 733)] {
+        let mut case = TrialCase::new(machine, &[(kind, Strength::Medium)], seed);
+        case.excitation = Excitation::Steady;
+        let (o, d) = run(&case).unwrap();
+        assert!(o.exact(), "{}: {:?} {:?}", kind.name(), o.verdict, o.named);
+        let likeliest = &d.course.posterior.sets[0];
+        assert!(likeliest.is(&d.effects), "{}: {:?} {:?}", kind.name(), likeliest.effects, d.effects);
+    }
+}
+
+/// A gain of all currents is one of the voltage, and has two numbers more, which mend the form of an asymmetry beside it: the voltage's must be asked
+/// for in its place.
+#[test]
+fn an_effect_is_exchanged_beside_others() {
+    let effects = [
+        (EffectKind::SpeedSensorLag, Strength::Strong),
+        (EffectKind::VoltageGain, Strength::Medium),
+        (EffectKind::StatorAsymmetry, Strength::Medium),
+    ];
+    let (o, _) = run(&TrialCase::new(3, &effects, 634)).unwrap();
+    assert!(o.exact(), "{:?} {:?}", o.verdict, o.named);
+    let gain = o.named.iter().position(|n| n == "voltage_gain").unwrap();
+    assert_eq!(o.alternatives[gain], ["current_sensor_gain"]);
+}
+
 #[test]
 fn two_effects_are_taken_apart() {
     let effects = [(EffectKind::MainFluxSaturation, Strength::Medium), (EffectKind::InverterNonlinearity, Strength::Medium)];
