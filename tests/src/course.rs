@@ -6,7 +6,7 @@ use im_diagnose::search::Stage;
 /// Prints its sets and stages: models, leading scores and refits.
 pub fn why(answer: &Diagnosis) {
     let p = &answer.course.posterior;
-    println!("      λ {:.1}", p.dispersion);
+    println!("      λ {:.1}, cut short: {}", p.dispersion, answer.course.cut_short);
     for s in &p.sets {
         println!("      set {:.3} D {:.1} k {} {:?}", s.probability, s.deviance, s.parameters, s.effects);
     }

@@ -3,7 +3,7 @@
 use crate::format::short_effect_name;
 use im_model::EffectId;
 
-use crate::search::score::{LEAST_EXPLAINED_SHARE, Score, strengths};
+use crate::search::score::{Score, strengths};
 use crate::search::{Course, Refinement, Refusal};
 use crate::statistics::{cosine, threshold};
 
@@ -107,5 +107,5 @@ pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, su
 
 /// Whether the recordings show an effect, or would at its largest usual size.
 fn shown(s: &Score, usual: f64, threshold: f64) -> bool {
-    s.score > threshold || (s.detectable <= usual && s.explained_share >= LEAST_EXPLAINED_SHARE)
+    s.is_excited() && (s.score > threshold || s.detectable <= usual)
 }

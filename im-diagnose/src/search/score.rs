@@ -57,6 +57,11 @@ pub struct Score {
 }
 
 impl Score {
+    /// Whether enough of it is left by a refit of the present parameters to say anything.
+    pub fn is_excited(&self) -> bool {
+        self.explained_share >= LEAST_EXPLAINED_SHARE
+    }
+
     /// The same with refits that begin at a part of the sizes.
     pub fn smaller(&self, part: f64) -> Self {
         let mut score = self.clone();
@@ -137,7 +142,7 @@ impl Replaceable {
 
 /// Least part of a signature that a refit must not be able to imitate for its size to mean anything: below it, what tells it apart is
 /// smaller than what the linear projection neglects.
-pub const LEAST_EXPLAINED_SHARE: f64 = 1e-3;
+const LEAST_EXPLAINED_SHARE: f64 = 1e-3;
 
 /// A change of the outputs of more than so many times the residual is too large for a secant.
 const FAR: f64 = 4.0;

@@ -482,7 +482,7 @@ impl Search<'_> {
     /// The candidates with the largest gains, as the slopes predict them, but for the first few.
     fn leading<'s>(&self, model: &Model, scores: &'s [Score], but: usize) -> Vec<&'s Score> {
         let candidates = &self.loop_.candidates[but..];
-        let open = |s: &&Score| candidates.contains(&s.effect) && self.loop_.possible(s.effect, &s.predicted);
+        let open = |s: &&Score| candidates.contains(&s.effect) && s.is_excited() && self.loop_.possible(s.effect, &s.predicted);
         let new = |s: &&Score| open(s) && self.unsettled(model, &with(&model.effects, s.effect));
         let mut leading: Vec<&Score> = scores.iter().filter(new).collect();
         leading.sort_by(|a, b| b.gain.total_cmp(&a.gain));

@@ -77,7 +77,7 @@ pub struct Fit {
     pub residuals: Vec<Vec<Vec<f64>>>,
     /// Accepted steps.
     pub iterations: usize,
-    /// How much work it was, in simulations of the start; slopes count as one more than there are parameters.
+    /// How much work it was, in simulations of the start; slopes count as one more than there are parameters, over the steps they are taken in.
     pub work: f64,
     /// Whether the last step was below the tolerance.
     pub converged: bool,
@@ -388,6 +388,9 @@ impl Point {
     }
 }
 
+/// A step that promises less than this part of what ends a descent is not worth a simulation.
+const NOTHING: f64 = 0.01;
+
 /// A way of the search variables over which old slopes still lead down well.
 const NEAR: f64 = 0.1;
 /// A way over which slopes hardly change: JᵀJ stands for the covariance.
@@ -423,7 +426,7 @@ pub(super) fn descend(
         let mut s = match kept.take() {
             Some(s) => s,
             None => {
-                room.spend(&here.machine, fraction * (free.len() + 1) as f64);
+                room.spend(&here.machine, fraction * (free.len() + 1) as f64 / taken.stride() as f64);
                 Slopes::at(here, taken, free, fraction)
             }
         };
@@ -442,6 +445,7 @@ pub(super) fn descend(
         let at = |f: &Free| current(f, &here.machine, &here.starts);
         let stopped: Vec<bool> = free.iter().zip(gradient.iter()).map(|(f, g)| f.stops(at(f), *g)).collect();
         let (mut gained, mut promised, cost) = (None, f64::INFINITY, here.cost);
+        let is_nothing = |promise: f64| promise <= NOTHING * tolerance * cost;
         for attempt in 0..14 {
             let Some((step, promise)) = damped_step(&normal, &gradient, &stopped, damping) else {
                 damping *= 10.0;
@@ -450,6 +454,9 @@ pub(super) fn descend(
             // After a step that missed, a shorter one is worth a simulation as long as it promises what counts, or new slopes would be the same.
             if attempt == 0 {
                 promised = promise;
+                if is_nothing(promise) {
+                    break;
+                }
             } else if promise <= tolerance * here.cost && (!fresh || promised <= little * here.cost) {
                 break;
             }
@@ -481,7 +488,7 @@ pub(super) fn descend(
                 s.way += size;
                 gain < tolerance && near
             }
-            None => fresh,
+            None => fresh || is_nothing(promised),
         };
         match (arrived, gained.is_some()) {
             (true, _) if taken.stride() > 1 && tolerance < ROUGH => {
