@@ -38,6 +38,8 @@ pub struct Score {
     pub log_p: f64,
     /// What of the signature a refit of the present parameters cannot imitate: ‖PG‖²/‖G‖² of the leading strength.
     pub explained_share: f64,
+    /// The same of the signature as it is, if that is more: what a wrong model leaves has another colour than noise.
+    pub excitation: f64,
     /// Sizes that the score predicts, one per strength, in the parameter's unit.
     pub predicted: Vec<f64>,
     /// Where to begin a refit: at the best shape; of a resonance, at the three best of the grid, as each may lead to another minimum.
@@ -59,7 +61,7 @@ pub struct Score {
 impl Score {
     /// Whether enough of it is left by a refit of the present parameters to say anything.
     pub fn is_excited(&self) -> bool {
-        self.explained_share >= LEAST_EXPLAINED_SHARE
+        self.excitation >= LEAST_EXPLAINED_SHARE
     }
 
     /// The same with refits that begin at a part of the sizes.
@@ -517,8 +519,8 @@ impl<'a> ScoreContext<'a> {
         let (gram, mut x, taken) = self.white.solved(&used.iter().map(|&k| &columns[k]).collect::<Vec<_>>(), smooth.as_ref())?;
         let score = (taken / self.variance).max(0.0);
         let mut gain = score;
-        let plain = self.columns(&self.plain, plain, run_by_run);
-        let plain: Vec<&Column> = used.iter().map(|&k| &plain[k]).collect();
+        let every_plain = self.columns(&self.plain, plain, run_by_run);
+        let plain: Vec<&Column> = used.iter().map(|&k| &every_plain[k]).collect();
         if let Some((_, sizes, _)) = self.plain.solved(&plain, smooth.as_ref()) {
             let taken: Vec<(&Column, f64)> = plain.into_iter().zip(sizes.iter().copied()).collect();
             let taken = self.plain.projected(&taken, 1);
@@ -533,6 +535,11 @@ impl<'a> ScoreContext<'a> {
         // The leading strength in all recordings, and the sizes in the one that shows it best.
         let (run, strength) = (used[lead] / strengths.len(), used[lead] % strengths.len());
         let all_of = |k: usize| (k..columns.len()).step_by(strengths.len());
+        let share = |of: &[Column]| -> f64 {
+            let [apart, whole] = [Column::apart, Column::norm].map(|size| all_of(strength).map(|k| size(&of[k])).sum::<f64>());
+            apart / whole
+        };
+        let explained_share = share(&columns);
         let seen: f64 = all_of(strength).map(|k| columns[k].apart()).sum();
         let size = |k: usize| used.iter().position(|u| *u == run * strengths.len() + k).map_or(0.0, |p| x[p]);
         let threshold = threshold(n, self.level / tried as f64);
@@ -546,7 +553,8 @@ impl<'a> ScoreContext<'a> {
             gain,
             freedom: n,
             log_p: (log_p(score, n) - (tried as f64).log10()).max(0.0),
-            explained_share: seen / all_of(strength).map(|k| norms[k]).sum::<f64>(),
+            explained_share,
+            excitation: share(&every_plain).max(explained_share),
             predicted: (0..strengths.len()).map(size).collect(),
             seeds: Vec::new(),
             detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / seen.sqrt(),
