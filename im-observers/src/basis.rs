@@ -140,6 +140,8 @@ impl<T: Scalar> Basis<T> {
         self.inverter = (inverter.voltage_v > 0.0).then_some(InverterNonlinearity {
             voltage_v: f(inverter.voltage_v),
             zero_crossing_current_a: f(inverter.zero_crossing_current_a),
+            ripple_a_per_v: f(inverter.ripple_a_per_v),
+            dc_voltage_v: f(inverter.dc_voltage_v),
         });
         Ok(self)
     }

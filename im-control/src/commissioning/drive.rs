@@ -1,7 +1,7 @@
 //! The drive for what was found.
 
 use im_model::{Complex, Machine, Scalar, TParameters};
-use im_observers::{Basis, FullOrder, FullOrderGains};
+use im_observers::{Basis, FullOrder, FullOrderGains, Limits};
 
 use super::fit::Found;
 use super::result::{Commissioned, CommissioningPlan};
@@ -28,6 +28,8 @@ const OBSERVED_SAMPLE: f64 = 0.3;
 pub(super) struct Use {
     pub follows_torque: bool,
     pub learns_stator_resistance: bool,
+    /// The shaft is loaded, and sped up with all of the current.
+    pub is_loaded: bool,
     /// The least flux at which the speed is followed, over that of the plan.
     pub least_flux: f64,
 }
@@ -59,7 +61,7 @@ pub(super) fn drive<T: Scalar>(
     let (flux, t) = (f(rating.rotor_flux_vs), f(plan.sample_time_s));
     let data: MachineData<T> = MachineData::of(&machine, plan.current_max_a).delayed(plan.voltage_delay_s).cast();
     let typical = FieldOrientedGains::typical(&data, flux, t);
-    let gains = FieldOrientedGains {
+    let mut gains = FieldOrientedGains {
         current_bandwidth_rad_s: typical.current_bandwidth_rad_s * f(fast),
         // K at the least flux is then that of the plan's.
         speed_bandwidth_rad_s: typical.speed_bandwidth_rad_s * f(purpose.least_flux * purpose.least_flux),
@@ -74,19 +76,27 @@ pub(super) fn drive<T: Scalar>(
     } else {
         fed_by_itself_s(plan, typical.speed_bandwidth_rad_s.value(), parameters.inertia_kg_m2, lacking_h)
     };
-    observed.current_bandwidth_rad_s = if fast < FLUX_FROM {
-        // Where bars make the leakage another for fast changes, what a current's change meets is not what the observer expects, and it is taken for speed: slower by as
-        // much again, down to what is the observer's own.
+    observed.current_bandwidth_rad_s = if fast < FLUX_FROM && !purpose.is_loaded {
+        // What a current's change meets is not what the observer expects, and it is taken for speed. Nothing speeds the shaft up that a slow observer would lag behind, and
+        // what swings of the current take is iron loss here.
         fast * observed.current_bandwidth_rad_s.max(fast * current)
     } else {
-        (fast * (OBSERVED * current).min(OBSERVED_SAMPLE / t_s)).min(2.0 / fed_s)
+        let fastest = fast * (OBSERVED * current).min(OBSERVED_SAMPLE / t_s);
+        fastest.min((2.0 / fed_s).max(fast * current))
     };
+    // The same as the flux is weakened: K as the observer bears it.
+    if fed_s > 0.0 {
+        let per_bandwidth_s = fed_s / typical.speed_bandwidth_rad_s.value() * rating.rotor_flux_vs * rating.rotor_flux_vs;
+        gains.speed_bandwidth_per_flux2 = Some(f(2.0 / (observed.current_bandwidth_rad_s * per_bandwidth_s)));
+    }
     observed.speed_bandwidth_rad_s = 0.5 * observed.current_bandwidth_rad_s;
     if !purpose.learns_stator_resistance {
         observed.stator_resistance_per_s = 0.0;
     }
-    let observer = FullOrder::try_new(Basis::try_new(&machine, rating, plan.sample_time_s)?, observed)?;
     let limits = DriveLimits::generous(&data, f(rating.synchronous_speed_rad_s(plan.pole_pairs)), flux);
+    // The observer goes as far as the drive does.
+    let seen = Limits { speed_max_rad_s: limits.speed_range_rad_s.value(), ..Limits::of(&machine, rating) };
+    let observer = FullOrder::try_new(Basis::try_new(&machine, rating, plan.sample_time_s)?.with_limits(seen)?, observed)?;
     let drive = Sensorless::try_new(FieldOriented::try_new(&data, &gains)?, observer, &data, &limits, t)?;
     // With such bars its flux is off with every change of current, too.
     let drive = if fast < FLUX_FROM { drive.with_flux_of_controller() } else { drive };
@@ -95,15 +105,20 @@ pub(super) fn drive<T: Scalar>(
 }
 
 /// The dead-time curve as found: volts, and the current at which 71 % of them is taken, A.
-pub(super) fn dead_time<T: Scalar>(plan: &CommissioningPlan, [lost_v, soft_a]: [f64; 2]) -> DeadTimeCompensation<T> {
+fn dead_time<T: Scalar>(plan: &CommissioningPlan, [lost_v, soft_a]: [f64; 2]) -> DeadTimeCompensation<T> {
     let f = T::from_f64;
     DeadTimeCompensation {
         dead_time_s: T::zero(),
         switching_period_s: f(plan.sample_time_s),
         drop_v: f(lost_v),
         on_resistance_ohm: T::zero(),
-        soft_current_a: f(soft_a.max(SOFTEST * plan.rated_current_a)),
+        soft_current_a: f(soft_current_a(plan, soft_a)),
     }
+}
+
+/// The knee of the compensation, A.
+pub(super) fn soft_current_a(plan: &CommissioningPlan, found_a: f64) -> f64 {
+    found_a.max(SOFTEST * plan.rated_current_a)
 }
 
 /// What the flux follows, at low slip frequency: there the bars add kR_rτ to the rotor's leakage.
@@ -125,7 +140,7 @@ impl Commissioned {
             self.parameters_at(plan.rating.rotor_flux_vs),
             self.skin_effect,
             inverter,
-            Use { follows_torque: false, learns_stator_resistance: true, least_flux: 1.0 },
+            Use { follows_torque: false, learns_stator_resistance: true, is_loaded: true, least_flux: 1.0 },
         )?;
         let complex = |z: [Found; 2]| {
             let [alpha, beta] = z.map(|f| T::from_f64(f.value));

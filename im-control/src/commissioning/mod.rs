@@ -57,9 +57,8 @@ const PULSE_CURRENT: f64 = 0.5;
 const PULSE_REST_S: f64 = 0.02;
 /// References change over this.
 const RAMP_S: f64 = 0.02;
-/// Means of direct currents are compared over this, and are settled when they differ by no more than this share; longest time.
+/// Means of direct currents are compared over this, and are settled when they differ by no more than what the fit leaves open; longest time.
 const WINDOW_S: f64 = 0.2;
-const SETTLED: f64 = 3e-4;
 const LEVEL_S: f64 = 8.0;
 /// Standard deviations by which noise may tell two means apart; the most windows over which a settled voltage is averaged.
 const NOISE: f64 = 4.0;
@@ -370,10 +369,14 @@ impl<T: Scalar> Commissioning<T> {
             Some(turning) => Due::Turned(turning.fitted()),
             None => {
                 let tones = self.tones.get(..self.tone_count).unwrap_or(&[]);
-                Due::Still(standstill::evaluate(&self.plan, &self.levels, tones, self.leakage_h).and_then(|still| {
-                    let turning = Turning::try_new(&self.plan, &still).map_err(|_| CommissioningFault::NoImpedance)?;
-                    Ok((still, turning))
-                }))
+                Due::Still(
+                    standstill::evaluate(&self.plan, &self.levels, tones, self.leakage_h, self.dc_voltage_v.value()).and_then(
+                        |still| {
+                            let turning = Turning::try_new(&self.plan, &still).map_err(|_| CommissioningFault::NoImpedance)?;
+                            Ok((still, turning))
+                        },
+                    ),
+                )
             }
         };
         Some(Fit(fit))
@@ -566,7 +569,9 @@ impl<T: Scalar> Commissioning<T> {
         // The other phases are only compared with phase a, and across the current too: there the flux that turned away is seen longest.
         let is_compared = k >= FALLING;
         let change = if is_compared { Scalar::sqrt(norm2(u - s.before)) } else { (u.re - s.before.re).abs() };
-        let close = s.windows > 1 && change < SETTLED * u.re.abs() + NOISE * noise;
+        // As the fit weighs it.
+        let largest = self.levels.first().map_or(0.0, |l| l.voltage_v.re.abs());
+        let close = s.windows > 1 && change < standstill::left_v(u.re, largest) + NOISE * noise;
         s.close = if close { s.close + 1 } else { 0 };
         let before = core::mem::replace(&mut s.before, u);
         if s.settled_after.is_some() {
@@ -685,7 +690,7 @@ impl<T: Scalar> Commissioning<T> {
         let samples = QUIET_S / self.plan.sample_time_s;
         let half_width = 2.5 * self.noise_a / Scalar::sqrt(2.0 * samples);
         let offset = |x: T| Found { value: x.value(), half_width };
-        Some(turning.result().map(|turned| Commissioned {
+        Some(turning.result(half_width).map(|turned| Commissioned {
             stator_resistance_ohm: still.stator_resistance_ohm,
             rotor_resistance_ohm: still.rotor_resistance_ohm,
             leakage_inductance_h: still.leakage_inductance_h,
@@ -700,8 +705,9 @@ impl<T: Scalar> Commissioning<T> {
             skin_effect: still.skin_effect,
             iron_conductance_s: turned.iron_conductance_s,
             current_offset_a: [self.offset.re, self.offset.im].map(offset),
-            voltage_offset_v: still.voltage_offset_v,
+            voltage_offset_v: turned.voltage_offset_v,
             resistance_asymmetry_ohm: still.resistance_asymmetry_ohm,
+            dc_voltage_v: self.dc_voltage_v.value(),
             drive_time_s: time,
         }))
     }

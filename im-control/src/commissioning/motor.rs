@@ -7,9 +7,7 @@ use im_model::{BaseParameter, EffectId, Effects, Known, Machine, ModelError, Mot
 
 use super::fit::Found;
 use super::result::{Commissioned, CommissioningPlan, magnetizing_laws};
-
-/// The smallest phase current of the direct ones, over the rated current.
-const SHARPEST: f64 = 0.01;
+use super::standstill::SHARPEST;
 
 /// A tolerance of a file: from a thousandth to ten times.
 fn tolerance(f: &Found) -> f64 {
@@ -62,9 +60,10 @@ impl Commissioned {
         }
         if self.inverter_voltage_v.is_seen() {
             e.inverter_nonlinearity.voltage_v = self.inverter_voltage_v.value;
-            // A knee below the smallest current is not seen, and too steep for a simulation.
             let knee = self.inverter_current_a.value.max(SHARPEST * plan.rated_current_a);
             e.inverter_nonlinearity.zero_crossing_current_a = knee;
+            e.inverter_nonlinearity.ripple_a_per_v = plan.ripple_a_per_v(p.inverse_gamma().leakage_inductance_h);
+            e.inverter_nonlinearity.dc_voltage_v = self.dc_voltage_v;
             note(ParameterId::Effect(EffectId::InverterNonlinearity, 0), &self.inverter_voltage_v);
             note(ParameterId::Effect(EffectId::InverterNonlinearity, 1), &Found { value: knee, ..self.inverter_current_a });
         }

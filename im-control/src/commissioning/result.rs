@@ -21,6 +21,9 @@ pub struct CommissioningPlan {
     /// What the bridge's timer waits between two switches of a leg, s; zero where it does not, or is not known. What it takes of the voltage is found without it; the sampled current is
     /// that of the middle of a zero vector only but for half of it.
     pub dead_time_s: f64,
+    /// The bridge's switching period, one edge up and one down of each leg, s; zero where it is not known. With it the dead-time curve is that of the ripple wherever the
+    /// machine is, not that of standstill alone.
+    pub switching_period_s: f64,
     /// Sampling time, s.
     pub sample_time_s: f64,
 }
@@ -29,7 +32,17 @@ impl CommissioningPlan {
     /// For a rating, with a current limit of 1.2 times the rated one.
     pub fn of(rating: Rating, rated_current_a: f64, pole_pairs: u32, sample_time_s: f64) -> Self {
         let current_max_a = 1.2 * rated_current_a;
-        Self { rating, rated_current_a, pole_pairs, current_max_a, voltage_delay_s: 0.0, dead_time_s: 0.0, sample_time_s }
+        let [voltage_delay_s, dead_time_s, switching_period_s] = [0.0; 3];
+        Self {
+            rating,
+            rated_current_a,
+            pole_pairs,
+            current_max_a,
+            voltage_delay_s,
+            dead_time_s,
+            switching_period_s,
+            sample_time_s,
+        }
     }
 
     /// The same behind a delay of the voltage.
@@ -44,6 +57,17 @@ impl CommissioningPlan {
         Self { dead_time_s, ..self }
     }
 
+    /// The same behind a bridge with centred pulses and a switching period.
+    #[must_use]
+    pub fn switching_every(self, switching_period_s: f64) -> Self {
+        Self { switching_period_s, ..self }
+    }
+
+    /// r of the current's ripple at a leakage inductance, A/V: `InverterNonlinearity::ripple_a_per_v`.
+    pub(super) fn ripple_a_per_v(&self, leakage_inductance_h: f64) -> f64 {
+        0.5 * self.switching_period_s / leakage_inductance_h
+    }
+
     pub(super) fn validate(&self) -> Result<(), ModelError> {
         self.rating.validate()?;
         Bound::Within(1.0, 100.0).check("pole_pairs", f64::from(self.pole_pairs))?;
@@ -52,6 +76,7 @@ impl CommissioningPlan {
             .check("current_max_a (at least the rated current)", self.current_max_a)?;
         Bound::OfMachines(1e-5, 1e-3).check("sample_time_s", self.sample_time_s)?;
         Bound::Within(0.0, self.sample_time_s).check("dead_time_s", self.dead_time_s)?;
+        Bound::Within(0.0, 1e-2).check("switching_period_s", self.switching_period_s)?;
         Bound::Within(0.0, 6.0 * self.sample_time_s).check("voltage_delay_s", self.voltage_delay_s)
     }
 
@@ -177,6 +202,8 @@ pub struct Commissioned {
     /// What the resistance differs by with the direction of the current, u = R_s i + N ī: N, α and β, Ω. Standstill does not tell whether winding, leads, the voltage or
     /// the current sensor of a phase is the cause.
     pub resistance_asymmetry_ohm: [Found; 2],
+    /// Voltage of the dc link, V.
+    pub dc_voltage_v: f64,
     /// How long the drive took, s.
     pub drive_time_s: f64,
 }

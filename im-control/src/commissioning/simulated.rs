@@ -82,7 +82,7 @@ impl Controller<f64> for Ending<'_> {
     }
 }
 
-/// Commissions a motor, of which only rating, rated current, pole pairs, voltage delay and the timer's dead time are known, with the inverter, the sensors, the load and the sampling time of a
+/// Commissions a motor, of which only rating, rated current, pole pairs, voltage delay, switching period and the timer's dead time are known, with the inverter, the sensors, the load and the sampling time of a
 /// scenario. `progress` hears of samples done and in all.
 ///
 /// # Errors
@@ -94,10 +94,14 @@ pub fn commission(
 ) -> Result<SimulatedCommissioning, SimulationError> {
     let machine = &motor.machine;
     let rated = motor.rating.current_peak_a(machine.parameters(), machine.pole_pairs());
-    let dead_time_s = if let Inverter::CarrierPwm(_, bridge) = &scenario.inverter { bridge.dead_time_s } else { 0.0 };
+    let [dead_time_s, switching_period_s] = match &scenario.inverter {
+        Inverter::CarrierPwm(pwm, bridge) => [bridge.dead_time_s, 2.0 * pwm.half_period_s],
+        _ => [0.0; 2],
+    };
     let plan = CommissioningPlan::of(motor.rating, rated, machine.pole_pairs(), scenario.sample_time_s)
         .delayed(machine.effects().voltage_delay.delay_s)
-        .with_dead_time(dead_time_s);
+        .with_dead_time(dead_time_s)
+        .switching_every(switching_period_s);
     let mut commissioning = Commissioning::<f64>::for_plan(&plan)?;
     let none = || Profile::constant(0.0);
     let references = References { speed_rad_s: none(), rotor_flux_vs: none(), torque_nm: none() };

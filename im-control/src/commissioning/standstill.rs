@@ -4,6 +4,8 @@
 //!
 //! u = R_s i + (2/3) U_d (f(i) + f(i/2)),   f(i) = i/√(i² + I_0²)
 //!
+//! where the switching period is known with the currents that the ripple makes of i at the edges of each leg (`InverterNonlinearity`),
+//!
 //! and then along the phases b and c. Where the phases are not alike (winding, leads, the voltage or the sensor of one), the resistance depends on
 //! direction: u = R_s i + N ī, along θ u/i = R_s + N e^{−2jθ}, and N is the mean of (u/i) e^{2jθ} over the three phases at one current, whatever the
 //! inverter takes. A voltage u_0 that is there whatever the command is one third of what the three commands lack of nothing together, for R_s i, N ī and what the
@@ -19,7 +21,8 @@
 //!
 //! L_i is the slope of the magnetizing curve there; k and τ (deep bars) are taken where they explain what the rest does not.
 
-use im_model::space_vector::{norm2, unit};
+use im_model::effects::InverterNonlinearity;
+use im_model::space_vector::{from_phases, norm2, unit};
 use im_model::{Complex, Scalar};
 
 use super::fit::{Fitted, Found, Linear, fit};
@@ -42,6 +45,8 @@ pub(super) const LEVELS: [(f64, f64); 12] = [
     (1.0, BIAS),
     (2.0, BIAS),
 ];
+/// The smallest phase current of the direct ones, over the rated current: a knee below it is not seen, and too steep for a simulation.
+pub(super) const SHARPEST: f64 = 0.01;
 /// So many of them fall.
 pub(super) const FALLING: usize = 10;
 
@@ -96,6 +101,9 @@ pub(super) struct AtStandstill {
     pub stator_resistance_ohm: Found,
     pub inverter_voltage_v: Found,
     pub inverter_current_a: Found,
+    /// Where the switching period is known: of the current's ripple ([`InverterNonlinearity::ripple_a_per_v`]), and the link's voltage.
+    pub ripple_a_per_v: f64,
+    pub dc_voltage_v: f64,
     pub leakage_inductance_h: Found,
     pub rotor_resistance_ohm: Found,
     /// L_m = ψ_m/i_m at the flux of the plan, from the flux decay.
@@ -126,10 +134,17 @@ impl AtStandstill {
     }
 }
 
-/// f(i) and f'(i).
-fn lost(i: f64, i_0: f64) -> [f64; 2] {
+/// f'(i).
+fn slope(i: f64, i_0: f64) -> f64 {
     let root = Scalar::sqrt(i * i + i_0 * i_0);
-    [i / root, i_0 * i_0 / (root * root * root)]
+    i_0 * i_0 / (root * root * root)
+}
+
+/// What the bridge takes along phase a of a direct current there, over U_d: (2/3)(f(i) + f(i/2)), at the currents of the edges.
+fn along(bridge: &InverterNonlinearity<f64>, i_0: f64, l: &Level) -> f64 {
+    let (i, u) = (l.current_a, Complex::new(l.voltage_v.re, 0.0));
+    let bridge = InverterNonlinearity { zero_crossing_current_a: i_0, ..*bridge };
+    from_phases(bridge.shares(u, [i, -0.5 * i, -0.5 * i])).re
 }
 
 /// N from the direct currents of one size along three phases.
@@ -162,12 +177,17 @@ fn voltage_offset(levels: &[Level]) -> [Found; 2] {
     if found.iter().any(Found::is_seen) { found } else { found.map(|f| Found { value: 0.0, ..f }) }
 }
 
+/// What is left open of a direct current's voltage, V, where the largest of all needs `largest`: the regulator leaves some parts in ten thousand.
+pub(super) fn left_v(voltage_v: f64, largest_v: f64) -> f64 {
+    3e-4 * (voltage_v.abs() + 0.1 * largest_v)
+}
+
 /// R_s along phase a, U_d, I_0.
-fn direct(plan: &CommissioningPlan, levels: &[Level]) -> Option<[Found; 3]> {
+fn direct(plan: &CommissioningPlan, levels: &[Level], bridge: &InverterNonlinearity<f64>) -> Option<[Found; 3]> {
     let largest = levels.iter().map(|l| l.voltage_v.re).fold(0.0, f64::max);
-    // The regulator leaves some parts in ten thousand, noise what it does; more shows in the residuals.
+    // Noise adds what it does; more shows in the residuals.
     let weight = |l: &Level| {
-        let left = 3e-4 * (l.voltage_v.re.abs() + 0.1 * largest);
+        let left = left_v(l.voltage_v.re, largest);
         1.0 / Scalar::sqrt(left * left + l.deviation_v * l.deviation_v)
     };
     let current = |x: f64| x * plan.rated_current_a;
@@ -178,8 +198,7 @@ fn direct(plan: &CommissioningPlan, levels: &[Level]) -> Option<[Found; 3]> {
         let [r, u_d, i_0] = *x;
         // The currents need not show a knee: it is somewhere around 2 % of the rated current, within a factor e² or so.
         levels.get(k).map_or(0.5 * Scalar::ln(i_0 / current(0.02)), |l| {
-            let curve = lost(l.current_a, i_0)[0] + lost(0.5 * l.current_a, i_0)[0];
-            (r * l.current_a + 2.0 / 3.0 * u_d * curve - l.voltage_v.re) * weight(l)
+            (r * l.current_a + u_d * along(bridge, i_0, l) - l.voltage_v.re) * weight(l)
         })
     };
     // The best knee of a coarse scale, with the resistance and the voltage that suit it.
@@ -188,8 +207,7 @@ fn direct(plan: &CommissioningPlan, levels: &[Level]) -> Option<[Found; 3]> {
         let mut rows = Linear::<2>::new();
         for l in levels {
             let (w, i_0) = (weight(l), current(share));
-            let curve = lost(l.current_a, i_0)[0] + lost(0.5 * l.current_a, i_0)[0];
-            rows.add([w * l.current_a, w * 2.0 / 3.0 * curve], w * l.voltage_v.re);
+            rows.add([w * l.current_a, w * along(bridge, i_0, l)], w * l.voltage_v.re);
         }
         let Some([r, u_d]) = rows.solve() else { continue };
         if r.value > 0.0 && u_d.value > 0.0 {
@@ -294,6 +312,7 @@ pub(super) fn evaluate(
     levels: &[Level],
     tones: &[Tone],
     pulse_leakage_h: f64,
+    dc_voltage_v: f64,
 ) -> Result<AtStandstill, CommissioningFault> {
     let none = CommissioningFault::NoImpedance;
     let voltage_offset_v = voltage_offset(levels);
@@ -303,15 +322,17 @@ pub(super) fn evaluate(
         *to = Level { voltage_v: l.voltage_v + Complex::new(alpha, beta) * axis(-phase), ..*l };
     }
     let levels = &acting;
+    let ripple_a_per_v = plan.ripple_a_per_v(pulse_leakage_h);
+    let bridge = InverterNonlinearity { voltage_v: 1.0, zero_crossing_current_a: 1.0, ripple_a_per_v, dc_voltage_v };
     let falling = levels.get(..FALLING).ok_or(none)?;
-    let [r_a, u_d, i_0] = direct(plan, falling).ok_or(none)?;
+    let [r_a, u_d, i_0] = direct(plan, falling, &bridge).ok_or(none)?;
     let resistance_asymmetry_ohm = asymmetry(levels);
     let [alpha, beta] = resistance_asymmetry_ohm;
     let r_s = Found { value: r_a.value - alpha.value, half_width: r_a.half_width + alpha.half_width };
     let (last, _) = LEVELS[LEVELS.len() - 1];
     let along_last = (Complex::new(alpha.value, beta.value) * axis(-2.0 * last)).re;
     let bias = BIAS * plan.rated_current_a;
-    let slope = lost(bias, i_0.value)[1] + 0.5 * lost(0.5 * bias, i_0.value)[1];
+    let slope = slope(bias, i_0.value) + 0.5 * slope(0.5 * bias, i_0.value);
     let r_0 = Found {
         value: r_s.value + along_last + 2.0 / 3.0 * u_d.value * slope,
         // What the shape of the curve leaves open of its slope.
@@ -345,6 +366,8 @@ pub(super) fn evaluate(
             stator_resistance_ohm: r_s,
             inverter_voltage_v: u_d,
             inverter_current_a: i_0,
+            ripple_a_per_v,
+            dc_voltage_v,
             leakage_inductance_h: l_l,
             rotor_resistance_ohm: r_r,
             magnetizing_inductance_h: l_m,

@@ -32,16 +32,16 @@
 //! A dead time t_d delays one edge of each pulse, whichever way the current flows, hence the middle of every pulse by t_d/2. The sample, in the middle of a zero vector as commanded, comes as
 //! much too early, while the current falls by u/L_σ: it shows u t_d/(2L_σ) too much, along u. As power that is an iron loss of G = t_d/(2L_σ), a tenth of the iron's at 2 µs.
 
+use im_model::effects::InverterNonlinearity;
 use im_model::simulation::{Command, Controller, Measured, Reference};
 use im_model::space_vector::{cross, dot, j, norm2};
 use im_model::{Complex, Scalar, TParameters};
 
-use super::drive::{CommissionedDrive as Drive, Use, dead_time, drive};
+use super::drive::{CommissionedDrive as Drive, Use, drive, soft_current_a};
 use super::fit::{Found, Linear};
 use super::result::{CommissioningFault, CommissioningPlan, MagnetizingPoint, NO_LOAD_LEVELS, ON_LAW, magnetizing_laws};
-use super::standstill::AtStandstill;
+use super::standstill::{AtStandstill, SHARPEST};
 use crate::ControlError;
-use crate::modulation::DeadTimeCompensation;
 use crate::status::{DriveStatus, Reports};
 use crate::vector::{is_finite, norm};
 
@@ -109,6 +109,30 @@ struct NoLoad {
     u: Complex<f64>,
     i: Complex<f64>,
     omega_s: f64,
+    /// u − R_s i in the frame of the stator.
+    steady_v: Complex<f64>,
+}
+
+/// The mean of a voltage that stands still while everything else turns, with weights x(1 − x) over its time: of what turns n times 0.3/n² is left.
+#[derive(Clone, Copy, Debug)]
+struct Steady<T> {
+    sum: Complex<T>,
+    weights: T,
+}
+
+impl<T: Scalar> Steady<T> {
+    fn new() -> Self {
+        Self { sum: Complex::new(T::zero(), T::zero()), weights: T::zero() }
+    }
+
+    fn add(&mut self, u: Complex<T>, share: f64) {
+        let weight = T::from_f64(share * (1.0 - share));
+        (self.sum, self.weights) = (self.sum + u * weight, self.weights + weight);
+    }
+
+    fn mean(&self) -> Complex<f64> {
+        Complex::new(self.sum.re.value(), self.sum.im.value()) * (1.0 / self.weights.value())
+    }
 }
 
 /// A part of the run under torque: what torque, speed and iron have added up to.
@@ -165,7 +189,7 @@ pub(super) struct Turning<T: Scalar> {
     resistance_ohm: T,
     asymmetry_ohm: Complex<T>,
     voltage_offset_v: Complex<T>,
-    lost: DeadTimeCompensation<T>,
+    bridge: InverterNonlinearity<T>,
     /// T/(12 L_σ), 1/Ω.
     curvature: T,
     /// t_d/(2L_σ), 1/Ω.
@@ -177,6 +201,7 @@ pub(super) struct Turning<T: Scalar> {
     momentum: Momentum,
     mechanics: Linear<5>,
     levels: [NoLoad; NO_LOAD_LEVELS],
+    steady: Steady<T>,
     doubtful_s: f64,
     pending: bool,
 }
@@ -191,6 +216,7 @@ pub(super) struct WhileTurning {
     pub coulomb_friction_nm: Found,
     pub windage_nm_s2: Found,
     pub iron_conductance_s: Found,
+    pub voltage_offset_v: [Found; 2],
 }
 
 /// The drive for what is known; with an inertia it follows speed. R_s has just been measured.
@@ -215,10 +241,32 @@ fn drive_of<T: Scalar>(
         parameters,
         still.skin_effect,
         still.inverter(),
-        Use { follows_torque: inertia_kg_m2.is_none(), learns_stator_resistance: false, least_flux: NO_LOAD[0] },
+        Use {
+            follows_torque: inertia_kg_m2.is_none(),
+            learns_stator_resistance: false,
+            is_loaded: false,
+            least_flux: NO_LOAD[0],
+        },
     )?
     .with_voltage_offset(cast(still.voltage_offset()))?
     .with_resistance_asymmetry(cast(still.asymmetry()))
+}
+
+/// What the bridge takes. Where its ripple is not known, the knee of standstill is no narrower than the drive has it.
+fn bridge<T: Scalar>(plan: &CommissioningPlan, still: &AtStandstill) -> InverterNonlinearity<T> {
+    let [voltage_v, knee_a] = still.inverter();
+    let known = still.ripple_a_per_v > 0.0;
+    let f = T::from_f64;
+    InverterNonlinearity {
+        voltage_v: f(voltage_v),
+        zero_crossing_current_a: f(if known {
+            knee_a.max(SHARPEST * plan.rated_current_a)
+        } else {
+            soft_current_a(plan, knee_a)
+        }),
+        ripple_a_per_v: f(still.ripple_a_per_v),
+        dc_voltage_v: f(still.dc_voltage_v),
+    }
 }
 
 fn cast<T: Scalar>(z: Complex<f64>) -> Complex<T> {
@@ -272,7 +320,7 @@ impl<T: Scalar> Turning<T> {
             resistance_ohm: f(still.stator_resistance_ohm.value),
             asymmetry_ohm: cast(still.asymmetry()),
             voltage_offset_v: cast(still.voltage_offset()),
-            lost: dead_time(plan, still.inverter()),
+            bridge: bridge(plan, still),
             curvature: f(plan.sample_time_s / (24.0 * still.leakage_inductance_h.value)),
             early: f(plan.dead_time_s / (4.0 * still.leakage_inductance_h.value)),
             stage: Stage::Torque(0),
@@ -282,6 +330,7 @@ impl<T: Scalar> Turning<T> {
             momentum: Momentum::NONE,
             mechanics: Linear::new(),
             levels: [NoLoad::default(); NO_LOAD_LEVELS],
+            steady: Steady::new(),
             doubtful_s: 0.0,
             pending: false,
         })
@@ -322,6 +371,17 @@ impl<T: Scalar> Turning<T> {
         Reference { omega_m: f(omega), rotor_flux_vs: f(share * flux), torque_nm: f(torque) }
     }
 
+    /// While the machine turns the flux loop is faster than the rotor.
+    fn settling_s(&self) -> f64 {
+        (2.0 * self.rotor_time_constant_s).clamp(0.3, 1.0)
+    }
+
+    /// How long a level of flux at no load is waited for, and averaged. The first also waits for the speed.
+    fn no_load_s(&self, level: usize) -> (f64, f64) {
+        let wait = if level == 0 { self.settling_s() + 1.5 } else { self.settling_s() };
+        (wait, NO_LOAD_S.get(level).copied().unwrap_or(0.0))
+    }
+
     /// A sample: the command, and whether the machine stands again. `u_s` is what was commanded over the sample that ended, as it acted.
     pub fn step(&mut self, m: &Measured<T>, u_s: Complex<T>) -> Result<(Complex<T>, bool), CommissioningFault> {
         let Command::Voltage(u) = self.drive.step(m, &self.reference()) else { return Err(CommissioningFault::DriveLost) };
@@ -346,8 +406,6 @@ impl<T: Scalar> Turning<T> {
         }
         let speed = self.plan.rating.synchronous_speed_rad_s(self.plan.pole_pairs);
         let omega = e.omega_m.value() / speed;
-        // While the machine turns the flux loop is faster than the rotor.
-        let settling = (2.0 * self.rotor_time_constant_s).clamp(0.3, 1.0);
         match self.stage {
             Stage::Torque(part) => {
                 let w = self.window;
@@ -370,7 +428,7 @@ impl<T: Scalar> Turning<T> {
                     Some(Part::Up(to)) => omega >= *to,
                     Some(Part::Down(to)) => omega <= *to,
                     Some(Part::Coast) => self.elapsed_s > COAST_S || omega < 0.1,
-                    _ => self.elapsed_s > 2.0 * settling + 0.1,
+                    _ => self.elapsed_s > 2.0 * self.settling_s() + 0.1,
                 };
                 match part {
                     1 if done => (self.first_up, self.coasting_from) = ([omega, self.elapsed_s], omega),
@@ -390,16 +448,19 @@ impl<T: Scalar> Turning<T> {
                 }
             }
             Stage::NoLoad(level) => {
-                // The first level also waits for the speed.
-                let wait = if level == 0 { settling + 1.5 } else { settling };
-                let averaged = NO_LOAD_S.get(level).copied().unwrap_or(0.0);
+                let (wait, averaged) = self.no_load_s(level);
                 if self.elapsed_s <= wait {
-                    self.window = Window::new();
+                    (self.window, self.steady) = (Window::new(), Steady::new());
                 } else if self.elapsed_s > wait + averaged {
                     let (w, n) = (self.window, f64::from(self.window.samples));
                     let mean = |z: Complex<T>| Complex::new(z.re.value() / n, z.im.value() / n);
                     if let Some(l) = self.levels.get_mut(level) {
-                        *l = NoLoad { u: mean(w.u), i: mean(w.i), omega_s: w.turned.value() / (n * t) };
+                        *l = NoLoad {
+                            u: mean(w.u),
+                            i: mean(w.i),
+                            omega_s: w.turned.value() / (n * t),
+                            steady_v: self.steady.mean(),
+                        };
                     }
                     self.go_on(if level + 1 < NO_LOAD_LEVELS { Stage::NoLoad(level + 1) } else { Stage::Stop });
                 }
@@ -438,7 +499,11 @@ impl<T: Scalar> Turning<T> {
             let half = T::from_f64(0.5);
             let (middle, i) = (direction_before + direction, (i_before + i_s) * half);
             let middle = middle * (T::one() / norm(middle).max(half));
-            let u = u_s + self.voltage_offset_v - self.lost.voltage(i, T::zero()) - self.asymmetry_ohm * i.conj();
+            let u = u_s + self.voltage_offset_v - self.bridge.taken_v(u_s, i) - self.asymmetry_ohm * i.conj();
+            if let Stage::NoLoad(level) = self.stage {
+                let (wait, averaged) = self.no_load_s(level);
+                self.steady.add(u - i * self.resistance_ohm, ((self.elapsed_s - wait) / averaged).clamp(0.0, 1.0));
+            }
             let i = i - u * self.early;
             let turned = cross(direction_before, direction);
             let i = i * (T::one() + turned * turned * T::from_f64(1.0 / 12.0)) + j(u) * (turned * self.curvature);
@@ -469,8 +534,8 @@ impl<T: Scalar> Turning<T> {
         self.go_on(Stage::NoLoad(0));
     }
 
-    /// In the background, at the end.
-    pub fn result(&self) -> Result<WhileTurning, CommissioningFault> {
+    /// In the background, at the end; `offset_a` is what the offset of the current sensors is uncertain by.
+    pub fn result(&self, offset_a: f64) -> Result<WhileTurning, CommissioningFault> {
         let none = CommissioningFault::NoMechanics;
         let (r_s, l_l) = (self.still.stator_resistance_ohm.value, self.still.leakage_inductance_h.value);
         let mut magnetizing = [MagnetizingPoint::default(); NO_LOAD_LEVELS];
@@ -526,7 +591,7 @@ impl<T: Scalar> Turning<T> {
         // So is what the knee of the inverter's curve takes of it, U_d (2/π) I_0²/i ln(4i/I_0): found at standstill, where the ripple of the current is another.
         let knee = match (magnetizing.first(), magnetizing.last()) {
             (Some(least), Some(most)) => {
-                let (a, i_0) = (least.current_a, self.lost.soft_current_a.value().min(least.current_a));
+                let (a, i_0) = (least.current_a, self.bridge.zero_crossing_current_a.value().min(least.current_a));
                 let power = self.still.inverter_voltage_v.value * core::f64::consts::FRAC_2_PI * i_0 * i_0 / a
                     * Scalar::ln(4.0 * a / i_0);
                 let omega = self.omega_half();
@@ -554,10 +619,25 @@ impl<T: Scalar> Turning<T> {
                 coulomb_friction_nm: wider(coulomb),
                 windage_nm_s2: wider(windage),
                 iron_conductance_s: conductance,
+                voltage_offset_v: self.voltage_offset(offset_a),
             })
         } else {
             Err(none)
         }
+    }
+
+    /// u_0 where the machine turns: what u* + u_0 is short of R_s i in the mean, at the two levels that are long enough. An offset of the sensors that is not known moves the
+    /// inverter's curve by what goes as U_d/|i|: taken off by what both differ in, which is also what it is uncertain by.
+    fn voltage_offset(&self, offset_a: f64) -> [Found; 2] {
+        let (Some(least), Some(most)) = (self.levels.first(), self.levels.last()) else { return self.still.voltage_offset_v };
+        let [i_a, i_b] = [least, most].map(|l| Scalar::sqrt(norm2(l.i)));
+        let of = |still: Found, a: f64, b: f64| Found {
+            value: still.value - (b * i_b - a * i_a) / (i_b - i_a),
+            half_width: (a - b).abs() + offset_a * self.still.stator_resistance_ohm.value,
+        };
+        let [alpha, beta] = self.still.voltage_offset_v;
+        let found = [of(alpha, least.steady_v.re, most.steady_v.re), of(beta, least.steady_v.im, most.steady_v.im)];
+        if found.iter().any(Found::is_seen) { found } else { found.map(|f| Found { value: 0.0, ..f }) }
     }
 
     /// ω_s of the no-load run, rad/s.

@@ -33,6 +33,9 @@ pub struct FieldOrientedGains<T> {
     pub flux_bandwidth_rad_s: T,
     /// Of the speed loop, rad/s.
     pub speed_bandwidth_rad_s: T,
+    /// The most of that bandwidth over the square of the flux, 1/(s Vs²): with an estimated speed an error of the leakage is a loop that the speed loop feeds, the more the
+    /// less flux there is. `None`: the bandwidth is the same at every flux.
+    pub speed_bandwidth_per_flux2: Option<T>,
     /// The torque reference is followed in place of the speed reference.
     pub follows_torque: bool,
     /// How the speed reference is shaped.
@@ -62,6 +65,7 @@ impl<T: Scalar> FieldOrientedGains<T> {
             current_bandwidth_rad_s: current,
             flux_bandwidth_rad_s: (current * c(0.05)).min(c(30.0)),
             speed_bandwidth_rad_s: (current * c(0.05)).min(c(40.0)),
+            speed_bandwidth_per_flux2: None,
             follows_torque: false,
             reference: ReferenceShaper {
                 bandwidth_rad_s: (current * c(0.1)).min(c(100.0)),
@@ -104,6 +108,9 @@ impl<T: Scalar> FieldOrientedGains<T> {
         guard::SIZE.check("current_bandwidth_rad_s", self.current_bandwidth_rad_s.value())?;
         guard::SIZE.check("flux_bandwidth_rad_s", self.flux_bandwidth_rad_s.value())?;
         guard::SIZE.check("speed_bandwidth_rad_s", self.speed_bandwidth_rad_s.value())?;
+        if let Some(per_flux2) = self.speed_bandwidth_per_flux2 {
+            guard::SIZE.check("speed_bandwidth_per_flux2", per_flux2.value())?;
+        }
         if let Orientation::Direct { crossover_rad_s } = self.orientation {
             guard::SIZE.check("crossover_rad_s", crossover_rad_s.value())?;
         }

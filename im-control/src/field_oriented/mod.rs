@@ -263,7 +263,15 @@ impl<T: Scalar> Sampled<T> for FieldOriented<T> {
                     ..g.reference
                 };
                 shaper.step(&mut s.shaped, s.standing.reference.omega_m, t);
-                law.speed.step(&mut s.speed_integral, &s.shaped, m.omega_m, torque_max, t)
+                let speed = match g.speed_bandwidth_per_flux2 {
+                    Some(per_flux2) => {
+                        let flux_vs = size / k_r;
+                        let most = per_flux2 * flux_vs * flux_vs;
+                        SpeedRegulator { bandwidth_rad_s: law.speed.bandwidth_rad_s.min(most), ..law.speed }
+                    }
+                    None => law.speed,
+                };
+                speed.step(&mut s.speed_integral, &s.shaped, m.omega_m, torque_max, t)
             };
             s.current_limited = s.asked_nm.abs() >= torque_max;
             status = status.and_if(s.current_limited, DriveStatus::CURRENT_LIMITED);

@@ -1,11 +1,19 @@
 //! Inverter nonlinearity: dead time and device drop take a voltage in the direction of each phase current.
 //!
 //! u_x = u_x* − U_d f(i_x/I_0),  f(x) = x/√(1 + x²),  x = a, b, c.  The zero sequence drops out (floating star point).
+//!
+//! What decides is the current at the edges of the leg. It is off its mean i_x by the ripple, δ_x at the edge down and −δ_x at the edge up:
+//!
+//! u_x = u_x* − (U_d/2) (f((i_x + δ_x)/I_0) + f((i_x − δ_x)/I_0)),   δ_x = r (U_dc (d_x − Σ_y min(d_x, d_y)/3) − d_x u_x*),   r = T_sw/(2L_σ)
+//!
+//! with the duty cycles d_x = ½ + (u_x* − (max u* + min u*)/2)/U_dc of centred pulses: from the middle of its pulse to its edge the leg is high for d_x T_sw/2, the others for
+//! min(d_x, d_y) T_sw/2, and the emf is the mean voltage. Between −|δ_x| and |δ_x| both edges are without loss, and nothing is taken: the knee is as wide as the ripple.
 
 use num_complex::Complex;
 
 use super::{About, Card, Place, SteadyState, effect};
 use crate::error::Bound;
+use crate::scalar::Scalar;
 use crate::space_vector::{from_phases, to_phases};
 
 effect! {
@@ -30,18 +38,54 @@ effect! {
         voltage_v: Strength, default 0.0, "V", Voltage, typical 0.003 to 0.05, Bound::NotNegative;
         /// Phase current at which 71 % of it is lost.
         zero_crossing_current_a: Shape, default 0.03, "A", Current, typical 0.003 to 0.15, Bound::Positive;
+        /// Half a switching period over the leakage inductance: what the ripple is in proportion to; zero where it is not known.
+        ripple_a_per_v: Fixed, default 0.0, "A/V", Conductance, typical 0.0 to 1.0, Bound::NotNegative;
+        /// Voltage of the dc link, which the ripple depends on.
+        dc_voltage_v: Fixed, default 1.8, "V", Voltage, typical 1.7 to 2.5, Bound::Positive;
     },
     hooks: {
         #[inline(always)]
         fn applied_voltage(&self, u: Complex<T>, i_s: Complex<T>) -> Complex<T> {
-            let w2 = self.zero_crossing_current_a * self.zero_crossing_current_a;
-            let lost = to_phases(i_s).map(|i| i / (i * i + w2).sqrt());
-            u - from_phases(lost) * self.voltage_v
+            u - self.taken_v(u, i_s)
         }
 
         fn added_resistance(&self, _cold_r_r: f64) -> f64 {
             self.voltage_v.value() / self.zero_crossing_current_a.value()
         }
+    }
+}
+
+impl<T: Scalar> InverterNonlinearity<T> {
+    /// What it takes of a commanded voltage at a current, V.
+    #[inline(always)]
+    pub fn taken_v(&self, u: Complex<T>, i_s: Complex<T>) -> Complex<T> {
+        from_phases(self.shares(u, to_phases(i_s))) * self.voltage_v
+    }
+
+    /// What each phase loses, over U_d, at a commanded voltage and phase currents.
+    #[inline(always)]
+    pub fn shares(&self, u: Complex<T>, i: [T; 3]) -> [T; 3] {
+        let w2 = self.zero_crossing_current_a * self.zero_crossing_current_a;
+        let f = |i: T| i / (i * i + w2).sqrt();
+        if self.ripple_a_per_v > T::zero() {
+            let delta = self.ripple(to_phases(u));
+            core::array::from_fn(|x| (f(i[x] + delta[x]) + f(i[x] - delta[x])).scale(0.5))
+        } else {
+            i.map(f)
+        }
+    }
+
+    /// δ of each phase, A, at phase voltages.
+    fn ripple(&self, u: [T; 3]) -> [T; 3] {
+        let [a, b, c] = u;
+        let middle = (a.max(b).max(c) + a.min(b).min(c)).scale(0.5);
+        // d_x U_dc, between the rails.
+        let high = u.map(|x| (x - middle + self.dc_voltage_v.scale(0.5)).max(T::zero()).min(self.dc_voltage_v));
+        let third = 1.0 / 3.0;
+        core::array::from_fn(|x| {
+            let together = high.iter().fold(T::zero(), |sum, y| sum + high[x].min(*y));
+            self.ripple_a_per_v * (high[x] - together.scale(third) - high[x] * u[x] / self.dc_voltage_v)
+        })
     }
 }
 

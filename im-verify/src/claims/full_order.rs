@@ -119,7 +119,8 @@ fn holds<O: Observer<f64>>(
         Ok(observer) => observer,
         Err(e) => return Verdict::refused(e),
     };
-    let inverter = InverterNonlinearity { voltage_v: lost_v, zero_crossing_current_a: 0.02 * case.current() };
+    let inverter =
+        InverterNonlinearity { voltage_v: lost_v, zero_crossing_current_a: 0.02 * case.current(), ..Default::default() };
     let mut state = observer.state_at(truth.flux(0), truth.current(0), omega_m);
     let (speed_allowed, flux_allowed) = (case.slip() / case.constants().n_p, 0.3 * r.rotor_flux_vs);
     let (samples, last) = ((6.0 / STEP) as usize, (5.0 / STEP) as usize);

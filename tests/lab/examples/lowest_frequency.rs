@@ -87,6 +87,7 @@ impl Map<'_> {
                     let inverter = InverterNonlinearity {
                         voltage_v: dead * m.rating.phase_voltage_peak_v,
                         zero_crossing_current_a: 0.02 * m.rating.current_peak_a(&m.parameters(), m.pole_pairs),
+                        ..Default::default()
                     };
                     let lost = runs.iter().rposition(|run| !run.holds(m, &observer, &inverter));
                     lost.map_or(Some(FREQUENCIES[0]), |k| FREQUENCIES.get(k + 1).copied())

@@ -70,7 +70,7 @@ fn kubota_gains() -> KubotaGains {
 
 /// With everything on: saturation-aware and dead time compensated.
 fn kubota_full<T: Scalar>() -> Result<Kubota<T>, ObserverError> {
-    let inverter = InverterNonlinearity { voltage_v: 3.0, zero_crossing_current_a: 0.1 };
+    let inverter = InverterNonlinearity { voltage_v: 3.0, zero_crossing_current_a: 0.1, ..Default::default() };
     Kubota::try_new(basis().with_saturation(&machine()).with_inverter(inverter)?, kubota_gains())
 }
 

@@ -43,7 +43,7 @@ fn all_run<T: Scalar>(f: &Fields, bad: &[f64; 5], which: Discretization) -> Resu
     let known = machine(&M);
     let basis =
         Basis::<T>::try_new(&known, &super::machines::rating(&mut f), f.or_64(H)).and_then(|b| b.with_limits(limits(&mut f)));
-    let inverter = InverterNonlinearity { voltage_v: f.or(2.0), zero_crossing_current_a: f.or(0.5) };
+    let inverter = InverterNonlinearity { voltage_v: f.or(2.0), zero_crossing_current_a: f.or(0.5), ..Default::default() };
     let Ok(basis) = basis.and_then(|b| b.with_inverter(inverter)) else { return Ok(()) };
     prop_assert!(runs(&CurrentModel::new(basis), bad), "current model, {basis:?}");
     let right = KubotaGains::for_machine(&known, &M.rating).unwrap();

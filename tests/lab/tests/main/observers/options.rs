@@ -202,7 +202,7 @@ fn knowing_the_saturation_takes_the_flux_error_away() {
 #[test]
 fn dead_time_compensation_mends_low_speed() {
     let m = JADOT_TABLE_I;
-    let inverter = InverterNonlinearity { voltage_v: 4.0, zero_crossing_current_a: 0.1 };
+    let inverter = InverterNonlinearity { voltage_v: 4.0, zero_crossing_current_a: 0.1, ..Default::default() };
     let mut effects = Effects::none();
     effects.inverter_nonlinearity = inverter;
     let machine = Machine::try_new(m.parameters(), m.pole_pairs, effects).unwrap();
@@ -273,5 +273,9 @@ fn gains_and_limits_out_of_range_are_named() {
     says(Basis::<f64>::try_new(&machine, &m.rating, 0.1).unwrap_err(), "sample_time_s = 0.1");
     let limits = Limits { flux_min_vs: 3.0, ..Limits::of(&machine, &m.rating) };
     says(b.with_limits(limits).unwrap_err(), "flux_min_vs");
-    says(b.with_inverter(InverterNonlinearity { voltage_v: -1.0, zero_crossing_current_a: 0.1 }).unwrap_err(), "voltage_v = -1");
+    says(
+        b.with_inverter(InverterNonlinearity { voltage_v: -1.0, zero_crossing_current_a: 0.1, ..Default::default() })
+            .unwrap_err(),
+        "voltage_v = -1",
+    );
 }
