@@ -9,6 +9,9 @@ use super::fit::Found;
 use super::result::{Commissioned, CommissioningPlan, magnetizing_laws};
 use super::standstill::SHARPEST;
 
+/// The steepest knee that a simulation gets, over the rated current: the least that is usual of the effect.
+const STEEPEST: f64 = 0.003;
+
 /// A tolerance of a file: from a thousandth to ten times.
 fn tolerance(f: &Found) -> f64 {
     f.tolerance().clamp(1e-3, 10.0)
@@ -60,12 +63,18 @@ impl Commissioned {
         }
         if self.inverter_voltage_v.is_seen() {
             e.inverter_nonlinearity.voltage_v = self.inverter_voltage_v.value;
-            let knee = self.inverter_current_a.value.max(SHARPEST * plan.rated_current_a);
+            // Below the smallest phase current of the tests it is not seen: anything down to what was found, and a simulation cannot follow every knee.
+            let found = &self.inverter_current_a;
+            let knee = found.value.max(STEEPEST * plan.rated_current_a);
+            let unseen_a = (SHARPEST * plan.rated_current_a - knee).max(0.0);
             e.inverter_nonlinearity.zero_crossing_current_a = knee;
             e.inverter_nonlinearity.ripple_a_per_v = plan.ripple_a_per_v(p.inverse_gamma().leakage_inductance_h);
             e.inverter_nonlinearity.dc_voltage_v = self.dc_voltage_v;
             note(ParameterId::Effect(EffectId::InverterNonlinearity, 0), &self.inverter_voltage_v);
-            note(ParameterId::Effect(EffectId::InverterNonlinearity, 1), &Found { value: knee, ..self.inverter_current_a });
+            note(
+                ParameterId::Effect(EffectId::InverterNonlinearity, 1),
+                &Found { value: knee, half_width: found.half_width.max(unseen_a) },
+            );
         }
         if let Some([k, tau]) = &self.skin_effect {
             (e.rotor_skin_effect.resistance_rise, e.rotor_skin_effect.time_constant_s) = (k.value, tau.value);

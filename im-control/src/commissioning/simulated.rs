@@ -128,6 +128,9 @@ impl SimulatedCommissioning {
     /// What `im diagnose` gets: three seconds at every sample, from just before the shaft begins to turn; where it did not, the last three. What standstill shows is in
     /// the values found; and over a row of several samples the voltage of a turning machine is no constant. A jerk of the shaft when the direct current goes from one phase to
     /// the next is no turning.
+    ///
+    /// The currents are those of the middle of the zero vector, as the commissioning computes with them: behind a dead time t_d a sample comes t_d/2 early and shows
+    /// u t_d/(2L_σ) too much (`turning.rs`), which is taken off where L_σ was found.
     pub fn record(&self) -> Recording {
         let all = &self.run.recording;
         let rows = |seconds: f64| (seconds / all.sample_time_s) as usize;
@@ -136,12 +139,18 @@ impl SimulatedCommissioning {
         let moves = turns.map(|k| all.omega_m.iter().take(k).rposition(|omega| omega.abs() < 0.02 * synchronous).unwrap_or(0));
         let first = moves.unwrap_or(all.len()).saturating_sub(rows(KEPT_BEFORE_S)).min(all.len().saturating_sub(rows(KEPT_S)));
         let kept = first..all.len().min(first + rows(KEPT_S));
+        let early = self.outcome.map_or(0.0, |found| {
+            let [_, leakage, _] = found.inverse_gamma();
+            0.5 * self.plan.dead_time_s / leakage.value
+        });
+        let before = |k: usize| all.u_s[k.saturating_sub(1)];
+        let in_the_middle = |k: usize| all.i_s[k] - (before(k) + all.u_s[k]) * (0.5 * early);
         Recording {
             name: all.name.clone(),
             start_s: 0.0,
             sample_time_s: all.sample_time_s,
             u_s: all.u_s[kept.clone()].to_vec(),
-            i_s: all.i_s[kept.clone()].to_vec(),
+            i_s: kept.clone().map(in_the_middle).collect(),
             omega_m: all.omega_m[kept.clone()].to_vec(),
             tau_load: all.tau_load.as_ref().map(|tau| tau[kept].to_vec()),
         }

@@ -45,7 +45,7 @@ pub(super) const LEVELS: [(f64, f64); 12] = [
     (1.0, BIAS),
     (2.0, BIAS),
 ];
-/// The smallest phase current of the direct ones, over the rated current: a knee below it is not seen, and too steep for a simulation.
+/// The smallest phase current of the direct ones, over the rated current: a knee below it is not seen.
 pub(super) const SHARPEST: f64 = 0.01;
 /// So many of them fall.
 pub(super) const FALLING: usize = 10;
