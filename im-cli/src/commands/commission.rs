@@ -21,7 +21,7 @@ Example:
   im commission --motor examples/motor.toml -o found.toml --record run.csv
   im diagnose --motor found.toml --train run.csv
 
-The commissioning knows the motor's rating, rated current, pole pairs and voltage delay, and sees measured currents, \
+The commissioning knows the motor's rating, rated current, pole pairs, voltage delay and switching period, and sees measured currents, \
 commanded voltages and the dc link. The bench is a bridge at 10 kHz with 2 us of dead time and 1 V of drop, current \
 noise of 0.4 % and a converter's step of 0.2 % of the rated current; --scenario gives another inverter, sensors, load and \
 sampling time. An interval holds the truth in 95 of 100 cases for what the data show; errors of the sensors' gain are not \

@@ -19,7 +19,7 @@ pub struct CommissioningPlan {
     /// From the beginning of a sample until its command acts, s.
     pub voltage_delay_s: f64,
     /// What the bridge's timer waits between two switches of a leg, s; zero where it does not, or is not known. What it takes of the voltage is found without it; the sampled current is
-    /// that of the middle of a zero vector only but for half of it.
+    /// that of the middle of a zero vector only but for half of it. Zero, too, where the sampling comes half a dead time later.
     pub dead_time_s: f64,
     /// The bridge's switching period, one edge up and one down of each leg, s; zero where it is not known. With it the dead-time curve is that of the ripple wherever the
     /// machine is, not that of standstill alone.

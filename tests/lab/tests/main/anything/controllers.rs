@@ -45,6 +45,7 @@ fn field_oriented<T: Scalar>(f: &mut Fields, direct: bool) -> FieldOrientedGains
         current_bandwidth_rad_s: f.or(750.0),
         flux_bandwidth_rad_s: f.or(30.0),
         speed_bandwidth_rad_s: f.or(40.0),
+        speed_bandwidth_per_flux2: direct.then(|| f.or(60.0)),
         follows_torque: false,
         reference: shaper(f),
         field_weakening: weakening(f),
