@@ -35,6 +35,9 @@ impl Axis {
             lo = lo.min(v);
             hi = hi.max(v);
         }
+        if lo == 0.0 && hi == 0.0 {
+            return Self::new(-1.0, 1.0, label);
+        }
         if lo > 0.0 && lo < 0.6 * hi {
             lo = 0.0;
         }

@@ -57,7 +57,7 @@ impl Source {
     pub fn read(&self, motor: &MotorFile) -> Result<Vec<Intake>, IntakeError> {
         match self {
             Self::File(path, mapping) => intake::read(path, mapping.as_deref(), motor),
-            Self::Columns(c) => Ok(vec![intake::read_columns(c, motor)?]),
+            Self::Columns(c) => Ok(vec![intake::read_columns(c, motor).map_err(|e| in_memory(e, &c.label))?]),
         }
     }
 
@@ -131,6 +131,17 @@ impl Source {
                 )
             }
         })
+    }
+}
+
+/// An error about columns in memory: they have rows, the first of which is 0, and no lines, the first of which would be their names.
+fn in_memory(e: IntakeError, label: &str) -> IntakeError {
+    match e {
+        IntakeError::File(FileError { file, line: Some(line), key, problem }) if file == label && line >= 2 => {
+            let file = format!("{file}, row {} (the first is 0)", line - 2);
+            IntakeError::File(FileError { file, line: None, key, problem })
+        }
+        e => e,
     }
 }
 

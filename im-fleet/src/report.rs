@@ -2,9 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use im_diagnose::report::key_words;
 use im_diagnose::report::page::{Column, Row as Line, Section, head, numbers, page, sorting, text, value, words};
+use im_diagnose::report::{key_words, short_effect_name};
 use im_diagnose::uncertainty::MachineQuantity;
+use im_model::EffectId;
 use maud::{Markup, html};
 
 use crate::row::{JobStatus, Row};
@@ -33,9 +34,24 @@ pub fn html(title: &str, rows: &[Row], s: &Summary) -> String {
     page(title, &top, &sections, None)
 }
 
-fn table(head: &[Column], rows: impl Iterator<Item = Line>) -> Markup {
+/// A table without the columns in which no row has anything.
+fn table(head: Vec<Column>, rows: impl Iterator<Item = Line>) -> Markup {
     let rows: Vec<Line> = rows.collect();
-    html! { @if rows.is_empty() { p { "None." } } @else { (sorting(head, &rows)) } }
+    if rows.is_empty() {
+        return html! { p { "None." } };
+    }
+    let used: Vec<bool> = (0..head.len()).map(|c| rows.iter().any(|r| r.cells.get(c).is_some_and(|x| !x.0.is_empty()))).collect();
+    let head: Vec<Column> = head.into_iter().zip(&used).filter_map(|(column, used)| used.then_some(column)).collect();
+    let rows: Vec<Line> = rows
+        .into_iter()
+        .map(|r| Line { cells: r.cells.into_iter().zip(&used).filter_map(|(cell, used)| used.then_some(cell)).collect(), ..r })
+        .collect();
+    sorting(&head, &rows)
+}
+
+/// An effect as the reports call it.
+fn effect(name: &str) -> String {
+    EffectId::from_name(name).map_or_else(|| name.replace('_', " "), short_effect_name)
 }
 
 fn unit(row: &Row) -> Markup {
@@ -44,9 +60,10 @@ fn unit(row: &Row) -> Markup {
 }
 
 fn effects(row: &Row) -> String {
+    let listed = |names: &[String]| names.iter().map(|e| effect(e)).collect::<Vec<_>>().join(", ");
     let one = |(k, e): (usize, &String)| match row.rivals.get(k).filter(|r| !r.is_empty()) {
-        Some(rivals) => format!("{} (or {})", e.replace('_', " "), rivals.join(", ").replace('_', " ")),
-        None => e.replace('_', " "),
+        Some(rivals) => format!("{} (or {})", effect(e), listed(rivals)),
+        None => effect(e),
     };
     row.effects.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
 }
@@ -65,7 +82,7 @@ fn attention(rows: &[Row], s: &Summary) -> Markup {
         ];
         (row.is_flagged() || !said.is_empty()).then(|| Line::new(cells))
     });
-    let head = [
+    let head = vec![
         words("unit"),
         words("type"),
         words("date"),
@@ -74,7 +91,7 @@ fn attention(rows: &[Row], s: &Summary) -> Markup {
         words("odd or changed"),
         numbers("base model, rms"),
     ];
-    table(&head, shown)
+    table(head, shown)
 }
 
 fn types(s: &Summary) -> Markup {
@@ -83,8 +100,8 @@ fn types(s: &Summary) -> Markup {
         let cells = [(p.mean.exp(), unit), (100.0 * p.spread, "%"), (p.count as f64, "")].map(|(x, unit)| value(Some(x), unit));
         Line::new([text(kind), text(key_words(key))].into_iter().chain(cells))
     };
-    let head = [words("type"), words("parameter"), numbers("middle"), numbers("units differ by"), numbers("units")];
-    table(&head, s.types.iter().map(row))
+    let head = vec![words("type"), words("parameter"), numbers("middle"), numbers("units differ by"), numbers("units")];
+    table(head, s.types.iter().map(row))
 }
 
 fn changed(rows: &[Row], s: &Summary) -> Markup {
@@ -93,9 +110,9 @@ fn changed(rows: &[Row], s: &Summary) -> Markup {
         Line::new([unit(r), text(&r.date), text(what), value(ratio, ""), value(distance, "σ")])
     };
     let numeric = s.changes.iter().map(|c| line(c.row, &key_words(&c.key), Some(c.ratio), Some(c.distance)));
-    let new = s.appeared.iter().map(|a| line(a.row, &format!("{} since {}", a.effect.replace('_', " "), a.since), None, None));
-    let head = [words("unit"), words("date"), words("what"), numbers("times what it was"), numbers("by")];
-    table(&head, numeric.chain(new))
+    let new = s.appeared.iter().map(|a| line(a.row, &format!("{} since {}", effect(&a.effect), a.since), None, None));
+    let head = vec![words("unit"), words("date"), words("what"), numbers("times what it was"), numbers("by")];
+    table(head, numeric.chain(new))
 }
 
 fn all(rows: &[Row]) -> Markup {
@@ -113,7 +130,7 @@ fn all(rows: &[Row]) -> Markup {
             value(r.holdout_rms_in_sigma, "σ"),
         ],
     };
-    let head = [
+    let head = vec![
         words("unit"),
         words("type"),
         words("date"),
@@ -124,10 +141,10 @@ fn all(rows: &[Row]) -> Markup {
         numbers("last model"),
         numbers("held out"),
     ];
-    table(&head, rows.iter().filter(|r| r.status != JobStatus::Failed).map(row))
+    table(head, rows.iter().filter(|r| r.status != JobStatus::Failed).map(row))
 }
 
 fn broken(rows: &[Row]) -> Markup {
     let shown = rows.iter().filter(|r| r.status == JobStatus::Failed);
-    table(&[words("unit"), words("date"), words("why")], shown.map(|r| Line::new([unit(r), text(&r.date), text(&r.error)])))
+    table(vec![words("unit"), words("date"), words("why")], shown.map(|r| Line::new([unit(r), text(&r.date), text(&r.error)])))
 }

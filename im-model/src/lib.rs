@@ -35,6 +35,8 @@ mod dual;
 mod error;
 #[cfg(feature = "std")]
 mod file_error;
+#[cfg(feature = "std")]
+mod file_kind;
 mod flux_map;
 mod instant;
 mod integral;
@@ -76,6 +78,8 @@ pub use effects::{EffectId, Effects, Extra};
 pub use error::{Bound, ModelError};
 #[cfg(feature = "std")]
 pub use file_error::{FileError, Problem};
+#[cfg(feature = "std")]
+pub use file_kind::FileKind;
 pub use instant::{Currents, Output, PlantInput, Powers};
 pub use machine::{Machine, ParameterId};
 #[cfg(feature = "std")]

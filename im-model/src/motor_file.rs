@@ -13,6 +13,7 @@ use crate::atomic_file::write_atomically;
 use crate::effects::{CustomId, EffectId, Effects, FreeForm, MAX_CUSTOM, Role};
 use crate::error::{Bound, ModelError};
 use crate::file_error::FileError;
+use crate::file_kind::FileKind;
 use crate::machine::{Machine, ParameterId};
 use crate::nameplate::{DesignClass, Nameplate, NameplateGuess};
 use crate::parameters::{BaseParameter, TParameters};
@@ -261,7 +262,7 @@ impl MotorFile {
             PredictionToml::HINTS[0],
             PredictionToml::HINTS[1],
         ];
-        let toml = TomlText::new(text, label, &hints);
+        let toml = TomlText::new(text, label, &hints).of_kind(FileKind::Motor);
         let MotorToml { machine: head, effects: tables, prediction } = toml.read()?;
         let pole_pairs = head.pole_pairs.0 as u32;
         let mut known = BTreeMap::new();

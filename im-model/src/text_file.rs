@@ -33,7 +33,7 @@ fn read_at_most(path: &Path, largest: u64) -> Result<String, FileError> {
     }
     String::from_utf8(bytes).map_err(|e| {
         let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
-        let reason = "not a text in UTF-8".to_owned();
+        let reason = "not a text in UTF-8; is a recording or a table given in the place of this file?".to_owned();
         FileError::new(&label, Some(line), None, Problem::Syntax { reason })
     })
 }
@@ -51,7 +51,7 @@ mod tests {
         assert!(read_at_most(&path, 12).is_ok());
         assert!(read_at_most(&path, 11).unwrap_err().to_string().contains("a.toml: larger than"));
         std::fs::write(&path, b"a = 1\nb = \xff\n").unwrap();
-        assert!(read_text(&path).unwrap_err().to_string().ends_with("a.toml:2: not a text in UTF-8"));
+        assert!(read_text(&path).unwrap_err().to_string().contains("a.toml:2: not a text in UTF-8; is a recording"));
         assert!(read_text(dir.path()).unwrap_err().to_string().ends_with("a folder; name the file in it"));
         #[cfg(unix)]
         assert!(read_text(Path::new("/dev/zero")).unwrap_err().to_string().contains("/dev/zero: larger than 64 MB"));

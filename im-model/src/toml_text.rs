@@ -12,6 +12,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::error::{Bound, ModelError};
 use crate::file_error::{FileError, Problem};
+use crate::file_kind::FileKind;
 
 /// A text in TOML.
 #[derive(Clone, Copy)]
@@ -19,6 +20,7 @@ pub struct TomlText<'a> {
     text: &'a str,
     label: &'a str,
     hints: &'a [(&'a str, &'a str)],
+    kind: Option<FileKind>,
 }
 
 /// An entry of a table: where it stands and what it is.
@@ -34,7 +36,13 @@ impl<'a> TomlText<'a> {
     /// `label` names the file in messages; `hints` say for keys, or for a table's keys as in `start.kind`, what to write
     /// where they are missing.
     pub fn new(text: &'a str, label: &'a str, hints: &'a [(&'a str, &'a str)]) -> Self {
-        Self { text, label, hints }
+        Self { text, label, hints, kind: None }
+    }
+
+    /// Of this kind: a file of another kind in its place is said to be that.
+    #[must_use]
+    pub fn of_kind(self, kind: FileKind) -> Self {
+        Self { kind: Some(kind), ..self }
     }
 
     /// Reads the whole.
@@ -130,6 +138,9 @@ impl<'a> TomlText<'a> {
 
     /// What serde says, in our words. Its sentences are the only form in which it says them.
     fn explain(&self, e: &toml::de::Error) -> FileError {
+        if let Some(reason) = self.kind.and_then(|kind| kind.mistaken(self.text)) {
+            return self.error(None, None, Problem::Syntax { reason });
+        }
         let (message, at) = (e.message().trim(), e.span().unwrap_or_default());
         let Ok(root) = DeTable::parse(self.text) else {
             let line = self.text.lines().nth(self.line(at.start) - 1).unwrap_or_default();

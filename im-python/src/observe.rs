@@ -26,20 +26,26 @@ pub struct Observer {
 trait Steps {
     fn step(&mut self, input: &Input<f64>) -> Estimate<f64>;
     fn reset(&mut self);
+    /// Another one in the same state.
+    fn copied(&self) -> Box<dyn Steps + Send>;
 }
 
-struct Held<O: im_observers::Observer<f64>> {
+struct Held<O: Named<f64>> {
     observer: O,
     state: O::State,
 }
 
-impl<O: im_observers::Observer<f64>> Steps for Held<O> {
+impl<O: Named<f64> + 'static> Steps for Held<O> {
     fn step(&mut self, input: &Input<f64>) -> Estimate<f64> {
         self.observer.step(&mut self.state, input)
     }
 
     fn reset(&mut self) {
         self.state = O::State::default();
+    }
+
+    fn copied(&self) -> Box<dyn Steps + Send> {
+        Box::new(Self { observer: self.observer.clone(), state: self.state })
     }
 }
 
@@ -178,6 +184,12 @@ impl Observer {
     #[getter]
     fn gains_not_given(&self) -> BTreeMap<&'static str, f64> {
         self.added.iter().copied().collect()
+    }
+
+    /// Another one in the same state.
+    fn copied(&self) -> Self {
+        let steps = self.steps.lock().unwrap_or_else(PoisonError::into_inner).copied();
+        Self { steps: Mutex::new(steps), needs_speed: self.needs_speed, added: self.added.clone() }
     }
 
     fn reset(&self) {

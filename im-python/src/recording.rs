@@ -73,6 +73,22 @@ impl Recording {
         Ok(Some(out))
     }
 
+    /// The columns of a file as they stand in it.
+    fn read(&self) -> PyResult<Self> {
+        let Source::File(path, mapping) = &self.source else { return Ok(self.clone()) };
+        let columns = im_diagnose::intake::columns_of(path, mapping.as_deref()).map_err(refused)?;
+        Ok(Self { source: Source::Columns(Box::new(columns)) })
+    }
+
+    /// The same under another name, where it stands in memory.
+    fn renamed(&self, name: &str) -> Self {
+        let mut other = self.clone();
+        if let Source::Columns(c) = &mut other.source {
+            name.clone_into(&mut c.label);
+        }
+        other
+    }
+
     /// What was noticed about the data with this motor, a sentence each; and the mapping that was guessed, where there was none, as text.
     fn check(&self, motor: &Motor) -> PyResult<(Vec<String>, Option<String>)> {
         let taken = match self.source.read(&motor.file) {

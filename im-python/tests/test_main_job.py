@@ -1,5 +1,7 @@
+import copy
 import json
 import os
+import pickle
 import signal
 import threading
 import time
@@ -123,6 +125,16 @@ def test_a_fit_finds_the_parameters(motor, recording):
     assert held.motor.parameters["stator_resistance_ohm"] == 1.3
     with pytest.raises(imkit.InputError, match="parrot"):
         imkit.fit(away, recording, fix=["parrot"])
+
+
+def test_answers_are_sent_to_another_process_or_say_what_to_send(motor, recording):
+    fitted = imkit.fit(motor, recording)
+    again = pickle.loads(pickle.dumps(fitted))
+    assert again.to_dict() == fitted.to_dict() and again.motor == fitted.motor
+    compared = imkit.compare(motor, recording)
+    assert copy.copy(compared) is compared
+    with pytest.raises(TypeError, match=r"a Comparison holds .* keep to_dict\(\)"):
+        pickle.dumps(compared)
 
 
 def test_pictures_are_drawn(bare, recording):

@@ -1,3 +1,5 @@
+import copy
+import pickle
 import threading
 import time
 
@@ -102,6 +104,25 @@ def test_an_observer_takes_a_mapped_recording_and_a_file_as_their_mapping_says(m
         assert np.allclose(seen["t_s"], t) and np.allclose(seen["omega_m_rad_s"], wanted, atol=1e-6)
     with pytest.raises(imkit.InputError, match="no mapping says what its columns mean"):
         imkit.Observer("full-order", motor, t[1] - t[0]).run(foreign(recording))
+
+
+def test_a_copy_of_an_observer_goes_its_own_way(motor, recording):
+    t, u, i = recording.columns["t_s"], recording.u_s, recording.i_s
+    whole = imkit.Observer("kubota", motor, t[1] - t[0]).step(u, i)["omega_m_rad_s"]
+    first = imkit.Observer("kubota", motor, t[1] - t[0])
+    first.step(u[:4000], i[:4000])
+    for again in (copy.copy(first), copy.deepcopy(first)):
+        assert np.array_equal(again.step(u[4000:], i[4000:])["omega_m_rad_s"], whole[4000:])
+    assert np.array_equal(first.step(u[4000:], i[4000:])["omega_m_rad_s"], whole[4000:])
+    with pytest.raises(TypeError, match="is not pickled: make one"):
+        pickle.dumps(first)
+    with pytest.raises(TypeError, match="neither copied nor pickled"):
+        copy.copy(imkit.Controller("kenne", motor, 1e-4))
+
+
+def test_a_certificate_can_be_sent_to_another_process(motor):
+    certificate = imkit.design("kubota", motor)
+    assert pickle.loads(pickle.dumps(certificate)).gains == certificate.gains
 
 
 def test_what_is_wrong_is_said(motor):

@@ -17,3 +17,8 @@ pub fn sqrtf(x: f32) -> f32 {
     }
     f32::from_bits(bits)
 }
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

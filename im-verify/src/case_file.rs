@@ -2,7 +2,7 @@
 
 use im_model::machines::ALL;
 use im_model::toml_text::TomlText;
-use im_model::{Machine, Rating, TParameters};
+use im_model::{FileKind, Machine, Rating, TParameters};
 use serde::{Deserialize, Serialize};
 
 use crate::claim::{Claim, Point};
@@ -149,7 +149,8 @@ pub fn to_text(claim: &Claim, point: &Point, machines: &Machines, seed: u64, ind
 /// # Errors
 /// What is wrong, with key and remedy.
 pub fn from_text(text: &str, claims: &[Claim], given: Option<Subject>) -> Result<(Claim, Point, Machines), CaseError> {
-    let file: CaseFile = TomlText::new(text, "case", &[]).read().map_err(|e| CaseError::Syntax(e.to_string()))?;
+    let file: CaseFile =
+        TomlText::new(text, "case", &[]).of_kind(FileKind::Claim).read().map_err(|e| CaseError::Syntax(e.to_string()))?;
     let claim = claims.iter().find(|c| c.name == file.claim).ok_or(CaseError::Claim(file.claim))?;
     let values = read("values", claim.variables, &file.values)?;
     if let Some(table) = &file.machine {

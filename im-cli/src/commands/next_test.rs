@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use im_diagnose::next_test::{Limits, Supply, WHY, open_after, planning_noise, propose, to_json};
 use im_diagnose::worst_case::machines_after;
-use im_model::{EffectId, MotorFile, read_text, write_atomically};
+use im_model::{EffectId, FileKind, MotorFile, read_text, write_atomically};
 use serde_json::Value;
 
 use super::inputs::refused;
@@ -142,7 +142,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn read(path: &std::path::Path) -> Result<Value, Failure> {
     let file = path.display();
     let text = read_text(path)?;
-    let d: Value = serde_json::from_str(&text).map_err(|e| Failure::Input(format!("{file}: not a diagnosis.json: {e}")))?;
+    let not = |e| FileKind::Diagnosis.mistaken(&text).unwrap_or_else(|| format!("not a diagnosis.json: {e}"));
+    let d: Value = serde_json::from_str(&text).map_err(|e| Failure::Input(format!("{file}: {}", not(e))))?;
     if d["schema"] == 1 && d["ranking"].is_array() {
         Ok(d)
     } else {

@@ -5,8 +5,8 @@ use super::validity;
 use crate::error::DesignError;
 use crate::exact::{Field, Rational};
 use crate::machine::{Constants, LinearMachine};
-use im_model::FileError;
 use im_model::toml_text::TomlText;
+use im_model::{FileError, FileKind};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -198,7 +198,7 @@ impl Certificate {
         struct Version {
             schema: u32,
         }
-        let toml = TomlText::new(text, "certificate", &[]);
+        let toml = TomlText::new(text, "certificate", &[]).of_kind(FileKind::Certificate);
         let malformed = |e: FileError| CheckError::Malformed(e.to_string());
         let Version { schema } = toml.read().map_err(malformed)?;
         if schema != SCHEMA {

@@ -4,6 +4,7 @@ use crate::error::DesignError;
 use crate::kenne::KenneRegion;
 use crate::sliding::UtkinRegion;
 use crate::thau_box::BoxRegion;
+use im_model::FileKind;
 use im_model::toml_text::TomlText;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -15,7 +16,7 @@ use toml::Spanned;
 /// # Errors
 /// [`DesignError::Region`] with the line and what was expected there.
 pub(super) fn read<T: DeserializeOwned>(region: &str) -> Result<T, DesignError> {
-    let toml = TomlText::new(region, "region file", &[]);
+    let toml = TomlText::new(region, "region file", &[]).of_kind(FileKind::Region);
     pairs(region, &toml)?;
     sizes(&toml)?;
     toml.read().map_err(DesignError::Region)

@@ -11,7 +11,7 @@ use super::names::{self, Origin};
 use super::quality::{clip::median, steady};
 use super::raw::RawTable;
 use super::sniff::Sniffed;
-use super::unit::{Quantity, Unit, in_name_among, named};
+use super::unit::{Quantity, Unit, in_name_among, named, share_in_name};
 
 /// Rows that are looked at.
 pub const ROWS: usize = 100_000;
@@ -306,7 +306,13 @@ fn set_section(
     let why = if commanded { format!("{why}; commanded, not measured") } else { why };
     let unit = |k: usize| seen[k].unit.filter(|u| u.quantity == quantity);
     let named = chosen.iter().find_map(|&k| unit(k));
-    let measured_in = named.map_or_else(|| format!("taken as {}", quantity.words().1), |u| format!("in {}", u.text));
+    let si = quantity.words().1;
+    let share = chosen.iter().find_map(|&k| share_in_name(seen[k].name));
+    let measured_in = match (named, share) {
+        (Some(u), _) => format!("in {}", u.text),
+        (None, Some(share)) => format!("in {share}, and taken as {si}: write what one of them is in {si} as gain of [{section}]"),
+        (None, None) => format!("taken as {si}"),
+    };
     d.guesses.push(format!("{} are the {word} {}, {measured_in} ({why})", names.join(", "), keys.join(", ")));
     let n = seen[chosen[0]].x.len();
     let at = |c: usize, k: usize| seen[chosen[c]].x[k] * unit(chosen[c]).map_or(1.0, |u| u.si);
@@ -327,6 +333,9 @@ fn set_section(
         .collect();
     if let Some(u) = chosen.iter().find_map(|&k| seen[k].said) {
         let _ = writeln!(text, "unit = {:?}", u.text);
+    }
+    if let Some(share) = share.filter(|_| named.is_none()) {
+        let _ = writeln!(text, "gain = 1                     # what one {share} is in {si}");
     }
     let mut order = chosen.clone();
     if let (Some(u), 3, true) = (voltage, keys.len(), dt.is_some()) {
@@ -559,7 +568,7 @@ fn impedances(steady: &steady::Steady, motor: &MotorFile) -> (Complex<f64>, stea
 fn speed_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turning: Option<&steady::Steady>, motor: &MotorFile) {
     let speeds = (0..seen.len()).filter(|&k| !seen[k].taken && seen[k].quantity == Some(Quantity::Speed));
     let Some(k) = speeds.filter(|&k| seen[k].origin <= Origin::Filter).min_by_key(|&k| seen[k].origin) else {
-        d.guesses.push("No column looks like a speed: the currents alone are compared".to_owned());
+        d.guesses.push("No column looks like a speed: the currents alone are compared, and the speed is unknown".to_owned());
         if turning.is_some_and(|t| stands(t, motor)) {
             d.guesses.push(
                 "The impedance is that of a rotor that stands, at reduced voltage: if it was locked, say locked = true in [speed]"
@@ -645,7 +654,7 @@ fn load_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turns: 
             );
         }
         None => {
-            d.guesses.push("No column looks like a speed or a torque: both are taken as unknown".to_owned());
+            d.guesses.push("No column looks like a torque: the load is taken as unknown".to_owned());
             let _ = writeln!(
                 text,
                 "# [load]                       # column = …, times = …, gain = …; or constant = …, fan = …, none = true\n"

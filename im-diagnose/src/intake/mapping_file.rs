@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use im_identify::offline::Size;
 use im_model::toml_text::{Positive, TomlText, Whole, Within};
-use im_model::{FileError, Problem, TextFormat};
+use im_model::{FileError, FileKind, Problem, TextFormat};
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
@@ -449,7 +449,7 @@ impl Said {
             let problem = Problem::Unexpected { found: FILL_IN.to_owned(), expected };
             return Err(FileError::new(label, Some(line), Some(key), problem));
         }
-        let toml = TomlText::new(text, label, &hints);
+        let toml = TomlText::new(text, label, &hints).of_kind(FileKind::Mapping);
         let m: MappingToml = toml.read()?;
         let files = match (m.files, m.file) {
             (Some(_), Some(_)) => return Err(toml.refused(0..0, "file", "given beside files", "one of them")),

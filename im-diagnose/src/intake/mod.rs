@@ -31,7 +31,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use im_identify::offline::{Channel, ChannelKind, Experiment, Start};
-use im_model::{CanonicalColumns, FileError, MotorFile, Problem, Rows, TextFormat, VectorColumns, read_text};
+use im_model::{CanonicalColumns, FileError, FileKind, MotorFile, Problem, Rows, TextFormat, VectorColumns, read_text};
 
 pub use columns::Columns;
 pub use draft::Draft;
@@ -74,6 +74,31 @@ pub struct Intake {
 /// What is wrong with a file, with line and key or column; [`IntakeError::Unmapped`] where the guess is not complete.
 pub fn read(path: &Path, mapping: Option<&Path>, motor: &MotorFile) -> Result<Vec<Intake>, IntakeError> {
     sources(path, mapping)?.into_iter().map(|(data, mapping)| read_one(Origin::File(&data), mapping, motor)).collect()
+}
+
+/// The columns of one recording's file as they stand in it, whatever they mean; what is no number is NaN.
+///
+/// # Errors
+/// The file or its mapping cannot be read, or the mapping is of several recordings.
+pub fn columns_of(path: &Path, mapping: Option<&Path>) -> Result<Columns, FileError> {
+    let mut all = sources(path, mapping)?;
+    let Some((data, said)) = all.pop().filter(|_| all.is_empty()) else {
+        let reason = "is of several recordings; name one of them".to_owned();
+        return Err(FileError::new(&path.display().to_string(), None, None, Problem::Syntax { reason }));
+    };
+    let label = data.display().to_string();
+    let format = match said {
+        Some(Said::Columns(mapping)) => mapping.format,
+        Some(Said::Preface(preface)) => sniff::sniff(&data, &label, preface.text)?.format,
+        None if raw::open(&data, &label, TextFormat::default()).is_ok_and(|rows| CanonicalColumns::meant(rows.names())) => {
+            TextFormat::default()
+        }
+        None => sniff::sniff(&data, &label, TextSaid::default())?.format,
+    };
+    let rows = raw::open(&data, &label, format)?;
+    let every: Vec<usize> = (0..rows.names().len()).collect();
+    let table = RawTable::from_rows(rows, &label, &every, usize::MAX)?;
+    Columns::try_new(&label, table.names.into_iter().zip(table.columns).collect(), None)
 }
 
 /// Takes in columns that stand in memory, in the same way: by their mapping, as canonical columns, or by a guess.
@@ -241,6 +266,12 @@ fn sources(path: &Path, mapping: Option<&Path>) -> Result<Vec<(PathBuf, Option<S
             return Err(FileError::new(&path.display().to_string(), None, Some("file"), problem));
         }
         return Ok(files.into_iter().map(|f| (f, Some(mapping.clone()))).collect());
+    }
+    // Names that no recording has: a look inside says what it is.
+    if path.extension().is_some_and(|e| ["json", "html"].iter().any(|other| e.eq_ignore_ascii_case(other)))
+        && let Some(reason) = FileKind::Mapping.mistaken(&read_text(path)?)
+    {
+        return Err(FileError::new(&path.display().to_string(), None, None, Problem::Syntax { reason }));
     }
     let own = path.with_extension("recording.toml");
     let said = match mapping.or_else(|| own.is_file().then_some(own.as_path())) {

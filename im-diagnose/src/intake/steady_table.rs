@@ -18,7 +18,7 @@
 use std::path::{Path, PathBuf};
 
 use im_model::toml_text::{Positive, TomlText, Within};
-use im_model::{FileError, Problem, TextFormat, read_text};
+use im_model::{FileError, FileKind, Problem, TextFormat, read_text};
 use serde::{Deserialize, Serialize};
 
 use super::mapping::{Offset, Signal, TextSaid};
@@ -184,6 +184,9 @@ impl SteadyTable {
         for (k, any) in [(0, places[0].or(places[1])), (2, places[2]), (3, places[3])] {
             if any.is_none() {
                 let e = rows.missing(CANONICAL[k], |n| !CANONICAL.contains(&n));
+                if let Some(reason) = read_text(path).ok().and_then(|text| FileKind::Rows.mistaken(&text)) {
+                    return Err(FileError::new(&label, None, None, Problem::Syntax { reason }));
+                }
                 return Err(if foreign { e.renamed(&label, &proposal(path, &names)) } else { e });
             }
         }
@@ -290,7 +293,8 @@ impl TableMapping {
     fn read(path: &Path) -> Result<Self, FileError> {
         let label = path.display().to_string();
         let text = read_text(path)?;
-        let toml = TomlText::new(&text, &label, &[("table", "[table] with voltage, current and power")]);
+        let toml =
+            TomlText::new(&text, &label, &[("table", "[table] with voltage, current and power")]).of_kind(FileKind::TableMapping);
         let MappingToml { table: t, text } = toml.read::<MappingToml>()?;
         let columns = [t.voltage, t.phase_voltage, t.current, t.power, t.reactive_power, t.speed, t.torque, t.winding, t.rotor];
         let mut signals = [const { None }; CANONICAL.len()];

@@ -115,6 +115,14 @@ pub fn in_name(name: &str) -> Option<Unit> {
         .copied()
 }
 
+/// What a column's name says in brackets where it is a share of a rated value, which has no size without that value: `I1 [pu]`, `n (%)`.
+pub fn share_in_name(name: &str) -> Option<&str> {
+    let inside = ['(', '[', '{'].iter().filter_map(|open| name.rfind(*open)).max().map(|at| &name[at + 1..])?;
+    let inside = inside.trim().trim_end_matches([')', ']', '}']).trim();
+    let letters: String = inside.chars().filter(|c| !c.is_whitespace() && *c != '.').collect();
+    matches!(letters.to_ascii_lowercase().as_str(), "pu" | "perunit" | "%" | "percent").then_some(inside)
+}
+
 /// As [`in_name`], among the names of the other columns: beside `I_U` and `I_W`, `I_V` is a phase and no voltage.
 pub fn in_name_among(name: &str, all: &[String]) -> Option<Unit> {
     if is_phase_v(name, all) { None } else { in_name(name) }
@@ -166,6 +174,16 @@ mod tests {
         }
         for name in ["A", "V", "n_raw", "n_rpm_uncal", "iA", "comment", "", "s"] {
             assert_eq!(of(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn shares_of_rated_values_are_seen_in_names() {
+        for (name, share) in [("I1 [pu]", "pu"), ("i_a (p.u.)", "p.u."), ("n (motor 1) [%]", "%"), ("u {per unit}", "per unit")] {
+            assert_eq!(share_in_name(name), Some(share), "{name}");
+        }
+        for name in ["I1 [A]", "input", "i_pu", "n (motor 1)", ""] {
+            assert_eq!(share_in_name(name), None, "{name}");
         }
     }
 

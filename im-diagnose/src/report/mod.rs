@@ -33,7 +33,7 @@ pub use side_by_side::{SideBySide, side_by_side, side_by_side_terminal};
 pub use signals::SignalTable;
 pub use story::Story;
 pub use terminal::terminal;
-pub use words::key_words;
+pub use words::{key_words, short_effect_name};
 pub use write::{FILES, Files, Written};
 
 /// What a report says besides the result: where it comes from, and what others found.

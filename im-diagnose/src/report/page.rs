@@ -159,7 +159,11 @@ impl Row {
 pub fn table(head: &[Column], rows: &[Row]) -> Markup {
     let class = |k: usize, cell: &Markup| match head.get(k) {
         Some(c) if c.number => Some("n"),
-        _ => (shown(&cell.0) < 30).then_some("k"),
+        _ => match shown(&cell.0) {
+            0..4 => Some("k s"),
+            4..30 => Some("k"),
+            _ => None,
+        },
     };
     html! {
         div.scroll { table {
@@ -203,6 +207,8 @@ pub(crate) fn legend(entries: &[(&str, Markup)]) -> Markup {
                         rect.fill-noise width="30" height="12" {}
                     } @else if class.starts_with("bar") || *class == "gone" {
                         rect class=(class) x="1" y="1" width="28" height="10" {}
+                    } @else if let Some(class) = class.strip_prefix("dots ") {
+                        @for x in [5, 15, 25] { circle class=(class) cx=(x) cy="6" r="2.6" {} }
                     } @else {
                         path class={ "line " (class) } d="M0 6L30 6" {}
                     }

@@ -38,7 +38,8 @@ impl NextTest {
             .iter()
             .map(|(e, x)| {
                 let seen = if *x < 1.0 { "shows it" } else { "still does not show it" };
-                format!("{}: {seen} (smallest size found is {} of the largest usual one)", e.card().title, number(*x, 2))
+                let of = if *x < 1.0 { "of" } else { "times" };
+                format!("{}: {seen} (smallest size found is {} {of} the largest usual one)", e.card().title, number(*x, 2))
             })
             .collect();
         let mut text = format!("{} im next-test writes it as a scenario. {WHY}", best.what);

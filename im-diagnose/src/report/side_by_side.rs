@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use im_model::EffectId;
+use im_model::{EffectId, FileKind};
 use maud::html;
 use serde_json::Value;
 
@@ -25,7 +25,8 @@ pub struct SideBySide {
 impl SideBySide {
     /// From the text of a `diagnosis.json`.
     pub fn parse(label: &str, text: &str) -> Result<Self, String> {
-        let diagnosis: Value = serde_json::from_str(text).map_err(|e| format!("{label}: not JSON: {e}"))?;
+        let not = |e| FileKind::Diagnosis.mistaken(text).unwrap_or_else(|| format!("not JSON: {e}"));
+        let diagnosis: Value = serde_json::from_str(text).map_err(|e| format!("{label}: {}", not(e)))?;
         match diagnosis["schema"].as_u64() {
             Some(1) => Ok(Self { label: label.into(), diagnosis }),
             Some(n) => Err(format!("{label}: diagnosis of schema {n}; this version reads schema 1")),
@@ -252,7 +253,6 @@ pub fn side_by_side_terminal(all: &[SideBySide], width: usize) -> String {
     let all = &relabelled(all)[..];
     let mut out = Text { width: width.clamp(40, 100), lines: Vec::new() };
     out.paragraph("", &said(all));
-    let right: Vec<bool> = std::iter::once(false).chain(all.iter().map(|_| true)).collect();
     let head = |first: &str| std::iter::once(first.to_owned()).chain(all.iter().map(|x| x.label.clone())).collect::<Vec<_>>();
     for (title, rows) in [
         ("Verdicts", verdict_rows(all)),
@@ -260,7 +260,29 @@ pub fn side_by_side_terminal(all: &[SideBySide], width: usize) -> String {
         ("Candidates: score (size)", score_rows(all)),
     ] {
         out.heading(title);
-        out.table(&std::iter::once(head("")).chain(rows).collect::<Vec<_>>(), &right);
+        in_parts(&mut out, &std::iter::once(head("")).chain(rows).collect::<Vec<_>>());
     }
     out.finish()
+}
+
+/// What the names before a table's columns may take of a line; longer ones are wrapped.
+const NAMES: usize = 26;
+
+/// A table in parts of as many columns as a line holds, each with the names before it.
+fn in_parts(out: &mut Text, rows: &[Vec<String>]) {
+    let width = |k: usize| rows.iter().filter_map(|r| r.get(k)).map(|c| c.chars().count()).max().unwrap_or(0);
+    let columns = rows.first().map_or(0, Vec::len);
+    let room = out.width.saturating_sub(2 + width(0).min(NAMES));
+    let mut from = 1;
+    while from < columns {
+        let fits = |to: usize| (from..to).map(|k| 2 + width(k)).sum::<usize>() <= room;
+        let to = (from + 2..=columns).take_while(|to| fits(*to)).last().unwrap_or(from + 1);
+        let part: Vec<Vec<String>> =
+            rows.iter().map(|r| r.iter().take(1).chain(r.iter().take(to).skip(from)).cloned().collect()).collect();
+        if from > 1 {
+            out.gap();
+        }
+        out.table(&part, &std::iter::once(false).chain((from..to).map(|_| true)).collect::<Vec<_>>());
+        from = to;
+    }
 }

@@ -411,11 +411,12 @@ pub(crate) fn summary(s: &Story) -> Summary {
         }
         sure.push(words);
         let card = e.card();
-        refute.push(format!(
-            "{} The error has to behave there as its card says (im effects show {}); if it does not, this is not the cause.",
-            test_of(e),
-            e.name()
-        ));
+        let behaves = if EffectId::ALL.contains(&e) {
+            format!("behave there as its card says (im effects show {})", e.name())
+        } else {
+            "follow its curve there".to_owned()
+        };
+        refute.push(format!("{} The error has to {behaves}; if it does not, this is not the cause.", test_of(e)));
         for a in &d.alternatives[k] {
             if let Some((_, how)) = card.rivals.iter().find(|r| r.0 == a.name()) {
                 refute.push(format!("Against {}: {how}.", effect_name(*a)));

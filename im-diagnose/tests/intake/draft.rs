@@ -139,6 +139,21 @@ fn commands_and_estimates_in_a_drive_log_are_no_sensors() {
 }
 
 #[test]
+fn a_share_of_a_rated_value_asks_for_that_value() {
+    let mut all = columns();
+    for (name, in_pu) in [("i1_A", "I1 [pu]"), ("i2_A", "I2 [pu]"), ("i3_A", "I3 [pu]")] {
+        let one = all.iter_mut().find(|c| c.0 == name).unwrap();
+        *one = (in_pu, one.1.iter().map(|x| x / 12.0).collect());
+    }
+    let folder = Folder::new("pu");
+    let t = take(&folder.put("run.csv", csv(&all))).unwrap();
+    let draft = t.draft.unwrap();
+    let said = "in pu, and taken as A: write what one of them is in A as gain of [current]";
+    assert!(draft.guesses.iter().any(|g| g.contains(said)), "{:?}", draft.guesses);
+    assert!(draft.text.contains("gain = 1                     # what one pu is in A"), "{}", draft.text);
+}
+
+#[test]
 fn an_electrical_speed_without_a_unit_is_recognized() {
     let mut all = columns();
     all.iter_mut().for_each(|(n, x)| {

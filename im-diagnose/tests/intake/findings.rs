@@ -3,7 +3,7 @@
 use im_diagnose::intake::{FindingKind, Intake, Severity, findings, read};
 use im_model::MotorFile;
 
-use crate::simulated::{Folder, MAPPING, MOTOR, column, columns, csv, of, start, take, taken};
+use crate::simulated::{Folder, MAPPING, MOTOR, column, columns, csv, motor, of, start, take, taken};
 
 fn only(name: &str, kind: FindingKind, change: impl FnOnce(&mut Vec<(&'static str, Vec<f64>)>)) -> String {
     with_mapping(name, kind, MAPPING, change)
@@ -201,6 +201,27 @@ fn another_machine_is_noticed() {
         }
     });
     assert!(text.contains("same machine"), "{text}");
+}
+
+/// Currents over the rated peak or rms value, and voltages over the rated peak: each is told with what to write, and stops a diagnosis.
+#[test]
+fn per_unit_values_are_noticed() {
+    let motor = motor();
+    let peak = motor.rating.current_peak_a(motor.machine.parameters(), motor.machine.pole_pairs());
+    let volts = motor.rating.phase_voltage_peak_v;
+    for (name, u, i, kind, said) in [
+        ("pu i", 1.0, peak, FindingKind::DifferentMachine, "sizes of currents in per unit"),
+        ("pu i rms", 1.0, peak / 2f64.sqrt(), FindingKind::DifferentMachine, "sizes of currents in per unit"),
+        ("pu u", volts, 1.0, FindingKind::OutOfRange, "In per unit, say gain = 327."),
+        ("pu", volts, peak, FindingKind::OutOfRange, "In per unit, say gain = 327."),
+    ] {
+        let text = only(name, kind, |all| {
+            for (names, by) in [(["u1_V", "u2_V", "u3_V"], u), (["i1_A", "i2_A", "i3_A"], i)] {
+                names.iter().for_each(|name| column(all, name).iter_mut().for_each(|x| *x /= by));
+            }
+        });
+        assert!(text.contains(said) && text.contains("serious"), "{name}: {text}");
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use im_diagnose::intake::SteadyTable;
 use im_diagnose::intake::mapping::Mapping;
 use im_identify::offline::{ChannelKind, Experiment};
 use im_model::Complex;
@@ -9,7 +10,7 @@ use im_model::simulation::{Scenario, Simulation};
 use im_model::space_vector::to_phases;
 use proptest::prelude::*;
 
-use crate::simulated::{Folder, MAPPING, columns, csv, motor, start, take, taken};
+use crate::simulated::{Folder, MAPPING, MOTOR, columns, csv, motor, start, take, taken};
 
 fn error(text: &str) -> String {
     Mapping::parse(text, "run.recording.toml").unwrap_err().to_string()
@@ -36,6 +37,30 @@ fn errors_of_a_mapping_name_line_key_and_cure() {
     assert!(bad("c = \"u3_V\"", "alpha = \"u3_V\"").contains("several forms"));
     assert!(error("this is no TOML").contains("run.recording.toml:1"));
     assert!(error("").contains("time is missing at the top of the file"));
+}
+
+/// A file of another kind in the place of a recording or a table is said to be that, with the option that takes it.
+#[test]
+fn files_of_another_kind_are_said_to_be_that() {
+    let folder = Folder::new("kinds");
+    let motor = folder.put("motor.toml", MOTOR);
+    for (path, said) in [
+        (motor.clone(), "this is a motor file ([machine]); give it as --motor"),
+        (
+            folder.put("s.toml", "[scenario]\nduration_s = 1.0\n[load]\nquadratic_nm_s2 = 1e-4"),
+            "this is a scenario of a simulation",
+        ),
+        (folder.put("diagnosis.json", "{\"schema\": 1, \"verdict\": \"adequate\"}"), "this is the diagnosis.json of im diagnose"),
+        (folder.put("report.html", "<!DOCTYPE html><html></html>"), "this is a page for a browser"),
+    ] {
+        let error = take(&path).unwrap_err().to_string();
+        assert!(error.contains("a recording, or what its columns mean, is expected here") && error.contains(said), "{error}");
+    }
+    let error = SteadyTable::read(&motor, None).unwrap_err().to_string();
+    assert!(
+        error.ends_with("a table of steady states is expected here, and this is a motor file ([machine]); give it as --motor"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::file_error::FileError;
+use crate::file_kind::FileKind;
 use crate::recording::Recording;
 use crate::simulation::bridge::Bridge;
 use crate::simulation::carrier_pwm::CarrierPwm;
@@ -242,7 +243,7 @@ impl Scenario {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn parse(text: &str, label: &str, folder: &Path) -> Result<Self, FileError> {
-        let toml = TomlText::new(text, label, &HINTS);
+        let toml = TomlText::new(text, label, &HINTS).of_kind(FileKind::Scenario);
         let mut file: ScenarioToml = toml.read()?;
         let source = source(&toml, &mut file, folder)?;
         let at = file.scenario.span();

@@ -221,7 +221,14 @@ def _recording(data: Any, name: str = "data frame") -> _native.Recording:
 
 def _recordings(data: Any) -> list[_native.Recording]:
     several = isinstance(data, (list, tuple)) or (isinstance(data, Iterable) and not _is_one(data))
-    return [_recording(one, f"data frame {k}") for k, one in enumerate(data, 1)] if several else [_recording(data)]
+    return _told_apart([_recording(one, f"data frame {k}") for k, one in enumerate(data, 1)]) if several else [_recording(data)]
+
+
+def _told_apart(recordings: list[_native.Recording]) -> list[_native.Recording]:
+    """Those in memory that have one name are numbered, so that messages and reports say which is meant."""
+    names = [r.name for r in recordings]
+    alike = [names.count(name) > 1 for name in names]
+    return [r.renamed(f"{r.name} {k}") if several else r for k, (r, several) in enumerate(zip(recordings, alike), 1)]
 
 
 def _is_one(data: Any) -> bool:

@@ -21,11 +21,12 @@ class Recording:
     the content of a ``recording.toml``.
     """
 
-    __slots__ = ("_native", "_origin")
+    __slots__ = ("_file", "_native", "_origin")
 
     def __init__(self, native: _native.Recording, origin: tuple[Any, ...]) -> None:
         self._native = native
         self._origin = origin
+        self._file: dict[str, np.ndarray] | None = None
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], mapping: str | os.PathLike[str] | None = None) -> Recording:
@@ -98,9 +99,14 @@ class Recording:
         return self._native.name
 
     @property
-    def columns(self) -> dict[str, np.ndarray] | None:
-        """The columns as they stand in memory; ``None`` for a file."""
-        return self._native.arrays()
+    def columns(self) -> dict[str, np.ndarray]:
+        """The columns as they stand in memory or in the file, which is read for it once; a field that is no number is NaN."""
+        held = self._native.arrays()
+        if held is not None:
+            return held
+        if self._file is None:
+            self._file = self._native.read().arrays() or {}
+        return dict(self._file)
 
     @property
     def u_s(self) -> np.ndarray:
@@ -113,30 +119,28 @@ class Recording:
         return self._vector("i_alpha_A", "i_beta_A")
 
     def _vector(self, alpha: str, beta: str) -> np.ndarray:
-        columns = self.columns or {}
+        columns = self.columns
         if alpha not in columns or beta not in columns:
             raise _native.InputError(
-                f"{self.name}: has no columns {alpha}, {beta} in memory, and a mapping is not applied here: give a frame with these columns"
+                f"{self.name}: has no columns {alpha}, {beta}, and a mapping is not applied here: give a frame with these columns"
             )
         return columns[alpha] + 1j * columns[beta]
 
     def _rows(self, motor: Motor) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
         """Time, voltage, current and speed as a drive would have seen them: canonical columns as they stand, others by their mapping."""
-        columns = self.columns or {}
+        # Of a file the checks say which rows count.
+        columns = self._native.arrays() or {}
         if self._origin[-1] is None and {"t_s", "u_alpha_V", "u_beta_V", "i_alpha_A", "i_beta_A"} <= columns.keys():
             return columns["t_s"], self.u_s, self.i_s, columns.get("omega_m_rad_s")
         return self._native.replay(motor._native)
 
     def to_frame(self) -> Any:
         """The columns as a DataFrame."""
-        columns = self.columns
-        if columns is None:
-            raise _native.InputError(f"{self.name}: a file, whose columns nobody has read; open it with pandas or Polars")
-        return _frames.frame(columns)
+        return _frames.frame(self.columns)
 
     def write_csv(self, path: str | os.PathLike[str]) -> None:
         """Writes the columns as a CSV file that the program reads."""
-        columns = self.columns
+        columns = self._native.arrays()
         if columns is None:
             raise _native.InputError(f"{self.name}: is a file already")
         np.savetxt(path, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",", header=",".join(columns), comments="")
@@ -155,7 +159,7 @@ class Recording:
         return _again, (kind, name, *([self.columns] if kind == "columns" else []), *rest)
 
     def __repr__(self) -> str:
-        columns = self.columns
+        columns = self._native.arrays()
         if columns is None:
             return f"Recording({self.name!r})"
         rows = len(next(iter(columns.values())))

@@ -26,6 +26,19 @@ class _Result:
         """What the program prints with ``--json``."""
         return json.loads(self._json)
 
+    def __copy__(self) -> Any:
+        # Nothing changes an answer.
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Any:
+        return self
+
+    def __reduce__(self) -> Any:
+        if hasattr(self, "_native"):
+            kept = "to_dict()" if isinstance(self, Comparison) else "to_dict(), its refined motor, or what write(folder) writes"
+            raise TypeError(f"a {type(self).__name__} holds models with every sample and is not pickled: keep {kept}")
+        return _again, (type(self), self.__dict__)
+
     @property
     def data_quality(self) -> Any:
         """What was noticed about the recordings, one row each."""
@@ -313,6 +326,13 @@ class NextTest:
         if not self.open:
             return "NextTest(nothing is open: no rivals, no suspect, every effect seen)"
         return f"NextTest(open={self.open}, {self.what!r})"
+
+
+def _again(kind: type[_Result], parts: dict[str, Any]) -> _Result:
+    """An answer in another process."""
+    result = object.__new__(kind)
+    result.__dict__.update(parts)
+    return result
 
 
 def _shown(table: Any) -> str:

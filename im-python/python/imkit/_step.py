@@ -70,6 +70,19 @@ class Observer:
         self._native.reset()
         self._last = 0j
 
+    def __copy__(self) -> Observer:
+        """Another observer in the same state; each goes its own way from there."""
+        other = object.__new__(Observer)
+        other.__dict__.update(self.__dict__)
+        other._native = self._native.copied()
+        return other
+
+    def __deepcopy__(self, memo: Any) -> Observer:
+        return self.__copy__()
+
+    def __reduce__(self) -> Any:
+        raise TypeError(f"{self!r} is not pickled: make one from its name, motor, sampling time and gains where it is to run")
+
     def __repr__(self) -> str:
         return f"Observer({self.name!r}, {self._motor.name!r}, sample_time_s={self._sample_time_s:g})"
 
@@ -95,6 +108,9 @@ class Controller:
         motor = motor_of(motor)
         self._native = _native.Controller(name, motor._native, sample_time_s, dc_voltage_v, current_limit_a, observer)
         self._shown = f"Controller({name!r}, {motor.name!r}, sample_time_s={sample_time_s:g})"
+
+    def __reduce__(self) -> Any:
+        raise TypeError(f"{self._shown} is neither copied nor pickled: make another from its name, motor and sampling time")
 
     def __repr__(self) -> str:
         return self._shown
@@ -139,7 +155,7 @@ class Certificate:
         return self._native.kind
 
     @property
-    def gains(self) -> dict[str, Any]:
+    def gains(self) -> dict[str, float | list[float] | list[list[float]]]:
         """The gains by name, in SI units."""
         return self._native.gains()
 
@@ -162,8 +178,17 @@ class Certificate:
         with open(path, "w", encoding="utf-8") as file:
             file.write(self.text)
 
+    def __reduce__(self) -> Any:
+        # Decided again where it arrives.
+        return _decided, (self.text,)
+
     def __repr__(self) -> str:
         return f"Certificate({self.kind!r}, {len(self.margins)} obligations decided, gains={self.gains})"
+
+
+def _decided(text: str) -> Certificate:
+    """A certificate in another process."""
+    return Certificate(_native.check(text, "certificate"))
 
 
 def _gains(gains: Any, motor: Motor) -> str:

@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use im_model::toml_text::TomlText;
-use im_model::{ModelError, MotorFile, read_text};
+use im_model::{FileKind, ModelError, MotorFile, read_text};
 use im_observers::{Gains, Named, ObserverError};
 use toml::Spanned;
 
@@ -61,6 +61,9 @@ impl GainsFile {
         let label = path.display().to_string();
         let read = |text: &str| TomlText::new(text, &label, &[]).read::<BTreeMap<String, Spanned<toml::Value>>>();
         let mut text = read_text(path)?;
+        if let Some(reason) = FileKind::Certificate.mistaken(&text) {
+            return Err(Failure::Input(format!("{label}: {reason}")));
+        }
         let mut tables = read(&text)?;
         let mut other_machine = None;
         let as_written = !tables.contains_key("design");

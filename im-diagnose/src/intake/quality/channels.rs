@@ -139,6 +139,9 @@ fn largest(t: &Trace) -> f64 {
     t.values.iter().fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
+/// From this rating on, V, A or rad/s, values near one may be shares of it.
+const PER_UNIT: f64 = 20.0;
+
 /// The unit by which the largest value would be usual: from a third of the rated to twenty times, the latter of a start. Nothing where the mapping
 /// has a gain of its own.
 fn unit_that_fits(unit: &str, over_rated: f64, read_with: f64) -> Option<&'static str> {
@@ -194,7 +197,9 @@ fn range<'a>(all: impl Iterator<Item = &'a Trace>, what: &str, unit: &str, rated
         let [is, these, its, it] =
             if several { ["Are they", "these columns", "their", "they are"] } else { ["Is it", "this column", "its", "it is"] };
         let advice = if advice.starts_with("in ") {
-            format!("{is} {advice} for {these} in the mapping, or check {its} gain.")
+            let share = !large && rated > PER_UNIT && columns.iter().all(|c| (0.3..20.0).contains(&c.1));
+            let per_unit = if share { format!(" In per unit, say gain = {}.", number(rated, 3)) } else { String::new() };
+            format!("{is} {advice} for {these} in the mapping, or check {its} gain.{per_unit}")
         } else {
             format!("Check {its} unit and gain: {it} {advice}.")
         };

@@ -67,10 +67,14 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding
             ),
             _ => {
                 let fit = turned((main, &Impedances::of(&motor.machine, main.u.norm(), main.omega.abs())), 0.0);
+                let per_unit = per_unit(main, fit.ratio, motor);
+                let severity = if per_unit.is_some() { Severity::Serious } else { Severity::Warning };
+                let advice = "Check that motor file and recording are of the same machine, star or delta, and the units and gains of \
+                              voltage and current.";
                 out.push(
                     Finding::new(
                         FindingKind::DifferentMachine,
-                        Severity::Warning,
+                        severity,
                         format!(
                             "In steady operation at {} Hz the machine takes {} A at {} V: {} times the impedance of the motor file at \
                              the slip that fits best ({} off in all)",
@@ -80,7 +84,7 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding
                             number(fit.ratio, 2),
                             number(fit.off, 2)
                         ),
-                        "Check that motor file and recording are of the same machine, star or delta, and the units and gains of voltage and current.",
+                        per_unit.unwrap_or_else(|| advice.to_owned()),
                     )
                     .at(vec![main.rows.clone()]),
                 );
@@ -103,6 +107,20 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding
         out.push(Finding::new(FindingKind::Unbalance, Severity::Warning, text, advice).at(vec![main.rows.clone()]));
     }
     out
+}
+
+/// What to write where currents are multiples of the rated one: the impedance is as many times too large as the rated current has amperes, as
+/// well as a nameplate tells that.
+fn per_unit(main: &Steady, ratio: f64, motor: &MotorFile) -> Option<String> {
+    let amperes = motor.rating.current_peak_a(motor.machine.parameters(), motor.machine.pole_pairs());
+    let are = ratio > 4.0 && (0.4..1.8).contains(&(ratio / amperes)) && main.i.norm() < 10.0;
+    are.then(|| {
+        format!(
+            "These are the sizes of currents in per unit. Write what one of them is, about gain = {} in [current] by the rating in the \
+             motor file. If they are no such numbers, check that motor file and recording are of the same machine.",
+            number(amperes, 2)
+        )
+    })
 }
 
 /// Sign, scale and pole pairs of the speed.

@@ -14,12 +14,14 @@ use crate::format::{number, sentence};
 const DOTS: usize = 400;
 /// Stretches of the modelled value over which the band is averaged.
 const BINS: usize = 24;
+/// A band is shown up to this many times the largest difference.
+const BAND_SHOWN: f64 = 2.0;
 
 /// Of the recording that no fit has seen, else of the first; nothing where no fit says how sure it is.
 pub(crate) fn section(views: &[View], by_training: Option<&Prediction>) -> Markup {
     let Some(view) = views.iter().find(|v| v.held_out).or(views.first()).filter(|v| !v.band.is_empty()) else { return html! {} };
     let channels: Vec<Markup> = (0..view.experiment.channels.len()).filter_map(|c| pictures(view, c)).collect();
-    let entries = [("measured", text("readings")), ("refined", text("as modelled")), ("noise", band_words(views))];
+    let entries = [("dots measured", text("readings")), ("refined", text("as modelled")), ("noise", band_words(views))];
     html! {
         @if !channels.is_empty() {
             h3 { "Measured against modelled: " (label(view)) }
@@ -37,7 +39,7 @@ fn said(views: &[View], by_training: Option<&Prediction>) -> Option<String> {
     let without = held_out.left().inside(by_training?);
     let percent = |inside: usize, all: usize| number(100.0 * inside as f64 / all as f64, 3);
     Some(format!(
-        "{} % of the held-out readings lie in the band; {} % would in one made from the training recordings alone.",
+        "{} % of the held-out readings lie in the band. Made from the training recordings alone, it would hold {} %.",
         percent(inside, all),
         percent(without.iter().map(|w| w.0).sum(), without.iter().map(|w| w.1).sum())
     ))
@@ -68,6 +70,10 @@ fn pictures(view: &View, c: usize) -> Option<Markup> {
             [middle(bin), -half, half]
         })
         .collect();
+    let off: Vec<[f64; 2]> = points.iter().map(|[x, y]| [*x, y - x]).collect();
+    // A band far wider than what is off would leave nothing to see of that.
+    let most = BAND_SHOWN * off.iter().map(|p| p[1].abs()).fold(0.0, f64::max);
+    let shade: Vec<[f64; 3]> = shade.iter().map(|[x, lower, upper]| [*x, lower.max(-most), upper.min(most)]).collect();
     let (name, unit) = channel_words(&channel.name, channel.kind);
     let around = || points.iter().flatten().copied();
     let modelled_axis = || Axis::around(around(), format!("modelled, {unit}"));
@@ -80,7 +86,6 @@ fn pictures(view: &View, c: usize) -> Option<Markup> {
     against.band(&band, "fill-noise");
     against.line(&[[lo, lo], [hi, hi]], "refined solid thin");
     against.dots(&points, "measured");
-    let off: Vec<[f64; 2]> = points.iter().map(|[x, y]| [*x, y - x]).collect();
     let extent = off.iter().map(|p| p[1]).chain(shade.iter().flat_map(|s| [1.2 * s[1], 1.2 * s[2]]));
     let mut difference = Chart::new(
         format!("{name}, measured less modelled, over modelled"),

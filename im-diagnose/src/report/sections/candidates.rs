@@ -149,7 +149,8 @@ fn triangle(chosen: &[(String, &[f64])]) -> Markup {
     let cell = |r: usize, c: usize| {
         let v = if r == c { 1.0 } else { cosine(chosen[r].1, chosen[c].1) };
         let (x, y) = (left + c as f64 * side, 16.0 + r as f64 * side);
-        let class = format!("{} {}", if v > 0.55 { "high" } else { "" }, if side > 24.0 { "small" } else { "tiny" });
+        // From the shade on where the other ink is easier to read, in light and dark.
+        let class = format!("{} {}", if shade(v) >= 5 { "high" } else { "" }, if side > 24.0 { "small" } else { "tiny" });
         html! {
             rect class={ "h" (shade(v)) } x=(short(x)) y=(short(y)) width=(short(side - 1.0)) height=(short(side - 1.0)) {
                 title { (chosen[r].0) " and " (chosen[c].0) ": " (format!("{v:.2}")) }

@@ -4,7 +4,7 @@ use maud::html;
 
 use super::super::page::{Row, Section, numbers, table, words};
 use super::super::story::Story;
-use crate::format::number;
+use crate::format::{interval, number};
 use crate::losses::{Estimate, ModelPoint};
 
 /// Above the columns.
@@ -23,7 +23,7 @@ pub(crate) const HEAD: [&str; 10] = [
 
 /// The cells of a row.
 pub(crate) fn cells(p: &ModelPoint) -> [String; 10] {
-    let watts = |e: Estimate| format!("{} ± {}", number(e.value, 3), number(e.half_95, 2));
+    let watts = |e: Estimate| interval(e.value, e.half_95, "");
     [
         p.table.clone(),
         number(p.torque_nm, 3),
@@ -34,7 +34,7 @@ pub(crate) fn cells(p: &ModelPoint) -> [String; 10] {
         watts(p.iron_w),
         watts(p.friction_windage_w),
         watts(p.stray_w),
-        format!("{} ± {}", number(100.0 * p.efficiency.value, 4), number(100.0 * p.efficiency.half_95, 2)),
+        interval(100.0 * p.efficiency.value, 100.0 * p.efficiency.half_95, ""),
     ]
 }
 

@@ -25,6 +25,9 @@ pub(crate) fn section(s: &Story) -> Option<Section> {
     );
     let body = html! {
         p { "The motor as given and as refined in steady states on its rated supply, " (supply) ". Inverter, supply and sensors are not the motor's, and are left out; so is what ripples (asymmetries, slots)." }
+        @if s.d.parameters.iter().any(|p| p.is_open() && !p.is_of_a_curve()) {
+            p { "Parameters that are hardly determined (⚠ above) make what these figures show of them as uncertain as they are." }
+        }
         (legend(&[("base", text("as given")), ("refined", text("refined"))]))
         div.grid2 {
             (picture(motors, 1, "torque", "Nm"))

@@ -11,7 +11,7 @@ use super::intervals;
 use crate::diagnosis::{Diagnosis, ParameterChange};
 use crate::format::{interval, percent_change, quantity, sentence};
 use crate::localise::join;
-use crate::uncertainty::{HALF_95, MachineQuantity};
+use crate::uncertainty::{HALF_95, MachineQuantity, is_open};
 
 /// A base parameter that moved by more than this factor is suspicious: nameplates and catalogues are better than that.
 const SUSPICIOUS: f64 = 1.5;
@@ -58,6 +58,10 @@ pub(crate) fn warning(p: &ParameterChange, s: &Diagnosis) -> Option<String> {
     }
     if let Some(open) = open(p) {
         return Some(format!("hardly determined by these recordings: {open}"));
+    }
+    // What follows from one that is open is as open; its move says nothing.
+    if is_open(p.after, p.std) {
+        return None;
     }
     let (name, _) = quantity_name(p.quantity);
     let MachineQuantity::Parameter(id) = p.quantity else { return None };
