@@ -188,7 +188,7 @@ def check(certificate: Certificate | str | os.PathLike[str]) -> Certificate:
 
 def effects() -> Any:
     """The library of physical effects: what each is, how it shows, which test excites it."""
-    rows = _native.effects()
+    rows = [dict(row) for row in _native.effects()]
     keys = ["effect", "title", "what", "shows", "test", "parameters"]
     return _frames.frame({key: [row[key] for row in rows] for key in keys}, index="effect")
 
