@@ -77,7 +77,7 @@ def test_the_columns_of_a_file_are_there_to_look_at(motor, recording, tmp_path):
     assert np.array_equal(given.u_s, recording.u_s) and np.array_equal(given.to_frame()["t_s"], recording.columns["t_s"])
     # A bench's own text, with the separators of its country, and with what its mapping says of them.
     german = tmp_path / "lauf.csv"
-    german.write_text("Zeit;I1;Name\n0,0;1,5;a\n0,1;2,5;b\n0,2;-1,5;c\n")
+    german.write_text("Zeit;I1;I2;Name\n0,0;1,5;2,5;a\n0,1;2,5;1,5;b\n0,2;-1,5;0,5;c\n")
     columns = imkit.Recording.from_file(german).columns
     assert columns["I1"].tolist() == [1.5, 2.5, -1.5] and np.all(np.isnan(columns["Name"]))
     with pytest.raises(imkit.InputError, match="cannot read it"):
