@@ -38,14 +38,14 @@ impl Basis {
     }
 
     /// How many directions there are.
-    pub fn len(&self) -> usize {
+    pub fn rank(&self) -> usize {
         self.directions.len()
     }
 
     /// Takes one more column, and gives its coordinates; one that lies in the span of the others adds no direction.
     pub fn push(&mut self, mut column: Vec<f64>) -> Vec<f64> {
         let before = dot(&column, &column).sqrt();
-        let mut coordinates = vec![0.0; self.len()];
+        let mut coordinates = vec![0.0; self.rank()];
         // Twice is enough for orthogonality to rounding.
         for _ in 0..2 {
             for (k, x) in coordinates.iter_mut().enumerate() {
@@ -92,9 +92,9 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// The orthogonal complement of some columns of so many rows.
 pub fn complement(columns: impl IntoIterator<Item = Vec<f64>>, rows: usize) -> Vec<Vec<f64>> {
     let mut basis = Basis::of(columns);
-    let spanned = basis.len();
+    let spanned = basis.rank();
     (0..rows).for_each(|k| drop(basis.push((0..rows).map(|i| if i == k { 1.0 } else { 0.0 }).collect())));
-    (spanned..basis.len()).map(|k| basis.in_steps(k, 1).collect()).collect()
+    (spanned..basis.rank()).map(|k| basis.in_steps(k, 1).collect()).collect()
 }
 
 /// Cosine of the angle between two signatures, without sign.
@@ -106,8 +106,8 @@ pub fn cosine(a: &[f64], b: &[f64]) -> f64 {
 /// Largest cosine of the principal angles between two spans of columns.
 pub fn closest_of(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     let [a, b] = [a, b].map(|columns| Basis::of(columns.iter().cloned()));
-    let of_b: Vec<Vec<f64>> = (0..b.len()).map(|j| b.in_steps(j, 1).collect()).collect();
-    let between = DMatrix::from_fn(a.len(), b.len(), |i, j| a.along(i, 0, &of_b[j]));
+    let of_b: Vec<Vec<f64>> = (0..b.rank()).map(|j| b.in_steps(j, 1).collect()).collect();
+    let between = DMatrix::from_fn(a.rank(), b.rank(), |i, j| a.along(i, 0, &of_b[j]));
     if between.is_empty() { 0.0 } else { between.singular_values().max() }
 }
 
@@ -148,7 +148,7 @@ mod tests {
                 prop_assert!(left.iter().all(|x| x.abs() < 1e-4));
             }
             let rest = complement(columns.clone(), 6);
-            prop_assert_eq!(rest.len() + basis.len(), 6);
+            prop_assert_eq!(rest.len() + basis.rank(), 6);
             prop_assert!(rest.iter().all(|c| columns.iter().all(|x| dot(c, x).abs() < 1e-4)));
         }
     }

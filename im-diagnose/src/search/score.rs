@@ -196,9 +196,9 @@ impl Projection {
 
     /// Takes out one more slope.
     fn push(&mut self, slope: Vec<f64>) {
-        let before = self.basis.len();
+        let before = self.basis.rank();
         self.coordinates.push(self.basis.push(slope));
-        for k in before..self.basis.len() {
+        for k in before..self.basis.rank() {
             let along = self.basis.along(k, 0, &self.residual);
             self.basis.add(k, -along, &mut self.residual);
         }
@@ -207,12 +207,12 @@ impl Projection {
     /// A slope in the basis.
     fn coordinates_of(&self, slope: usize) -> Vec<f64> {
         let mut whole = self.coordinates[slope].clone();
-        whole.resize(self.basis.len(), 0.0);
+        whole.resize(self.basis.rank(), 0.0);
         whole
     }
 
     fn column(&self, begin: usize, values: Vec<f64>) -> Column {
-        let onto = (0..self.basis.len()).map(|k| self.basis.along(k, begin, &values)).collect();
+        let onto = (0..self.basis.rank()).map(|k| self.basis.along(k, begin, &values)).collect();
         Column { begin, values, onto }
     }
 
@@ -224,7 +224,7 @@ impl Projection {
             let values = c.values.get(first - c.begin..).unwrap_or_default();
             out[first / stride..].iter_mut().zip(values.chunks(stride)).for_each(|(out, v)| *out += x * v[0]);
         }
-        for k in 0..self.basis.len() {
+        for k in 0..self.basis.rank() {
             let along: f64 = columns.iter().map(|(c, x)| x * c.onto[k]).sum();
             out.iter_mut().zip(self.basis.in_steps(k, stride)).for_each(|(out, q)| *out -= along * q);
         }
@@ -349,7 +349,7 @@ impl<'a> ScoreContext<'a> {
         let left = left.iter().zip(column(&change, &self.whiteners)).map(|(r, d)| r - d).collect();
         let residual = self.white.column(0, left);
         let others = free.iter().enumerate().filter(|(_, f)| !matches!(f.id(), Some(ParameterId::Effect(e, _)) if e == effect));
-        let own = complement(others.map(|(k, _)| self.white.coordinates_of(k)), self.white.basis.len());
+        let own = complement(others.map(|(k, _)| self.white.coordinates_of(k)), self.white.basis.rank());
         let mut gone = Replaceable { effect, residual, own, does: 0.0 };
         gone.does = gone.product(&gone.residual, &gone.residual) - dot(&self.white.residual, &self.white.residual);
         (gone.does > 0.0).then_some(gone)
