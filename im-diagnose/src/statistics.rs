@@ -1,6 +1,6 @@
 //! Tails of χ², and angles between signals and between spans of signals.
 
-use nalgebra::{DMatrix, DVectorView};
+use nalgebra::{DMatrix, DVectorView, RealField, convert};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// −log₁₀ P(χ²_k > x), also far beyond where the tail underflows.
@@ -20,16 +20,21 @@ pub fn threshold(freedom: usize, p: f64) -> f64 {
     ChiSquared::new(freedom as f64).map_or(f64::INFINITY, |d| d.inverse_cdf(1.0 - p))
 }
 
-/// An orthonormal basis of columns, by modified Gram-Schmidt. It is kept in single precision, which takes half of the memory; sums are in double.
-#[derive(Default)]
-pub struct Basis {
-    directions: Vec<Vec<f32>>,
+/// An orthonormal basis of columns, by modified Gram-Schmidt. In single precision it takes half of the memory; sums are in double.
+pub struct Basis<S = f64> {
+    directions: Vec<Vec<S>>,
 }
 
-/// A column that lies so far in the span of others holds nothing but rounding beside them.
-const ROUNDING: f64 = 1e-6;
+impl<S> Default for Basis<S> {
+    fn default() -> Self {
+        Self { directions: Vec::new() }
+    }
+}
 
-impl Basis {
+/// A column that lies so far in the span of others, or nearer than ten roundings, holds nothing beside them.
+const ROUNDING: f64 = 1e-9;
+
+impl<S: RealField + Copy + Into<f64>> Basis<S> {
     /// Of some columns.
     pub fn of(columns: impl IntoIterator<Item = Vec<f64>>) -> Self {
         let mut me = Self::default();
@@ -55,8 +60,8 @@ impl Basis {
             }
         }
         let norm = dot(&column, &column).sqrt();
-        if norm > ROUNDING * before {
-            self.directions.push(column.into_iter().map(|x| (x / norm) as f32).collect());
+        if norm > ROUNDING.max(10.0 * S::default_epsilon().into()) * before {
+            self.directions.push(column.into_iter().map(|x| convert(x / norm)).collect());
             coordinates.push(norm);
         }
         coordinates
@@ -68,7 +73,7 @@ impl Basis {
         let mut sums = [0.0; 8];
         let (q, x) = (self.directions[direction][begin..][..column.len()].chunks(8), column.chunks(8));
         for (q, x) in q.zip(x) {
-            sums.iter_mut().zip(q.iter().zip(x)).for_each(|(sum, (q, x))| *sum += f64::from(*q) * x);
+            sums.iter_mut().zip(q.iter().zip(x)).for_each(|(sum, (q, x))| *sum += (*q).into() * x);
         }
         sums.iter().sum()
     }
@@ -80,7 +85,7 @@ impl Basis {
 
     /// The rows of a direction, in steps of so many.
     pub fn in_steps(&self, direction: usize, stride: usize) -> impl Iterator<Item = f64> {
-        self.directions[direction].iter().step_by(stride).map(|q| f64::from(*q))
+        self.directions[direction].iter().step_by(stride).map(|q| (*q).into())
     }
 }
 
@@ -91,7 +96,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// The orthogonal complement of some columns of so many rows.
 pub fn complement(columns: impl IntoIterator<Item = Vec<f64>>, rows: usize) -> Vec<Vec<f64>> {
-    let mut basis = Basis::of(columns);
+    let mut basis: Basis = Basis::of(columns);
     let spanned = basis.rank();
     (0..rows).for_each(|k| drop(basis.push((0..rows).map(|i| if i == k { 1.0 } else { 0.0 }).collect())));
     (spanned..basis.rank()).map(|k| basis.in_steps(k, 1).collect()).collect()
@@ -105,7 +110,7 @@ pub fn cosine(a: &[f64], b: &[f64]) -> f64 {
 
 /// Largest cosine of the principal angles between two spans of columns.
 pub fn closest_of(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-    let [a, b] = [a, b].map(|columns| Basis::of(columns.iter().cloned()));
+    let [a, b] = [a, b].map(|columns| Basis::<f64>::of(columns.iter().cloned()));
     let of_b: Vec<Vec<f64>> = (0..b.rank()).map(|j| b.in_steps(j, 1).collect()).collect();
     let between = DMatrix::from_fn(a.rank(), b.rank(), |i, j| a.along(i, 0, &of_b[j]));
     if between.is_empty() { 0.0 } else { between.singular_values().max() }
@@ -124,8 +129,8 @@ mod tests {
             let owned = |v: &[&Vec<f64>]| v.iter().map(|v| (*v).clone()).collect::<Vec<_>>();
             closest_of(&owned(a), &owned(b))
         };
-        assert!(near(&[&x], &[&y]) < 1e-6 && (near(&[&x, &y], &[&y, &z]) - 1.0).abs() < 1e-6);
-        assert!((near(&[&x, &y], &[&between]) - 0.5f64.sqrt()).abs() < 1e-6);
+        assert!(near(&[&x], &[&y]) < 1e-12 && (near(&[&x, &y], &[&y, &z]) - 1.0).abs() < 1e-12);
+        assert!((near(&[&x, &y], &[&between]) - 0.5f64.sqrt()).abs() < 1e-12);
         assert_eq!((near(&[], &[&x]), cosine(&x, &[0.0; 3]), cosine(&y, &[0.0, -1.0, 0.0])), (0.0, 0.0, 1.0));
     }
 
@@ -140,16 +145,16 @@ mod tests {
             if twice {
                 columns.push(columns[0].iter().map(|x| 2.0 * x).collect());
             }
-            let mut basis = Basis::default();
+            let mut basis: Basis = Basis::default();
             let coordinates: Vec<Vec<f64>> = columns.iter().map(|c| basis.push(c.clone())).collect();
             for (c, x) in columns.iter().zip(&coordinates) {
                 let mut left = c.clone();
                 x.iter().enumerate().for_each(|(k, x)| basis.add(k, -x, &mut left));
-                prop_assert!(left.iter().all(|x| x.abs() < 1e-4));
+                prop_assert!(left.iter().all(|x| x.abs() < 1e-7));
             }
             let rest = complement(columns.clone(), 6);
             prop_assert_eq!(rest.len() + basis.rank(), 6);
-            prop_assert!(rest.iter().all(|c| columns.iter().all(|x| dot(c, x).abs() < 1e-4)));
+            prop_assert!(rest.iter().all(|c| columns.iter().all(|x| dot(c, x).abs() < 1e-7)));
         }
     }
 }

@@ -151,7 +151,7 @@ const FAR: f64 = 4.0;
 
 /// The residual of a fit, and what the slopes of the present parameters span.
 struct Projection {
-    basis: Basis,
+    basis: Basis<f32>,
     /// Of every slope, in the basis.
     coordinates: Vec<Vec<f64>>,
     /// Projected.
