@@ -323,13 +323,8 @@ pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: 
     // Half of the way is linear enough, and twice the change is that of one standard deviation.
     let mut of_ratio = with_ratio(machine, 0.5 * ratio_std).as_ref().and_then(change);
     of_ratio.iter_mut().flatten().flatten().flatten().for_each(|x| *x *= 2.0);
-    let off = |effect: EffectId| {
-        let mut effects = *machine.effects();
-        effects.switch_off(effect);
-        machine.with_effects(effects).ok()
-    };
     let active = || machine.effects().active();
-    let explained = active().filter_map(|e| change(&off(e)?)).collect();
+    let explained = active().filter_map(|e| change(&machine.without([e]).ok()?)).collect();
     let mut detuned: Vec<Change> = active().flat_map(|e| retuned(machine, e)).filter_map(|m| change(&m)).collect();
     detuned.iter_mut().flatten().flatten().flatten().for_each(|x| *x /= RETUNED);
     Disturbances { of_ratio, explained, detuned, bending: Bending::new(experiments, &here) }

@@ -153,12 +153,7 @@ fn proposal(
     let Manoeuvre { name, what, scenario } = manoeuvre;
     let scenario_toml = scenario.to_toml()?;
     // The open effects are switched off in the machine that is moved: their signatures are what is asked for.
-    let mut effects = *motor.machine.effects();
-    for &e in open {
-        effects.switch_off(e);
-    }
-    effects.rescale(&motor.rating, motor.machine.parameters(), motor.machine.pole_pairs());
-    let machine = motor.machine.with_effects(effects).ok()?;
+    let machine = motor.machine.without(open.iter().copied()).and_then(|m| m.rescaled(&motor.rating)).ok()?;
     let run = Simulation::new(&machine, &scenario).run().ok()?;
     let r = &run.recording;
     let rated = motor.rating.current_peak_a(machine.parameters(), machine.pole_pairs());

@@ -10,15 +10,11 @@ const POINTS: usize = 56;
 /// The motor by itself on a sinusoidal supply: without what stands between a command and its terminals, without its sensors, and without what ripples.
 /// Torque and powers are the motor's own then, and those of the state that they are taken at.
 fn motor_alone(machine: &Machine<f64>) -> Result<Machine<f64>, ModelError> {
-    let mut effects = *machine.effects();
-    for id in machine.effects().ids() {
+    machine.without(machine.effects().ids().filter(|id| {
         let about = id.about();
         let outside = matches!(about.place, Place::Voltage | Place::Command | Place::Sensors);
-        if outside || about.steady_state == SteadyState::Ripples {
-            effects.switch_off(id);
-        }
-    }
-    machine.with_effects(effects)
+        outside || about.steady_state == SteadyState::Ripples
+    }))
 }
 
 /// Speed, rad/s, electromagnetic torque, Nm, and peak stator current, A, from standstill to a tenth above synchronous speed; speeds without a
@@ -135,9 +131,7 @@ mod tests {
         let mut rating = Rating::guess(base.parameters(), base.pole_pairs());
         let breakdown = RatedSupply::of(&MotorFile::new("m", base, rating)).curve.iter().map(|p| p[1]).fold(0.0, f64::max);
         rating.torque_nm = 0.3 * breakdown;
-        let mut effects = *base.effects();
-        effects.rescale(&rating, base.parameters(), base.pole_pairs());
-        let base = base.with_effects(effects).unwrap();
+        let base = base.rescaled(&rating).unwrap();
         let alone = RatedSupply::of(&MotorFile::new("m", base, rating));
         let mut left = 0;
         for &e in EffectId::ALL {

@@ -71,13 +71,11 @@ pub fn machines_after(motor: &MotorFile, diagnosis: Option<&Value>, open: &[Effe
 
 /// The motor as it was given, from the values before in a `diagnosis.json`.
 fn as_given(refined: &MotorFile, diagnosis: &Value) -> Option<Machine<f64>> {
-    let mut effects = *refined.machine.effects();
-    for name in diagnosis["effects"].as_array().into_iter().flatten() {
-        effects.switch_off(EffectId::from_name(name.as_str()?)?);
-    }
+    let found = diagnosis["effects"].as_array().into_iter().flatten();
+    let found: Option<Vec<EffectId>> = found.map(|name| EffectId::from_name(name.as_str()?)).collect();
     let before = |p: BaseParameter| Some((ParameterId::Base(p), diagnosis["parameters"][p.key()]["before"].as_f64()?));
     let values: Vec<_> = BaseParameter::ALL.into_iter().filter_map(before).collect();
-    refined.machine.with_effects(effects).ok()?.with(&values).ok()
+    refined.machine.without(found?).ok()?.with(&values).ok()
 }
 
 /// All machines that a test must be safe for; `given` is the motor before it was refined, `open` are the effects in question.

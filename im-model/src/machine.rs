@@ -49,6 +49,13 @@ impl<T: Scalar> Machine<T> {
         Self::try_new(self.parameters, self.pole_pairs, effects)?.with_air_gap(self.air_gap)
     }
 
+    /// The same machine with some effects switched off.
+    pub fn without(&self, some: impl IntoIterator<Item = EffectId>) -> Result<Self, ModelError> {
+        let mut effects = self.effects;
+        some.into_iter().for_each(|e| effects.switch_off(e));
+        self.with_effects(effects)
+    }
+
     /// The same machine with other base parameters.
     pub fn with_parameters(&self, parameters: TParameters<T>) -> Result<Self, ModelError> {
         Self::try_new(parameters, self.pole_pairs, self.effects)?.with_air_gap(self.air_gap)
@@ -172,6 +179,15 @@ impl core::fmt::Display for ParameterId {
             Self::Base(p) => f.write_str(p.key()),
             Self::Effect(e, k) => write!(f, "{e}.{}", e.parameters()[*k].key),
         }
+    }
+}
+
+impl Machine<f64> {
+    /// The same machine, the effects that are off with their defaults for it ([`Effects::rescale`]).
+    pub fn rescaled(&self, rating: &Rating) -> Result<Self, ModelError> {
+        let mut effects = self.effects;
+        effects.rescale(rating, &self.parameters, self.pole_pairs);
+        self.with_effects(effects)
     }
 }
 

@@ -60,9 +60,7 @@ impl Point {
         let x = steady_state(&warm, u, frequency_hz, held).ok()?;
         let powers = |m: &Machine<f64>| Plant::new(m).evaluate(&x, &PlantInput::new(Complex::new(u, 0.0), 0.0)).powers;
         let with = powers(&warm);
-        let mut effects = *warm.effects();
-        effects.switch_off(EffectId::StrayLoadTorque);
-        let friction = powers(&warm.with_effects(effects).ok()?).friction;
+        let friction = powers(&warm.without([EffectId::StrayLoadTorque]).ok()?).friction;
         let parts = [with.stator_copper, with.rotor_copper, with.iron, friction, with.friction - friction];
         let (input, total) = (with.electrical_input, parts.iter().sum::<f64>());
         let slip = 1.0 - f64::from(machine.pole_pairs()) * x.omega_m / (std::f64::consts::TAU * frequency_hz);

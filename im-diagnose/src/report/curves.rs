@@ -40,10 +40,7 @@ pub(crate) fn curve(e: EffectId, machine: &Machine<f64>, fit: &Fit, rating: &Rat
         at.iter().map(|&x| m.effects().law(e, &on, x)).collect::<Vec<_>>()
     };
     let values = drawn(machine);
-    let mut effects = *machine.effects();
-    effects.switch_off(e);
-    effects.rescale(rating, machine.parameters(), machine.pole_pairs());
-    let without = machine.with_effects(effects).map(|m| drawn(&m)).unwrap_or_default();
+    let without = machine.without([e]).and_then(|m| m.rescaled(rating)).map(|m| drawn(&m)).unwrap_or_default();
     // First order: Var y = gᵀ C g over the fit's search variables, inflated where the residual is above the noise.
     let inflation = fit.chi2_per_sample().max(1.0);
     let slopes: Vec<Option<Vec<f64>>> = fit
@@ -92,9 +89,8 @@ mod tests {
         let motor = im_model::Machine::base(machines::MOTULATOR_2_2_KW.parameters(), 2).unwrap();
         for &e in EffectId::ALL {
             let rating = Rating::guess(motor.parameters(), motor.pole_pairs());
-            let mut effects = *motor.effects();
-            effects.rescale(&rating, motor.parameters(), motor.pole_pairs());
-            let off = motor.with_effects(effects).unwrap();
+            let off = motor.rescaled(&rating).unwrap();
+            let effects = *off.effects();
             let f = effects.frame(e, &Rated::new(off.parameters(), 2, &rating)).unwrap();
             let mut on = effects;
             for (k, info) in e.parameters().iter().enumerate() {

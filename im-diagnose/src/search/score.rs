@@ -342,9 +342,7 @@ impl<'a> ScoreContext<'a> {
     }
 
     fn replaceable(&self, effect: EffectId, free: &[Free]) -> Option<Replaceable> {
-        let mut effects = *self.machine.effects();
-        effects.switch_off(effect);
-        let change = self.way(effect).change_to(&self.machine.with_effects(effects).ok()?, self.starts)?;
+        let change = self.way(effect).change_to(&self.machine.without([effect]).ok()?, self.starts)?;
         let left = column(&self.residuals, &self.whiteners);
         let left = left.iter().zip(column(&change, &self.whiteners)).map(|(r, d)| r - d).collect();
         let residual = self.white.column(0, left);
