@@ -3,11 +3,12 @@
 //!
 //! Filters are words of a trial's group (strong, medium, weak, clean, coloured, pairs, triples, outside, ramp, steady, poor), effect names, or a
 //! machine (`m7`); a trial runs when it has them all, and none with a minus before it (`-outside`). `WHY=1` prints the course of each loop.
+//! `AGAIN=1` gives each refined motor back to the loop with the same recordings, and prints what is then found.
 
 use std::convert::Infallible;
 
 use im_tests::campaign::{Finished, Outcome, Planned, plan, run_all, seeds, table};
-use im_tests::course::why;
+use im_tests::course::{again, why};
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -27,6 +28,12 @@ fn main() {
         }
         if let Some(answer) = answer.filter(|_| std::env::var("WHY").is_ok()) {
             why(answer);
+        }
+        if let Some(answer) = answer.filter(|_| std::env::var("AGAIN").is_ok()) {
+            match again(&p.case, answer) {
+                Ok(d) => println!("      again: {} {:?}", d.verdict.name(), d.named()),
+                Err(e) => println!("      again: {e}"),
+            }
         }
         Ok::<(), Infallible>(())
     });

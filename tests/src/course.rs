@@ -1,7 +1,17 @@
 //! The course of a loop, for those who ask why it ended as it did.
 
-use im_diagnose::diagnosis::Diagnosis;
-use im_diagnose::search::Stage;
+use im_diagnose::case::Case;
+use im_diagnose::diagnosis::{Diagnosis, diagnose};
+use im_diagnose::search::{Options, Stage};
+use im_identify::offline::FitError;
+use im_trials::campaign::case_of;
+use im_trials::hidden::{TrialCase, simulate};
+
+/// The loop on the same recordings once more, with the refined motor as the one that is given.
+pub fn again(case: &TrialCase, answer: &Diagnosis) -> Result<Diagnosis, FitError> {
+    let trial = simulate(case);
+    diagnose(Case { motor: answer.refined.clone(), ..case_of(&trial) }, Options::default())
+}
 
 /// Prints its sets and stages: models, leading scores and refits.
 pub fn why(answer: &Diagnosis) {

@@ -5,7 +5,8 @@ use im_diagnose::loads::Found;
 use im_diagnose::search::Options;
 use im_model::effects::CustomId;
 use im_model::{EffectId, ParameterId};
-use im_tests::campaign::{Knowledge, case_of, run, run_knowing};
+use im_tests::campaign::{Knowledge, case_of, plan, run, run_knowing};
+use im_tests::course::again;
 use im_tests::hidden::{EffectKind, Excitation, Noise, Strength, TrialCase, simulate};
 use im_tests::own_effect::SaturatedSensorsEffect;
 
@@ -209,4 +210,16 @@ fn an_error_below_the_noise_is_suspicious() {
     }
     let answer = diagnose(case_of(&trial), Options::default()).unwrap();
     assert!(answer.remarks().iter().any(|r| r.contains("less than the noise alone")), "{:?}", answer.remarks());
+}
+
+/// The forms of effects that the motor file gives are the library's, too: what a refined motor leaves of the recordings that it was refined by is
+/// no effect more. (Once a stator asymmetry was found by such a second run.)
+#[test]
+fn a_refined_motor_has_nothing_more_to_find() {
+    let hidden = ["pairs", "supply_unbalance", "stray_load_torque"];
+    let planned = plan(35..36).into_iter().find(|p| hidden.iter().all(|word| p.is(word))).unwrap();
+    let (o, d) = run(&planned.case).unwrap();
+    assert!(o.exact(), "{:?} {:?}", o.verdict, o.named);
+    let second = again(&planned.case, &d).unwrap();
+    assert!(second.named().is_empty(), "{:?} {:?}", second.verdict, second.named());
 }

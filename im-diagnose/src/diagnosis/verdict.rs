@@ -83,7 +83,7 @@ const HINT: f64 = 0.003;
 
 /// What the last model leaves.
 pub(super) struct Left<'a> {
-    /// The larger of training and held-out error, χ²/N, of the refitted base model and of the last.
+    /// The larger of training and held-out error, χ²/N: what there was to explain, and of the last model.
     error: [f64; 2],
     /// Of the last, with the curves of its effects bent by two standard deviations of their form at most; until [`Left::bent`], as they are.
     bent: f64,
@@ -104,7 +104,7 @@ impl<'a> Left<'a> {
         let cost: f64 = tables().flat_map(|(e, x)| residuals(&fit.machine, e, x)).flatten().map(|r| r * r).sum();
         let count: usize = tables().map(|(e, _)| e.count()).sum();
         let freedom = count.saturating_sub(fit.free.len());
-        let error = [found.steps[0].error(), found.last().error()];
+        let error = [loop_.error_before(found.steps[0].error()), found.last().error()];
         Self {
             error,
             bent: error[1],

@@ -126,6 +126,8 @@ pub struct Refinement {
     candidates: Vec<EffectId>,
     /// Candidates that are counted, but not tried any more.
     set_aside: Vec<EffectId>,
+    /// The machine without any effect, where the motor file gives some: the forms of these are the library's, too.
+    bare: Option<Model>,
 }
 
 impl Refinement {
@@ -141,7 +143,17 @@ impl Refinement {
         candidates.retain(|e| !case.ruled_out.contains(e));
         let base = machine.with_effects(effects)?;
         case.estimate_noise();
-        let mut me = Self { nudged: Vec::new(), held_out: None, case, options, rating, base, candidates, set_aside: Vec::new() };
+        let mut me = Self {
+            nudged: Vec::new(),
+            held_out: None,
+            case,
+            options,
+            rating,
+            base,
+            candidates,
+            set_aside: Vec::new(),
+            bare: None,
+        };
         me.nudge();
         let starts = me.starts(&me.base, &me.nudged);
         let first = me.model(&me.base, &starts, &[], &FitOptions { tolerance: 1e-5, ..FitOptions::default() })?;
@@ -164,7 +176,22 @@ impl Refinement {
                 break;
             }
         }
+        me.bare = me.without_any(&model.fit);
         Ok((me, model))
+    }
+
+    /// The machine of a fit with every effect switched off, fitted again; nothing where it has none.
+    fn without_any(&self, fit: &Fit) -> Option<Model> {
+        fit.machine.effects().active().next()?;
+        let machine = fit.machine.without(fit.machine.effects().active()).and_then(|m| m.rescaled(&self.rating)).ok()?;
+        let free = self.free_of(&machine, &[], &self.nudged);
+        let fit = fit_from(&machine, fit.starts.clone(), &self.nudged, &free, &FitOptions::quick()).ok()?;
+        Some(self.weighed(fit, &[]))
+    }
+
+    /// The error that effects have to explain, χ²/N: that of the base model, or of a machine without the effects of the motor file.
+    pub fn error_before(&self, base: f64) -> f64 {
+        self.bare.iter().map(Model::error).fold(base, f64::max)
     }
 
     /// Takes the recordings anew from the case.
@@ -242,13 +269,18 @@ impl Refinement {
 
     /// What is fitted of a machine with such effects to such recordings.
     pub(crate) fn free(&self, machine: &Machine<f64>, effects: &[EffectId], experiments: &[Experiment]) -> Vec<Free> {
+        let all: Vec<EffectId> = self.base.effects().active().chain(effects.iter().copied()).collect();
+        self.free_of(machine, &all, experiments)
+    }
+
+    /// The same, where these are all effects that it has.
+    fn free_of(&self, machine: &Machine<f64>, effects: &[EffectId], experiments: &[Experiment]) -> Vec<Free> {
         // Limits are around the motor as given, however far the model has come.
         let mut free = base_parameters_in(&self.base, experiments);
-        let own: Vec<EffectId> = self.base.effects().active().collect();
-        for &e in own.iter().chain(effects) {
+        for &e in effects {
             free.extend(effect_parameters_in(e, machine, &self.rating, experiments));
         }
-        let fixed_to_shaft = own.iter().chain(effects).any(|e| e.about().fixed_to_shaft);
+        let fixed_to_shaft = effects.iter().any(|e| e.about().fixed_to_shaft);
         free.extend(start_parameters(experiments, &self.rating, fixed_to_shaft));
         knowing(free, &self.case.motor.known)
     }
@@ -261,15 +293,19 @@ impl Refinement {
         effects: &[EffectId],
         options: &FitOptions,
     ) -> Result<Model, FitError> {
-        let mut fit =
-            self.fit_to(&self.nudged, machine, starts, effects, options)?.with_likely_spreads(|e| self.least_spread(e))?;
+        let fit = self.fit_to(&self.nudged, machine, starts, effects, options)?.with_likely_spreads(|e| self.least_spread(e))?;
+        Ok(self.weighed(fit, effects))
+    }
+
+    /// The likelihood of a fit, and what it makes of the held-out recording.
+    fn weighed(&self, mut fit: Fit, effects: &[EffectId]) -> Model {
         // A search keeps models by the hundred; what one leaves can be had again.
         let left = std::mem::take(&mut fit.residuals);
         // What is known beforehand is part of both.
         let train_deviance = deviance(&self.nudged, &left) + fit.prior_cost;
+        let effects = effects.to_vec();
         let Some(h) = &self.held_out else {
-            let effects = effects.to_vec();
-            return Ok(Model { effects, deviance: train_deviance, train_deviance, fit, holdout: None, holdout_start: None });
+            return Model { effects, deviance: train_deviance, train_deviance, fit, holdout: None, holdout_start: None };
         };
         let start = start_on(&fit.machine, h, &self.rating);
         let mut unseen = residuals(&fit.machine, h, &start);
@@ -279,7 +315,7 @@ impl Refinement {
         let all: Vec<&Experiment> = self.nudged.iter().chain([h]).collect();
         let both: Vec<&Vec<Vec<f64>>> = left.iter().chain([&unseen]).collect();
         let deviance = deviance(&all, &both) + fit.prior_cost;
-        Ok(Model { effects: effects.to_vec(), deviance, train_deviance, fit, holdout, holdout_start: Some(start) })
+        Model { effects, deviance, train_deviance, fit, holdout, holdout_start: Some(start) }
     }
 
     /// A learned curve is not taken to be smaller before the data than the least usual size.
@@ -437,9 +473,6 @@ impl Refinement {
 
     /// The machine with an effect switched off.
     fn without(&self, machine: &Machine<f64>, effect: EffectId) -> Option<Machine<f64>> {
-        let mut effects = *machine.effects();
-        effects.switch_off(effect);
-        effects.rescale(&self.rating, machine.parameters(), machine.pole_pairs());
-        machine.with_effects(effects).ok()
+        machine.without([effect]).and_then(|m| m.rescaled(&self.rating)).ok()
     }
 }

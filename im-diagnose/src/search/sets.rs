@@ -21,9 +21,9 @@ use super::score::{Instead, Score};
 use super::{Model, NO_DOUBT, Refinement, UNEXPLAINED};
 use crate::statistics::threshold;
 
-/// Form error that [`form_error`](crate::form_error) does not describe: 10 % of what the effects explain, spread over ten directions. Its square
-/// by their number.
-const FORM_ERROR: f64 = 0.1 * 0.1 / 10.0;
+/// Form error that [`form_error`](crate::form_error) does not describe: 10 % of what the effects explain, spread over twenty directions. Its
+/// square by their number.
+const FORM_ERROR: f64 = 0.1 * 0.1 / 20.0;
 
 /// Excess of χ²/N that is explained at least: no machine is exactly the base model.
 const LEAST_EXCESS: f64 = 0.1;
@@ -155,11 +155,6 @@ fn with(effects: &[EffectId], one: EffectId) -> Vec<EffectId> {
     effects.iter().copied().chain([one]).collect()
 }
 
-/// To compare sets.
-fn quick() -> FitOptions {
-    FitOptions { iterations: 10, tolerance: 1e-3, horizons: Vec::new() }
-}
-
 /// The machine of a model with each other whole number of its effects, such as the phase without a sensor.
 fn with_other_numbers(model: &Model) -> Vec<Machine<f64>> {
     let machine = &model.fit.machine;
@@ -248,8 +243,9 @@ impl Search<'_> {
     /// Whether the likeliest set leaves more than a fair part of the base model's excess, and than noise: beyond doubt, the mark of some effect is in it.
     fn leaves_much(&self) -> bool {
         let best = self.best();
-        let excess = |model: &Model| model.error() - 1.0;
-        let much = excess(&self.known[&best].model) > UNEXPLAINED * excess(self.base()).max(1.0);
+        let excess = |error: f64| error - 1.0;
+        let before = self.loop_.error_before(self.base().error());
+        let much = excess(self.known[&best].model.error()) > UNEXPLAINED * excess(before).max(1.0);
         much && self.known[&best].scores.iter().any(|s| s.log_p > NO_DOUBT)
     }
 
@@ -262,7 +258,7 @@ impl Search<'_> {
             Some(Proposal { effects: vec![e], starts: vec![start] })
         };
         let of_library = || self.loop_.candidates.iter().filter(|e| e.free_form().is_none());
-        let step = FitOptions { iterations: 1, ..quick() };
+        let step = FitOptions { iterations: 1, ..FitOptions::quick() };
         let begun: Vec<Proposal> = of_library().filter_map(|&e| usual(&base.machine, e)).collect();
         let begun: Vec<Model> = begun.par_iter().filter_map(|p| self.fitted(p, &step)).collect();
         let explains = |m: &&Model| m.deviance < self.base().deviance;
@@ -298,11 +294,12 @@ impl Search<'_> {
         (self.base().fit.count + self.loop_.held_out.as_ref().map_or(0, |h| h.count())) as f64
     }
 
-    /// λ: the χ² per direction that other errors of form cause, with what the likeliest model explains.
+    /// λ: the χ² per direction that other errors of form cause, with what the effects of the likeliest model explain, those of the motor file too.
     fn dispersion(&self) -> f64 {
         let n = self.samples();
         let least = self.known.values().map(|k| k.model.deviance).fold(f64::INFINITY, f64::min);
-        let dispersion = 1.0 + n * FORM_ERROR * (((self.base().deviance - least) / n).exp_m1() + LEAST_EXCESS);
+        let most = self.loop_.bare.iter().map(|m| m.deviance).fold(self.base().deviance, f64::max);
+        let dispersion = 1.0 + n * FORM_ERROR * (((most - least) / n).exp_m1() + LEAST_EXCESS);
         // The few rows of tables would count for less than one sample.
         let of_tables = self.loop_.nudged().iter().all(Experiment::is_table);
         if of_tables { dispersion.min((n * (-2f64).exp()).max(1.0)) } else { dispersion }
@@ -451,7 +448,7 @@ impl Search<'_> {
 
     /// Fits sets quickly, and keeps what is new or better.
     fn fit(&mut self, proposals: &[Proposal]) {
-        let fitted: Vec<Model> = proposals.par_iter().filter_map(|p| self.fitted(p, &quick())).collect();
+        let fitted: Vec<Model> = proposals.par_iter().filter_map(|p| self.fitted(p, &FitOptions::quick())).collect();
         fitted.into_iter().for_each(|m| self.keep(m));
     }
 
@@ -609,7 +606,8 @@ impl Search<'_> {
         let mut way = vec![self.answer()];
         while let Some(set) = way.last().filter(|s| !s.is_empty()).cloned() {
             let model = &self.known[&set].model;
-            let missing: Vec<Model> = self.removals(model).par_iter().filter_map(|p| self.fitted(p, &quick())).collect();
+            let missing: Vec<Model> =
+                self.removals(model).par_iter().filter_map(|p| self.fitted(p, &FitOptions::quick())).collect();
             missing.into_iter().for_each(|m| self.keep(m));
             let rest = set.iter().map(|&e| without(&set, e)).filter(|s| self.known.contains_key(s));
             let before = rest.min_by(|a, b| self.deviance(a).total_cmp(&self.deviance(b)));

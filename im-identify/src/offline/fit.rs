@@ -54,6 +54,11 @@ impl FitOptions {
     pub fn near() -> Self {
         Self { horizons: Vec::new(), tolerance: 1e-6, ..Self::default() }
     }
+
+    /// From a start that is already near, only as far as models are compared by.
+    pub fn quick() -> Self {
+        Self { horizons: Vec::new(), tolerance: 1e-3, iterations: 10 }
+    }
 }
 
 /// The result of a fit.
