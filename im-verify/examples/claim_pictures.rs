@@ -15,7 +15,9 @@ use im_verify::{Claim, MACHINE, Machines, Point, Variable, case_file, claims};
 /// A claim that fails, the variable, what it is, and the claim that mends it, with how, if it has the same variables.
 type Picture = (u32, &'static str, &'static str, Option<(u32, &'static str)>);
 
-const PICTURES: [Picture; 22] = [
+const LOWEST: &str = "frequency over the lowest of the rule";
+
+const PICTURES: [Picture; 28] = [
     (3, "flux_error_angle_rad", "angle of the flux error against the flux, rad", None),
     (6, "slip_share", "slip over rated slip", Some((7, "with the stabilized gain"))),
     (12, "speed_share", "speed over rated speed", Some((13, "with the anchor"))),
@@ -38,6 +40,12 @@ const PICTURES: [Picture; 22] = [
     (62, "power_w", "rated power, W", Some((55, "with the gains kept apart"))),
     (63, "frequency_over_speed", "ω_e/(n_pω)", Some((64, "with another gain of (3)"))),
     (73, "rotor_resistance_ratio", "R_r over the value known", None),
+    (77, "frequency_ratio", LOWEST, None),
+    (78, "frequency_ratio", LOWEST, None),
+    (79, "frequency_ratio", LOWEST, None),
+    (80, "load_share", "load over rated torque", None),
+    (81, "frequency_ratio", LOWEST, None),
+    (82, "frequency_ratio", LOWEST, None),
 ];
 
 /// Ratios up to here are drawn on a linear axis.

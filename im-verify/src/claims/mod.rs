@@ -10,6 +10,7 @@ mod jadot_theorem_2;
 mod kenne_equations;
 mod kenne_runs;
 mod kubota;
+mod lowest_frequency;
 mod model;
 mod mtpa;
 mod thau;
@@ -21,6 +22,7 @@ pub fn all() -> Vec<Claim> {
         model::CLAIMS,
         kubota::CLAIMS,
         full_order::CLAIMS,
+        lowest_frequency::CLAIMS,
         derdiyok::CLAIMS,
         utkin::CLAIMS,
         thau::CLAIMS,
