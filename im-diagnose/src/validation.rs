@@ -13,7 +13,7 @@ use crate::sources::{Refused, followed, meaningful};
 #[derive(Clone, Debug)]
 pub struct Validation {
     /// Simulated on its own: before, after.
-    pub unaided: [Errors; 2],
+    pub not_nudged: [Errors; 2],
     /// With the speed nudged towards the measured one.
     pub speed_nudged: [Errors; 2],
     /// What was noticed about the recording.
@@ -45,9 +45,9 @@ impl Validation {
         let starts = |m: &MotorFile| runs.iter().map(|e| start_on(&m.machine, e, &m.rating)).collect::<Vec<_>>();
         let starts = [starts(before.0), starts(after.0)];
         let pair = |e: &[_]| [errors(&before.0.machine, e, &starts[0]), errors(&after.0.machine, e, &starts[1])];
-        let this = Self { unaided: pair(&case.train), speed_nudged: pair(&runs), noticed };
+        let this = Self { not_nudged: pair(&case.train), speed_nudged: pair(&runs), noticed };
         for ((_, label), k) in [(before, 0), (after, 1)] {
-            if [&this.unaided[k], &this.speed_nudged[k]].iter().any(|e| !e.chi2_per_sample.is_finite()) {
+            if [&this.not_nudged[k], &this.speed_nudged[k]].iter().any(|e| !e.chi2_per_sample.is_finite()) {
                 return Err(Refused::Input(format!(
                     "{label}: simulated with {recording} it leaves the finite range; check the voltages and times of the recording, and the motor's \
                      numbers"
@@ -61,6 +61,6 @@ impl Validation {
     pub fn to_json(&self) -> Value {
         let one = |e: &Errors| json!({"chi2_per_sample": e.chi2_per_sample, "rms_in_sigma": e.rms_in_sigma(), "rmse": e.rmse});
         let pair = |[before, after]: &[Errors; 2]| json!({"before": one(before), "after": one(after)});
-        json!({"schema": 1, "data_quality": self.noticed, "unaided": pair(&self.unaided), "speed_nudged": pair(&self.speed_nudged)})
+        json!({"schema": 1, "data_quality": self.noticed, "not_nudged": pair(&self.not_nudged), "speed_nudged": pair(&self.speed_nudged)})
     }
 }

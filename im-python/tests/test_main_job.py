@@ -39,7 +39,7 @@ def test_the_loop_finds_what_was_left_out(bare, motor, recording, unseen, tmp_pa
     assert "<iframe" in found._repr_html_() and "iron loss" in str(found).lower()
 
     checked = imkit.validate(bare, found.refined, unseen).errors().set_index("error")
-    assert checked.loc["unaided", "after"] < 0.5 * checked.loc["unaided", "before"]
+    assert checked.loc["not_nudged", "after"] < 0.5 * checked.loc["not_nudged", "before"]
 
 
 def test_an_answer_is_tables_and_pictures(bare, recording):

@@ -50,7 +50,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         writeln!(out, "{}", found.to_json())?;
         return Ok(());
     }
-    let ([before, after], nudged) = (&found.unaided, &found.speed_nudged);
+    let ([before, after], nudged) = (&found.not_nudged, &found.speed_nudged);
     for finding in &found.noticed {
         write!(out, "{}", wrapped("! ", &finding.line()))?;
     }
@@ -58,7 +58,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     writeln!(out, "{:<34} {:>10} {:>10}", "", "before", "after")?;
     let mut row = |name: &str, b: f64, a: f64| writeln!(out, "{name:<34} {:>10} {:>10}", rounded(b), rounded(a));
     // Where no speed is compared, there is none to draw to another.
-    let one = *nudged == found.unaided;
+    let one = *nudged == found.not_nudged;
     row(if one { "error" } else { "simulated on its own" }, before.rms_in_sigma(), after.rms_in_sigma())?;
     if !one {
         row("speed nudged to the measured one", nudged[0].rms_in_sigma(), nudged[1].rms_in_sigma())?;

@@ -18,7 +18,7 @@ fn a_comparison_and_a_validation_count_alike_where_the_load_is_unknown() {
     };
     let (compared, _) = Comparison::of_intake(&right, "right", vec![run()], false).unwrap();
     let found = Validation::new((&wrong, "wrong"), (&right, "right"), run(), false).unwrap();
-    let [before, after] = &found.unaided;
+    let [before, after] = &found.not_nudged;
     assert!(
         (compared.total.rms_in_sigma() - after.rms_in_sigma()).abs() < 1e-9,
         "{} {}",
@@ -29,5 +29,5 @@ fn a_comparison_and_a_validation_count_alike_where_the_load_is_unknown() {
     // 1.15: what a diagnosis says of this run and motor as given, whose start is faster than its smooth speed follows.
     assert!((after.rms_in_sigma() - 1.15).abs() < 0.02 && before.rms_in_sigma() > 3.0, "{before:?} {after:?}");
     // No speed is compared that could be drawn to another.
-    assert_eq!(found.unaided, found.speed_nudged);
+    assert_eq!(found.not_nudged, found.speed_nudged);
 }

@@ -280,13 +280,13 @@ class Validation(_Result):
     """A motor before and after, on a recording that neither has seen."""
 
     def errors(self) -> Any:
-        """Error in σ rms, simulated unaided and with it nudged towards the measured one, then of each signal."""
+        """Error in σ rms, simulated on its own and with the speed nudged towards the measured one, then of each signal."""
         a = self._answer
         rows = [
             {"error": how, "before": a[how]["before"]["rms_in_sigma"], "after": a[how]["after"]["rms_in_sigma"]}
-            for how in ("unaided", "speed_nudged")
+            for how in ("not_nudged", "speed_nudged")
         ]
-        both = a["unaided"]
+        both = a["not_nudged"]
         rows += [{"error": name, "before": rms, "after": both["after"]["rmse"][name]} for name, rms in both["before"]["rmse"].items()]
         return _frames.frame(_columns(rows, ["error", "before", "after"]))
 
