@@ -2,6 +2,7 @@
 
 use im_observers::{Basis, FullOrder, FullOrderGains};
 
+use super::PERFORM_WELL;
 use crate::claim::Origin::Extends;
 use crate::claim::{Claim, ClaimCase, Cost, Found, Paper};
 use crate::properties::{Steady, observer};
@@ -24,8 +25,6 @@ pub const CLAIMS: &[Claim] = &[Claim {
     variables: &QUADRANTS,
     check: converges,
 }];
-
-const PERFORM_WELL: &str = "These observers perform well in the steady state or when the speed does not change aggressively.";
 
 const QUADRANTS: [Variable; 2] =
     [Variable::even("speed_share", -0.4, 0.4).simplest_at(0.4), Variable::even("slip_share", -1.5, 1.5).simplest_at(0.0)];

@@ -7,6 +7,7 @@ use im_model::Bound;
 use im_model::space_vector::{cross, dot, unit};
 use im_observers::{Basis, Discretization, Input, Kubota, KubotaGains, Observer};
 
+use super::PERFORM_WELL;
 use crate::claim::Origin::{Extends, Says};
 use crate::claim::{C, Claim, ClaimCase, Cost, Found, Paper};
 use crate::properties::{Steady, observer};
@@ -87,7 +88,7 @@ pub const CLAIMS: &[Claim] = &[
         name: "kubota_speed_converges_without_feedback",
         paper: Paper::Kwon,
         place: "Section III, summary; Section XI",
-        origin: Extends("These observers perform well in the steady state or when the speed does not change aggressively."),
+        origin: Extends(PERFORM_WELL),
         statement: "Without feedback, L_r = 0, the observer with the PI law finds speed and flux.",
         assumptions: "Constant speed up to 40 % of rated, any quadrant, ω_e beyond 2 % of rated; L_r = 0, which (3) excludes but at low speed. \
                       From 5 % of speed and 3° of flux.",
@@ -108,7 +109,7 @@ pub const CLAIMS: &[Claim] = &[
         name: "kubota_speed_converges_with_the_stabilized_gain",
         paper: Paper::Kwon,
         place: "Section III, summary; Section XI",
-        origin: Extends("These observers perform well in the steady state or when the speed does not change aggressively."),
+        origin: Extends(PERFORM_WELL),
         statement: "With a gain L_r made for the loop with the speed law, the observer finds speed and flux.",
         assumptions: "As claim 6, with l₁ = ((η + jn_pω)/ρ − R_s/σL_s)/β, ρ = 0.3, faded where the current error is large.",
         found: Found::HoldsIf,
@@ -155,8 +156,6 @@ pub const CLAIMS: &[Claim] = &[
         },
     },
 ];
-
-const PERFORM_WELL: &str = "These observers perform well in the steady state or when the speed does not change aggressively.";
 
 const LOW_FREQUENCY: [Variable; 2] = [
     Variable::even("speed_share", -0.1, 0.1).simplest_at(0.05),

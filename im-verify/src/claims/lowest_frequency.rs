@@ -5,6 +5,7 @@ use im_model::effects::{Hooks, InverterNonlinearity};
 use im_model::{BaseParameter, ParameterId};
 use im_observers::{Basis, Derdiyok, FullOrder, Kalman, Kubota, Named, ObserverError, StartingGains, Thau, Utkin};
 
+use super::PERFORM_WELL;
 use crate::claim::Origin::Extends;
 use crate::claim::{Claim, ClaimCase, Cost, Found, Paper};
 use crate::properties::Steady;
@@ -13,98 +14,79 @@ use crate::verdict::Verdict;
 
 /// The claims.
 pub const CLAIMS: &[Claim] = &[
-    Claim {
-        number: 77,
-        name: "full_order_holds_above_its_lowest_frequency",
-        paper: Paper::Kwon,
-        place: "Section III, summary; Section XI",
-        origin: Extends(PERFORM_WELL),
-        statement: "With a wrong R_s and an inverter that keeps a part of its voltage, the full-order observer holds a machine at every stator \
-                    frequency from ω_e = 5(|ΔR_s| i + u_d)/λ on.",
-        assumptions: "R_s up to 20 % wrong, u_d up to 1 % of rated voltage, held at rated flux, load from rated to rated braking, 6 s from the \
-                      right state; it holds where in the last second the speed is within the rated slip and the flux within 30 %.",
-        found: Found::Fails { rate: 2e-4 },
-        finding: "A rule, and no law: one of 4000 is lost, braking, up to 2.6 times that frequency; with 4 in place of 5 four of 1000. What of the voltage \
-                  is not known may be a fifth of the emf. Per observer, load and error: the map of observers.md.",
-        cost: Cost::Run,
-        variables: &LOW_FREQUENCY,
-        check: |case| holds::<FullOrder<f64>>(case, 5.0),
-    },
+    FULL_ORDER,
     Claim {
         number: 78,
         name: "kubota_holds_above_its_lowest_frequency",
-        paper: Paper::Kwon,
-        place: "Section III, summary; Section XI",
-        origin: Extends(PERFORM_WELL),
         statement: "Kubota's with the stabilized gain the same from ω_e = 10(|ΔR_s| i + u_d)/λ on.",
         assumptions: "As claim 77.",
         found: Found::Fails { rate: 1e-3 },
         finding: "A rule, and no law: six of 4000 are lost, all braking. It does not learn R_s, and needs twice the frequency.",
-        cost: Cost::Run,
-        variables: &LOW_FREQUENCY,
         check: |case| holds::<Kubota<f64>>(case, 10.0),
+        ..FULL_ORDER
     },
     Claim {
         number: 79,
         name: "derdiyok_holds_above_its_lowest_frequency",
-        paper: Paper::Kwon,
-        place: "Section III, summary; Section XI",
-        origin: Extends(PERFORM_WELL),
         statement: "Derdiyok's the same from ω_e = 15(|ΔR_s| i + u_d)/λ on.",
         assumptions: "As claim 77.",
         found: Found::Fails { rate: 7e-5 },
         finding: "A rule, and no law: one of 14000 is lost. Three times the frequency of the full-order observer.",
-        cost: Cost::Run,
-        variables: &LOW_FREQUENCY,
         check: |case| holds::<Derdiyok<f64>>(case, 15.0),
+        ..FULL_ORDER
     },
     Claim {
         number: 80,
         name: "utkin_holds_above_its_lowest_frequency",
-        paper: Paper::Kwon,
-        place: "Section III, summary; Section XI",
-        origin: Extends(PERFORM_WELL),
         statement: "Utkin's the same from ω_e = 20(|ΔR_s| i + u_d)/λ on.",
         assumptions: "As claim 77.",
         found: Found::Fails { rate: 1e-3 },
         finding: "Five of 4000 are lost, braking, where nearly everything is known and the rule asks for next to no frequency: as Kubota's without \
                   feedback (claim 6) it has a region near zero where it finds another speed.",
-        cost: Cost::Run,
-        variables: &LOW_FREQUENCY,
         check: |case| holds::<Utkin<f64>>(case, 20.0),
+        ..FULL_ORDER
     },
     Claim {
         number: 81,
         name: "thau_holds_above_its_lowest_frequency",
-        paper: Paper::Kwon,
-        place: "Section III, summary; Section XI",
-        origin: Extends(PERFORM_WELL),
         statement: "Thau's the same from ω_e = 20(|ΔR_s| i + u_d)/λ on.",
         assumptions: "As claim 77.",
         found: Found::Fails { rate: 0.09 },
         finding: "One in eleven is lost, motoring and braking, some far above the rule: the gain is designed at one speed, and at some others \
                   it loses the machine.",
-        cost: Cost::Run,
-        variables: &LOW_FREQUENCY,
         check: |case| holds::<Thau<f64>>(case, 20.0),
+        ..FULL_ORDER
     },
     Claim {
         number: 82,
         name: "kalman_holds_above_its_lowest_frequency",
-        paper: Paper::Kwon,
-        place: "Section III, summary; Section XI",
-        origin: Extends(PERFORM_WELL),
         statement: "The extended Kalman filter the same from ω_e = 15(|ΔR_s| i + u_d)/λ on.",
         assumptions: "As claim 77.",
         found: Found::Fails { rate: 8e-4 },
         finding: "A rule, and no law: three of 4000 are lost, all braking; with 10 in place of 15 ten of 1000.",
-        cost: Cost::Run,
-        variables: &LOW_FREQUENCY,
         check: |case| holds::<Kalman<f64>>(case, 15.0),
+        ..FULL_ORDER
     },
 ];
 
-const PERFORM_WELL: &str = "These observers perform well in the steady state or when the speed does not change aggressively.";
+/// What the others have in common with it.
+const FULL_ORDER: Claim = Claim {
+    number: 77,
+    name: "full_order_holds_above_its_lowest_frequency",
+    paper: Paper::Kwon,
+    place: "Section III, summary; Section XI",
+    origin: Extends(PERFORM_WELL),
+    statement: "With a wrong R_s and an inverter that keeps a part of its voltage, the full-order observer holds a machine at every stator \
+                frequency from ω_e = 5(|ΔR_s| i + u_d)/λ on.",
+    assumptions: "R_s up to 20 % wrong, u_d up to 1 % of rated voltage, held at rated flux, load from rated to rated braking, 6 s from the \
+                  right state; it holds where in the last second the speed is within the rated slip and the flux within 30 %.",
+    found: Found::Fails { rate: 2e-4 },
+    finding: "A rule, and no law: one of 4000 is lost, braking, up to 2.6 times that frequency; with 4 in place of 5 four of 1000. What of the voltage \
+              is not known may be a fifth of the emf. Per observer, load and error: the map of observers.md.",
+    cost: Cost::Run,
+    variables: &LOW_FREQUENCY,
+    check: |case| holds::<FullOrder<f64>>(case, 5.0),
+};
 
 const LOW_FREQUENCY: [Variable; 4] = [
     Variable::even("stator_resistance_error", -0.2, 0.2),

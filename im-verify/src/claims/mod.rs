@@ -16,6 +16,9 @@ mod mtpa;
 mod thau;
 mod utkin;
 
+/// Kwon et al. of all their observers, which claims about low speed extend.
+const PERFORM_WELL: &str = "These observers perform well in the steady state or when the speed does not change aggressively.";
+
 /// All claims, by number.
 pub fn all() -> Vec<Claim> {
     let mut all = [
