@@ -118,6 +118,7 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
 pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, FitError> {
     let Options { significance, learning, .. } = *loop_.options();
     let before = loop_.case().motor.clone();
+    loop_.weigh_given(&base);
     let (mut course, sets) = loop_.course(loop_.search(Sets::of(base))?)?;
     let mut found = Found::new(&loop_, &course);
     let mut left = Left::new(&loop_, &course, &found);

@@ -176,8 +176,12 @@ impl Refinement {
                 break;
             }
         }
-        me.bare = me.without_any(&model.fit);
         Ok((me, model))
+    }
+
+    /// Takes in what the effects of the motor file explain: before a search.
+    pub fn weigh_given(&mut self, base: &Model) {
+        self.bare = self.without_any(&base.fit);
     }
 
     /// The machine of a fit with every effect switched off, fitted again; nothing where it has none.
