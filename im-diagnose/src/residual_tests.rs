@@ -9,7 +9,7 @@ use im_model::space_vector::unit;
 use im_model::{Bench, Complex, Machine, State};
 
 use crate::localise::slip_hz;
-use crate::noise::whiteners;
+use crate::noise::sensor_whiteners;
 use crate::residuals::all_residuals;
 use crate::statistics::log_p;
 
@@ -91,7 +91,7 @@ const ORDERS: i32 = 60;
 /// The dependences that stand out, strongest first.
 pub fn dependences(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment]) -> Vec<Dependence> {
     let raw = all_residuals(machine, starts, experiments);
-    let noise = whiteners(experiments, &raw);
+    let noise = sensor_whiteners(experiments, &raw, 1);
     let mut series = Series::default();
     for ((e, x), (raw, noise)) in experiments.iter().zip(starts).zip(raw.iter().zip(&noise)) {
         if e.is_table() {

@@ -24,7 +24,10 @@ fn main() {
         all.push(finished.clone());
         match &finished.outcome {
             Err(e) => println!("ERR {}: {e}", p.name),
-            Ok(outcome) => println!("{:>4} {}", all.len(), line(p, outcome, finished.took_s)),
+            Ok(outcome) => {
+                let cut = if answer.is_some_and(|a| a.course.cut_short) { ", cut short" } else { "" };
+                println!("{:>4} {}{cut}", all.len(), line(p, outcome, finished.took_s));
+            }
         }
         if let Some(answer) = answer.filter(|_| std::env::var("WHY").is_ok()) {
             why(answer);

@@ -181,7 +181,9 @@ pub(super) fn is_contested(course: &Course, left: &Left<'_>) -> bool {
 /// The verdict as far as effects and residual tests decide it.
 fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     let last = &course.last().model;
-    if left.is_unexplained(floor) || left.replace {
+    // A search that had to end has no answer: sets that it did not come to may be likelier.
+    let unfinished = course.cut_short && !last.effects.is_empty();
+    if left.is_unexplained(floor) || left.replace || unfinished {
         Some(Verdict::Unexplained)
     } else if last.effects.is_empty() {
         None

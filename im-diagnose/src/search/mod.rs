@@ -13,7 +13,7 @@ mod significance;
 use std::collections::BTreeMap;
 
 use im_identify::offline::{
-    Experiment, Fit, FitError, FitOptions, Free, Load, Residuals, angle_on, base_parameters_in, effect_parameters_in, fit_from,
+    Experiment, Fit, FitError, FitOptions, Free, Load, Residuals, angle_on, base_parameters_in, effect_parameters_in, expecting, fit_from,
     knowing, residuals, start_on, start_parameters,
 };
 use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
@@ -27,6 +27,7 @@ use score::{Score, ScoreContext, Seed, strengths};
 pub use course::{Course, Refusal, Round, Stage, Trial};
 pub use posterior::{Posterior, Weighed};
 pub use sets::{Answer, Sets};
+use sets::least_dispersion;
 pub use significance::Significance;
 
 /// What the loop may do.
@@ -188,7 +189,7 @@ impl Refinement {
     fn without_any(&self, fit: &Fit) -> Option<Model> {
         fit.machine.effects().active().next()?;
         let machine = fit.machine.without(fit.machine.effects().active()).and_then(|m| m.rescaled(&self.rating)).ok()?;
-        let free = self.free_of(&machine, &[], &self.nudged);
+        let free = self.expected(self.free_of(&machine, &[], &self.nudged));
         let fit = fit_from(&machine, fit.starts.clone(), &self.nudged, &free, &FitOptions::quick()).ok()?;
         Some(self.weighed(fit, &[]))
     }
@@ -263,7 +264,13 @@ impl Refinement {
         effects: &[EffectId],
         options: &FitOptions,
     ) -> Result<Fit, FitError> {
-        fit_from(machine, starts.to_vec(), experiments, &self.free(machine, effects, experiments), options)
+        fit_from(machine, starts.to_vec(), experiments, &self.expected(self.free(machine, effects, experiments)), options)
+    }
+
+    /// What a fit moves, near the motor as given: data that hardly tell a parameter must not lead it away by errors of form.
+    fn expected(&self, free: Vec<Free>) -> Vec<Free> {
+        let all = self.case.train.iter().chain(&self.case.holdout);
+        expecting(free, least_dispersion(all.map(Experiment::count).sum::<usize>() as f64))
     }
 
     /// What a fitted machine leaves of the training recordings, in σ.

@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use im_identify::offline::{Experiment, FitError, FitOptions, Free};
+use im_identify::offline::{Experiment, FitError, FitOptions, Target, Transform};
 use im_model::effects::Role;
 use im_model::{Bound, EffectId, Machine, ParameterId, State};
 use rayon::prelude::*;
@@ -155,6 +155,16 @@ fn with(effects: &[EffectId], one: EffectId) -> Vec<EffectId> {
     effects.iter().copied().chain([one]).collect()
 }
 
+/// λ of a model that explains nothing, for so many samples: a sample never counts for more.
+pub(super) fn least_dispersion(samples: f64) -> f64 {
+    dispersion(samples, 0.0)
+}
+
+/// λ, where effects explain so much of χ²/N.
+fn dispersion(samples: f64, explained: f64) -> f64 {
+    1.0 + samples * FORM_ERROR * (explained + LEAST_EXCESS)
+}
+
 /// The machine of a model with each other whole number of its effects, such as the phase without a sensor.
 fn with_other_numbers(model: &Model) -> Vec<Machine<f64>> {
     let machine = &model.fit.machine;
@@ -265,10 +275,8 @@ impl Search<'_> {
         let led = |m: &Model| Proposal { effects: m.effects.clone(), starts: vec![(m.fit.machine, m.fit.starts.clone())] };
         let mut proposals: Vec<Proposal> = begun.iter().filter(explains).map(led).collect();
         // From the parameters as given, too, where a step does not lead as far.
-        let given = self.loop_.given();
-        let far = |f: &Free| f.id().is_some_and(|id| (base.machine.get(id) / given.get(id)).ln().abs() > 1.0);
-        if base.free.iter().any(far) {
-            proposals.extend(of_library().filter_map(|&e| usual(given, e)));
+        if let Some(given) = self.brought_back(self.base()) {
+            proposals.extend(of_library().filter_map(|&e| usual(&given, e)));
         }
         self.spent += begun.iter().map(|m| m.fit.work).sum::<f64>();
         self.fit(&proposals);
@@ -299,7 +307,7 @@ impl Search<'_> {
         let n = self.samples();
         let least = self.known.values().map(|k| k.model.deviance).fold(f64::INFINITY, f64::min);
         let most = self.loop_.bare.iter().map(|m| m.deviance).fold(self.base().deviance, f64::max);
-        let dispersion = 1.0 + n * FORM_ERROR * (((most - least) / n).exp_m1() + LEAST_EXCESS);
+        let dispersion = dispersion(n, ((most - least) / n).exp_m1());
         // The few rows of tables would count for less than one sample.
         let of_tables = self.loop_.nudged().iter().all(Experiment::is_table);
         if of_tables { dispersion.min((n * (-2f64).exp()).max(1.0)) } else { dispersion }
@@ -537,10 +545,12 @@ impl Search<'_> {
         scores.iter().flat_map(|s| s.instead.iter().filter_map(move |i| exchange(s, i))).collect()
     }
 
-    /// The same set from other shapes of its resonances and other whole numbers, each of which may lead to another minimum.
+    /// The same set from other shapes of its resonances, from other whole numbers, and where its base parameters have run off, from those given:
+    /// each may lead to another minimum.
     fn restarts(&self, model: &Model) -> Vec<Proposal> {
-        let numbers = with_other_numbers(model).into_iter().map(|m| (m, model.fit.starts.clone())).collect::<Vec<_>>();
-        let numbers = (!numbers.is_empty()).then(|| Proposal { effects: model.effects.clone(), starts: numbers });
+        let others = with_other_numbers(model).into_iter().chain(self.brought_back(model));
+        let others = others.map(|m| (m, model.fit.starts.clone())).collect::<Vec<_>>();
+        let others = (!others.is_empty()).then(|| Proposal { effects: model.effects.clone(), starts: others });
         let resonant = model.effects.iter().filter(|e| e.about().resonant);
         resonant
             .filter_map(|&e| {
@@ -548,8 +558,22 @@ impl Search<'_> {
                 let score = self.loop_.score_beside(&machine, &model.fit.starts, &without(&model.effects, e), e)?;
                 self.proposal(model, [machine], model.effects.clone(), &score)
             })
-            .chain(numbers)
+            .chain(others)
             .collect()
+    }
+
+    /// The machine of a model with the base parameters as given, where they have run off to where slopes lead nowhere.
+    fn brought_back(&self, model: &Model) -> Option<Machine<f64>> {
+        let (machine, given) = (&model.fit.machine, self.loop_.given());
+        let by_factors = model.fit.free.iter().filter(|f| f.transform == Transform::Log);
+        let ids = by_factors.flat_map(|f| match &f.target {
+            Target::Machine(ids) => ids.as_slice(),
+            Target::Initial { .. } => &[],
+        });
+        let ids: Vec<ParameterId> = ids.copied().filter(|id| matches!(id, ParameterId::Base(_))).collect();
+        let far = |id: &ParameterId| (machine.get(*id) / given.get(*id)).ln().abs() > 1.0;
+        let back: Vec<(ParameterId, f64)> = ids.iter().map(|id| (*id, given.get(*id))).collect();
+        ids.iter().any(far).then(|| machine.with(&back).ok()).flatten()
     }
 
     /// The fit of a set, the best from all its starts, with the work of all.

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use im_model::{Known, Machine, ParameterId};
 
-use super::free::{Free, Prior, Target};
+use super::free::{Free, Prior, Target, Transform};
 
 /// 97.5 % quantile of the normal distribution: half of a 95 % interval, in standard deviations.
 pub const HALF_95: f64 = 1.96;
@@ -46,6 +46,19 @@ pub fn knowing(free: Vec<Free>, known: &BTreeMap<ParameterId, Known>) -> Vec<Fre
         Target::Initial { .. } => Some(f),
     };
     free.into_iter().filter_map(with).collect()
+}
+
+/// Base parameters that move by factors, and of which nothing else is known, are near the middle of their limits, which stand at four standard
+/// deviations: that counts `weight` times.
+pub fn expecting(mut free: Vec<Free>, weight: f64) -> Vec<Free> {
+    for f in free.iter_mut().filter(|f| f.transform == Transform::Log && f.priors.is_empty()) {
+        if let Some(id @ ParameterId::Base(_)) = f.id() {
+            let (least, most) = f.limits;
+            let std = (most / least).ln() / 8.0;
+            f.priors = vec![Prior { id, value: (least * most).sqrt(), std: std / weight.sqrt() }];
+        }
+    }
+    free
 }
 
 /// For each free parameter: what its priors add to the cost, to the gradient towards less of it, and to JᵀJ.

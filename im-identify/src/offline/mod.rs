@@ -27,7 +27,7 @@ pub use fit::{Fit, FitError, FitOptions, cost, fit, fit_from, inverse_of_normal}
 pub use free::{
     Free, Prior, Target, Transform, base_parameters, base_parameters_in, effect_parameters, effect_parameters_in, torques_balance,
 };
-pub use knowledge::{HALF_95, knowing, prior_cost, prior_terms};
+pub use knowledge::{HALF_95, expecting, knowing, prior_cost, prior_terms};
 pub use load::{Load, ShownSpeed, Size};
 pub use load_torque::{LoadEstimate, load_torque};
 pub use simulate::{Linearized, Residuals, linearize, predict, residuals};
