@@ -4,6 +4,7 @@ use std::borrow::Borrow;
 use std::collections::BTreeMap;
 
 use im_identify::offline::Experiment;
+use nalgebra::DMatrix;
 
 /// Standard deviation of white noise on a smooth signal, from fourth differences: Var(Δ⁴e) = 70 σ², while a sine of 50 Hz sampled
 /// at 10 kHz leaves a millionth of itself. Median-based, so that steps and spikes do not count.
@@ -86,7 +87,7 @@ impl Whitener {
     /// The same with a memory of a few samples at most, as sensors have: poles within 0.9 from sample to sample, `stride` of which a row holds,
     /// and the variance that this filter leaves of `runs`. What stays longer is no noise.
     pub fn of_a_sensor(mut self, runs: &[&[f64]], stride: usize) -> Self {
-        let memory = MEMORY.powi(stride as i32);
+        let memory = (MEMORY.powi(stride as i32) / self.longest_memory()).min(1.0);
         let mut shrink = 1.0;
         for a in &mut self.coefficients {
             shrink *= memory;
@@ -97,6 +98,16 @@ impl Whitener {
         let left: f64 = runs.iter().map(|r| self.apply(r).iter().map(|w| w * w).sum::<f64>()).sum();
         self.variance = (left / n.max(1) as f64).max(1e-300);
         self
+    }
+
+    /// The largest magnitude of its poles: the zeros of z^p − a_1 z^(p−1) − … − a_p.
+    fn longest_memory(&self) -> f64 {
+        let p = self.coefficients.len();
+        let companion = DMatrix::from_fn(p, p, |i, j| match i {
+            0 => self.coefficients[j],
+            _ => f64::from(u8::from(j + 1 == i)),
+        });
+        if p == 0 { 0.0 } else { companion.complex_eigenvalues().iter().map(|z| z.norm()).fold(0.0, f64::max) }
     }
 
     /// Filters a signal to innovations of unit variance; the first p rows use what history there is.
@@ -224,6 +235,29 @@ mod tests {
         let y = w.apply(&x);
         let lag1: f64 = y.windows(2).map(|p| p[0] * p[1]).sum::<f64>() / y.iter().map(|v| v * v).sum::<f64>();
         assert!(lag1.abs() < 0.02 && (w.variance - 1.0).abs() < 0.05, "{lag1} {}", w.variance);
+    }
+
+    /// Noise that a sensor can have is whitened whole; of what stays longer, as much as such a sensor could make.
+    #[test]
+    fn a_sensor_forgets_within_ten_samples() {
+        let process = |pole: f64| {
+            let mut e = 0.0;
+            let next = |w: &f64| {
+                e = pole * e + w;
+                e
+            };
+            noise(4, 40_000).iter().map(next).collect::<Vec<f64>>()
+        };
+        for (pole, kept) in [(0.5, 0.5), (0.88, 0.88), (0.99, 0.9), (0.999, 0.9)] {
+            let x = process(pole);
+            let w = Whitener { coefficients: vec![pole], variance: 1.0 }.of_a_sensor(&[&x], 1);
+            assert!((w.coefficients[0] - kept).abs() < 1e-12, "{pole}: {w:?}");
+            // Of the innovations of a longer memory: Var(x_k − 0.9 x_{k−1}) = (1 − 1.8 ρ + 0.81)/(1 − ρ²).
+            let left = (1.0 - 2.0 * kept * pole + kept * kept) / (1.0 - pole * pole);
+            assert!((w.variance / left - 1.0).abs() < 0.15, "{pole}: {w:?} {left}");
+        }
+        let pair = Whitener { coefficients: vec![2.0 * 0.95 * 0.3f64.cos(), -0.95 * 0.95], variance: 1.0 };
+        assert!((pair.longest_memory() - 0.95).abs() < 1e-9);
     }
 
     #[test]

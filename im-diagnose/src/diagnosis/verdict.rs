@@ -181,8 +181,8 @@ pub(super) fn is_contested(course: &Course, left: &Left<'_>) -> bool {
 /// The verdict as far as effects and residual tests decide it.
 fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     let last = &course.last().model;
-    // A search that had to end has no answer: sets that it did not come to may be likelier.
-    let unfinished = course.cut_short && !last.effects.is_empty();
+    // A search that had to end while something was left has no answer: sets that it did not come to may be likelier.
+    let unfinished = course.cut_short && !last.effects.is_empty() && left.error[1] - 1.0 > NEGLIGIBLE;
     if left.is_unexplained(floor) || left.replace || unfinished {
         Some(Verdict::Unexplained)
     } else if last.effects.is_empty() {

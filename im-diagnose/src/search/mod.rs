@@ -13,8 +13,8 @@ mod significance;
 use std::collections::BTreeMap;
 
 use im_identify::offline::{
-    Experiment, Fit, FitError, FitOptions, Free, Load, Residuals, angle_on, base_parameters_in, effect_parameters_in, expecting, fit_from,
-    knowing, residuals, start_on, start_parameters,
+    Experiment, Fit, FitError, FitOptions, Free, Load, Residuals, angle_on, base_parameters_in, effect_parameters_in, expecting,
+    fit_from, knowing, residuals, start_on, start_parameters,
 };
 use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
@@ -26,8 +26,8 @@ use score::{Score, ScoreContext, Seed, strengths};
 
 pub use course::{Course, Refusal, Round, Stage, Trial};
 pub use posterior::{Posterior, Weighed};
-pub use sets::{Answer, Sets};
 use sets::least_dispersion;
+pub use sets::{Answer, Sets};
 pub use significance::Significance;
 
 /// What the loop may do.

@@ -454,10 +454,19 @@ impl Search<'_> {
         }
     }
 
-    /// Fits sets quickly, and keeps what is new or better.
+    /// Fits sets quickly, and keeps what is new or better. One that has not arrived where a part of it is better is fitted on.
     fn fit(&mut self, proposals: &[Proposal]) {
         let fitted: Vec<Model> = proposals.par_iter().filter_map(|p| self.fitted(p, &FitOptions::quick())).collect();
-        fitted.into_iter().for_each(|m| self.keep(m));
+        let (lost, rest): (Vec<Model>, Vec<Model>) = fitted.into_iter().partition(|m| !m.fit.converged && self.is_behind(m));
+        let on = |m: &Model| Proposal { effects: m.effects.clone(), starts: vec![(m.fit.machine, m.fit.starts.clone())] };
+        let on: Vec<Model> = lost.par_iter().filter_map(|m| self.fitted(&on(m), &FitOptions::quick())).collect();
+        lost.into_iter().chain(rest).chain(on).for_each(|m| self.keep(m));
+    }
+
+    /// Whether the set without one of its effects explains more.
+    fn is_behind(&self, model: &Model) -> bool {
+        let parts = model.effects.iter().filter_map(|&e| self.known.get(&sorted(&without(&model.effects, e))));
+        parts.into_iter().any(|part| part.model.train_deviance < model.train_deviance)
     }
 
     /// Keeps a fit that is the first of its set, or the best.
@@ -629,10 +638,7 @@ impl Search<'_> {
         self.polish_answer(Self::rivals)?;
         let mut way = vec![self.answer()];
         while let Some(set) = way.last().filter(|s| !s.is_empty()).cloned() {
-            let model = &self.known[&set].model;
-            let missing: Vec<Model> =
-                self.removals(model).par_iter().filter_map(|p| self.fitted(p, &FitOptions::quick())).collect();
-            missing.into_iter().for_each(|m| self.keep(m));
+            self.fit(&self.removals(&self.known[&set].model));
             let rest = set.iter().map(|&e| without(&set, e)).filter(|s| self.known.contains_key(s));
             let before = rest.min_by(|a, b| self.deviance(a).total_cmp(&self.deviance(b)));
             let before = before.unwrap_or_default();

@@ -79,3 +79,28 @@ pub fn prior_terms(machine: &Machine<f64>, free: &[Free]) -> Vec<[f64; 3]> {
 pub fn prior_cost(machine: &Machine<f64>, free: &[Free]) -> f64 {
     prior_terms(machine, free).iter().map(|t| t[0]).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::offline::base_parameters;
+    use im_model::machines::MOTULATOR_2_2_KW;
+
+    /// At a limit a parameter is four standard deviations off; D, which may vanish, and what is known already are left as they are.
+    #[test]
+    fn limits_stand_at_four_standard_deviations() {
+        let machine = Machine::base(MOTULATOR_2_2_KW.parameters(), MOTULATOR_2_2_KW.pole_pairs).unwrap();
+        let [inertia, resistance] =
+            [im_model::BaseParameter::Inertia, im_model::BaseParameter::StatorResistance].map(ParameterId::Base);
+        let known = BTreeMap::from([(inertia, Known { value: machine.get(inertia), tolerance: 0.1 })]);
+        let free = knowing(base_parameters(&machine), &known);
+        let expected = expecting(free.clone(), 5.0);
+        let untouched = |f: &&Free| f.transform != Transform::Log || f.id() == Some(inertia);
+        assert!(free.iter().zip(&expected).filter(|(f, _)| untouched(f)).all(|(a, b)| a == b));
+        assert_eq!(expected.iter().filter(|f| f.priors.len() == 1).count(), free.len() - 1);
+        assert!(prior_cost(&machine, &expected) < 1e-20);
+        let (_, most) = expected[0].limits;
+        let at_limit = machine.with(&[(resistance, most)]).unwrap();
+        assert!((prior_cost(&at_limit, &expected) / (5.0 * 16.0) - 1.0).abs() < 1e-12);
+    }
+}

@@ -137,6 +137,18 @@ fn a_descent_over_a_horizon_sees_nothing_beyond_it() {
     assert!(whole.chi2_per_sample() > 10.0, "{}", whole.chi2_per_sample());
 }
 
+/// r(x + v) = r − S v − c(v)/2 with a quadratic c: half the second derivative along v is −c(v)/2, exactly.
+#[test]
+fn the_turn_of_a_way_is_half_its_second_derivative() {
+    let s = DMatrix::from_row_slice(4, 3, &[1.0, 0.5, -0.2, 0.3, 2.0, 0.4, -0.6, 0.1, 1.5, 0.2, -0.3, 0.7]);
+    let (r, bend) = (DVector::from_vec(vec![1.0, -0.4, 0.2, 2.0]), DVector::from_vec(vec![0.3, -2.0, 0.9, 0.1]));
+    let step = DVector::from_vec(vec![0.7, -0.2, 0.4]);
+    let gradient = |part: f64| s.transpose() * (&r - &s * &step * part - &bend * (0.5 * part * part));
+    let slopes = Slopes { per_run: Vec::new(), normal: s.transpose() * &s, way: 0.0 };
+    let turn = slopes.turn(&step, &gradient(0.0), &gradient(PROBE));
+    assert!((turn + s.transpose() * bend * 0.5).norm() < 1e-12);
+}
+
 /// From starts so far off that full steps lead astray: it climbs nowhere, and where it says it has converged nothing is left to gain.
 #[test]
 fn a_descent_never_climbs_and_has_arrived_when_it_says_so() {
