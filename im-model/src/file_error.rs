@@ -123,6 +123,12 @@ impl FileError {
         Self { file: file.to_owned(), line: self.line, key: self.key.clone(), problem: Box::new(Problem::Syntax { reason }) }
     }
 
+    /// What is wrong and in which line, for a message that names the file already.
+    pub fn without_file(&self) -> String {
+        let line = self.line.map_or_else(String::new, |l| format!("line {l}: "));
+        format!("{line}{}", What(self))
+    }
+
     /// The system refused to do what `doing` says, as an infinitive: `read`.
     pub fn io(file: &str, doing: &'static str, e: &io::Error) -> Self {
         Self::new(file, None, None, Problem::Io { doing, kind: e.kind(), reason: e.to_string() })

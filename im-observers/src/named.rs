@@ -14,10 +14,16 @@ pub trait Gains {
     fn table(&self) -> Option<&str>;
     /// A number that may be missing.
     fn number(&self, key: &str) -> Result<Option<f64>, Self::Error>;
-    /// A number, or the one an observer starts from where the file has none. Whoever reads files says which those were.
+    /// A number, or the one an observer starts from where the file has none.
     fn number_or(&self, key: &'static str, usual: f64) -> Result<f64, Self::Error> {
-        Ok(self.number(key)?.unwrap_or(usual))
+        let given = self.number(key)?;
+        if given.is_none() && usual != 0.0 {
+            self.note_usual(key, usual);
+        }
+        Ok(given.unwrap_or(usual))
     }
+    /// Notes a number that a file does not have, for whoever must say so.
+    fn note_usual(&self, _key: &'static str, _usual: f64) {}
     /// A number that must be there.
     fn needed(&self, key: &str) -> Result<f64, Self::Error>;
     /// [lower, upper].

@@ -95,12 +95,10 @@ impl Gains for Table {
         self.get(key, "a finite number", float)
     }
 
-    fn number_or(&self, key: &'static str, usual: f64) -> Result<f64, Wrong> {
-        let given = self.number(key)?;
-        if given.is_none() && usual != 0.0 && self.name.is_some() {
+    fn note_usual(&self, key: &'static str, usual: f64) {
+        if self.name.is_some() {
             self.added.borrow_mut().push((key, usual));
         }
-        Ok(given.unwrap_or(usual))
     }
 
     fn needed(&self, key: &str) -> Result<f64, Wrong> {

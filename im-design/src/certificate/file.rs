@@ -199,7 +199,7 @@ impl Certificate {
             schema: u32,
         }
         let toml = TomlText::new(text, "certificate", &[]).of_kind(FileKind::Certificate);
-        let malformed = |e: FileError| CheckError::Malformed(e.to_string());
+        let malformed = |e: FileError| CheckError::Malformed(e.without_file());
         let Version { schema } = toml.read().map_err(malformed)?;
         if schema != SCHEMA {
             let what = format!("schema {schema} is not {SCHEMA}, the one decided here: make the design again with this version");
@@ -268,6 +268,9 @@ mod tests {
         assert!(refused(&text.replacen("schema = 2", "schema = 1", 1)));
         assert!(refused(&text.replacen("schema = 2", "schema = 2\nextra = 2", 1)));
         assert!(refused(&text.replacen("rate_per_s", "rate", 1)));
+        // Whoever read the file names it: here its line is enough.
+        let Err(said) = Certificate::check_text("[machine]\npole_pairs = 2\n") else { panic!("a motor file is no certificate") };
+        assert!(said.to_string().starts_with("not a certificate: a file of gains"), "{said}");
         assert!(Certificate::check_text(&format!("# a comment changes nothing\n{text}")).is_ok());
     }
 }

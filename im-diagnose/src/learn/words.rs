@@ -74,7 +74,7 @@ impl Formula {
     pub fn sentence(&self) -> String {
         let how = if self.off < CLOSE { "It is" } else { "The nearest of the known forms is" };
         format!(
-            "{how} {}: {} (off by {} % of the curve; costs {} of the fit in D)",
+            "{how} {}: {} (off by {} % of the curve; with it −2 log L would rise by {})",
             self.name,
             self.text,
             number(100.0 * self.off, 2),

@@ -1,10 +1,12 @@
 //! The loop: fit, score, refit the leading candidates, add, drop, swap, validate, decide.
 //!
 //! Here: fits of a model with given effects, and the scores of others. `score`: which effects are nominated. `sets`: which sets of effects
-//! are likely. `course`: the way from the base model to the likeliest set, step by step for the report.
+//! are likely, and which is looked at next. `neighbours`: from where the sets around it are fitted. `posterior`: how sure the data are.
+//! `course`: the way from the base model to the likeliest set, step by step for the report.
 
 mod course;
 mod lines;
+mod neighbours;
 mod posterior;
 pub mod score;
 mod sets;

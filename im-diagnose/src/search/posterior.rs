@@ -1,7 +1,11 @@
 //! How sure the data are of the sets of effects that were tried.
 
+use std::collections::BTreeMap;
+
 use im_model::EffectId;
 use serde_json::{Value, json};
+
+use super::sets::Search;
 
 /// A set of effects and its probability.
 #[derive(Clone, Debug)]
@@ -35,6 +39,33 @@ pub struct Posterior {
     pub inclusion: Vec<(EffectId, f64)>,
     /// λ: by how much a sample counts less than an independent one.
     pub dispersion: f64,
+}
+
+impl Search<'_> {
+    pub(super) fn posterior(&self) -> Posterior {
+        let ranked = self.ranked();
+        let least = ranked[0].1;
+        let weights: Vec<f64> = ranked.iter().map(|(_, j)| (-0.5 * (j - least)).exp()).collect();
+        let total: f64 = weights.iter().sum();
+        let sets: Vec<Weighed> = ranked
+            .iter()
+            .zip(&weights)
+            .map(|((s, _), w)| {
+                let model = &self.known[*s].model;
+                let deviance = self.beyond_nothing(s);
+                Weighed { effects: (*s).clone(), probability: w / total, deviance, parameters: self.more(model) }
+            })
+            .collect();
+        let mut inclusion: BTreeMap<EffectId, f64> = BTreeMap::new();
+        for w in &sets {
+            for &e in &w.effects {
+                *inclusion.entry(e).or_default() += w.probability;
+            }
+        }
+        let mut inclusion: Vec<(EffectId, f64)> = inclusion.into_iter().collect();
+        inclusion.sort_by(|a, b| b.1.total_cmp(&a.1));
+        Posterior { sets, inclusion, dispersion: self.dispersion() }
+    }
 }
 
 impl Posterior {

@@ -162,12 +162,8 @@ impl Gains for Found<'_> {
         }
     }
 
-    fn number_or(&self, key: &'static str, usual: f64) -> Result<f64, Refused> {
-        let given = self.number(key)?;
-        if given.is_none() && usual != 0.0 {
-            self.added.borrow_mut().push((key, usual));
-        }
-        Ok(given.unwrap_or(usual))
+    fn note_usual(&self, key: &'static str, usual: f64) {
+        self.added.borrow_mut().push((key, usual));
     }
 
     fn needed(&self, key: &str) -> Result<f64, Refused> {
