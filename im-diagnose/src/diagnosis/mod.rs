@@ -26,8 +26,8 @@ use ranking::ranking;
 pub(crate) use ranking::{NOT_EXCITED, SUSPECTED};
 pub use steps::Step;
 use steps::{Found, steps};
-use verdict::{Left, caused, is_contested, remainder, verdict};
-pub use verdict::{Remainder, Verdict};
+use verdict::{Left, caused, is_contested, residual_cause, verdict};
+pub use verdict::{ResidualCause, Verdict};
 
 /// A parameter before and after.
 #[derive(Clone, Debug)]
@@ -85,7 +85,7 @@ pub struct Diagnosis {
     /// Loads that no column holds, as the last model finds them, and the effects that are not determined without them.
     pub loads: Loads,
     /// More than noise that is left beside effects that were found: less than a tenth, or the verdict is `unexplained`.
-    pub remainder: Option<Remainder>,
+    pub residual_cause: Option<ResidualCause>,
     /// What the motor does on its rated supply, as given and as refined.
     pub rated: [RatedSupply; 2],
     /// Losses of the refined motor in the rows of tables.
@@ -150,8 +150,8 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     } else {
         (found.steps.clone(), found.judged.clone())
     };
-    let remainder = remainder(&course, &left);
-    let ranking = ranking(&loop_, &course, significance.get(), remainder.as_ref().and_then(|r| r.suspect));
+    let residual_cause = residual_cause(&course, &left);
+    let ranking = ranking(&loop_, &course, significance.get(), residual_cause.as_ref().and_then(|r| r.suspect));
     let verdict = verdict(&course, &ranking, &left, floor);
     let last_step = &steps[steps.len() - 1];
     let Step { machine, starts, holdout_start, effects, .. } = last_step;
@@ -184,7 +184,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         curves: left.curves.clone(),
         dependences: found.dependences,
         loads,
-        remainder,
+        residual_cause,
         rated,
         losses,
         learned,

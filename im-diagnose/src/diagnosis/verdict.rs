@@ -45,14 +45,14 @@ impl Verdict {
 
 /// What the effects added leave, where it is more than noise.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Remainder {
+pub struct ResidualCause {
     /// The effect that would explain most of it on the held-out recording, if one does: tried, but not confirmed.
     pub suspect: Option<EffectId>,
     /// The training error with it, χ²/N.
     pub with_suspect: f64,
 }
 
-pub(super) fn remainder(course: &Course, left: &Left<'_>) -> Option<Remainder> {
+pub(super) fn residual_cause(course: &Course, left: &Left<'_>) -> Option<ResidualCause> {
     let last = &course.last().model;
     let found = matches!(verdict_of(course, left, 1.0), Some(Verdict::MissingEffects | Verdict::Confounded));
     if !found || left.error[1] - 1.0 <= NEGLIGIBLE || !caused(course, left) {
@@ -63,7 +63,7 @@ pub(super) fn remainder(course: &Course, left: &Left<'_>) -> Option<Remainder> {
     let unseen = |m: &Model| m.holdout.unwrap_or_else(|| m.train());
     let likely = round.trials.iter().filter(|t| gains(t));
     let suspect = likely.min_by(|a, b| unseen(&a.model).total_cmp(&unseen(&b.model)));
-    Some(Remainder { suspect: suspect.map(|t| t.effect), with_suspect: suspect.map_or(last.train(), |t| t.model.train()) })
+    Some(ResidualCause { suspect: suspect.map(|t| t.effect), with_suspect: suspect.map_or(last.train(), |t| t.model.train()) })
 }
 
 /// Largest relative standard deviation of a resistance or an inductance that counts as known.

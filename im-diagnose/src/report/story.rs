@@ -514,7 +514,7 @@ fn curves_words(d: &Diagnosis, beside: &str, acts: [&str; 2]) -> Option<String> 
 
 /// Said beside what was found, where the error that stays is more than noise.
 fn rest(d: &Diagnosis) -> Option<String> {
-    let r = d.remainder.as_ref()?;
+    let r = d.residual_cause.as_ref()?;
     let suspect = match r.suspect {
         Some(e) => {
             format!(

@@ -110,10 +110,10 @@ fn what_was_found_is_not_said_to_be_all_where_more_is_left() {
         d.course.stages.iter().map(|s| s.round.significant.clone()).collect::<Vec<_>>()
     );
     assert_eq!(
-        d.remainder.as_ref().and_then(|r| r.suspect),
+        d.residual_cause.as_ref().and_then(|r| r.suspect),
         Some(EffectId::CoulombFriction),
         "{:?} {:?}",
-        d.remainder,
+        d.residual_cause,
         d.steps[1].train
     );
     let (page, text) = check(&d, "more");
@@ -126,7 +126,7 @@ fn what_was_found_is_not_said_to_be_all_where_more_is_left() {
     }
     let ranked = d.ranking.iter().find(|c| c.effect == EffectId::CoulombFriction).unwrap();
     assert!(ranked.conclusion.starts_with("may be missing, too"), "{}", ranked.conclusion);
-    assert_eq!(cases::missing().remainder, None);
+    assert_eq!(cases::missing().residual_cause, None);
 }
 
 #[test]
