@@ -24,7 +24,7 @@ use crate::residuals::{all_residuals, deviance, difference, slopes};
 const SIZE: f64 = 0.05;
 
 /// The same where sets of effects are compared: a real machine's form may be farther from the library's than that of another machine is.
-const SIZE_IN_SEARCH: f64 = 0.1;
+pub const SIZE_IN_SEARCH: f64 = 0.1;
 
 /// Rows that are enough to find how much of each change is in a residual.
 const ROWS: usize = 30_000;

@@ -137,7 +137,9 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
             let curves: Vec<EffectId> = likelier.effects.iter().copied().filter(|e| e.free_form().is_some()).collect();
             let found = &course.last().model.effects;
             let gives_way = |e| !likelier.effects.contains(e) || likelier.imitators.contains(e);
-            let replace = !curves.is_empty() && (found.is_empty() || found.iter().any(gives_way));
+            // A curve that takes no more than the form of what was found may err by is that form, and no other cause.
+            let replaced = found.is_empty() || (found.iter().any(gives_way) && !left.is_within_form());
+            let replace = !curves.is_empty() && replaced;
             left = left.contested(curves, replace);
         }
     }

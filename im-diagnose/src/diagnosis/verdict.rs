@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Candidate;
 use super::steps::{Found, Step};
-use crate::form_error::bent;
+use crate::form_error::{SIZE_IN_SEARCH, bent};
 use crate::residual_tests::Dependence;
 use crate::search::{Course, Model, NO_DOUBT, Refinement, Refusal, Round, Trial, UNEXPLAINED};
 use crate::statistics::log_p;
@@ -124,6 +124,11 @@ impl<'a> Left<'a> {
     /// The same where curves of no known form make the recordings likelier.
     pub(super) fn contested(self, curves: Vec<EffectId>, replace: bool) -> Self {
         Self { curves, replace, ..self }
+    }
+
+    /// Whether what is left is no more than the forms of effects err by that explain the rest.
+    pub(super) fn is_within_form(&self) -> bool {
+        self.error[1] - 1.0 <= SIZE_IN_SEARCH.powi(2) * (self.error[0] - 1.0)
     }
 
     /// Whether the effects explain too little, whatever curves of no known form would.

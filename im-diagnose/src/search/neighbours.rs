@@ -152,10 +152,9 @@ impl Search<'_> {
         deviance / dispersion + price < self.ranked()[0].1
     }
 
-    /// A model with an effect more, from a part of the size predicted. No descent moves a whole number, and what is right beside one effect less may
-    /// be wrong beside it: all are tried.
+    /// A model with an effect more, from a part of the size predicted, and from elsewhere: what is right beside one effect less may be wrong beside it.
     fn addition(&self, model: &Model, score: &Score, part: f64) -> Option<Proposal> {
-        let machines = std::iter::once(model.fit.machine).chain(with_other_numbers(model));
+        let machines = std::iter::once(model.fit.machine).chain(self.elsewhere(model));
         self.proposal(model, machines, with(&model.effects, score.effect), &score.smaller(part))
     }
 
@@ -193,11 +192,9 @@ impl Search<'_> {
         scores.iter().flat_map(|s| s.instead.iter().filter_map(move |i| exchange(s, i))).collect()
     }
 
-    /// The same set from other shapes of its resonances, from other whole numbers, and where its base parameters have run off, from those given:
-    /// each may lead to another minimum.
+    /// The same set from other shapes of its resonances, and from elsewhere: each may lead to another minimum.
     fn restarts(&self, model: &Model) -> Vec<Proposal> {
-        let others = with_other_numbers(model).into_iter().chain(self.brought_back(model));
-        let others = others.map(|m| (m, model.fit.starts.clone())).collect::<Vec<_>>();
+        let others = self.elsewhere(model).map(|m| (m, model.fit.starts.clone())).collect::<Vec<_>>();
         let others = (!others.is_empty()).then(|| Proposal { effects: model.effects.clone(), starts: others });
         let resonant = model.effects.iter().filter(|e| e.about().resonant);
         resonant
@@ -208,6 +205,11 @@ impl Search<'_> {
             })
             .chain(others)
             .collect()
+    }
+
+    /// Where no descent leads: a model with other whole numbers of its effects, or with the base parameters as given.
+    fn elsewhere(&self, model: &Model) -> impl Iterator<Item = Machine<f64>> {
+        with_other_numbers(model).into_iter().chain(self.brought_back(model))
     }
 
     /// The machine of a model with the base parameters as given, where they have run off to where slopes lead nowhere.
