@@ -398,6 +398,11 @@ impl Point {
         Self { cost: sum_of_squares(&residuals) + known_cost(&machine, free), machine, starts, residuals }
     }
 
+    /// The cost, infinite where the simulation has run away.
+    fn cost_or_infinite(&self) -> f64 {
+        if self.cost.is_finite() { self.cost } else { f64::INFINITY }
+    }
+
     /// Refuses a point whose simulation has run away, by the name of the experiment.
     fn check(&self, experiments: &[Experiment]) -> Result<(), FitError> {
         if self.cost.is_finite() {
@@ -493,12 +498,14 @@ pub(super) fn descend(
                 continue;
             };
             // Where the way down bends, straight steps leave it or must be short.
-            let falls_short = !(here.cost - there.cost >= FAIR * promise);
+            let falls_short = here.cost - there.cost_or_infinite() < FAIR * promise;
             if fresh && taken.stride() == 1 && falls_short {
                 let turn = after(&(&step * PROBE)).map(|near| s.turn(&step, &of_residuals, &s.gradient(taken, &near.residuals)));
                 let bend = turn.and_then(|turn| damped_step(&normal, &turn, &stopped, damping));
                 let bend = bend.map(|(bend, _)| bend).filter(|bend| bend.norm() <= MOST_BEND * step.norm());
-                if let Some(bent) = bend.and_then(|bend| after(&(&step + bend))).filter(|bent| !(there.cost <= bent.cost)) {
+                if let Some(bent) =
+                    bend.and_then(|bend| after(&(&step + bend))).filter(|bent| bent.cost_or_infinite() < there.cost_or_infinite())
+                {
                     there = bent;
                 }
             }
