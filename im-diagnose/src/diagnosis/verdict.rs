@@ -55,7 +55,7 @@ pub struct ResidualCause {
 pub(super) fn residual_cause(course: &Course, left: &Left<'_>) -> Option<ResidualCause> {
     let last = &course.last().model;
     let found = matches!(verdict_of(course, left, 1.0), Some(Verdict::MissingEffects | Verdict::Confounded));
-    if !found || left.error[1] - 1.0 <= NEGLIGIBLE || !caused(course, left) {
+    if !found || !left.is_more_than_noise() || !caused(course, left) {
         return None;
     }
     let round = &course.last().round;
@@ -117,13 +117,18 @@ impl<'a> Left<'a> {
 
     /// The same where the curves of the effects may be wrong.
     pub(super) fn bent(self, loop_: &Refinement, found: &Found) -> Self {
-        let doubtful = self.error[1] - 1.0 > NEGLIGIBLE;
+        let doubtful = self.is_more_than_noise();
         Self { bent: if doubtful { bent_error(loop_, found) } else { self.bent }, ..self }
     }
 
     /// The same where curves of no known form make the recordings likelier.
     pub(super) fn contested(self, curves: Vec<EffectId>, replace: bool) -> Self {
         Self { curves, replace, ..self }
+    }
+
+    /// Whether the last model is not as good as the sensors.
+    fn is_more_than_noise(&self) -> bool {
+        self.error[1] - 1.0 > NEGLIGIBLE
     }
 
     /// Whether what is left is no more than the forms of effects err by that explain the rest.
@@ -180,14 +185,14 @@ fn gains(t: &Trial) -> bool {
 
 /// Whether more than noise is left, so that curves of no known form must show what they explain of it.
 pub(super) fn is_contested(course: &Course, left: &Left<'_>) -> bool {
-    left.error[1] - 1.0 > NEGLIGIBLE && caused(course, left)
+    left.is_more_than_noise() && caused(course, left)
 }
 
 /// The verdict as far as effects and residual tests decide it.
 fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     let last = &course.last().model;
     // A search that had to end while something was left has no answer: sets that it did not come to may be likelier.
-    let unfinished = course.cut_short && !last.effects.is_empty() && left.error[1] - 1.0 > NEGLIGIBLE;
+    let unfinished = course.cut_short && !last.effects.is_empty() && left.is_more_than_noise();
     if left.is_unexplained(floor) || left.replace || unfinished {
         Some(Verdict::Unexplained)
     } else if last.effects.is_empty() {

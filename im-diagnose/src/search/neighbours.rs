@@ -24,6 +24,13 @@ struct Proposal {
     starts: Vec<(Machine<f64>, Vec<State<f64>>)>,
 }
 
+impl Proposal {
+    /// On from where a fit ended.
+    fn from_end_of(model: &Model) -> Self {
+        Self { effects: model.effects.clone(), starts: vec![(model.fit.machine, model.fit.starts.clone())] }
+    }
+}
+
 /// The machine of a model with each other whole number of its effects, such as the phase without a sensor.
 fn with_other_numbers(model: &Model) -> Vec<Machine<f64>> {
     let machine = &model.fit.machine;
@@ -49,8 +56,7 @@ impl Search<'_> {
         let begun: Vec<Proposal> = of_library().filter_map(|&e| usual(&base.machine, e)).collect();
         let begun: Vec<Model> = begun.par_iter().filter_map(|p| self.fitted(p, &step)).collect();
         let explains = |m: &&Model| m.deviance < self.base().deviance;
-        let led = |m: &Model| Proposal { effects: m.effects.clone(), starts: vec![(m.fit.machine, m.fit.starts.clone())] };
-        let mut proposals: Vec<Proposal> = begun.iter().filter(explains).map(led).collect();
+        let mut proposals: Vec<Proposal> = begun.iter().filter(explains).map(Proposal::from_end_of).collect();
         // From the parameters as given, too, where a step does not lead as far.
         if let Some(given) = self.brought_back(self.base()) {
             proposals.extend(of_library().filter_map(|&e| usual(&given, e)));
@@ -97,8 +103,8 @@ impl Search<'_> {
     fn fit(&mut self, proposals: &[Proposal]) {
         let fitted: Vec<Model> = proposals.par_iter().filter_map(|p| self.fitted(p, &FitOptions::quick())).collect();
         let (lost, rest): (Vec<Model>, Vec<Model>) = fitted.into_iter().partition(|m| !m.fit.converged && self.is_behind(m));
-        let on = |m: &Model| Proposal { effects: m.effects.clone(), starts: vec![(m.fit.machine, m.fit.starts.clone())] };
-        let on: Vec<Model> = lost.par_iter().filter_map(|m| self.fitted(&on(m), &FitOptions::quick())).collect();
+        let on = |m: &Model| self.fitted(&Proposal::from_end_of(m), &FitOptions::quick());
+        let on: Vec<Model> = lost.par_iter().filter_map(on).collect();
         lost.into_iter().chain(rest).chain(on).for_each(|m| self.keep(m));
     }
 
