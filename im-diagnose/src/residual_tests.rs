@@ -7,6 +7,7 @@ use std::ops::Range;
 use im_identify::offline::{ChannelKind, Experiment};
 use im_model::space_vector::unit;
 use im_model::{Bench, Complex, Machine, State};
+use rayon::prelude::*;
 
 use crate::localise::slip_hz;
 use crate::noise::sensor_whiteners;
@@ -85,8 +86,12 @@ pub struct Dependence {
 }
 
 const BINS: usize = 12;
-/// Highest ripple order looked for, per revolution.
+/// Highest ripple order looked for, per revolution of the rotor, and of the current.
 const ORDERS: i32 = 60;
+const CURRENT_ORDERS: i32 = 12;
+
+const PARTS: [Part; 3] = [Part::FluxCurrent, Part::TorqueCurrent, Part::Speed];
+const NAMED: [Variable; 5] = [Variable::Flux, Variable::Current, Variable::Speed, Variable::Slip, Variable::Time];
 
 /// The dependences that stand out, strongest first.
 pub fn dependences(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment]) -> Vec<Dependence> {
@@ -155,72 +160,71 @@ impl Series {
     }
 
     fn find(&self) -> Vec<Dependence> {
-        let parts = [Part::FluxCurrent, Part::TorqueCurrent, Part::Speed];
-        let named = [Variable::Flux, Variable::Current, Variable::Speed, Variable::Slip, Variable::Time];
-        let n = self.raw.len();
-        if n < 50 * BINS {
+        if self.raw.len() < 50 * BINS {
             return Vec::new();
         }
-        let tried = (named.len() * parts.len()) as f64 + 3.0 * f64::from(ORDERS) * 2.0;
-        let mut found = Vec::new();
-        for (p, &part) in parts.iter().enumerate() {
-            let variance = self.white.iter().map(|w| w[p] * w[p]).sum::<f64>() / n as f64;
+        let edges_of = |v: usize| inner_edges(self.variables.iter().map(|x| x[v]).collect());
+        let edges: Vec<Vec<f64>> = (0..NAMED.len()).into_par_iter().map(edges_of).collect();
+        let of_part = |p: usize| -> Vec<Dependence> {
+            let variance = self.white.iter().map(|w| w[p] * w[p]).sum::<f64>() / self.white.len() as f64;
             if variance <= 0.0 {
-                continue;
+                return Vec::new();
             }
-            for (v, &variable) in named.iter().enumerate() {
-                let edges = edges(self.variables.iter().map(|x| x[v]).collect());
-                let bin = |x: f64| edges.iter().take_while(|e| x > **e).count();
-                let mut sums = [[0.0; 5]; BINS];
-                for (x, (w, r)) in self.variables.iter().zip(self.white.iter().zip(&self.raw)) {
-                    let s = &mut sums[bin(x[v])];
-                    s[0] += 1.0;
-                    s[1] += w[p];
-                    s[2] += r[p];
-                    s[3] += r[p] * r[p];
-                    s[4] += x[v];
-                }
-                let used: Vec<&[f64; 5]> = sums.iter().filter(|s| s[0] > 20.0).collect();
-                if used.len() < 3 {
-                    continue;
-                }
-                let chi2: f64 = used.iter().map(|s| s[1] * s[1] / (s[0] * variance)).sum();
-                let curve: Vec<[f64; 3]> = used
-                    .iter()
-                    .map(|s| {
-                        let mean = s[2] / s[0];
-                        [s[4] / s[0], mean, ((s[3] / s[0] - mean * mean).max(0.0) / s[0]).sqrt()]
-                    })
-                    .collect();
-                found.push(self.dependence(variable, part, log_p(chi2, used.len()) - tried.log10(), curve));
-            }
-            for (which, orders) in [(0usize, 1..=ORDERS), (1, 1..=12)] {
-                let variable = |m| if which == 0 { Variable::RotorAngle(m) } else { Variable::CurrentAngle(m) };
-                // The rotor stands at another angle at the start of each run, the current does not.
-                let whole = 0..n;
-                let runs = if which == 0 { self.runs.as_slice() } else { std::slice::from_ref(&whole) };
-                let found_in: Vec<Ripples> = runs.iter().map(|run| self.ripples(run, which, p, *orders.end() as usize)).collect();
-                let power = |m: usize| found_in.iter().map(|r| r.white[m].norm_sqr() / r.rows).sum::<f64>();
-                let best = (0..*orders.end() as usize).max_by(|&i, &j| power(i).total_cmp(&power(j))).unwrap_or(0);
-                let chi2 = 2.0 * power(best) / variance;
-                // As large as in all runs, as it lies in the run that shows it best.
-                let part_of = |r: &Ripples| r.raw[best].norm_sqr() / r.rows;
-                let clearest = found_in.iter().max_by(|a, b| part_of(a).total_cmp(&part_of(b)));
-                let size = 2.0 * (found_in.iter().map(part_of).sum::<f64>() / n as f64).sqrt();
-                let amplitude =
-                    clearest.map_or(Complex::default(), |r| r.raw[best] / r.raw[best].norm().max(f64::MIN_POSITIVE)) * size;
-                let curve = (0..24)
-                    .map(|k| {
-                        let angle = std::f64::consts::TAU * f64::from(k) / 24.0;
-                        [angle, (amplitude * unit(angle)).re, 0.0]
-                    })
-                    .collect();
-                found.push(self.dependence(variable(best as i32 + 1), part, log_p(chi2, 2 * runs.len()) - tried.log10(), curve));
-            }
-        }
+            let over = edges.iter().enumerate().filter_map(|(v, edges)| self.over_variable(v, edges, p, variance));
+            over.chain([0, 1].map(|angle| self.over_angle(angle, p, variance))).collect()
+        };
+        let mut found: Vec<Dependence> = (0..PARTS.len()).into_par_iter().flat_map_iter(of_part).collect();
         found.retain(|d| d.log_p > 3.0);
         found.sort_by(|a, b| b.log_p.total_cmp(&a.log_p));
         found
+    }
+
+    /// How a part depends on a variable, in bins between such edges.
+    fn over_variable(&self, v: usize, edges: &[f64], p: usize, variance: f64) -> Option<Dependence> {
+        let bin = |x: f64| edges.iter().take_while(|e| x > **e).count();
+        let mut sums = [[0.0; 5]; BINS];
+        for (x, (w, r)) in self.variables.iter().zip(self.white.iter().zip(&self.raw)) {
+            let s = &mut sums[bin(x[v])];
+            s[0] += 1.0;
+            s[1] += w[p];
+            s[2] += r[p];
+            s[3] += r[p] * r[p];
+            s[4] += x[v];
+        }
+        let used: Vec<&[f64; 5]> = sums.iter().filter(|s| s[0] > 20.0).collect();
+        if used.len() < 3 {
+            return None;
+        }
+        let chi2: f64 = used.iter().map(|s| s[1] * s[1] / (s[0] * variance)).sum();
+        let point = |s: &&[f64; 5]| {
+            let mean = s[2] / s[0];
+            [s[4] / s[0], mean, ((s[3] / s[0] - mean * mean).max(0.0) / s[0]).sqrt()]
+        };
+        Some(self.dependence(NAMED[v], p, log_p(chi2, used.len()), used.iter().map(point).collect()))
+    }
+
+    /// The ripple of a part over an angle, of the order that stands out most.
+    fn over_angle(&self, angle: usize, p: usize, variance: f64) -> Dependence {
+        let orders = if angle == 0 { ORDERS } else { CURRENT_ORDERS };
+        // The rotor stands at another angle at the start of each run, the current does not.
+        let whole = 0..self.raw.len();
+        let runs = if angle == 0 { self.runs.as_slice() } else { std::slice::from_ref(&whole) };
+        let found_in: Vec<Ripples> = runs.par_iter().map(|run| self.ripples(run, angle, p, orders as usize)).collect();
+        let power = |m: usize| found_in.iter().map(|r| r.white[m].norm_sqr() / r.rows).sum::<f64>();
+        let best = (0..orders as usize).max_by(|&i, &j| power(i).total_cmp(&power(j))).unwrap_or(0);
+        // As large as in all runs, as it lies in the run that shows it best.
+        let part_of = |r: &Ripples| r.raw[best].norm_sqr() / r.rows;
+        let clearest = found_in.iter().max_by(|a, b| part_of(a).total_cmp(&part_of(b)));
+        let size = 2.0 * (found_in.iter().map(part_of).sum::<f64>() / self.raw.len() as f64).sqrt();
+        let amplitude = clearest.map_or(Complex::default(), |r| r.raw[best] / r.raw[best].norm().max(f64::MIN_POSITIVE)) * size;
+        let point = |k: i32| {
+            let at = std::f64::consts::TAU * f64::from(k) / 24.0;
+            [at, (amplitude * unit(at)).re, 0.0]
+        };
+        let order = best as i32 + 1;
+        let variable = if angle == 0 { Variable::RotorAngle(order) } else { Variable::CurrentAngle(order) };
+        let chi2 = 2.0 * power(best) / variance;
+        self.dependence(variable, p, log_p(chi2, 2 * runs.len()), (0..24).map(point).collect())
     }
 
     /// Fourier sums of a part's residual over an angle, for orders from 1.
@@ -239,14 +243,15 @@ impl Series {
         sums
     }
 
-    fn dependence(&self, variable: Variable, part: Part, log_p: f64, curve: Vec<[f64; 3]>) -> Dependence {
+    fn dependence(&self, variable: Variable, p: usize, log_p: f64, curve: Vec<[f64; 3]>) -> Dependence {
         let size = (curve.iter().map(|c| c[1] * c[1]).sum::<f64>() / curve.len().max(1) as f64).sqrt();
-        Dependence { variable, part, log_p, curve, size }
+        let tried = (NAMED.len() * PARTS.len()) as f64 + 3.0 * f64::from(ORDERS) * 2.0;
+        Dependence { variable, part: PARTS[p], log_p: log_p - tried.log10(), curve, size }
     }
 }
 
 /// Inner edges of bins that hold equally many rows.
-fn edges(mut x: Vec<f64>) -> Vec<f64> {
-    x.sort_by(f64::total_cmp);
+fn inner_edges(mut x: Vec<f64>) -> Vec<f64> {
+    x.sort_unstable_by(f64::total_cmp);
     (1..BINS).map(|k| x[k * x.len() / BINS]).collect()
 }
