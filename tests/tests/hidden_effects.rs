@@ -112,6 +112,14 @@ fn two_effects_are_taken_apart() {
     assert!(o.exact(), "{:?} {:?}", o.verdict, o.named);
 }
 
+/// The noise of the likelihood takes in what is slow: with an unbalance alone it falls, though the error falls to a third.
+#[test]
+fn what_leaves_least_is_looked_at_though_it_is_not_likelier() {
+    let effects = [(EffectKind::SupplyUnbalance, Strength::Strong), (EffectKind::InverterNonlinearity, Strength::Medium)];
+    let (o, _) = run(&TrialCase::new(8, &effects, 545)).unwrap();
+    assert!(o.exact(), "{:?} {:?}", o.verdict, o.named);
+}
+
 /// With iron loss missing, least squares drives a delay of the voltage to nothing, and iron loss without the delay.
 #[test]
 fn effects_that_hide_each_other_are_found_together() {
