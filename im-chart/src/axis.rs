@@ -81,7 +81,10 @@ impl Axis {
                     }
                 }
             }
-            return out;
+            // Within a step of the decades: numbers as between them.
+            if out.len() > 1 {
+                return out;
+            }
         }
         ticks([self.lo, self.hi], wanted)
     }
@@ -106,6 +109,7 @@ mod tests {
         let words = |a: Axis| a.ticks(5.0).into_iter().map(|t| t.1).collect::<Vec<_>>();
         assert_eq!(words(Axis::log(0.9, 600.0, "")), ["1", "10", "100"]);
         assert_eq!(words(Axis::log(0.009, 0.06, "")), ["0.01", "0.02", "0.05"]);
+        assert!(words(Axis::log(0.031, 0.09, "")).len() > 1);
         assert_eq!(decade_words(2e-7), "2e−7");
         // No extent, no numbers: still an axis.
         assert!(!words(Axis::new(2.0, 2.0, "")).is_empty());

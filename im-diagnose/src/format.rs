@@ -31,6 +31,11 @@ pub fn power_of_ten(e: f64) -> String {
     format!("10{}", superscript(&format!("{}", e.round() as i32)))
 }
 
+/// A probability of which −log₁₀ is known, after "a probability": beyond 10⁻¹⁰⁰ no model of noise holds.
+pub fn chance(log_p: f64) -> String {
+    if log_p > 100.0 { format!("below {}", power_of_ten(-100.0)) } else { format!("of {}", power_of_ten(-log_p)) }
+}
+
 fn superscript(digits: &str) -> String {
     digits
         .chars()

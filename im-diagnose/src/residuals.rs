@@ -14,16 +14,16 @@ use crate::noise::sensor_whiteners;
 /// Rate at which the speed is nudged towards the measured one, 1/s: slower than the electrical transients, faster than pulling out.
 const NUDGE_PER_S: f64 = 30.0;
 
+/// The measured speed towards which a simulated one can be nudged: not that of a table, nor one that drives the machine.
+pub fn nudging(e: &Experiment) -> Option<&Channel> {
+    let speed = e.channels.iter().find(|c| c.kind == ChannelKind::Speed && c.valid.is_none());
+    speed.filter(|_| !e.is_table())
+}
+
 /// Copies of experiments with the speed nudged towards the measured one, where it is measured.
 pub fn nudged(experiments: &[Experiment]) -> Vec<Experiment> {
-    experiments
-        .iter()
-        .map(|e| {
-            let speed = e.channels.iter().find(|c| c.kind == ChannelKind::Speed && c.valid.is_none());
-            let speed = speed.filter(|_| !e.is_table());
-            Experiment { speed_nudge: speed.map(|c| (c.values.clone(), NUDGE_PER_S)), ..e.clone() }
-        })
-        .collect()
+    let with = |e: &Experiment| Experiment { speed_nudge: nudging(e).map(|c| (c.values.clone(), NUDGE_PER_S)), ..e.clone() };
+    experiments.iter().map(with).collect()
 }
 
 /// How much worse a machine may be without help before a recording counts as unstable.

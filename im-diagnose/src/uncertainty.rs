@@ -115,6 +115,11 @@ pub(crate) fn is_open(value: f64, std: f64) -> bool {
     std.is_nan() || std > UNDETERMINED * value.abs()
 }
 
+/// Whether nothing is known but its size: it may as well be twice as large, or nothing.
+pub(crate) fn is_unknown(value: f64, std: f64) -> bool {
+    std > 0.0 && std >= value.abs()
+}
+
 /// All that was estimated.
 #[derive(Clone, Debug)]
 pub struct Estimates {

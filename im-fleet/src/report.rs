@@ -16,10 +16,11 @@ pub fn html(title: &str, rows: &[Row], s: &Summary) -> String {
     let failed = rows.iter().filter(|r| r.status == JobStatus::Failed).count();
     let flagged = rows.iter().filter(|r| r.is_flagged()).count();
     let odd: BTreeSet<usize> = s.odd.iter().map(|o| s.values[o.value].unit).collect();
+    let motors = rows.iter().map(|r| (&r.kind, &r.unit)).collect::<BTreeSet<_>>().len();
     let top = html! {
         (head(title, Some("fleet")))
         h1 {
-            (rows.len()) " recordings of motors: " (flagged) " with something that the model of their type lacks, " (odd.len())
+            (motors) @if motors == 1 { " motor" } @else { " motors" } @if rows.len() > motors { ", judged " (rows.len()) " times" } ": " (flagged) " with something that the model of their type lacks, " (odd.len())
             " with a parameter that is odd among their type, " (failed) " that could not be judged."
         }
         p { "A click on a heading sorts by it. A unit's name leads to its report, where it has one." }

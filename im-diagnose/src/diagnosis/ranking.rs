@@ -82,7 +82,7 @@ pub(super) fn ranking(loop_: &Refinement, course: &Course, significance: f64, su
                     Some(Some(Refusal::WithinFormError)) => "significant, but takes too little off the error to be named",
                     Some(Some(Refusal::NotOnHoldout)) => "significant, but the held-out recording does not confirm it",
                     Some(None) => "explains part of the error, not enough to be named",
-                    None => "significant, but promises less than an effect must gain: not refitted",
+                    None => "significant, but too small to be worth a refit",
                 }
                 .into()
             } else {

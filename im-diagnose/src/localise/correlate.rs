@@ -31,6 +31,9 @@ pub struct Correlations {
     pub conclusion: String,
 }
 
+/// The largest of hundreds of coefficients lies within so many times the band of one: 3.5 standard deviations.
+const OF_MANY: f64 = 1.75;
+
 /// Most products worth spending on one autocorrelation.
 const PRODUCTS: usize = 100_000_000;
 
@@ -83,12 +86,12 @@ fn one_memory(s: &Signals, q: Quantity) -> Option<Memory> {
     let last = points.iter().skip(1).rev().find(|p| p[1].abs() > (-1.0f64).exp()).map(|p| p[0]);
     let name = q.name();
     let conclusion = match last {
-        _ if strongest < 0.1 => format!("the {name} error is new in every row, as sensor noise is"),
+        _ if strongest < OF_MANY * chance => format!("the {name} error is new in every row, as sensor noise is"),
         None => format!("the {name} error is mostly sensor noise, with a trace of something that lasts"),
         Some(t) if t > 0.95 * reach as f64 * sample => {
-            format!("the {name} error lasts longer than {} ms: no sensor noise", say(reach as f64 * sample * 1e3))
+            format!("the {name} error lasts longer than {} ms, so it is not sensor noise", say(reach as f64 * sample * 1e3))
         }
-        Some(t) => format!("the {name} error lasts {} ms: no sensor noise", say(t * 1e3)),
+        Some(t) => format!("the {name} error lasts {} ms, so it is not sensor noise", say(t * 1e3)),
     };
     Some(Memory { quantity: q, points, chance, conclusion })
 }

@@ -113,10 +113,10 @@ fn binned(mut rows: Vec<(f64, f64)>, bins: usize) -> Vec<Bin> {
 enum Trend {
     Floor,
     Flat,
-    /// Grows above this value.
-    Grows(f64),
-    /// Falls; large below this value.
-    Falls(f64),
+    /// Larger from this bin on.
+    Grows(usize),
+    /// Larger in the bins before this one.
+    Falls(usize),
     /// Largest around this value.
     Peak(f64),
 }
@@ -135,17 +135,18 @@ fn trend(bins: &[Bin], noise: f64) -> Trend {
         return Trend::Flat;
     }
     let n = bins.len();
-    // The longest end of which every bin is clearly above all that comes before (or after) it.
-    let clear = |end: &[Bin], rest: &[Bin]| {
+    // The longest end of which every bin is clearly above all that comes before (or after) it, and the last one near its largest.
+    let clear = |end: &[Bin], outermost: &Bin, rest: &[Bin]| {
         let usual = mean(rest);
         let most = end.iter().map(|b| b.rms).fold(0.0, f64::max);
-        (most > 1.5 * usual && end.iter().all(|b| b.rms > 1.25 * usual)).then_some(most / usual)
+        let stays = 1.5 * outermost.rms > most;
+        (stays && most > 1.5 * usual && end.iter().all(|b| b.rms > 1.25 * usual)).then_some(most / usual)
     };
-    let up = (1..n).find_map(|k| clear(&bins[k..], &bins[..k]).map(|r| (k, r)));
-    let down = (1..n).rev().find_map(|k| clear(&bins[..k], &bins[k..]).map(|r| (k, r)));
+    let up = (1..n).find_map(|k| clear(&bins[k..], &bins[n - 1], &bins[..k]).map(|r| (k, r)));
+    let down = (1..n).rev().find_map(|k| clear(&bins[..k], &bins[0], &bins[k..]).map(|r| (k, r)));
     match (up, down) {
-        (Some((k, a)), d) if d.is_none_or(|d| a >= d.1) => Trend::Grows(bins[k].at),
-        (_, Some((k, _))) => Trend::Falls(bins[k - 1].at),
+        (Some((k, a)), d) if d.is_none_or(|d| a >= d.1) => Trend::Grows(k),
+        (_, Some((k, _))) => Trend::Falls(k),
         _ => Trend::Peak(top.at),
     }
 }
@@ -169,24 +170,24 @@ fn profile(s: &Signals, q: Quantity, over: ProfileOver) -> Option<Profile> {
     let (mut strength, conclusion) = match trend {
         Trend::Floor => (0.0, format!("the {name} error is that of the noise ({} {unit}) at every {on}", say(noise))),
         Trend::Flat => (0.0, format!("the {name} error does not depend on {on} ({} to {} {unit})", say(least), say(most))),
-        Trend::Grows(at) => (
+        Trend::Grows(k) => (
             1.0,
             format!(
-                "the {name} error grows with {on} above {} {on_unit}, from {} to {} {unit}{}",
-                say(at),
-                say(least),
-                say(most),
-                everywhere(at, true)
+                "the {name} error is larger at {on} above {} {on_unit}, {} {unit} rms against {} {unit} below{}",
+                say(bins[k].at),
+                say(mean(&bins[k..])),
+                say(mean(&bins[..k])),
+                everywhere(bins[k].at, true)
             ),
         ),
-        Trend::Falls(at) => (
+        Trend::Falls(k) => (
             1.0,
             format!(
-                "the {name} error is large at {on} below {} {on_unit}, {} {unit} against {} {unit} above{}",
-                say(at),
-                say(most),
-                say(least),
-                everywhere(at, false)
+                "the {name} error is larger at {on} below {} {on_unit}, {} {unit} rms against {} {unit} above{}",
+                say(bins[k - 1].at),
+                say(mean(&bins[..k])),
+                say(mean(&bins[k..])),
+                everywhere(bins[k - 1].at, false)
             ),
         ),
         Trend::Peak(at) => (

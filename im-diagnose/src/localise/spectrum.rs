@@ -150,8 +150,9 @@ fn spectrum(s: &Signals, q: Quantity, at: &Stretch) -> Option<Spectrum> {
     let highest = (f64::max(60.0 * at.supply_hz.max(at.rotor_hz), 300.0).min(3000.0) / step).min((all.len() - 1) as f64) as usize;
     let points: Vec<[f64; 2]> = all[..=highest].iter().enumerate().skip(1).map(|(k, a)| [k as f64 * step, *a]).collect();
 
+    // Of half an octave around, so that a line that the speed has drawn out is not its own background.
     let background = |k: usize| {
-        let around = 24 + k / 20;
+        let around = 24 + k / 2;
         let (a, b) = (k.saturating_sub(around).max(1), (k + around).min(all.len()));
         let mut near: Vec<f64> = all[a..b].to_vec();
         near.sort_by(f64::total_cmp);
@@ -216,7 +217,9 @@ fn spectrum(s: &Signals, q: Quantity, at: &Stretch) -> Option<Spectrum> {
             orders.push(format!("{} × rotor", say(here / m)));
         }
         let orders = if orders.is_empty() { String::new() } else { format!(", {}", orders.join(", ")) };
-        words.push(format!("at {} Hz ({} {unit}{orders})", say(here), say(all[k])));
+        let word = format!("at {} Hz ({} {unit}{orders})", say(here), say(all[k]));
+        let place = stand.iter().take(3).filter(|l| l.amplitude >= all[k]).count();
+        words.insert(place, word);
         strength = f64::max(strength, 0.25 * (all[k] / background(k)).ln());
     }
     let seen = match q {

@@ -52,7 +52,7 @@ fn signals(error: impl Fn(f64, &Row) -> Complex<f64>) -> Signals {
 fn an_error_of_flux_is_said_to_grow_above_the_knee_at_every_speed() {
     let l = localise(&signals(|_, r| r.flux * (f64::max(r.flux.norm() - 0.8, 0.0) * 4.0)));
     let p = l.profiles.iter().find(|p| p.quantity == Quantity::Current && p.over == ProfileOver::Flux).unwrap();
-    assert!(p.conclusion.starts_with("the current error grows with flux above 0.8"), "{}", p.conclusion);
+    assert!(p.conclusion.starts_with("the current error is larger at flux above 0.8"), "{}", p.conclusion);
     assert!(p.conclusion.ends_with("at every speed"), "{}", p.conclusion);
     assert_eq!(l.findings()[0], p.conclusion);
     // The speed is right, and is said to be.

@@ -23,8 +23,7 @@ use crate::intake::{Finding, FindingKind, Intake, Severity, findings};
 use crate::left_error::half_widths;
 use crate::loads::Loads;
 use crate::localise::{Signals, localise};
-use crate::residuals::nudged;
-use crate::residuals::{Errors, errors};
+use crate::residuals::{Errors, errors, nudged, nudging};
 use crate::sources::{Refused, followed, meaningful};
 use crate::steady_curve::{self, RatedSupply};
 
@@ -233,7 +232,7 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
         data = Some(overlay::data(&c.views, &models, w));
     }
     if !c.diverges() {
-        sections.push(place::section(&c.shown));
+        sections.push(place::section(&c.shown, c.experiments.iter().any(|e| nudging(e).is_some())));
     }
     sections.extend(load_section(&c.loads, &c.motor));
     sections.extend(provenance::quality(meta));

@@ -17,14 +17,14 @@ impl Loads {
             format!(
                 "No torque was measured: the measured speed drives the model, and the load is what the torque balance leaves, with J = {} \
                  and D = {} as given. The band is that of the speed sensor's noise; an error of J shows as a torque in proportion to the \
-                 acceleration. What the noise of the speed sensor makes of the currents counts for nothing.",
+                 acceleration. What the noise of the speed sensor makes of the currents is taken out.",
                 quantity(p.inertia_kg_m2, "kg m²", 3),
                 quantity(p.viscous_friction_nm_s_per_rad, "Nm s/rad", 3)
             )
         });
         let speed = unseen.then(|| {
             "Neither torque nor speed was measured: the speed that voltages and currents ask for drives the model, and what only another speed \
-             would show counts for nothing. The band is that of the current sensors' noise, with the machine as refined."
+             would show is taken out. The band is that of the current sensors' noise, with the machine as refined."
                 .to_owned()
         });
         let undetermined = (!self.not_determined.is_empty()).then(|| {

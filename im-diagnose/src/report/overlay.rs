@@ -323,7 +323,7 @@ pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> Markup {
     ];
     html! {
         p {
-            @if worst.average.is_finite() {
+            @if worst.average.is_finite() && worst.to_s - worst.from_s > 0.99 {
                 "The worst second is " (format!("{:.2}", worst.from_s)) " s to " (format!("{:.2}", worst.to_s)) " s of "
                 (label(&views[worst.run])) ": the error there is " (number(worst.level, 3)) " times the noise, against "
                 (number(worst.average, 3)) " times over all recordings. "

@@ -38,8 +38,8 @@ impl NextTest {
             .iter()
             .map(|(e, x)| {
                 let seen = if *x < 1.0 { "shows it" } else { "still does not show it" };
-                let of = if *x < 1.0 { "of" } else { "times" };
-                format!("{}: {seen} (smallest size found is {} {of} the largest usual one)", e.card().title, number(*x, 2))
+                let from = format!("{} %", number(100.0 * x, 2));
+                format!("{}: {seen} (it would be found from {from} of the largest usual size on)", e.card().title)
             })
             .collect();
         let mut text = format!("{} im next-test writes it as a scenario. {WHY}", best.what);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use im_model::{EffectId, FileKind};
+use im_model::{EffectId, FileKind, ParameterId};
 use maud::html;
 use serde_json::Value;
 
@@ -11,7 +11,7 @@ use super::sections::{Fall, fall_key, largest, waterfall};
 use super::terminal::Text;
 use super::words::{channel_name, in_sigma, key_words, short_effect_name};
 use crate::format::{interval, number, percent_change, quantity, sentence};
-use crate::uncertainty::HALF_95;
+use crate::uncertainty::{HALF_95, MachineQuantity};
 
 /// A diagnosis as read from its file.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,10 +34,23 @@ impl SideBySide {
         }
     }
 
+    /// The effects added, each with its rivals.
     fn effects(&self) -> String {
-        let names: Vec<String> =
-            self.diagnosis["effects"].as_array().into_iter().flatten().filter_map(Value::as_str).map(effect).collect();
-        if names.is_empty() { "none".into() } else { names.join(", ") }
+        let names = |list: &Value| -> Vec<String> {
+            list.as_array().into_iter().flatten().filter_map(Value::as_str).map(str::to_owned).collect()
+        };
+        let of = |name: &String| {
+            let rivals: Vec<String> = names(&self.diagnosis["alternatives"][name]).iter().map(|r| effect(r)).collect();
+            let rivals = if rivals.is_empty() { String::new() } else { format!(" (or {})", rivals.join(", ")) };
+            format!("{}{rivals}", effect(name))
+        };
+        let all: Vec<String> = names(&self.diagnosis["effects"]).iter().map(of).collect();
+        if all.is_empty() { "none".into() } else { all.join(", ") }
+    }
+
+    /// Whether it names what is missing.
+    fn names_a_cause(&self) -> bool {
+        matches!(self.diagnosis["verdict"].as_str(), Some("missing_effects" | "confounded"))
     }
 
     fn verdict(&self) -> String {
@@ -81,7 +94,9 @@ fn effect(name: &str) -> String {
 
 /// One sentence on what differs.
 fn said(all: &[SideBySide]) -> String {
-    let verdicts: BTreeSet<String> = all.iter().map(SideBySide::effects).collect();
+    let causes: BTreeSet<String> = all.iter().filter(|x| x.names_a_cause()).map(SideBySide::effects).collect();
+    let verdicts: BTreeSet<String> = all.iter().map(SideBySide::verdict).collect();
+    let every_one = all.iter().all(SideBySide::names_a_cause);
     let errors: Vec<String> = all
         .iter()
         .map(|x| {
@@ -91,10 +106,14 @@ fn said(all: &[SideBySide]) -> String {
         .collect();
     let agree = if all.len() < 2 {
         String::new()
-    } else if verdicts.len() == 1 {
-        format!("All name the same cause ({}). ", verdicts.iter().next().map_or("", |s| s))
-    } else {
+    } else if every_one && causes.len() == 1 {
+        format!("All name the same cause ({}). ", causes.iter().next().map_or("", |s| s))
+    } else if every_one {
         "They name different causes. ".into()
+    } else if verdicts.len() == 1 {
+        format!("All are {}. ", verdicts.iter().next().map_or("", |s| s))
+    } else {
+        "The verdicts differ. ".into()
     };
     format!("{agree}Error that is left: {}.", errors.join("; "))
 }
@@ -118,7 +137,10 @@ fn verdict_rows(all: &[SideBySide]) -> Vec<Vec<String>> {
     let mut rows = vec![
         line("verdict", &|x| x.verdict()),
         line("effects added", &|x| x.effects()),
-        line("error left, rms", &|x| x.last().1["chi2_per_sample"].as_f64().map_or("–".into(), in_sigma)),
+        line("error left, rms", &|x| {
+            let (which, e) = x.last();
+            e["chi2_per_sample"].as_f64().map_or("–".into(), |v| format!("{} {which}", in_sigma(v)))
+        }),
     ];
     for key in keys(all, |x| &x.last().1["rmse"]) {
         let (name, unit) = channel_name(&key);
@@ -133,6 +155,9 @@ fn parameter_rows(all: &[SideBySide], compare: bool) -> Vec<Vec<String>> {
     // The base parameters first, in their usual order; JSON does not keep it.
     let order = |key: &String| im_model::BaseParameter::ALL.iter().position(|p| p.key() == key).unwrap_or(usize::MAX);
     let mut keys = keys(all, |x| &x.diagnosis["parameters"]);
+    // Coefficients of a learned curve say nothing by themselves.
+    let of_curve = |key: &String| matches!(MachineQuantity::from_key(key), Some(MachineQuantity::Parameter(ParameterId::Effect(e, _))) if e.free_form().is_some());
+    keys.retain(|key| !of_curve(key));
     keys.sort_by(|a, b| order(a).cmp(&order(b)).then(a.cmp(b)));
     keys.iter()
         .map(|key| {
@@ -241,7 +266,7 @@ pub fn side_by_side(all: &[SideBySide]) -> String {
         Section {
             id: "candidates",
             short: "candidates",
-            title: "Candidates: score, and predicted size",
+            title: "The ten largest scores of candidates, with predicted size",
             body: table(&names("effect", None), &headed(score_rows(all))),
         },
     ];

@@ -13,7 +13,7 @@ use crate::left_error::{Left, half_widths};
 use crate::localise::{Localisation, Signals, join, localise};
 use crate::residual_tests::Dependence;
 use crate::residuals::{Errors, errors};
-use crate::residuals::{UNSTABLE, judged, nudged};
+use crate::residuals::{UNSTABLE, judged, nudged, nudging};
 use crate::search::Stage;
 
 /// Part of the last held-out error below which an earlier one is told.
@@ -202,6 +202,11 @@ impl<'a> Story<'a> {
         if self.meta.title.is_empty() { self.d.case.motor.name.clone() } else { self.meta.title.clone() }
     }
 
+    /// Whether a measured speed helps the simulated one while models are fitted and compared.
+    pub(crate) fn is_nudged(&self) -> bool {
+        self.d.case.train.iter().any(|e| nudging(e).is_some())
+    }
+
     /// The recordings, to be recognized.
     pub(crate) fn used(&self) -> Vec<Used> {
         let train = self.d.case.train.iter().map(|e| Used::of(e, "training"));
@@ -277,14 +282,18 @@ fn names(effects: &[EffectId]) -> String {
     join(&effects.iter().map(|e| effect_name(*e)).collect::<Vec<_>>())
 }
 
+fn times(n: i32) -> String {
+    if n == 1 { "once".into() } else { format!("{n} times") }
+}
+
 /// What a residual depends on, as a phrase.
 pub(crate) fn dependence_words(x: &Dependence) -> String {
     use crate::residual_tests::Variable as V;
     let part = x.part.label().split(',').next().unwrap_or_default().to_owned();
     let unit = x.part.label().rsplit(", ").next().unwrap_or_default();
     let on = match x.variable {
-        V::RotorAngle(n) => format!("the rotor angle, {n} times per revolution"),
-        V::CurrentAngle(n) => format!("the angle of the stator current, {n} times per period"),
+        V::RotorAngle(n) => format!("the rotor angle, {} per revolution", times(n)),
+        V::CurrentAngle(n) => format!("the angle of the stator current, {} per period", times(n)),
         v => format!("the {}", v.label().split(',').next().unwrap_or_default()),
     };
     format!("the error in {part} depends on {on} ({} rms)", quantity(x.size, unit, 2))
@@ -311,6 +320,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
         format!("does not lower the {which} error ({} rms, {} before)", in_sigma(after), in_sigma(before))
     };
     let is = |n: usize| if n == 1 { "is" } else { "are" };
+    let nudged = if s.is_nudged() { " with the speed nudged towards the measured one" } else { "" };
     let mut sure = Vec::new();
     let mut refute = Vec::new();
     let cause = match d.verdict {
@@ -398,15 +408,12 @@ pub(crate) fn summary(s: &Story) -> Summary {
             words += &if rival.1 < with && k + 1 < d.effects.len() {
                 let all = in_sigma(model(d.effects.len()));
                 format!(
-                    "; by itself {name} leaves less ({its} rms in training with the speed nudged towards the measured one, against {}), but with \
+                    "; by itself {name} leaves less ({its} rms in training{nudged}, against {}), but with \
                      what was added after it only {all} are left, which {name} does not reach",
                     in_sigma(with)
                 )
             } else {
-                format!(
-                    "; refitted with the speed nudged towards the measured one, it leaves {} rms in training, the next best ({name}) {its}",
-                    in_sigma(with)
-                )
+                format!("; refitted{nudged}, it leaves {} rms in training, the next best ({name}) {its}", in_sigma(with))
             };
         }
         sure.push(words);
@@ -449,10 +456,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
         Verdict::Unexplained => {
             sure.push(format!("the {which} error stays at {} rms after every effect of the library was tried", in_sigma(after)));
             if let Some(x) = main_dependence(d) {
-                sure.push(format!(
-                    "that the dependence is chance has a probability of {}",
-                    crate::format::power_of_ten(-x.log_p)
-                ));
+                sure.push(format!("that the dependence is chance has a probability {}", crate::format::chance(x.log_p)));
             }
             refute.push("An effect written by you, with the shape shown below, that brings the error down to the noise of the sensors on the held-out recording too.".into());
         }
@@ -490,12 +494,10 @@ fn likelihood(d: &Diagnosis) -> Option<String> {
     });
     let (tried, own) = (posterior.sets.len(), probability(own.probability));
     let rivals = match d.verdict {
-        Verdict::Confounded => {
-            "; rivals fit as well: where their probability is lower, it is for the parameters that they have more"
-        }
+        Verdict::Confounded => "rivals fit as well, and are less probable only for the parameters that they have more; ",
         _ => "",
     };
-    Some(format!("of {tried} sets of effects tried, this one has a probability of {own}{next}{rivals}"))
+    Some(format!("{rivals}of {tried} sets of effects tried, this one has a probability of {own}{next}"))
 }
 
 /// A probability in words of a few digits; certainty is never claimed.

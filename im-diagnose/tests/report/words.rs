@@ -203,7 +203,7 @@ fn diagnoses_stand_side_by_side() {
     let [a, b] = [cases::missing(), cases::adequate()].map(|d| d.to_json().to_string());
     let both = [SideBySide::parse("before", &a).unwrap(), SideBySide::parse("after <repair>", &b).unwrap()];
     let page = side_by_side(&both);
-    for part in ["They name different causes.", "after &lt;repair&gt;", "Main-flux saturation: exponent", "last against first"] {
+    for part in ["The verdicts differ.", "after &lt;repair&gt;", "Main-flux saturation: exponent", "last against first"] {
         assert!(page.contains(part), "{part}");
     }
     let text = side_by_side_terminal(&both, 100);

@@ -40,7 +40,7 @@ impl super::Drawn for VoltageGain<f64> {
             "recorded voltage, V",
             "missing at the terminals, V",
             (0.0, on.rating.phase_voltage_peak_v),
-            "Recorded minus real voltage over recorded voltage.",
+            "Recorded minus real voltage, over the recorded voltage.",
         )
     }
 

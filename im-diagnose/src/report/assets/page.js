@@ -134,7 +134,7 @@
     for (const [v, t] of ticks(lo, hi, Math.max(3, (height - TOP - BOTTOM) / 34))) s += `<path class="grid" d="M${LEFT} ${n1(y(v))}H${width - RIGHT}"/><text class="tick" x="${LEFT - 4}" y="${n1(y(v) + 4)}" text-anchor="end">${t}</text>`;
     for (const [v, t] of ticks(view.from, view.to, width / 90)) {
       const x = LEFT + ((v - view.from) / (view.to - view.from)) * (width - LEFT - RIGHT);
-      s += `<path class="grid" d="M${n1(x)} ${TOP}V${height - BOTTOM}"/><text class="tick" x="${n1(Math.min(x, width - 12))}" y="${height - BOTTOM + 14}" text-anchor="middle">${t}</text>`;
+      s += `<path class="grid" d="M${n1(x)} ${TOP}V${height - BOTTOM}"/><text class="tick" x="${n1(Math.min(x, width - 3.6 * t.length))}" y="${height - BOTTOM + 14}" text-anchor="middle">${t}</text>`;
     }
     return s + `<g clip-path="url(#${id})">${body(y)}</g><path class="cursor" d=""/><rect class="select" y="${TOP}" height="${height - TOP - BOTTOM}" width="0"/></svg>`;
   };
@@ -175,6 +175,7 @@
     const least = 20 * data.runs[view.run].sample, span = Math.min(Math.max(to - from, least), end());
     view.from = Math.min(Math.max(0, (from + to - span) / 2), end() - span);
     view.to = view.from + span;
+    unread();
     draw();
   };
   const scale = (f) => { const c = (view.from + view.to) / 2, h = ((view.to - view.from) / 2) * f; show(c - h, c + h); };

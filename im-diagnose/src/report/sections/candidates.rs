@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use super::super::page::{Row, Section, figure, numbers, scale, shade, table, term, text, words};
 use super::super::story::{Story, candidates, probability};
 use super::super::words::{in_sigma, short_effect_name};
-use crate::diagnosis::Candidate;
+use crate::diagnosis::{Candidate, Verdict};
 use crate::format::{number, quantity};
 use crate::search::Weighed;
 use crate::statistics::cosine;
@@ -47,7 +47,7 @@ pub(crate) fn section(s: &Story) -> Section {
         ),
         0 => "No effect of the library is needed: no score is above its threshold.".to_owned(),
         _ => format!(
-            "Before anything was added, {significant} of {} effects scored above their threshold. Effects resemble each other, so the leading ones were refitted and judged by what they leave{}; scores then fall.",
+            "Before anything was added, {significant} of {} effects scored above their threshold. Effects resemble each other, so those that promise most were refitted and judged by what they leave{}; scores then fall.",
             d.ranking.len(),
             if d.case.holdout.is_some() { ", on the held-out recording too" } else { "" }
         ),
@@ -67,7 +67,8 @@ fn sets(s: &Story) -> Markup {
     let tried = posterior.sets.len();
     let row = |set: &Weighed| {
         let names: Vec<String> = set.effects.iter().map(|e| short_effect_name(*e)).collect();
-        let names = if names.is_empty() { "nothing is missing".to_owned() } else { names.join(" + ") };
+        let none = if s.d.verdict == Verdict::Unexplained { "none of these effects" } else { "nothing is missing" };
+        let names = if names.is_empty() { none.to_owned() } else { names.join(" + ") };
         Row { hit: set.is(s.d.named()), ..Row::of([names, probability(set.probability)]) }
     };
     let head = [words("the machine has"), numbers("probability")];
@@ -96,7 +97,11 @@ fn trials(s: &Story) -> Markup {
     }
     let mut head = vec![words("round"), words("refitted with"), numbers("training error, rms")];
     head.extend(holds.then(|| numbers("held out, rms")));
-    html! { @if !rows.is_empty() { h3 { "What the leading candidates leave when refitted" } (table(&head, &rows)) } }
+    html! { @if !rows.is_empty() {
+        h3 { "What was refitted, and what it leaves" }
+        p { "Those by whose score or slopes a refit may gain most beside what was there before." }
+        (table(&head, &rows))
+    } }
 }
 
 /// Cosines between signatures.
@@ -121,7 +126,7 @@ fn alike(s: &Story) -> Markup {
     }
     chosen.sort_unstable();
     let said = if near.is_empty() {
-        "No two effects look alike in these recordings (all cosines below 0.8): whatever is missing can be named.".to_owned()
+        "No two effects look alike in these recordings before a refit (all cosines below 0.8).".to_owned()
     } else {
         let pairs: Vec<String> = near
             .iter()

@@ -80,7 +80,10 @@ fn picture(s: &Story, e: EffectId) -> Option<Markup> {
     let thin = if widest < 0.01 * span { " It is narrower than the line is thick." } else { "" };
     let unit = c.y_label.rsplit(", ").next().filter(|_| c.y_label.contains(", ")).unwrap_or("");
     let widest = quantity(widest, unit, 2);
-    let caption = format!("{} The shaded band is the 95 % interval from sensor noise alone, at most ±{widest}.{thin}", c.caption);
+    let caption = format!(
+        "{} The shaded band is the 95 % interval from sensor noise alone, at most ±{widest}.{thin} The intervals of the parameters are wider: errors of form are in them.",
+        c.caption
+    );
     Some(figure(drawn(chart), caption))
 }
 
@@ -103,7 +106,8 @@ pub(crate) fn unexcited(s: &Story) -> Option<Section> {
         body: html! {
             p {
                 (hidden.len()) " of " (s.d.ranking.len())
-                " effects could be there at a usual size without leaving a trace above the noise. Nothing is said about them."
+                " effects could be there at a usual size without leaving a trace above the noise. Nothing is said about "
+                (if hidden.len() == 1 { "it" } else { "them" }) "."
             }
             (table(&head, &rows))
         },

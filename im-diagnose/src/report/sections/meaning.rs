@@ -1,12 +1,17 @@
 //! What the change of the model means for the motor on its rated supply: its static curves, and what it does at its rated torque.
 
 use im_chart::{Axis, Chart};
+use im_model::{BaseParameter, ParameterId};
 use maud::{Markup, html};
 
 use super::super::page::{Row, Section, drawn, figure, legend, numbers, table, text, words};
 use super::super::story::Story;
 use crate::format::{number, percent_change, quantity, signed};
 use crate::steady_curve::{RatedLoad, RatedSupply};
+use crate::uncertainty::{MachineQuantity, is_unknown};
+
+/// Rows of the table that hang on friction.
+const OF_FRICTION: [&str; 2] = ["friction and windage", "efficiency"];
 
 /// As given and as refined.
 type Motors = [RatedSupply; 2];
@@ -68,15 +73,21 @@ fn numbers_of(s: &Story) -> Markup {
         ("loss in the stator winding", "W", at_load(&|l| l.powers.stator_copper)),
         ("loss in the rotor winding", "W", at_load(&|l| l.powers.rotor_copper)),
         ("loss in the iron", "W", at_load(&|l| l.powers.iron)),
-        ("friction and windage", "W", at_load(&|l| l.powers.friction)),
-        ("efficiency", "%", at_load(&|l| 100.0 * l.efficiency())),
+        (OF_FRICTION[0], "W", at_load(&|l| l.powers.friction)),
+        (OF_FRICTION[1], "%", at_load(&|l| 100.0 * l.efficiency())),
     ];
     let shown = |x: Option<f64>, unit: &str| match x {
         Some(x) if unit == "%" => format!("{}\u{a0}%", number(x, 3)),
         Some(x) => quantity(x, unit, 4),
         None => "none".into(),
     };
+    let friction = MachineQuantity::Parameter(ParameterId::Base(BaseParameter::ViscousFriction));
+    let unknown = s.d.parameters.iter().any(|p| p.quantity == friction && is_unknown(p.after, p.std));
     let row = |(name, unit, [before, after]): &(&str, &str, [Option<f64>; 2])| {
+        // What rests on a friction that nothing shows is no result.
+        if unknown && OF_FRICTION.contains(name) {
+            return Row::of([name.to_string(), shown(*before, unit), "not determined".into(), "–".into()]);
+        }
         let change = match before.zip(*after).filter(|(b, a)| *b != *a && *b != 0.0) {
             Some((b, a)) if *unit == "%" => format!("{} points", signed(a - b, 2)),
             Some((b, a)) => percent_change(b, a),

@@ -37,7 +37,7 @@ pub(super) fn whole(s: &Story) -> String {
         data = Some(overlay::data(&views, &models, w));
     }
     if !s.views.is_empty() {
-        sections.push(place::section(&s.shown));
+        sections.push(place::section(&s.shown, s.is_nudged()));
     }
     let unexplained = s.d.verdict == Verdict::Unexplained;
     sections.extend(residual_tests::section(s, unexplained));

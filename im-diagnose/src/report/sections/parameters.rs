@@ -11,7 +11,7 @@ use super::intervals;
 use crate::diagnosis::{Diagnosis, ParameterChange};
 use crate::format::{interval, percent_change, quantity, sentence};
 use crate::localise::join;
-use crate::uncertainty::{HALF_95, MachineQuantity, is_open};
+use crate::uncertainty::{HALF_95, MachineQuantity, is_open, is_unknown};
 
 /// A base parameter that moved by more than this factor is suspicious: nameplates and catalogues are better than that.
 const SUSPICIOUS: f64 = 1.5;
@@ -130,14 +130,18 @@ pub(crate) fn section(s: &Story) -> Section {
         let mut row = vec![html! {
             span title=(meaning) { (name) }
             @if p.ratio_held { ", " (term("ratio", "ratio held as given")) }
-            @if warning(p, d).is_some() { " " span.flag { "⚠" } }
+            @if warning(p, d).is_some() || is_open(p.after, p.std) { " " span.flag { "⚠" } }
         }];
         row.push(text(interval(p.after, HALF_95 * p.std, unit)));
         row.push(or_none((!new).then_some(p.before)));
         if several {
             row.push(or_none((!new).then(|| p.quantity.of(base))));
         }
-        row.push(text(if new { "new".to_owned() } else { percent_change(p.before, p.after) }));
+        row.push(text(match () {
+            () if new => "new".to_owned(),
+            () if is_unknown(p.after, p.std) => "not determined".to_owned(),
+            () => percent_change(p.before, p.after),
+        }));
         Row::new(row)
     };
     let rows: Vec<Row> = d.parameters.iter().filter(|p| !p.is_of_a_curve()).map(row).collect();

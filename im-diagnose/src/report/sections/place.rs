@@ -8,8 +8,11 @@ use super::super::story::Shown;
 use crate::format::{number, sentence, signed};
 use crate::localise::{Crossings, InputCorrelation, Memory, Plane, Profile, ProfileOver, Quantity, Spectrum};
 
-/// The section; the first model is the one that fails.
-pub(crate) fn section(shown: &[Shown]) -> Section {
+/// Fewest cells of a map.
+const LEAST_CELLS: usize = 4;
+
+/// The section; the first model is the one that fails. `nudged`: whether a measured speed helps the simulated one.
+pub(crate) fn section(shown: &[Shown], nudged: bool) -> Section {
     let base = &shown[0];
     let name = base.name;
     let findings = base.place.findings();
@@ -21,29 +24,40 @@ pub(crate) fn section(shown: &[Shown]) -> Section {
         .filter(|p| matches!(p, (Quantity::Current, _) | (Quantity::Speed, ProfileOver::Speed | ProfileOver::Slip)))
         .filter_map(|(q, over)| profiles(shown, q, over))
         .collect();
+    // Of a few cells no picture tells more than its caption.
+    let filled = |p: &&Plane| p.cells.iter().flatten().flatten().count() >= LEAST_CELLS;
+    let planes: Vec<&Plane> = base.place.planes.iter().filter(filled).collect();
     let body = html! {
         @if findings.is_empty() {
             p { "The error of the " (name) " does not depend on anything that was looked at." }
         } @else {
             p.say { (findings.iter().take(3).map(|f| sentence(f)).collect::<Vec<_>>().join(" ")) }
         }
-        p {
-            "For this section the simulated speed is nudged towards the measured one, so that one error does not hide behind "
-            "another; a held-out recording is not in it."
+        @if nudged {
+            p {
+                "For this section the simulated speed is nudged towards the measured one, so that one error does not hide behind "
+                "another; a held-out recording is not in it."
+            }
+        } @else {
+            p { "A held-out recording is not in this section." }
         }
         (legend(&entries))
         h3 { "Over time" }
         div.grid2 { @for q in Quantity::ALL { (over_time(shown, q)) } }
-        h3 { "Over " (term("flux", "flux")) ", current, speed and " (term("slip", "slip frequency")) }
-        div.grid2 { @for chart in &over { (chart) } }
-        @if !base.place.planes.is_empty() {
-            h3 { "Over speed and torque (" (name) ")" }
-            div.grid2 { @for p in &base.place.planes { (plane(p)) } }
+        @if !over.is_empty() {
+            h3 { "Over " (term("flux", "flux")) ", current, speed and " (term("slip", "slip frequency")) }
+            div.grid2 { @for chart in &over { (chart) } }
         }
-        h3 { "Around current zero crossings, and over frequency" }
-        div.grid2 {
-            @if let Some(first) = &base.place.crossings { (crossings(first, shown)) }
-            @for first in &base.place.spectra { (spectrum(first, shown)) }
+        @if !planes.is_empty() {
+            h3 { "Over speed and torque (" (name) ")" }
+            div.grid2 { @for p in &planes { (plane(p)) } }
+        }
+        @if base.place.crossings.is_some() || !base.place.spectra.is_empty() {
+            h3 { "Around current zero crossings, and over frequency" }
+            div.grid2 {
+                @if let Some(first) = &base.place.crossings { (crossings(first, shown)) }
+                @for first in &base.place.spectra { (spectrum(first, shown)) }
+            }
         }
         h3 { "In step with what (" (term("correlation", "correlations")) ")" }
         (correlations(shown))
@@ -60,13 +74,17 @@ pub(crate) fn section(shown: &[Shown]) -> Section {
     Section { id: "where", short: "where it fails", title: "Where it fails", body }
 }
 
+/// The name of a recording without its folder.
+fn bare(run: &str) -> String {
+    std::path::Path::new(run).file_name().map_or(run.into(), |n| n.to_string_lossy().into())
+}
+
 fn over_time(shown: &[Shown], q: Quantity) -> Markup {
     let mut charts = Vec::new();
     for (k, trace) in shown[0].place.time.iter().enumerate().filter(|(_, t)| t.quantity == q) {
         let all = shown.iter().filter_map(|s| s.place.time.get(k));
         let lo = trace.noise.max(1e-12) * 0.5;
         let hi = all.clone().flat_map(|t| &t.points).map(|p| p[1]).fold(2.0 * lo, f64::max);
-        let run = std::path::Path::new(&trace.run).file_name().map_or(trace.run.clone(), |n| n.to_string_lossy().into());
         let end = trace.points.last().map_or(1.0, |p| p[0]);
         let y = Axis::log(lo, hi * 1.3, format!("{} error, rms, {} (log)", q.name(), q.unit()));
         let mut chart =
@@ -75,7 +93,7 @@ fn over_time(shown: &[Shown], q: Quantity) -> Markup {
         for (t, s) in all.zip(shown) {
             chart.line(&t.points, &format!("{} solid", s.class));
         }
-        charts.push(figure(drawn(chart), run));
+        charts.push(figure(drawn(chart), bare(&trace.run)));
     }
     html! { @for chart in &charts { (chart) } }
 }
@@ -172,15 +190,28 @@ fn spectrum(first: &Spectrum, shown: &[Shown]) -> Markup {
     lines.truncate(6);
     lines.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     for l in &lines {
-        chart.mark(l.frequency_hz, &l.name, "mark-line");
+        chart.mark(l.frequency_hz, &mark(&l.name), "mark-line");
     }
     let [from, to] = first.window_s.map(|t| number(t, 3));
     let supply = format!("{} ± {} Hz", number(first.supply_hz, 3), number(first.spread_hz, 2));
     let caption = html! {
-        (sentence(&first.conclusion)) " From " (from) " s to " (to) " s of a recording, supply " (supply)
+        (sentence(&first.conclusion)) " From " (from) " s to " (to) " s of " (bare(&first.run)) ", supply " (supply)
         @if q == Quantity::Current { " (" (term("fluxframe", "seen from the flux")) ")" } "."
+        @if !lines.is_empty() { " Marks: f supply, n rotor, s slip." }
     };
     figure(drawn(chart), caption)
+}
+
+/// The name of a line as short as a picture wants it: "6f" for six times the supply.
+fn mark(name: &str) -> String {
+    let (times, of) = name.split_once(" × ").unwrap_or(("", name));
+    let letter = match of {
+        "supply" => "f",
+        "rotor" => "n",
+        "slip" => "s",
+        other => other,
+    };
+    format!("{times}{letter}")
 }
 
 fn correlations(shown: &[Shown]) -> Markup {
@@ -221,18 +252,18 @@ fn memory(first: &Memory, shown: &[Shown]) -> Markup {
         let own = s.place.memory.iter().find(|m| m.quantity == first.quantity)?;
         Some((s.name, own.conclusion.as_str()))
     });
-    figure(drawn(chart), within(said, first.chance))
+    figure(drawn(chart), within(said, "", first.chance))
 }
 
-/// What is said of each model, and what the band is.
-fn within<'a>(said: impl Iterator<Item = (&'a str, &'a str)>, chance: f64) -> String {
+/// What is said of each model, and what the band is, that `of` which model.
+fn within<'a>(said: impl Iterator<Item = (&'a str, &'a str)>, of_which: &str, chance: f64) -> String {
     let said: Vec<(&str, &str)> = said.collect();
     let of = |(name, conclusion): &(&str, &str)| match said.len() {
         1 => sentence(conclusion),
         _ => format!("{}: {conclusion}.", sentence(name).trim_end_matches('.')),
     };
     let all: Vec<String> = said.iter().map(of).collect();
-    format!("{} The band: ±{}, where 95 of 100 lie by chance.", all.join(" "), number(chance, 2))
+    format!("{} The band{of_which}: ±{}, where 95 of 100 lie by chance.", all.join(" "), number(chance, 2))
 }
 
 fn input<'a>(first: &InputCorrelation, shown: &'a [Shown]) -> Markup {
@@ -251,5 +282,7 @@ fn input<'a>(first: &InputCorrelation, shown: &'a [Shown]) -> Markup {
     for (x, s) in &all {
         chart.line(&x.points.iter().map(|p| [p[0] * 1e3, p[1]]).collect::<Vec<_>>(), s.class);
     }
-    figure(drawn(chart), within(all.iter().map(|(x, s)| (s.name, x.conclusion.as_str())), chance))
+    let of_which =
+        if all.len() > 1 { all.last().map_or_else(String::new, |(_, s)| format!(" of the {}", s.name)) } else { String::new() };
+    figure(drawn(chart), within(all.iter().map(|(x, s)| (s.name, x.conclusion.as_str())), &of_which, chance))
 }
