@@ -39,7 +39,7 @@ fn said(views: &[View], by_training: Option<&Prediction>) -> Option<String> {
     let without = held_out.left().inside(by_training?);
     let percent = |inside: usize, all: usize| number(100.0 * inside as f64 / all as f64, 3);
     Some(format!(
-        "{} % of the held-out readings lie in the band. Made from the training recordings alone, it would hold {} %.",
+        "{} % of the held-out readings lie in the band. A band made from the training recordings alone holds {} %.",
         percent(inside, all),
         percent(without.iter().map(|w| w.0).sum(), without.iter().map(|w| w.1).sum())
     ))

@@ -263,7 +263,7 @@ fn within<'a>(said: impl Iterator<Item = (&'a str, &'a str)>, of_which: &str, ch
         _ => format!("{}: {conclusion}.", sentence(name).trim_end_matches('.')),
     };
     let all: Vec<String> = said.iter().map(of).collect();
-    format!("{} The band{of_which}: ±{}, where 95 of 100 lie by chance.", all.join(" "), number(chance, 2))
+    format!("{} The band{of_which}: ±{}, where 95 of 100 lie by chance.", all.join(" "), number(chance, 3))
 }
 
 fn input<'a>(first: &InputCorrelation, shown: &'a [Shown]) -> Markup {
