@@ -15,9 +15,14 @@ use crate::noise::sensor_whiteners;
 const NUDGE_PER_S: f64 = 30.0;
 
 /// The measured speed towards which a simulated one can be nudged: not that of a table, nor one that drives the machine.
-pub fn nudging(e: &Experiment) -> Option<&Channel> {
+fn nudging(e: &Experiment) -> Option<&Channel> {
     let speed = e.channels.iter().find(|c| c.kind == ChannelKind::Speed && c.valid.is_none());
     speed.filter(|_| !e.is_table())
+}
+
+/// Whether a measured speed helps the simulated one in any of these.
+pub fn any_nudged(experiments: &[Experiment]) -> bool {
+    experiments.iter().any(|e| nudging(e).is_some())
 }
 
 /// Copies of experiments with the speed nudged towards the measured one, where it is measured.

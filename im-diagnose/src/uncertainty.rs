@@ -50,6 +50,11 @@ impl MachineQuantity {
         }
     }
 
+    /// Whether it is one of the coefficients of a learned curve: the curve's band says how well that is known.
+    pub(crate) fn is_of_a_curve(self) -> bool {
+        matches!(self, Self::Parameter(ParameterId::Effect(e, _)) if e.free_form().is_some())
+    }
+
     /// The quantity of a key.
     pub fn from_key(key: &str) -> Option<Self> {
         if let Some(q) =

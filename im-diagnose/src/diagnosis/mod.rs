@@ -52,7 +52,7 @@ impl ParameterChange {
 
     /// Whether it is one of the coefficients of a learned curve: the curve's band says how well that is known.
     pub fn is_of_a_curve(&self) -> bool {
-        matches!(self.quantity, MachineQuantity::Parameter(ParameterId::Effect(e, _)) if e.free_form().is_some())
+        self.quantity.is_of_a_curve()
     }
 }
 

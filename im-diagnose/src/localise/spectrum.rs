@@ -155,8 +155,8 @@ fn spectrum(s: &Signals, q: Quantity, at: &Stretch) -> Option<Spectrum> {
         let around = 24 + k / 2;
         let (a, b) = (k.saturating_sub(around).max(1), (k + around).min(all.len()));
         let mut near: Vec<f64> = all[a..b].to_vec();
-        near.sort_by(f64::total_cmp);
-        near.get(near.len() / 2).copied().unwrap_or(0.0).max(1e-300)
+        let middle = near.len() / 2;
+        if near.is_empty() { 1e-300 } else { near.select_nth_unstable_by(middle, f64::total_cmp).1.max(1e-300) }
     };
     let peak_near = |f: f64, spread: f64| {
         let reach = 1.5 * step + spread;
@@ -192,8 +192,9 @@ fn spectrum(s: &Signals, q: Quantity, at: &Stretch) -> Option<Spectrum> {
             let named = |l: &Line| l.prominence > STANDS_OUT && (here - l.frequency_hz).abs() < 3.0 * step + 6.0 * at.spread_hz;
             !lines.iter().any(named) && all[k] >= all[k - 1] && all.get(k + 1).is_none_or(|a| all[k] >= *a)
         })
-        .max_by(|&a, &b| (all[a] / background(a)).total_cmp(&(all[b] / background(b))))
-        .filter(|&k| all[k] > 2.0 * STANDS_OUT * background(k));
+        .map(|k| (k, all[k] / background(k)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|p| p.1 > 2.0 * STANDS_OUT);
 
     let noise = q.noise(s);
     // A sine hidden in white noise of σ has an amplitude of about 3σ·√(2·1.5/N) by chance.
@@ -207,7 +208,7 @@ fn spectrum(s: &Signals, q: Quantity, at: &Stretch) -> Option<Spectrum> {
         .map(|l| format!("at {} ({} Hz, {} {unit})", l.name, say(l.frequency_hz), say(l.amplitude)))
         .collect();
     let mut strength = stand.first().map_or(0.0, |l| 0.25 * l.prominence.ln());
-    if let Some(k) = unnamed.filter(|&k| all[k] > by_chance) {
+    if let Some((k, prominence)) = unnamed.filter(|p| all[p.0] > by_chance) {
         let here = k as f64 * step;
         let mut orders = Vec::new();
         if f > 0.5 {
@@ -220,7 +221,7 @@ fn spectrum(s: &Signals, q: Quantity, at: &Stretch) -> Option<Spectrum> {
         let word = format!("at {} Hz ({} {unit}{orders})", say(here), say(all[k]));
         let place = stand.iter().take(3).filter(|l| l.amplitude >= all[k]).count();
         words.insert(place, word);
-        strength = f64::max(strength, 0.25 * (all[k] / background(k)).ln());
+        strength = f64::max(strength, 0.25 * prominence.ln());
     }
     let seen = match q {
         Quantity::Current => "the current error, seen from the flux,",

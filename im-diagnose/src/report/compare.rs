@@ -12,7 +12,7 @@ use super::sections::{load_section, place, provenance};
 use super::signals::SignalTable;
 use super::story::{Shown, View};
 use super::terminal::{Text, loads as loads_text, place as place_text};
-use super::words::in_sigma;
+use super::words::{file_name, in_sigma};
 use super::{Meta, Used};
 use crate::case::Case;
 use crate::consistency;
@@ -23,7 +23,7 @@ use crate::intake::{Finding, FindingKind, Intake, Severity, findings};
 use crate::left_error::half_widths;
 use crate::loads::Loads;
 use crate::localise::{Signals, localise};
-use crate::residuals::{Errors, errors, nudged, nudging};
+use crate::residuals::{Errors, any_nudged, errors, nudged};
 use crate::sources::{Refused, followed, meaningful};
 use crate::steady_curve::{self, RatedSupply};
 
@@ -232,7 +232,7 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
         data = Some(overlay::data(&c.views, &models, w));
     }
     if !c.diverges() {
-        sections.push(place::section(&c.shown, c.experiments.iter().any(|e| nudging(e).is_some())));
+        sections.push(place::section(&c.shown, any_nudged(&c.experiments)));
     }
     sections.extend(load_section(&c.loads, &c.motor));
     sections.extend(provenance::quality(meta));
@@ -259,7 +259,7 @@ pub fn compare_terminal(c: &Comparison, meta: &Meta, width: usize) -> String {
     out.heading("Error");
     let mut rows = vec![["recording", "signal", "rms error", "sensor noise", "rms in σ"].map(str::to_owned).to_vec()];
     for (e, x) in c.experiments.iter().zip(&c.errors) {
-        let name = std::path::Path::new(&e.name).file_name().map_or(e.name.clone(), |n| n.to_string_lossy().into());
+        let name = file_name(&e.name);
         for (k, ch) in e.channels.iter().enumerate() {
             let (what, unit) = channel_words(&ch.name, ch.kind);
             let rmse = x.rmse.get(&ch.name).map_or("–".into(), |v| format!("{} {unit}", number(*v, 3)));

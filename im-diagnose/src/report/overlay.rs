@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::page::{drawn, figure, legend, term, text};
 use super::story::{Shown, View};
-use super::words::channel_name;
+use super::words::{channel_name, file_name};
 use crate::format::number;
 use crate::localise::Window;
 
@@ -282,8 +282,7 @@ pub(crate) fn channel_words(name: &str, kind: ChannelKind) -> (String, &'static 
 
 /// The name of a recording, and whether it is held out.
 pub(crate) fn label(v: &View) -> String {
-    let name =
-        std::path::Path::new(&v.experiment.name).file_name().map_or(v.experiment.name.clone(), |n| n.to_string_lossy().into());
+    let name = file_name(&v.experiment.name);
     if v.held_out { format!("{name} (held out)") } else { name }
 }
 

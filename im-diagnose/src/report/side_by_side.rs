@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use im_model::{EffectId, FileKind, ParameterId};
+use im_model::{EffectId, FileKind};
 use maud::html;
 use serde_json::Value;
 
@@ -94,7 +94,7 @@ fn effect(name: &str) -> String {
 
 /// One sentence on what differs.
 fn said(all: &[SideBySide]) -> String {
-    let causes: BTreeSet<String> = all.iter().filter(|x| x.names_a_cause()).map(SideBySide::effects).collect();
+    let causes: BTreeSet<String> = all.iter().map(SideBySide::effects).collect();
     let verdicts: BTreeSet<String> = all.iter().map(SideBySide::verdict).collect();
     let every_one = all.iter().all(SideBySide::names_a_cause);
     let errors: Vec<String> = all
@@ -156,8 +156,7 @@ fn parameter_rows(all: &[SideBySide], compare: bool) -> Vec<Vec<String>> {
     let order = |key: &String| im_model::BaseParameter::ALL.iter().position(|p| p.key() == key).unwrap_or(usize::MAX);
     let mut keys = keys(all, |x| &x.diagnosis["parameters"]);
     // Coefficients of a learned curve say nothing by themselves.
-    let of_curve = |key: &String| matches!(MachineQuantity::from_key(key), Some(MachineQuantity::Parameter(ParameterId::Effect(e, _))) if e.free_form().is_some());
-    keys.retain(|key| !of_curve(key));
+    keys.retain(|key| !MachineQuantity::from_key(key).is_some_and(MachineQuantity::is_of_a_curve));
     keys.sort_by(|a, b| order(a).cmp(&order(b)).then(a.cmp(b)));
     keys.iter()
         .map(|key| {

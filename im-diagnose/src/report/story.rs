@@ -12,8 +12,7 @@ use crate::format::{number, quantity};
 use crate::left_error::{Left, half_widths};
 use crate::localise::{Localisation, Signals, join, localise};
 use crate::residual_tests::Dependence;
-use crate::residuals::{Errors, errors};
-use crate::residuals::{UNSTABLE, judged, nudged, nudging};
+use crate::residuals::{Errors, UNSTABLE, any_nudged, errors, judged, nudged};
 use crate::search::Stage;
 
 /// Part of the last held-out error below which an earlier one is told.
@@ -202,11 +201,6 @@ impl<'a> Story<'a> {
         if self.meta.title.is_empty() { self.d.case.motor.name.clone() } else { self.meta.title.clone() }
     }
 
-    /// Whether a measured speed helps the simulated one while models are fitted and compared.
-    pub(crate) fn is_nudged(&self) -> bool {
-        self.d.case.train.iter().any(|e| nudging(e).is_some())
-    }
-
     /// The recordings, to be recognized.
     pub(crate) fn used(&self) -> Vec<Used> {
         let train = self.d.case.train.iter().map(|e| Used::of(e, "training"));
@@ -320,7 +314,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
         format!("does not lower the {which} error ({} rms, {} before)", in_sigma(after), in_sigma(before))
     };
     let is = |n: usize| if n == 1 { "is" } else { "are" };
-    let nudged = if s.is_nudged() { " with the speed nudged towards the measured one" } else { "" };
+    let nudged = if any_nudged(&d.case.train) { " with the speed nudged towards the measured one" } else { "" };
     let mut sure = Vec::new();
     let mut refute = Vec::new();
     let cause = match d.verdict {

@@ -5,7 +5,7 @@ use super::overlay::{channel_words, nudged};
 use super::sections::{LOSSES_HEAD, fall_rows, losses_cells, parameter_warnings, parameters_note};
 use super::story::{Shown, Story, candidates as by_interest, summary, verdict_words};
 use super::text_plot::{columns, log_bar, spark, wrapped};
-use super::words::{in_sigma, quantity_name, short_effect_name};
+use super::words::{file_name, in_sigma, quantity_name, short_effect_name};
 use crate::diagnosis::{Diagnosis, Verdict};
 use crate::format::{interval, number, percent_change, quantity, sentence};
 use crate::intake::joined;
@@ -180,7 +180,7 @@ pub(super) fn place(out: &mut Text, shown: &[Shown]) {
             .map(|c| (c.iter().map(|p| p[1] * p[1]).sum::<f64>() / c.len() as f64).sqrt() / t.noise.max(1e-300))
             .collect();
         let top = values.iter().copied().fold(1.0, f64::max);
-        let name = std::path::Path::new(&t.run).file_name().map_or(t.run.clone(), |n| n.to_string_lossy().into());
+        let name = file_name(&t.run);
         let name: String = name.chars().take(14).collect();
         out.line(&format!("  {:<7} {name:<14} {} up to {} σ", t.quantity.name(), spark(&values, 0.0, top), number(top, 2)));
     }

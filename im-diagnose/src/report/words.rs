@@ -105,6 +105,11 @@ pub fn in_sigma(chi2: f64) -> String {
     format!("{}\u{a0}σ", number((rms / place).round() * place, 3))
 }
 
+/// The name of a recording without its folder.
+pub(crate) fn file_name(run: &str) -> String {
+    std::path::Path::new(run).file_name().map_or(run.into(), |n| n.to_string_lossy().into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -206,6 +206,9 @@ fn diagnoses_stand_side_by_side() {
     for part in ["The verdicts differ.", "after &lt;repair&gt;", "Main-flux saturation: exponent", "last against first"] {
         assert!(page.contains(part), "{part}");
     }
+    let other = a.replace("\"main_flux_saturation\"", "\"leakage_flux_saturation\"");
+    let causes = [SideBySide::parse("one", &a).unwrap(), SideBySide::parse("other", &other).unwrap()];
+    assert!(side_by_side(&causes).contains("They name different causes."));
     let text = side_by_side_terminal(&both, 100);
     assert!(text.contains("missing effects") && text.lines().all(|l| l.chars().count() <= 100), "{text}");
     // As many as there are: in parts, and nothing is cut.

@@ -10,9 +10,6 @@ use crate::format::{number, percent_change, quantity, signed};
 use crate::steady_curve::{RatedLoad, RatedSupply};
 use crate::uncertainty::{MachineQuantity, is_unknown};
 
-/// Rows of the table that hang on friction.
-const OF_FRICTION: [&str; 2] = ["friction and windage", "efficiency"];
-
 /// As given and as refined.
 type Motors = [RatedSupply; 2];
 
@@ -73,21 +70,17 @@ fn numbers_of(s: &Story) -> Markup {
         ("loss in the stator winding", "W", at_load(&|l| l.powers.stator_copper)),
         ("loss in the rotor winding", "W", at_load(&|l| l.powers.rotor_copper)),
         ("loss in the iron", "W", at_load(&|l| l.powers.iron)),
-        (OF_FRICTION[0], "W", at_load(&|l| l.powers.friction)),
-        (OF_FRICTION[1], "%", at_load(&|l| 100.0 * l.efficiency())),
+    ];
+    let with_friction = [
+        ("friction and windage", "W", at_load(&|l| l.powers.friction)),
+        ("efficiency", "%", at_load(&|l| 100.0 * l.efficiency())),
     ];
     let shown = |x: Option<f64>, unit: &str| match x {
         Some(x) if unit == "%" => format!("{}\u{a0}%", number(x, 3)),
         Some(x) => quantity(x, unit, 4),
         None => "none".into(),
     };
-    let friction = MachineQuantity::Parameter(ParameterId::Base(BaseParameter::ViscousFriction));
-    let unknown = s.d.parameters.iter().any(|p| p.quantity == friction && is_unknown(p.after, p.std));
     let row = |(name, unit, [before, after]): &(&str, &str, [Option<f64>; 2])| {
-        // What rests on a friction that nothing shows is no result.
-        if unknown && OF_FRICTION.contains(name) {
-            return Row::of([name.to_string(), shown(*before, unit), "not determined".into(), "–".into()]);
-        }
         let change = match before.zip(*after).filter(|(b, a)| *b != *a && *b != 0.0) {
             Some((b, a)) if *unit == "%" => format!("{} points", signed(a - b, 2)),
             Some((b, a)) => percent_change(b, a),
@@ -99,5 +92,12 @@ fn numbers_of(s: &Story) -> Markup {
     let mut rows: Vec<Row> = anywhere.iter().map(row).collect();
     rows.push(Row::of([format!("At the rated torque, {torque}")]));
     rows.extend(loaded.iter().map(row));
+    // What rests on a friction that nothing shows is no result.
+    let friction = MachineQuantity::Parameter(ParameterId::Base(BaseParameter::ViscousFriction));
+    let unknown = s.d.parameters.iter().any(|p| p.quantity == friction && is_unknown(p.after, p.std));
+    rows.extend(with_friction.iter().map(|r| {
+        let (name, unit, [before, _]) = r;
+        if unknown { Row::of([name.to_string(), shown(*before, unit), "not determined".into(), "–".into()]) } else { row(r) }
+    }));
     table(&head, &rows)
 }

@@ -20,6 +20,7 @@ use super::overlay;
 use super::page::{Section, page};
 use super::story::Story;
 use crate::diagnosis::Verdict;
+use crate::residuals::any_nudged;
 
 /// The whole page of a diagnosis.
 pub(super) fn whole(s: &Story) -> String {
@@ -37,7 +38,7 @@ pub(super) fn whole(s: &Story) -> String {
         data = Some(overlay::data(&views, &models, w));
     }
     if !s.views.is_empty() {
-        sections.push(place::section(&s.shown, s.is_nudged()));
+        sections.push(place::section(&s.shown, any_nudged(&s.d.case.train)));
     }
     let unexplained = s.d.verdict == Verdict::Unexplained;
     sections.extend(residual_tests::section(s, unexplained));

@@ -137,10 +137,12 @@ pub(crate) fn section(s: &Story) -> Section {
         if several {
             row.push(or_none((!new).then(|| p.quantity.of(base))));
         }
-        row.push(text(match () {
-            () if new => "new".to_owned(),
-            () if is_unknown(p.after, p.std) => "not determined".to_owned(),
-            () => percent_change(p.before, p.after),
+        row.push(text(if new {
+            "new".to_owned()
+        } else if is_unknown(p.after, p.std) {
+            "not determined".to_owned()
+        } else {
+            percent_change(p.before, p.after)
         }));
         Row::new(row)
     };

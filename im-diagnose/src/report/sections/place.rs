@@ -5,6 +5,7 @@ use maud::{Markup, html};
 
 use super::super::page::{Row, Section, drawn, figure, legend, numbers, scale, shade, table, term, text, words};
 use super::super::story::Shown;
+use super::super::words::file_name;
 use crate::format::{number, sentence, signed};
 use crate::localise::{Crossings, InputCorrelation, Memory, Plane, Profile, ProfileOver, Quantity, Spectrum};
 
@@ -74,11 +75,6 @@ pub(crate) fn section(shown: &[Shown], nudged: bool) -> Section {
     Section { id: "where", short: "where it fails", title: "Where it fails", body }
 }
 
-/// The name of a recording without its folder.
-fn bare(run: &str) -> String {
-    std::path::Path::new(run).file_name().map_or(run.into(), |n| n.to_string_lossy().into())
-}
-
 fn over_time(shown: &[Shown], q: Quantity) -> Markup {
     let mut charts = Vec::new();
     for (k, trace) in shown[0].place.time.iter().enumerate().filter(|(_, t)| t.quantity == q) {
@@ -93,7 +89,7 @@ fn over_time(shown: &[Shown], q: Quantity) -> Markup {
         for (t, s) in all.zip(shown) {
             chart.line(&t.points, &format!("{} solid", s.class));
         }
-        charts.push(figure(drawn(chart), bare(&trace.run)));
+        charts.push(figure(drawn(chart), file_name(&trace.run)));
     }
     html! { @for chart in &charts { (chart) } }
 }
@@ -195,7 +191,7 @@ fn spectrum(first: &Spectrum, shown: &[Shown]) -> Markup {
     let [from, to] = first.window_s.map(|t| number(t, 3));
     let supply = format!("{} ± {} Hz", number(first.supply_hz, 3), number(first.spread_hz, 2));
     let caption = html! {
-        (sentence(&first.conclusion)) " From " (from) " s to " (to) " s of " (bare(&first.run)) ", supply " (supply)
+        (sentence(&first.conclusion)) " From " (from) " s to " (to) " s of " (file_name(&first.run)) ", supply " (supply)
         @if q == Quantity::Current { " (" (term("fluxframe", "seen from the flux")) ")" } "."
         @if !lines.is_empty() { " Marks: f supply, n rotor, s slip." }
     };
@@ -255,7 +251,7 @@ fn memory(first: &Memory, shown: &[Shown]) -> Markup {
     figure(drawn(chart), within(said, "", first.chance))
 }
 
-/// What is said of each model, and what the band is, that `of` which model.
+/// What is said of each model, and how wide the band is, and of which model.
 fn within<'a>(said: impl Iterator<Item = (&'a str, &'a str)>, of_which: &str, chance: f64) -> String {
     let said: Vec<(&str, &str)> = said.collect();
     let of = |(name, conclusion): &(&str, &str)| match said.len() {
@@ -282,7 +278,9 @@ fn input<'a>(first: &InputCorrelation, shown: &'a [Shown]) -> Markup {
     for (x, s) in &all {
         chart.line(&x.points.iter().map(|p| [p[0] * 1e3, p[1]]).collect::<Vec<_>>(), s.class);
     }
-    let of_which =
-        if all.len() > 1 { all.last().map_or_else(String::new, |(_, s)| format!(" of the {}", s.name)) } else { String::new() };
+    let of_which = match all.as_slice() {
+        [_, .., (_, last)] => format!(" of the {}", last.name),
+        _ => String::new(),
+    };
     figure(drawn(chart), within(all.iter().map(|(x, s)| (s.name, x.conclusion.as_str())), &of_which, chance))
 }
