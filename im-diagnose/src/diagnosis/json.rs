@@ -19,6 +19,7 @@ impl Diagnosis {
         json!({
             "schema": 1,
             "verdict": self.verdict.name(),
+            "doubts": self.doubts.iter().map(|d| d.name()).collect::<Vec<_>>(),
             "on_mains": self.case.is_on_mains(),
             "effects": names(&self.effects),
             "named": names(self.named()),

@@ -26,8 +26,8 @@ use ranking::ranking;
 pub(crate) use ranking::{NOT_EXCITED, SUSPECTED};
 pub use steps::Step;
 use steps::{Found, steps};
-use verdict::{Left, caused, is_contested, residual_cause, verdict};
-pub use verdict::{ResidualCause, Verdict};
+pub use verdict::{Doubt, ResidualCause, Verdict};
+use verdict::{Left, caused, doubts, is_contested, residual_cause, verdict};
 
 /// A parameter before and after.
 #[derive(Clone, Debug)]
@@ -61,6 +61,8 @@ impl ParameterChange {
 pub struct Diagnosis {
     /// The verdict.
     pub verdict: Verdict,
+    /// Why the recordings cannot decide, where the verdict is `inconclusive`.
+    pub doubts: Vec<Doubt>,
     /// Effects of the refined model, in order of addition; under `unexplained` they may stand in for something else ([`Self::named`]).
     pub effects: Vec<EffectId>,
     /// For each, those that explain the data as well.
@@ -154,7 +156,8 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     };
     let residual_cause = residual_cause(&course, &left);
     let ranking = ranking(&loop_, &course, significance.get(), residual_cause.as_ref().and_then(|r| r.suspect));
-    let verdict = verdict(&course, &ranking, &left, floor);
+    let doubts = doubts(&course, &ranking, &left, floor);
+    let verdict = verdict(&course, &left, floor, &doubts);
     let last_step = &steps[steps.len() - 1];
     let Step { machine, starts, holdout_start, effects, .. } = last_step;
     let case = loop_.case();
@@ -175,6 +178,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     let learned = with_rivals.filter_map(|(&e, rivals)| Curve::new(e, machine, &estimates, rivals, price)).collect();
     Ok(Diagnosis {
         verdict,
+        doubts,
         effects: last.effects.clone(),
         alternatives: course.alternatives(),
         ranking,

@@ -12,7 +12,7 @@ use crate::search::{Course, Model, NO_DOUBT, Refinement, Refusal, Round, Trial, 
 use crate::statistics::log_p;
 
 /// Excess of χ²/N over that of the noise below which a model is as good as its sensors.
-const NEGLIGIBLE: f64 = 0.1;
+pub(super) const NEGLIGIBLE: f64 = 0.1;
 
 /// What the data say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -69,13 +69,40 @@ pub(super) fn residual_cause(course: &Course, left: &Left<'_>) -> Option<Residua
 /// Largest relative standard deviation of a resistance or an inductance that counts as known.
 const KNOWN: f64 = 0.05;
 
-/// Whether the recordings determine the resistances and inductances of the machine.
-fn determined(fit: &Fit) -> bool {
+/// Why recordings that show nothing to be missing do not show that nothing is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Doubt {
+    /// The training recordings are explained, the held-out one is not: it shows something that they do not.
+    HeldOutMissed,
+    /// More than a third of the effects would not show at any usual size.
+    NotExcited,
+    /// This one fits better than chance allows, yet gains too little to be confirmed.
+    Hint(EffectId),
+    /// They do not determine this resistance or inductance.
+    Undetermined(BaseParameter),
+}
+
+impl Doubt {
+    /// The word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::HeldOutMissed => "held_out_missed",
+            Self::NotExcited => "not_excited",
+            Self::Hint(_) => "hint",
+            Self::Undetermined(_) => "undetermined",
+        }
+    }
+}
+
+/// Resistances and inductances of the machine that the recordings do not determine.
+fn undetermined(fit: &Fit) -> impl Iterator<Item = BaseParameter> {
     use BaseParameter as P;
     let electrical = [P::StatorResistance, P::RotorResistance, P::StatorLeakageInductance, P::MagnetizingInductance];
     let (values, std) = (fit.values(), fit.standard_deviations());
-    let of = |p: P| fit.free.iter().position(|f| f.id() == Some(ParameterId::Base(p)));
-    electrical.into_iter().filter_map(of).all(|k| std[k] <= KNOWN * values[k])
+    electrical.into_iter().filter(move |&p| {
+        let of = fit.free.iter().position(|f| f.id() == Some(ParameterId::Base(p)));
+        of.is_some_and(|k| !(std[k] <= KNOWN * values[k]))
+    })
 }
 
 /// Least gain, in χ²/N of the noise, of a candidate that hints at an effect too small to be confirmed.
@@ -87,6 +114,8 @@ pub(super) struct Left<'a> {
     error: [f64; 2],
     /// Of the last, with the curves of its effects bent by two standard deviations of their form at most; until [`Left::bent`], as they are.
     bent: f64,
+    /// Whether the last leaves more of the held-out recording than the noise of the training recordings can.
+    held_out_missed: bool,
     /// On what it depends.
     dependences: &'a [Dependence],
     /// −log₁₀ of the probability that instruments of their class show so much in tables of steady states.
@@ -108,6 +137,7 @@ impl<'a> Left<'a> {
         Self {
             error,
             bent: error[1],
+            held_out_missed: found.misses_held_out(),
             dependences: &found.dependences,
             of_tables: if freedom == 0 { 0.0 } else { log_p(cost, freedom) },
             curves: Vec::new(),
@@ -204,14 +234,22 @@ fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     }
 }
 
-pub(super) fn verdict(course: &Course, ranking: &[Candidate], left: &Left<'_>, floor: f64) -> Verdict {
-    if let Some(v) = verdict_of(course, left, floor) {
-        return v;
+/// Why nothing seen to be missing does not mean that nothing is: no reason, and the model is adequate.
+pub(super) fn doubts(course: &Course, ranking: &[Candidate], left: &Left<'_>, floor: f64) -> Vec<Doubt> {
+    if verdict_of(course, left, floor).is_some() {
+        return Vec::new();
     }
-    let unexcited = ranking.iter().filter(|c| !c.excited).count();
-    // A candidate that fits better than chance allows, yet gains too little to be confirmed.
     let first = &course.first().model;
-    let hints = |t: &Trial| first.train() - t.model.train() > HINT && gains(t);
-    let hinted = course.first().round.trials.iter().any(hints);
-    if 3 * unexcited > ranking.len() || hinted || !determined(&first.fit) { Verdict::Inconclusive } else { Verdict::Adequate }
+    let missed = left.held_out_missed.then_some(Doubt::HeldOutMissed);
+    let unexcited = ranking.iter().filter(|c| !c.excited).count();
+    let unexcited = (3 * unexcited > ranking.len()).then_some(Doubt::NotExcited);
+    let hints = |t: &&Trial| first.train() - t.model.train() > HINT && gains(t);
+    let hinted = course.first().round.trials.iter().filter(hints);
+    let hinted = hinted.min_by(|a, b| a.model.train().total_cmp(&b.model.train())).map(|t| Doubt::Hint(t.effect));
+    missed.into_iter().chain(unexcited).chain(hinted).chain(undetermined(&first.fit).map(Doubt::Undetermined)).collect()
+}
+
+pub(super) fn verdict(course: &Course, left: &Left<'_>, floor: f64, doubts: &[Doubt]) -> Verdict {
+    let none = if doubts.is_empty() { Verdict::Adequate } else { Verdict::Inconclusive };
+    verdict_of(course, left, floor).unwrap_or(none)
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::signals::SignalTable;
 use super::words::{effect_name, in_sigma, short_effect_name};
 use super::{Meta, Used};
-use crate::diagnosis::{Candidate, Diagnosis, Step, Verdict};
+use crate::diagnosis::{Candidate, Diagnosis, Doubt, Step, Verdict};
 use crate::format::{number, quantity};
 use crate::left_error::{Left, half_widths};
 use crate::localise::{Localisation, Signals, join, localise};
@@ -352,12 +352,10 @@ pub(crate) fn summary(s: &Story) -> Summary {
             let curves = curves_words(d, "", better).map_or_else(String::new, |w| format!("; {w}"));
             format!("something is missing that the library of effects does not hold: {found}{curves}")
         }
-        Verdict::Inconclusive => format!(
-            "these recordings cannot decide: nothing is seen to be missing ({which} error {} rms), but {} of {} effects would not have shown in them at any usual size",
-            in_sigma(after),
-            s.unexcited().len(),
-            d.ranking.len()
-        ),
+        Verdict::Inconclusive => {
+            let (error, but) = (in_sigma(after), doubts(s).join("; "));
+            format!("these recordings cannot decide: nothing is seen to be missing ({which} error {error} rms), but {but}")
+        }
         Verdict::Adequate => {
             format!(
                 "nothing is missing: with its parameters refitted the model explains the recordings down to the sensor noise ({which} error {} rms)",
@@ -475,6 +473,33 @@ pub(crate) fn summary(s: &Story) -> Summary {
         sure: sure.iter().map(|t| sentence(t)).collect(),
         refute,
     }
+}
+
+/// Why the recordings cannot decide.
+fn doubts(s: &Story) -> Vec<String> {
+    let d = s.d;
+    let mut all = Vec::new();
+    let mut open = Vec::new();
+    for doubt in &d.doubts {
+        match *doubt {
+            Doubt::HeldOutMissed => all.push(
+                "the held-out recording is missed: it shows something that the training recordings do not. Train on one of its kind, too".to_owned(),
+            ),
+            Doubt::NotExcited => all.push(format!(
+                "{} of {} effects would not have shown in them at any usual size",
+                s.unexcited().len(),
+                d.ranking.len()
+            )),
+            Doubt::Hint(e) => {
+                all.push(format!("{} would explain a little more than chance does, too little to be confirmed", effect_name(e)));
+            }
+            Doubt::Undetermined(p) => open.push(format!("{} ({})", p.symbol(), p.key())),
+        }
+    }
+    if !open.is_empty() {
+        all.push(format!("they do not determine {}", join(&open)));
+    }
+    all
 }
 
 /// How sure the data are of the effects named, among the sets tried.

@@ -1,12 +1,12 @@
 //! Small simulated cases, one per verdict.
 
 use im_diagnose::case::Case;
-use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
+use im_diagnose::diagnosis::{Diagnosis, Doubt, Verdict, diagnose};
 use im_diagnose::report::Comparison;
 use im_diagnose::search::Options;
 use im_model::machines::MOTULATOR_2_2_KW;
 use im_model::space_vector::unit;
-use im_model::{Bench, Complex, EffectId, Machine, MotorFile, ParameterId, PlantInput, Recording, State};
+use im_model::{BaseParameter, Bench, Complex, EffectId, Machine, MotorFile, ParameterId, PlantInput, Recording, State};
 
 struct Noise(u64);
 
@@ -112,6 +112,13 @@ pub fn adequate() -> Diagnosis {
     answer(&base(), 0.0)
 }
 
+/// Nothing is missing, but the held-out recording is of a rotor that is warmer by 50 K.
+pub fn held_out_missed() -> Diagnosis {
+    let [first, second, _] = recordings(&base(), 0.0);
+    let warm = base().with(&[(ParameterId::Base(BaseParameter::RotorResistance), 1.2 * base().parameters().rotor_resistance_ohm)]);
+    answer_to([first, second, recording(&warm.unwrap(), "third.csv", 3, 0.0)], 1)
+}
+
 /// Slotting, which the library does not hold.
 pub fn unexplained() -> Diagnosis {
     answer(&base(), 0.4)
@@ -129,6 +136,7 @@ pub fn confounded() -> Diagnosis {
 pub fn inconclusive() -> Diagnosis {
     let mut d = adequate();
     d.verdict = Verdict::Inconclusive;
+    d.doubts = vec![Doubt::NotExcited];
     for c in &mut d.ranking {
         c.detectable_size = 3.0 * c.usual_size;
         c.excited = false;

@@ -1,4 +1,4 @@
-use im_diagnose::diagnosis::{Diagnosis, Verdict};
+use im_diagnose::diagnosis::{Diagnosis, Doubt, Verdict};
 use im_diagnose::intake::{Finding, FindingKind, Severity};
 use im_diagnose::next_test::ProfileTrace;
 use im_diagnose::report::{
@@ -173,6 +173,20 @@ fn an_inconclusive_case_names_the_tests_that_would_decide() {
     assert!(page.contains("What would decide") && page.contains("What these recordings cannot show"));
     assert!(page.contains("Slow reversals through standstill"));
     assert!(text.contains("would decide: "), "{text}");
+}
+
+#[test]
+fn a_held_out_recording_that_is_missed_leaves_it_open() {
+    let d = cases::held_out_missed();
+    let last = d.steps.last().unwrap();
+    assert!(last.train.chi2_per_sample < 1.05 && last.holdout.as_ref().unwrap().chi2_per_sample > 2.0, "{last:?}");
+    assert_eq!((d.verdict, d.doubts.as_slice()), (Verdict::Inconclusive, &[Doubt::HeldOutMissed][..]));
+    let (page, text) = check(&d, "missed");
+    for words in [page, text] {
+        let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains("but the held-out recording is missed: it shows something that the training recordings do not"));
+    }
+    assert_eq!(d.to_json()["doubts"], serde_json::json!(["held_out_missed"]));
 }
 
 #[test]

@@ -53,3 +53,24 @@ fn electrical_parameters_are_found_without_speed_and_load() {
         assert!((a / b - 1.0).abs() < 0.05, "{a} {b}");
     }
 }
+
+/// A speed that another machine was driven by, far from the rotor's: smoothing alone does not come back.
+#[test]
+fn a_speed_that_was_lost_is_searched_anew() {
+    let r = recording(true);
+    let p = M.parameters();
+    let other = im_model::TParameters {
+        stator_resistance_ohm: 3.0 * p.stator_resistance_ohm,
+        rotor_resistance_ohm: 0.2 * p.rotor_resistance_ohm,
+        ..p
+    };
+    let other = truth().with_parameters(other).unwrap();
+    let lost = unseen(&r, &other);
+    let e = lost.clone().with_speed_found_by(&truth(), &lost.start_state());
+    let off = |e: &Experiment| {
+        let (omega, _) = found(e);
+        (omega[300..].iter().zip(&r.omega_m[300..]).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / omega[300..].len() as f64).sqrt()
+    };
+    println!("{} {}", off(&lost), off(&e));
+    assert!(off(&lost) > 15.0 && off(&e) < 1.0, "{} {}", off(&lost), off(&e));
+}

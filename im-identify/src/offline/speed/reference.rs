@@ -16,6 +16,9 @@ const MODEL_ERROR: f64 = 0.03;
 const ROUNDS: usize = 8;
 const SETTLED: f64 = 0.3;
 
+/// What a speed leaves of the currents, χ²/N, from which on it may be lost; a search more is all that it costs.
+const LOST: f64 = 2.0;
+
 /// Before the data: the torque wanders by the rated one in a twentieth of a second.
 const STEPS_PER_S: f64 = 20.0;
 
@@ -35,7 +38,7 @@ impl Experiment {
     /// taken for noise. Nothing changes where the load is known.
     pub fn with_speed_found_by(mut self, machine: &Machine<f64>, start: &State<f64>) -> Self {
         match &self.load {
-            Load::Unseen(_) => refined(self, machine, start),
+            Load::Unseen(_) => found_anew(self, machine, start),
             Load::Unknown(shown) => {
                 let mut shown = shown.clone();
                 shown.unsure = on_its_speed(&self, machine, start).map(|run| {
@@ -90,26 +93,46 @@ impl Track {
 
 /// The first speed of a run, and the state it begins in where that is not known.
 fn first(mut e: Experiment, machine: &Machine<f64>, intensity: f64) -> Experiment {
+    let (found, begin) = searched(&e, machine, intensity);
+    if let Start::Estimated(_) = e.start {
+        e.start = Start::Estimated(begin);
+    }
+    e.load = Load::Unseen(found);
+    let start = e.start_state();
+    refined(e, machine, &start).0
+}
+
+/// A speed and a state to begin in by the rough search.
+fn searched(e: &Experiment, machine: &Machine<f64>, intensity: f64) -> (FoundSpeed, State<f64>) {
     let electrical = Electrical::of(&e.warmed(machine, 0));
     let n = e.len();
-    let (track, psi_r) = rough(&e, &electrical, intensity);
+    let (track, psi_r) = rough(e, &electrical, intensity);
     let mut omega_m = vec![0.0; n];
     let mut fluxes = Vector::zeros();
     track.smoothed(|k, x, _| {
         omega_m[k] = x[SPEED];
         fluxes = *x;
     });
-    if let Start::Estimated(_) = e.start {
-        let psi = |k: usize| Complex::new(fluxes[k], fluxes[k + 1]);
-        e.start = Start::Estimated(State { psi_s: psi(0), psi_r: psi(2), ..State::turning(omega_m[0]) });
-    }
+    let psi = |k: usize| Complex::new(fluxes[k], fluxes[k + 1]);
+    let begin = State { psi_s: psi(0), psi_r: psi(2), ..State::turning(omega_m[0]) };
     let wandering = Wandering::free(intensity, e.sample_time_s, n);
     let speed = (omega_m.iter().copied(), psi_r);
     let unsure = UnsureSpeed::new(&e.channels, electrical, speed, e.sample_time_s, wandering, |_, _| ());
-    let found = FoundSpeed { std: vec![0.0; n], omega_m, unsure };
-    e.load = Load::Unseen(found);
-    let start = e.start_state();
-    refined(e, machine, &start)
+    (FoundSpeed { std: vec![0.0; n], omega_m, unsure }, begin)
+}
+
+/// The speed smoothed on the run of `machine` from where it is. Where that leaves more than noise, another machine's speed may have lost the
+/// rotor: a new search then begins, too, and the currents choose.
+fn found_anew(e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> Experiment {
+    let (on, cost) = refined(e, machine, start);
+    let Load::Unseen(found) = &on.load else { return on };
+    if cost < LOST * on.count() as f64 {
+        return on;
+    }
+    let intensity = found.unsure.wandering.step(0).q[(1, 1)] / on.sample_time_s;
+    let load = Load::Unseen(searched(&on, machine, intensity).0);
+    let (anew, cost_anew) = refined(Experiment { load, ..on.clone() }, machine, start);
+    if cost_anew < cost { anew } else { on }
 }
 
 /// Extended Kalman filter of fluxes and speed on the linear circuit, whose fluxes are corrected, too.
@@ -168,11 +191,11 @@ fn field_speed(e: &Experiment) -> f64 {
     turned.arg() / e.sample_time_s
 }
 
-/// Smooths the speed on the run of `machine` itself until it settles.
-fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> Experiment {
+/// Smooths the speed on the run of `machine` itself until it settles; with the sum of squared innovations.
+fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> (Experiment, f64) {
     let mut best: Option<(f64, FoundSpeed)> = None;
     for _ in 0..ROUNDS {
-        let Load::Unseen(found) = &e.load else { return e };
+        let Load::Unseen(found) = &e.load else { break };
         let Some((cost, here, change)) = round(&e, found, machine, start) else { break };
         let better = best.as_ref().is_none_or(|(least, _)| cost < *least);
         let settled = change.iter().zip(&here.std).all(|(d, s)| d.abs() < SETTLED * s);
@@ -186,10 +209,12 @@ fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> Exp
         next.omega_m.iter_mut().zip(&change).for_each(|(w, d)| *w += d);
         e.load = Load::Unseen(next);
     }
-    if let Some((_, found)) = best {
+    let mut cost = f64::INFINITY;
+    if let Some((least, found)) = best {
         e.load = Load::Unseen(found);
+        cost = least;
     }
-    e
+    (e, cost)
 }
 
 /// A run on the speed that drives it.
