@@ -1,10 +1,11 @@
 //! Sensor noise from the data alone, and whitening of coloured residuals.
 
 use std::borrow::Borrow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use im_identify::offline::Experiment;
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 /// Standard deviation of white noise on a smooth signal, from fourth differences: Var(Δ⁴e) = 70 σ², while a sine of 50 Hz sampled
 /// at 10 kHz leaves a millionth of itself. Median-based, so that steps and spikes do not count.
@@ -152,12 +153,12 @@ const MEMORY: f64 = 0.9;
 pub const NOISE_ORDER: usize = 8;
 
 /// Noise models per experiment and channel from residuals; channels of the same kind over all experiments share one.
-pub fn whiteners<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(experiments: &[E], residuals: &[R]) -> Vec<Vec<Whitener>> {
+pub fn whiteners<E: Borrow<Experiment> + Sync, R: AsRef<[Vec<f64>]> + Sync>(experiments: &[E], residuals: &[R]) -> Vec<Vec<Whitener>> {
     per_channel(experiments, residuals, Whitener::fit)
 }
 
 /// The same for noise as sensors have it, without memory of more than a few samples, `stride` of which a row holds.
-pub fn sensor_whiteners<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(
+pub fn sensor_whiteners<E: Borrow<Experiment> + Sync, R: AsRef<[Vec<f64>]> + Sync>(
     experiments: &[E],
     residuals: &[R],
     stride: usize,
@@ -165,27 +166,27 @@ pub fn sensor_whiteners<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(
     per_channel(experiments, residuals, |alike, order| Whitener::fit(alike, order).of_a_sensor(alike, stride))
 }
 
-fn per_channel<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(
+fn per_channel<E: Borrow<Experiment> + Sync, R: AsRef<[Vec<f64>]> + Sync>(
     experiments: &[E],
     residuals: &[R],
-    fit: impl Fn(&[&[f64]], usize) -> Whitener,
+    fit: impl Fn(&[&[f64]], usize) -> Whitener + Sync,
 ) -> Vec<Vec<Whitener>> {
-    let mut of_name: BTreeMap<(&str, usize), Whitener> = BTreeMap::new();
-    let mut one = |name, table: bool| {
-        // Rows of a table do not follow one another.
-        let order = if table { 0 } else { NOISE_ORDER };
-        let made = of_name.entry((name, order)).or_insert_with(|| {
-            let pairs = experiments.iter().zip(residuals);
-            let alike = pairs.map(|(e, r)| (e.borrow(), r)).filter(|(e, _)| e.is_table() == table);
-            let channels = alike.flat_map(|(e, r)| e.channels.iter().zip(r.as_ref()));
-            let alike: Vec<&[f64]> = channels.filter(|(c, _)| c.name == name).map(|(_, r)| r.as_slice()).collect();
-            let found = fit(&alike, order);
-            // A few rows do not tell their noise: it is at least that of the instruments.
-            if table { Whitener { variance: found.variance.max(1.0), ..found } } else { found }
-        });
-        made.clone()
+    // Rows of a table do not follow one another.
+    let order = |e: &E| if e.borrow().is_table() { 0 } else { NOISE_ORDER };
+    let one = |(name, order): (&str, usize)| {
+        let pairs = experiments.iter().zip(residuals);
+        let alike = pairs.map(|(e, r)| (e.borrow(), r)).filter(|(e, _)| e.is_table() == (order == 0));
+        let channels = alike.flat_map(|(e, r)| e.channels.iter().zip(r.as_ref()));
+        let alike: Vec<&[f64]> = channels.filter(|(c, _)| c.name == name).map(|(_, r)| r.as_slice()).collect();
+        let found = fit(&alike, order);
+        // A few rows do not tell their noise: it is at least that of the instruments.
+        if order == 0 { Whitener { variance: found.variance.max(1.0), ..found } } else { found }
     };
-    experiments.iter().map(|e| e.borrow().channels.iter().map(|c| one(&c.name, e.borrow().is_table())).collect()).collect()
+    let names = experiments.iter().flat_map(|e| e.borrow().channels.iter().map(move |c| (c.name.as_str(), order(e))));
+    let names: BTreeSet<(&str, usize)> = names.collect();
+    let found: BTreeMap<(&str, usize), Whitener> = names.into_par_iter().map(|n| (n, one(n))).collect();
+    let of = |e: &E| e.borrow().channels.iter().map(|c| found[&(c.name.as_str(), order(e))].clone()).collect();
+    experiments.iter().map(of).collect()
 }
 
 #[cfg(test)]

@@ -45,7 +45,7 @@ pub fn judged(e: &Experiment, machine: &Machine<f64>, start: &State<f64>, factor
 }
 
 /// −2 log L of residuals under an autoregressive noise model per channel, up to a constant: of a table with the noise of its instruments at least.
-pub fn deviance<E: Borrow<Experiment>, R: AsRef<[Vec<f64>]>>(experiments: &[E], residuals: &[R]) -> f64 {
+pub fn deviance<E: Borrow<Experiment> + Sync, R: AsRef<[Vec<f64>]> + Sync>(experiments: &[E], residuals: &[R]) -> f64 {
     let w = sensor_whiteners(experiments, residuals, 1);
     let mut sum = 0.0;
     for ((e, r), w) in experiments.iter().zip(residuals).zip(&w) {

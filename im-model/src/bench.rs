@@ -128,6 +128,24 @@ impl<T: Scalar> Bench<T> {
         self.advance_observed(input, |_, _| ());
     }
 
+    /// What the sensors show now, and then one sample: [`output`](Self::output) and [`advance`](Self::advance) in one. The currents of the first
+    /// stage are those that the sensors show, and are found once.
+    #[inline(always)]
+    pub fn show_and_advance(&mut self, input: &PlantInput<T>) -> Output<T> {
+        let on = self.plant.on();
+        if self.remembers() || on.any_custom_has(Hook::added_currents) {
+            let shown = self.output();
+            self.advance(input);
+            return shown;
+        }
+        let (omega_m, mut i_s) = (self.speed_before_memory(), None);
+        self.advance_observed(input, |_, stage| {
+            i_s.get_or_insert(stage.currents.i_s);
+        });
+        let i_s = i_s.unwrap_or_else(Complex::zero);
+        Output { i_s: if self.sensed { self.plant.measured_current(i_s) } else { i_s }, omega_m }
+    }
+
     /// As [`advance`](Self::advance); `observe` sees every stage with its weight (see [`Plant::step_observed`]).
     #[inline(always)]
     pub fn advance_observed(&mut self, input: &PlantInput<T>, mut observe: impl FnMut(f64, &crate::plant::Evaluation<T>)) {

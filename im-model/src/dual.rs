@@ -9,26 +9,57 @@
 #![allow(clippy::needless_range_loop, reason = "three arrays at one index read best so, and compile best so")]
 
 use core::cmp::Ordering;
+use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
 
-use num_traits::{Num, One, Zero};
+use num_traits::{Float, Num, One, Zero};
 
 use crate::scalar::Scalar;
 
-/// A value `re` with N first derivatives `eps`.
+/// A value `re` with N first derivatives `eps`, which are rounded to D, `f64` or `f32`.
 #[derive(Clone, Copy, Debug)]
-pub struct Dual<const N: usize> {
+pub struct DualNumber<const N: usize, D> {
     /// The value.
     pub re: f64,
     /// The derivatives with respect to the N seeded quantities.
-    pub eps: [f64; N],
+    pub eps: [D; N],
 }
 
-impl<const N: usize> Dual<N> {
+/// Derivatives as exact as the value.
+pub type Dual<const N: usize> = DualNumber<N, f64>;
+
+/// Derivatives to seven digits, in half of the memory: enough for the slopes of a fit, whose end they do not move. The value is that of `f64`.
+pub type SingleDual<const N: usize> = DualNumber<N, f32>;
+
+/// What derivatives are rounded to.
+pub trait Derivative: Float + Debug + Send + Sync + 'static {
+    /// Zero.
+    const ZERO: Self;
+    /// Rounds.
+    fn rounded(x: f64) -> Self;
+}
+
+impl Derivative for f64 {
+    const ZERO: Self = 0.0;
+    #[inline(always)]
+    fn rounded(x: f64) -> Self {
+        x
+    }
+}
+
+impl Derivative for f32 {
+    const ZERO: Self = 0.0;
+    #[inline(always)]
+    fn rounded(x: f64) -> Self {
+        x as Self
+    }
+}
+
+impl<const N: usize, D: Derivative> DualNumber<N, D> {
     /// A constant: no derivative.
     #[inline]
     pub const fn constant(re: f64) -> Self {
-        Self { re, eps: [0.0; N] }
+        Self { re, eps: [D::ZERO; N] }
     }
 
     /// The value `re` with derivative `slope` in direction `index` (nothing is seeded when `index ≥ N`).
@@ -36,85 +67,86 @@ impl<const N: usize> Dual<N> {
     pub fn seeded(re: f64, index: usize, slope: f64) -> Self {
         let mut x = Self::constant(re);
         if let Some(e) = x.eps.get_mut(index) {
-            *e = slope;
+            *e = D::rounded(slope);
         }
         x
     }
 }
 
-impl<const N: usize> PartialEq for Dual<N> {
+impl<const N: usize, D: Derivative> PartialEq for DualNumber<N, D> {
     fn eq(&self, other: &Self) -> bool {
         self.re == other.re && self.eps == other.eps
     }
 }
 
 /// Ordered by value.
-impl<const N: usize> PartialOrd for Dual<N> {
+impl<const N: usize, D: Derivative> PartialOrd for DualNumber<N, D> {
     #[inline]
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.re.partial_cmp(&other.re)
     }
 }
 
-impl<const N: usize> Add for Dual<N> {
+impl<const N: usize, D: Derivative> Add for DualNumber<N, D> {
     type Output = Self;
     #[inline(always)]
     fn add(mut self, b: Self) -> Self {
         self.re += b.re;
         for i in 0..N {
-            self.eps[i] += b.eps[i];
+            self.eps[i] = self.eps[i] + b.eps[i];
         }
         self
     }
 }
 
-impl<const N: usize> Sub for Dual<N> {
+impl<const N: usize, D: Derivative> Sub for DualNumber<N, D> {
     type Output = Self;
     #[inline(always)]
     fn sub(mut self, b: Self) -> Self {
         self.re -= b.re;
         for i in 0..N {
-            self.eps[i] -= b.eps[i];
+            self.eps[i] = self.eps[i] - b.eps[i];
         }
         self
     }
 }
 
-impl<const N: usize> Mul for Dual<N> {
+impl<const N: usize, D: Derivative> Mul for DualNumber<N, D> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, b: Self) -> Self {
-        let mut eps = [0.0; N];
+        let (x, y) = (D::rounded(self.re), D::rounded(b.re));
+        let mut eps = [D::ZERO; N];
         for i in 0..N {
-            eps[i] = self.re * b.eps[i] + self.eps[i] * b.re;
+            eps[i] = x * b.eps[i] + self.eps[i] * y;
         }
         Self { re: self.re * b.re, eps }
     }
 }
 
-impl<const N: usize> Div for Dual<N> {
+impl<const N: usize, D: Derivative> Div for DualNumber<N, D> {
     type Output = Self;
     #[inline(always)]
     fn div(self, b: Self) -> Self {
         let inv = 1.0 / b.re;
-        let re = self.re * inv;
-        let mut eps = [0.0; N];
+        let (re, by) = (D::rounded(self.re * inv), D::rounded(inv));
+        let mut eps = [D::ZERO; N];
         for i in 0..N {
-            eps[i] = (self.eps[i] - re * b.eps[i]) * inv;
+            eps[i] = (self.eps[i] - re * b.eps[i]) * by;
         }
         // The quotient itself is divided once, so that the value is bit-identical to f64's.
         Self { re: self.re / b.re, eps }
     }
 }
 
-impl<const N: usize> Rem for Dual<N> {
+impl<const N: usize, D: Derivative> Rem for DualNumber<N, D> {
     type Output = Self;
     fn rem(self, b: Self) -> Self {
         self - b * Self::constant((self.re - self.re % b.re) / b.re)
     }
 }
 
-impl<const N: usize> Neg for Dual<N> {
+impl<const N: usize, D: Derivative> Neg for DualNumber<N, D> {
     type Output = Self;
     #[inline(always)]
     fn neg(mut self) -> Self {
@@ -128,7 +160,7 @@ impl<const N: usize> Neg for Dual<N> {
 
 macro_rules! assign {
     ($($trait:ident $method:ident $op:tt),*) => {$(
-        impl<const N: usize> $trait for Dual<N> {
+        impl<const N: usize, D: Derivative> $trait for DualNumber<N, D> {
             #[inline(always)]
             fn $method(&mut self, b: Self) {
                 *self = *self $op b;
@@ -138,32 +170,32 @@ macro_rules! assign {
 }
 assign!(AddAssign add_assign +, SubAssign sub_assign -, MulAssign mul_assign *, DivAssign div_assign /, RemAssign rem_assign %);
 
-impl<const N: usize> Zero for Dual<N> {
+impl<const N: usize, D: Derivative> Zero for DualNumber<N, D> {
     #[inline]
     fn zero() -> Self {
         Self::constant(0.0)
     }
     #[inline]
     fn is_zero(&self) -> bool {
-        self.re == 0.0 && self.eps == [0.0; N]
+        self.re == 0.0 && self.eps == [D::ZERO; N]
     }
 }
 
-impl<const N: usize> One for Dual<N> {
+impl<const N: usize, D: Derivative> One for DualNumber<N, D> {
     #[inline]
     fn one() -> Self {
         Self::constant(1.0)
     }
 }
 
-impl<const N: usize> Num for Dual<N> {
+impl<const N: usize, D: Derivative> Num for DualNumber<N, D> {
     type FromStrRadixErr = <f64 as Num>::FromStrRadixErr;
     fn from_str_radix(str: &str, radix: u32) -> Result<Self, Self::FromStrRadixErr> {
         f64::from_str_radix(str, radix).map(Self::constant)
     }
 }
 
-impl<const N: usize> Scalar for Dual<N> {
+impl<const N: usize, D: Derivative> Scalar for DualNumber<N, D> {
     type Real = f64;
     const DERIVATIVES: bool = true;
 
@@ -177,9 +209,9 @@ impl<const N: usize> Scalar for Dual<N> {
     }
     #[inline(always)]
     fn chain(self, f: f64, df: f64) -> Self {
-        let mut eps = self.eps;
+        let (mut eps, df) = (self.eps, D::rounded(df));
         for e in &mut eps {
-            *e *= df;
+            *e = *e * df;
         }
         Self { re: f, eps }
     }
@@ -220,9 +252,9 @@ impl<const N: usize> Scalar for Dual<N> {
         if self.re <= 0.0 {
             return Self::constant(p);
         }
-        let by_base = p * y.re / self.re;
-        let by_exponent = if y.eps == [0.0; N] { 0.0 } else { p * Scalar::ln(self.re) };
-        let mut eps = [0.0; N];
+        let by_base = D::rounded(p * y.re / self.re);
+        let by_exponent = if y.eps == [D::ZERO; N] { D::ZERO } else { D::rounded(p * Scalar::ln(self.re)) };
+        let mut eps = [D::ZERO; N];
         for i in 0..N {
             eps[i] = by_base * self.eps[i] + by_exponent * y.eps[i];
         }

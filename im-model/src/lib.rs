@@ -73,7 +73,7 @@ pub use air_gap::AirGapSaturation;
 #[cfg(feature = "std")]
 pub use atomic_file::{abandon_files, check_writable, write_atomically};
 pub use bench::Bench;
-pub use dual::Dual;
+pub use dual::{Derivative, Dual, DualNumber, SingleDual};
 pub use effects::{EffectId, Effects, Extra};
 pub use error::{Bound, ModelError};
 #[cfg(feature = "std")]

@@ -115,7 +115,8 @@ pub fn adequate() -> Diagnosis {
 /// Nothing is missing, but the held-out recording is of a rotor that is warmer by 50 K.
 pub fn held_out_missed() -> Diagnosis {
     let [first, second, _] = recordings(&base(), 0.0);
-    let warm = base().with(&[(ParameterId::Base(BaseParameter::RotorResistance), 1.2 * base().parameters().rotor_resistance_ohm)]);
+    let warm =
+        base().with(&[(ParameterId::Base(BaseParameter::RotorResistance), 1.2 * base().parameters().rotor_resistance_ohm)]);
     answer_to([first, second, recording(&warm.unwrap(), "third.csv", 3, 0.0)], 1)
 }
 

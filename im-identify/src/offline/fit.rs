@@ -214,29 +214,24 @@ fn dot(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 
 impl Slopes {
     fn at(here: &Point, taken: &Thinned, free: &[Free], fraction: f64) -> Self {
-        let of = |(k, run): (usize, &Experiment)| {
-            linearize_to(&here.machine, run, &here.starts[k], k, free, rows(run, fraction)).slopes
-        };
-        let per_run: Vec<Vec<Vec<Vec<f64>>>> = taken.runs().par_iter().enumerate().map(of).collect();
         let p = free.len();
-        let mut normal = DMatrix::zeros(p, p);
-        for s in &per_run {
-            for a in 0..p {
-                for b in 0..=a {
-                    let x = dot(&s[a], &s[b]);
-                    normal[(a, b)] += x;
-                    if a != b {
-                        normal[(b, a)] += x;
-                    }
-                }
-            }
-        }
+        let of = |(k, run): (usize, &Experiment)| {
+            let slopes = linearize_to(&here.machine, run, &here.starts[k], k, free, rows(run, fraction)).slopes;
+            let lower = DMatrix::from_fn(p, p, |a, b| if b <= a { dot(&slopes[a], &slopes[b]) } else { 0.0 });
+            (slopes, lower)
+        };
+        let runs: Vec<_> = taken.runs().par_iter().enumerate().map(of).collect();
+        let (per_run, lower): (Vec<_>, Vec<_>) = runs.into_iter().unzip();
+        let mut normal = lower.into_iter().fold(DMatrix::zeros(p, p), |sum, l| sum + l);
+        normal.fill_upper_triangle_with_lower_triangle();
         Self { per_run, normal, way: 0.0 }
     }
 
     fn gradient(&self, taken: &Thinned, residuals: &Residuals) -> DVector<f64> {
         let sums = taken.sums(residuals);
-        DVector::from_fn(self.normal.nrows(), |k, _| self.per_run.iter().zip(sums.iter()).map(|(s, r)| dot(&s[k], r)).sum())
+        let of = |(s, r): (&Vec<Vec<Vec<f64>>>, &Vec<Vec<f64>>)| DVector::from_fn(s.len(), |k, _| dot(&s[k], r));
+        let runs: Vec<DVector<f64>> = self.per_run.par_iter().zip(sums.par_iter()).map(of).collect();
+        runs.into_iter().fold(DVector::zeros(self.normal.nrows()), |sum, g| sum + g)
     }
 
     /// The gradient, as of a step, for the bend of the way along a step: half the second derivative of the residuals, from the gradients here and

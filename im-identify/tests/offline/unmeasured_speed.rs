@@ -69,7 +69,8 @@ fn a_speed_that_was_lost_is_searched_anew() {
     let e = lost.clone().with_speed_found_by(&truth(), &lost.start_state());
     let off = |e: &Experiment| {
         let (omega, _) = found(e);
-        (omega[300..].iter().zip(&r.omega_m[300..]).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / omega[300..].len() as f64).sqrt()
+        (omega[300..].iter().zip(&r.omega_m[300..]).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / omega[300..].len() as f64)
+            .sqrt()
     };
     println!("{} {}", off(&lost), off(&e));
     assert!(off(&lost) > 15.0 && off(&e) < 1.0, "{} {}", off(&lost), off(&e));

@@ -7,7 +7,7 @@ use core::hash::{Hash, Hasher};
 #[allow(unused_imports, reason = "named in the documentation")]
 use super::Effect;
 use super::{About, Card, EffectId, FreeForm, HookSet, Hooks, ParameterInfo, Role, StateInfo, UNKNOWNS};
-use crate::dual::Dual;
+use crate::dual::{Dual, SingleDual};
 use crate::scalar::Scalar;
 
 /// How many effects of the user's own a machine can carry.
@@ -27,9 +27,9 @@ pub trait CustomHooks<T: Scalar>: Send + Sync {
 pub trait CustomEffect:
     CustomHooks<f32>
     + CustomHooks<f64>
-    + CustomHooks<Dual<4>>
-    + CustomHooks<Dual<6>>
-    + CustomHooks<Dual<8>>
+    + CustomHooks<SingleDual<4>>
+    + CustomHooks<SingleDual<8>>
+    + CustomHooks<SingleDual<12>>
     + CustomHooks<Dual<UNKNOWNS>>
 {
     /// The identifier in files.
@@ -60,9 +60,9 @@ fn hooks_in<T: Scalar>(effect: &'static dyn CustomEffect) -> Option<&'static dyn
     }
     same::<&'static dyn CustomHooks<f64>, _>(effect)
         .or_else(|| same::<&'static dyn CustomHooks<f32>, _>(effect))
-        .or_else(|| same::<&'static dyn CustomHooks<Dual<4>>, _>(effect))
-        .or_else(|| same::<&'static dyn CustomHooks<Dual<6>>, _>(effect))
-        .or_else(|| same::<&'static dyn CustomHooks<Dual<8>>, _>(effect))
+        .or_else(|| same::<&'static dyn CustomHooks<SingleDual<4>>, _>(effect))
+        .or_else(|| same::<&'static dyn CustomHooks<SingleDual<8>>, _>(effect))
+        .or_else(|| same::<&'static dyn CustomHooks<SingleDual<12>>, _>(effect))
         .or_else(|| same::<&'static dyn CustomHooks<Dual<UNKNOWNS>>, _>(effect))
 }
 

@@ -2,7 +2,7 @@
 
 use im_model::effects::{Card, CustomId, Effect, Hooks, Operating, ParameterInfo, Role, ScaleOf, StateInfo, StateKind};
 use im_model::{
-    Bench, Bound, Complex, Dual, EffectId, Effects, Ledger, Machine, ParameterId, PlantInput, Powers, Scalar, State,
+    Bench, Bound, Complex, EffectId, Effects, Ledger, Machine, ParameterId, PlantInput, Powers, Scalar, SingleDual, State,
     register_effect,
 };
 
@@ -166,8 +166,8 @@ fn a_registered_effect_gives_the_result_of_the_built_in_one() {
 fn a_registered_effect_carries_derivatives_and_is_absent_at_zero() {
     for (custom, size, built_in) in pairs() {
         let seed = |m: &Machine<f64>, strength: ParameterId| {
-            let m = m.map(|id, x| if id == strength { Dual::<4>::seeded(x, 0, 1.0) } else { Dual::constant(x) });
-            start(&m).0.last().unwrap().map(|x| x.eps[0])
+            let m = m.map(|id, x| if id == strength { SingleDual::<4>::seeded(x, 0, 1.0) } else { SingleDual::constant(x) });
+            start(&m).0.last().unwrap().map(|x| f64::from(x.eps[0]))
         };
         let theirs = match custom.name() {
             "fan" => EffectId::Windage,

@@ -3,7 +3,7 @@ use core::f64::consts::PI;
 use num_complex::Complex;
 
 use super::{Acts, COEFFICIENTS, FreeForm, Over};
-use crate::dual::Dual;
+use crate::dual::SingleDual;
 use crate::effects::EffectId;
 use crate::effects::trying::{RATED_V, SYNCHRONOUS, T, machine};
 use crate::machines::MOTULATOR_2_2_KW as M;
@@ -156,14 +156,14 @@ fn derivatives_by_the_coefficients_are_exact() {
     for (id, with) in every() {
         for k in [0, 3, 6] {
             let at = ParameterId::Effect(id, k);
-            let seeded = with.map(|p, x| if p == at { Dual::<4>::seeded(x, 0, 1.0) } else { Dual::constant(x) });
+            let seeded = with.map(|p, x| if p == at { SingleDual::<4>::seeded(x, 0, 1.0) } else { SingleDual::constant(x) });
             let end = |m: &Machine<f64>| {
                 let mut bench = Bench::new(m, State::turning(100.0), T);
                 (0..300).for_each(|_| bench.advance(&PlantInput::new(Complex::new(200.0, 30.0), 2.0)));
                 bench.output()
             };
-            let mut bench = Bench::new(&seeded, State::turning(Dual::constant(100.0)), Dual::constant(T));
-            let c = Dual::constant;
+            let mut bench = Bench::new(&seeded, State::turning(SingleDual::constant(100.0)), SingleDual::constant(T));
+            let c = SingleDual::constant;
             (0..300).for_each(|_| bench.advance(&PlantInput::new(Complex::new(c(200.0), c(30.0)), c(2.0))));
             let h = 1e-5 * id.parameters()[0].typical.1;
             let shifted = |s: f64| end(&with.with(&[(at, with.get(at) + s * h)]).unwrap());
@@ -172,11 +172,8 @@ fn derivatives_by_the_coefficients_are_exact() {
             for (exact, up, down) in [(exact.i_s.re, up.i_s.re, down.i_s.re), (exact.omega_m, up.omega_m, down.omega_m)] {
                 let differences = (up - down) / (2.0 * h);
                 // Differences lose a third of the digits; the step of 1e-5 of the usual size leaves 1e-5 of the slope.
-                assert!(
-                    (exact.eps[0] - differences).abs() < 1e-4 * differences.abs() + 1e-5,
-                    "{id} {k}: {} {differences}",
-                    exact.eps[0]
-                );
+                let slope = f64::from(exact.eps[0]);
+                assert!((slope - differences).abs() < 1e-4 * differences.abs() + 1e-5, "{id} {k}: {slope} {differences}");
             }
         }
     }
