@@ -153,7 +153,10 @@ const MEMORY: f64 = 0.9;
 pub const NOISE_ORDER: usize = 8;
 
 /// Noise models per experiment and channel from residuals; channels of the same kind over all experiments share one.
-pub fn whiteners<E: Borrow<Experiment> + Sync, R: AsRef<[Vec<f64>]> + Sync>(experiments: &[E], residuals: &[R]) -> Vec<Vec<Whitener>> {
+pub fn whiteners<E: Borrow<Experiment> + Sync, R: AsRef<[Vec<f64>]> + Sync>(
+    experiments: &[E],
+    residuals: &[R],
+) -> Vec<Vec<Whitener>> {
     per_channel(experiments, residuals, Whitener::fit)
 }
 

@@ -274,10 +274,12 @@ pub fn fit_from(
     let thinned = Thinned::of(experiments);
     for &fraction in horizons {
         // A rough answer is enough to start the next horizon from.
-        descend(&mut here, &mut room, &thinned, free, fraction, options.iterations.min(12), ROUGH)?;
+        let rough = Effort { iterations: options.iterations.min(12), tolerance: ROUGH, to_the_end: false };
+        descend(&mut here, &mut room, &thinned, free, fraction, &rough)?;
     }
-    let descent =
-        |here: &mut Point, room: &mut Room| descend(here, room, &thinned, free, 1.0, options.iterations, options.tolerance);
+    let FitOptions { iterations, tolerance, .. } = *options;
+    let effort = Effort { iterations, tolerance, to_the_end: tolerance < ROUGH };
+    let descent = |here: &mut Point, room: &mut Room| descend(here, room, &thinned, free, 1.0, &effort);
     let mut end = descent(&mut here, &mut room)?;
     // Short horizons can lead away, where a recording begins in motion for example: never worse than from the values given.
     let as_given = || sum_of_squares(&simulated(machine, experiments, &given.starts, 1.0)) + known_cost(machine, free);
@@ -344,13 +346,8 @@ const FEW_STEPS: f64 = 10.0;
 const MOST_SLOPES: f64 = 20.0;
 
 impl Room {
-    /// No bound.
-    pub(super) fn any() -> Self {
-        Self { sample_time_s: 0.0, rate_per_s: f64::INFINITY, spent: 0.0, most: f64::INFINITY }
-    }
-
     /// Around a start, which must be one that can be followed.
-    fn of(machine: &Machine<f64>, experiments: &[Experiment], free: &[Free]) -> Result<Self, ModelError> {
+    pub(super) fn of(machine: &Machine<f64>, experiments: &[Experiment], free: &[Free]) -> Result<Self, ModelError> {
         let runs = experiments.iter().filter(|e| !e.is_table());
         let sample_time_s = runs.map(|e| e.sample_time_s).fold(0.0, f64::max);
         let plant = Plant::new(machine);
@@ -416,6 +413,16 @@ const NEAR: f64 = 0.1;
 /// A way over which slopes hardly change: JᵀJ stands for the covariance.
 const SHORT: f64 = 0.03;
 
+/// How hard a descent tries.
+pub(super) struct Effort {
+    /// Accepted steps at most.
+    pub iterations: usize,
+    /// It ends when the cost falls by less than this fraction.
+    pub tolerance: f64,
+    /// Whether it ends on slopes of every row.
+    pub to_the_end: bool,
+}
+
 /// Levenberg-Marquardt from `here` over the first `fraction` of every recording. Fewer rows lead near the minimum, all of them into it:
 /// where parameters are nearly alike, their small differences decide.
 pub(super) fn descend(
@@ -424,10 +431,10 @@ pub(super) fn descend(
     thinned: &Thinned,
     free: &[Free],
     fraction: f64,
-    iterations: usize,
-    tolerance: f64,
+    effort: &Effort,
 ) -> Result<End, FitError> {
     let experiments = thinned.recordings();
+    let &Effort { iterations, tolerance, to_the_end } = effort;
     if free.is_empty() || iterations == 0 {
         *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction);
         return here.check(experiments).map(|()| End { accepted: 0, converged: free.is_empty(), normal: None });
@@ -530,7 +537,7 @@ pub(super) fn descend(
             None => fresh || is_nothing(promised),
         };
         match (arrived, gained.is_some()) {
-            (true, _) if misled || (taken.stride() > 1 && tolerance < ROUGH) => {
+            (true, _) if to_the_end && taken.stride() > 1 || misled => {
                 taken = &whole;
                 damping = 1e-3;
             }
