@@ -274,11 +274,12 @@ pub fn fit_from(
     let thinned = Thinned::of(experiments);
     for &fraction in horizons {
         // A rough answer is enough to start the next horizon from.
-        let rough = Effort { iterations: options.iterations.min(12), tolerance: ROUGH, to_the_end: false };
+        let rough = Effort { iterations: options.iterations.min(12), tolerance: ROUGH, every_row: EveryRow::WhereMisled };
         descend(&mut here, &mut room, &thinned, free, fraction, &rough)?;
     }
     let FitOptions { iterations, tolerance, .. } = *options;
-    let effort = Effort { iterations, tolerance, to_the_end: tolerance < ROUGH };
+    let every_row = if tolerance < ROUGH { EveryRow::AtLast } else { EveryRow::WhereMisled };
+    let effort = Effort { iterations, tolerance, every_row };
     let descent = |here: &mut Point, room: &mut Room| descend(here, room, &thinned, free, 1.0, &effort);
     let mut end = descent(&mut here, &mut room)?;
     // Short horizons can lead away, where a recording begins in motion for example: never worse than from the values given.
@@ -419,8 +420,19 @@ pub(super) struct Effort {
     pub iterations: usize,
     /// It ends when the cost falls by less than this fraction.
     pub tolerance: f64,
-    /// Whether it ends on slopes of every row.
-    pub to_the_end: bool,
+    /// When slopes are taken at every row.
+    pub every_row: EveryRow,
+}
+
+/// When a descent goes on from slopes in longer steps to those of every row.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum EveryRow {
+    /// Not at all: for a few parameters that are far from alike.
+    Never,
+    /// Where the others lead nowhere.
+    WhereMisled,
+    /// For the end.
+    AtLast,
 }
 
 /// Levenberg-Marquardt from `here` over the first `fraction` of every recording. Fewer rows lead near the minimum, all of them into it:
@@ -434,7 +446,7 @@ pub(super) fn descend(
     effort: &Effort,
 ) -> Result<End, FitError> {
     let experiments = thinned.recordings();
-    let &Effort { iterations, tolerance, to_the_end } = effort;
+    let &Effort { iterations, tolerance, every_row } = effort;
     if free.is_empty() || iterations == 0 {
         *here = Point::simulated(here.machine, std::mem::take(&mut here.starts), experiments, free, fraction);
         return here.check(experiments).map(|()| End { accepted: 0, converged: free.is_empty(), normal: None });
@@ -537,7 +549,7 @@ pub(super) fn descend(
             None => fresh || is_nothing(promised),
         };
         match (arrived, gained.is_some()) {
-            (true, _) if to_the_end && taken.stride() > 1 || misled => {
+            (true, _) if (misled && every_row != EveryRow::Never) || (taken.stride() > 1 && every_row == EveryRow::AtLast) => {
                 taken = &whole;
                 damping = 1e-3;
             }

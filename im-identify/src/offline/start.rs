@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::channel::ChannelKind;
 use super::experiment::{Experiment, Start};
-use super::fit::{Effort, Point, Room, cost, descend};
+use super::fit::{Effort, EveryRow, Point, Room, cost, descend};
 use super::free::{ANGLE, Free, LOAD_CONSTANT, LOAD_FAN, SPEED, Target, Transform};
 use super::load::{Load, Size};
 use super::thinned::Thinned;
@@ -65,8 +65,7 @@ pub fn start_on(machine: &Machine<f64>, e: &Experiment, rating: &Rating) -> Stat
         let e = std::slice::from_ref(e);
         let Ok(mut room) = Room::of(machine, e, &free) else { return start };
         let mut here = Point::new(machine, vec![start]);
-        // These few are far from alike: slopes in longer steps lead to the end.
-        let effort = Effort { iterations: 20, tolerance: 1e-6, to_the_end: false };
+        let effort = Effort { iterations: 20, tolerance: 1e-6, every_row: EveryRow::Never };
         if descend(&mut here, &mut room, &Thinned::of(e), &free, fraction, &effort).is_ok() { here.starts[0] } else { start }
     };
     let moving = if matches!(e.start, Start::Estimated(_)) {

@@ -125,7 +125,7 @@ fn a_descent_over_a_horizon_sees_nothing_beyond_it() {
         c.values[250..].copy_from_slice(&o.values[250..]);
     }
     let mut here = Point::new(&off([1.0, 1.2, 1.1, 1.0, 0.9, 1.0]), vec![State::default()]);
-    let (runs, effort) = ([e.clone()], Effort { iterations: 40, tolerance: 1e-8, to_the_end: true });
+    let (runs, effort) = ([e.clone()], Effort { iterations: 40, tolerance: 1e-8, every_row: EveryRow::AtLast });
     let mut room = Room::of(&here.machine, &runs, &free).unwrap();
     let end = descend(&mut here, &mut room, &Thinned::of(&runs), &free, 0.5, &effort).unwrap();
     assert!(end.converged && here.residuals[0].iter().all(|c| c.len() == 250));
