@@ -39,9 +39,11 @@ pub const UNSTABLE: f64 = 1.2;
 /// without nudging, to within `factor` of the error with it, stay as they are.
 pub fn judged(e: &Experiment, machine: &Machine<f64>, start: &State<f64>, factor: f64) -> Experiment {
     let nudged_run = nudged(std::slice::from_ref(e)).remove(0);
-    let stable =
-        nudged_run.speed_nudge.is_none() || mean_square(machine, e, start) <= factor * mean_square(machine, &nudged_run, start);
-    if stable { e.clone() } else { nudged_run }
+    if nudged_run.speed_nudge.is_none() {
+        return nudged_run;
+    }
+    let (alone, helped) = rayon::join(|| mean_square(machine, e, start), || mean_square(machine, &nudged_run, start));
+    if alone <= factor * helped { e.clone() } else { nudged_run }
 }
 
 /// −2 log L of residuals under an autoregressive noise model per channel, up to a constant: of a table with the noise of its instruments at least.

@@ -6,7 +6,7 @@ use num_traits::Zero;
 use crate::effects::{FILTER_STATES, Hook, MAX_CUSTOM, Memories};
 use crate::instant::{Output, PlantInput};
 use crate::machine::Machine;
-use crate::plant::Plant;
+use crate::plant::{Evaluation, Plant};
 use crate::scalar::Scalar;
 use crate::state::State;
 
@@ -125,7 +125,7 @@ impl<T: Scalar> Bench<T> {
     /// Runs one sample with the command and the load torque held.
     #[inline(always)]
     pub fn advance(&mut self, input: &PlantInput<T>) {
-        self.advance_observed(input, |_, _| ());
+        self.advanced::<false>(input, |_, _| ());
     }
 
     /// What the sensors show now, and then one sample: [`output`](Self::output) and [`advance`](Self::advance) in one. The currents of the first
@@ -139,7 +139,7 @@ impl<T: Scalar> Bench<T> {
             return shown;
         }
         let (omega_m, mut i_s) = (self.speed_before_memory(), None);
-        self.advance_observed(input, |_, stage| {
+        self.advanced::<false>(input, |_, stage| {
             i_s.get_or_insert(stage.currents.i_s);
         });
         let i_s = i_s.unwrap_or_else(Complex::zero);
@@ -148,7 +148,13 @@ impl<T: Scalar> Bench<T> {
 
     /// As [`advance`](Self::advance); `observe` sees every stage with its weight (see [`Plant::step_observed`]).
     #[inline(always)]
-    pub fn advance_observed(&mut self, input: &PlantInput<T>, mut observe: impl FnMut(f64, &crate::plant::Evaluation<T>)) {
+    pub fn advance_observed(&mut self, input: &PlantInput<T>, observe: impl FnMut(f64, &Evaluation<T>)) {
+        self.advanced::<true>(input, observe);
+    }
+
+    /// The same; without `POWERS`, `observe` sees none.
+    #[inline(always)]
+    fn advanced<const POWERS: bool>(&mut self, input: &PlantInput<T>, mut observe: impl FnMut(f64, &Evaluation<T>)) {
         let u_s = self.arriving(input.u_s);
         let (before, reading) = (self.state.omega_m, self.true_reading());
         let mut input = PlantInput { u_s, ..*input };
@@ -162,7 +168,7 @@ impl<T: Scalar> Bench<T> {
                 let at = |k: u32| a + (b - a).scale(f64::from(k) / f64::from(self.substeps));
                 input.imposed_speed = Some([at(k), at(k + 1)]);
             }
-            self.plant.step_observed(&mut self.state, &input, self.substep, &mut observe);
+            self.plant.stepped::<POWERS>(&mut self.state, &input, self.substep, &mut observe);
         }
         self.filter(before);
         self.remember(reading);

@@ -63,6 +63,21 @@ pub struct Powers<T> {
 }
 
 impl<T: Scalar> Powers<T> {
+    /// None.
+    pub(crate) fn none() -> Self {
+        let o = T::zero();
+        Self {
+            electrical_input: o,
+            inverter_loss: o,
+            stator_copper: o,
+            rotor_copper: o,
+            iron: o,
+            friction: o,
+            shaft_damping: o,
+            load: o,
+        }
+    }
+
     /// The values, in the order of the fields.
     pub fn values(&self) -> [T; 8] {
         [

@@ -200,12 +200,13 @@ impl<T: Scalar> Plant<T> {
 
     /// Rates, torque and powers at a state.
     pub fn evaluate(&self, x: &State<T>, input: &PlantInput<T>) -> Evaluation<T> {
-        if self.plain { self.evaluate_as::<true>(x, input) } else { self.evaluate_as::<false>(x, input) }
+        if self.plain { self.evaluate_as::<true, true>(x, input) } else { self.evaluate_as::<false, true>(x, input) }
     }
 
-    /// `PLAIN` lets the compiler leave out every place but the flux-current map; the arithmetic that remains is the same.
+    /// `PLAIN` lets the compiler leave out every place but the flux-current map; the arithmetic that remains is the same. Without `POWERS` they are
+    /// zero where no state of an effect follows them.
     #[inline(always)]
-    fn evaluate_as<const PLAIN: bool>(&self, x: &State<T>, input: &PlantInput<T>) -> Evaluation<T> {
+    fn evaluate_as<const PLAIN: bool, const POWERS: bool>(&self, x: &State<T>, input: &PlantInput<T>) -> Evaluation<T> {
         let (p, e, own) = (&self.parameters, &self.effects, &x.extra);
         let on = if PLAIN { Active::NONE } else { self.on };
         let currents = self.currents_as::<PLAIN>(on, x);
@@ -248,19 +249,22 @@ impl<T: Scalar> Plant<T> {
         }
         rates.theta_m = x.omega_m;
 
-        let mut powers = Powers {
-            electrical_input: dot(input.u_s, i_s).scale(1.5),
-            inverter_loss: dot(input.u_s - u_s, i_s).scale(1.5),
-            stator_copper: dot(stator_drop, i_s).scale(1.5),
-            rotor_copper: dot(rotor_drop, i_r).scale(1.5),
-            iron: T::zero(),
-            friction: braking * x.omega_m,
-            shaft_damping: T::zero(),
-            load: tau_load * e.load_speed(on, x.omega_m, own),
-        };
-        if let Some(at) = at {
-            e.powers(on, &mut powers, at, own);
-            e.rates(on, &mut rates.extra, at, &powers, own);
+        let mut powers = Powers::none();
+        if POWERS || on.have_states() {
+            powers = Powers {
+                electrical_input: dot(input.u_s, i_s).scale(1.5),
+                inverter_loss: dot(input.u_s - u_s, i_s).scale(1.5),
+                stator_copper: dot(stator_drop, i_s).scale(1.5),
+                rotor_copper: dot(rotor_drop, i_r).scale(1.5),
+                iron: T::zero(),
+                friction: braking * x.omega_m,
+                shaft_damping: T::zero(),
+                load: tau_load * e.load_speed(on, x.omega_m, own),
+            };
+            if let Some(at) = at {
+                e.powers(on, &mut powers, at, own);
+                e.rates(on, &mut rates.extra, at, &powers, own);
+            }
         }
         Evaluation { rates, currents, torque, powers }
     }
@@ -298,7 +302,7 @@ impl<T: Scalar> Plant<T> {
     #[inline]
     pub fn step(&self, x: &State<T>, input: &PlantInput<T>, h: f64) -> State<T> {
         let mut next = *x;
-        self.step_observed(&mut next, input, h, |_, _| ());
+        self.stepped::<false>(&mut next, input, h, |_, _| ());
         next
     }
 
@@ -306,15 +310,27 @@ impl<T: Scalar> Plant<T> {
     /// `h`), so that integrals of powers are taken with the same rule as the state.
     #[inline(always)]
     pub fn step_observed(&self, x: &mut State<T>, input: &PlantInput<T>, h: f64, observe: impl FnMut(f64, &Evaluation<T>)) {
+        self.stepped::<true>(x, input, h, observe);
+    }
+
+    /// The same; without `POWERS`, `observe` sees none.
+    #[inline(always)]
+    pub(crate) fn stepped<const POWERS: bool>(
+        &self,
+        x: &mut State<T>,
+        input: &PlantInput<T>,
+        h: f64,
+        observe: impl FnMut(f64, &Evaluation<T>),
+    ) {
         match (self.plain, input.imposed_speed.is_some()) {
-            (true, false) => self.step_as::<true, false>(x, input, h, observe),
-            (true, true) => self.step_as::<true, true>(x, input, h, observe),
-            (false, _) => self.step_as::<false, true>(x, input, h, observe),
+            (true, false) => self.step_as::<true, false, POWERS>(x, input, h, observe),
+            (true, true) => self.step_as::<true, true, POWERS>(x, input, h, observe),
+            (false, _) => self.step_as::<false, true, POWERS>(x, input, h, observe),
         }
     }
 
     #[inline(always)]
-    fn step_as<const PLAIN: bool, const IMPOSED: bool>(
+    fn step_as<const PLAIN: bool, const IMPOSED: bool, const POWERS: bool>(
         &self,
         x: &mut State<T>,
         input: &PlantInput<T>,
@@ -330,11 +346,11 @@ impl<T: Scalar> Plant<T> {
             if let (true, Some([a, b])) = (IMPOSED, input.imposed_speed) {
                 at.omega_m = a + (b - a).scale(fraction);
             }
-            let e = self.evaluate_as::<PLAIN>(&at, input);
-            observe(weight, &e);
-            x.accumulate(&e.rates, weight, on);
+            let here = self.evaluate_as::<PLAIN, POWERS>(&at, input);
+            observe(weight, &here);
+            x.accumulate(&here.rates, weight, on);
             if fraction < 1.0 {
-                at.set_advanced(&from, &e.rates, next, on);
+                at.set_advanced(&from, &here.rates, next, on);
             }
         }
         if let (true, Some([_, b])) = (IMPOSED, input.imposed_speed) {

@@ -43,13 +43,13 @@ pub(super) struct Judged {
 impl Judged {
     fn new(loop_: &Refinement, machine: &Machine<f64>, starts: &[State<f64>], factor: f64) -> Self {
         let case = loop_.case();
-        Self {
-            train: case.train.par_iter().zip(starts).map(|(e, x)| judged(e, machine, x, factor)).collect(),
-            holdout: case.holdout.as_ref().map(|h| {
-                let nudged_run = nudged(std::slice::from_ref(h));
-                judged(h, machine, &loop_.starts(machine, &nudged_run)[0], factor)
-            }),
-        }
+        let seen = || case.train.par_iter().zip(starts).map(|(e, x)| judged(e, machine, x, factor)).collect();
+        let unseen = |h: &Experiment| {
+            let start = loop_.starts(machine, &nudged(std::slice::from_ref(h)))[0];
+            judged(h, machine, &start, factor)
+        };
+        let (train, holdout) = rayon::join(seen, || case.holdout.as_ref().map(unseen));
+        Self { train, holdout }
     }
 }
 
@@ -66,15 +66,13 @@ fn refitted(loop_: &Refinement, model: &Model, refit: &Judged) -> (Machine<f64>,
 /// The errors of a refitted model.
 fn step(loop_: &Refinement, model: &Model, (machine, starts): (Machine<f64>, Vec<State<f64>>), judged: &Judged) -> Step {
     let held = judged.holdout.as_slice();
-    let held_starts = loop_.starts(&machine, held);
-    Step {
-        effects: model.effects.clone(),
-        train: errors(&machine, &judged.train, &starts),
-        holdout: (!held.is_empty()).then(|| errors(&machine, held, &held_starts)),
-        holdout_start: held_starts.first().copied(),
-        machine,
-        starts,
-    }
+    let unseen = || {
+        let starts = loop_.starts(&machine, held);
+        starts.first().map(|x| (errors(&machine, held, &starts), *x))
+    };
+    let (train, unseen) = rayon::join(|| errors(&machine, &judged.train, &starts), unseen);
+    let (holdout, holdout_start) = unseen.unzip();
+    Step { effects: model.effects.clone(), train, holdout, holdout_start, machine, starts }
 }
 
 /// The steps of a course, and the recordings as they are judged on them.

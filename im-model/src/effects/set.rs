@@ -35,11 +35,23 @@ impl<T> Extra<T> {
     }
 }
 
-const fn bits(equations: bool) -> u64 {
+/// What of an effect the step asks for once, for all that are on.
+#[derive(Clone, Copy)]
+enum Trait {
+    InEquations,
+    InSensors,
+    HasStates,
+}
+
+const fn bits(wanted: Trait) -> u64 {
     let (mut bits, mut k) = (0, 0);
     while k < COUNT {
-        let wanted = if equations { acts_in_equations(&ABOUT[k], STATES[k]) } else { matches!(ABOUT[k].place, Place::Sensors) };
-        if wanted {
+        let is = match wanted {
+            Trait::InEquations => acts_in_equations(&ABOUT[k], STATES[k]),
+            Trait::InSensors => matches!(ABOUT[k].place, Place::Sensors),
+            Trait::HasStates => !STATES[k].is_empty(),
+        };
+        if is {
             bits |= 1 << k;
         }
         k += 1;
@@ -50,12 +62,17 @@ const fn bits(equations: bool) -> u64 {
 impl Active {
     /// Whether any acts in the equations of motion outside the flux-current map.
     pub(crate) const fn in_equations(self) -> bool {
-        const BITS: u64 = bits(true);
+        const BITS: u64 = bits(Trait::InEquations);
         self.meets(BITS)
     }
     /// Whether any acts in the sensors.
     pub(crate) const fn in_sensors(self) -> bool {
-        const BITS: u64 = bits(false);
+        const BITS: u64 = bits(Trait::InSensors);
+        self.meets(BITS)
+    }
+    /// Whether any has states, whose rates may be those of losses.
+    pub(crate) const fn have_states(self) -> bool {
+        const BITS: u64 = bits(Trait::HasStates);
         self.meets(BITS)
     }
 }
