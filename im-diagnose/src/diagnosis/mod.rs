@@ -20,7 +20,7 @@ use crate::losses::{ModelPoint, by_model};
 use crate::residual_tests::Dependence;
 use crate::search::{Course, Learning, Model, Options, Refinement, Sets};
 use crate::steady_curve::RatedSupply;
-use crate::uncertainty::{Estimates, MachineQuantity, is_open};
+use crate::uncertainty::{Estimates, MachineQuantity, is_open, is_unknown};
 pub use ranking::Candidate;
 use ranking::ranking;
 pub(crate) use ranking::{NOT_EXCITED, SUSPECTED};
@@ -48,6 +48,11 @@ impl ParameterChange {
     /// Whether the recordings leave it open.
     pub fn is_open(&self) -> bool {
         !self.ratio_held && is_open(self.after, self.std)
+    }
+
+    /// Whether they say nothing of it, so that its change means nothing.
+    pub fn is_unknown(&self) -> bool {
+        is_unknown(self.after, self.std)
     }
 
     /// Whether it is one of the coefficients of a learned curve: the curve's band says how well that is known.

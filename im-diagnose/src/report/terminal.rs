@@ -5,14 +5,14 @@ use super::overlay::{channel_words, nudged};
 use super::sections::{LOSSES_HEAD, fall_rows, losses_cells, parameter_warnings, parameters_note};
 use super::story::{Shown, Story, candidates as by_interest, summary, verdict_words};
 use super::text_plot::{columns, log_bar, spark, wrapped};
-use super::words::{file_name, in_sigma, quantity_name, short_effect_name};
+use super::words::{change_words, file_name, in_sigma, is_new, quantity_name, short_effect_name};
 use crate::diagnosis::{Diagnosis, Verdict};
-use crate::format::{interval, number, percent_change, quantity, sentence};
+use crate::format::{interval, number, quantity, sentence};
 use crate::intake::joined;
 use crate::loads::Loads;
 use crate::localise::{ProfileOver, Quantity};
-use crate::uncertainty::{HALF_95, MachineQuantity};
-use im_model::{MotorFile, ParameterId};
+use crate::uncertainty::HALF_95;
+use im_model::MotorFile;
 
 /// The report as text, at most `width` (40 to 100) characters wide.
 pub fn terminal(s: &Story, width: usize) -> String {
@@ -284,13 +284,12 @@ fn parameters(out: &mut Text, d: &Diagnosis) {
     out.heading("Parameters (± 95 %)");
     let mut table = Vec::new();
     for p in d.parameters.iter().filter(|p| !p.is_of_a_curve()) {
-        let new = matches!(p.quantity, MachineQuantity::Parameter(ParameterId::Effect(e, _)) if !d.case.motor.machine.effects().is_on(e));
         let unit = p.quantity.unit();
         table.push(vec![
             quantity_name(p.quantity).0,
-            if new { "–".into() } else { quantity(p.before, unit, 4) },
+            if is_new(p, d) { "–".into() } else { quantity(p.before, unit, 4) },
             format!("{}{}", interval(p.after, HALF_95 * p.std, unit), if p.ratio_held { ", ratio held" } else { "" }),
-            if new { "new".into() } else { percent_change(p.before, p.after) },
+            change_words(p, d),
         ]);
     }
     out.table(&table, &[false, true, true, true]);

@@ -1,7 +1,8 @@
 //! Names of effects, parameters and channels as people read them.
 
-use crate::format::number;
+use crate::diagnosis::{Diagnosis, ParameterChange};
 pub use crate::format::{effect_name, short_effect_name};
+use crate::format::{number, percent_change};
 use crate::uncertainty::MachineQuantity;
 use im_model::{BaseParameter, ParameterId};
 
@@ -126,5 +127,21 @@ mod tests {
         assert_eq!(parameter_name(ParameterId::Effect(EffectId::InverterNonlinearity, 0)).0, "inverter nonlinearity: voltage");
         assert_eq!(parameter_name(ParameterId::Effect(EffectId::Windage, 0)).0, "windage: coefficient");
         assert_eq!(channel_name("i_alpha_A"), ("stator current, α axis".into(), "A"));
+    }
+}
+
+/// Whether a parameter is of an effect that the motor did not have.
+pub(crate) fn is_new(p: &ParameterChange, d: &Diagnosis) -> bool {
+    matches!(p.quantity, MachineQuantity::Parameter(ParameterId::Effect(e, _)) if !d.case.motor.machine.effects().is_on(e))
+}
+
+/// How a parameter has changed.
+pub(crate) fn change_words(p: &ParameterChange, d: &Diagnosis) -> String {
+    if is_new(p, d) {
+        "new".to_owned()
+    } else if p.is_unknown() {
+        "not determined".to_owned()
+    } else {
+        percent_change(p.before, p.after)
     }
 }

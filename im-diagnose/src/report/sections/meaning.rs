@@ -8,7 +8,7 @@ use super::super::page::{Row, Section, drawn, figure, legend, numbers, table, te
 use super::super::story::Story;
 use crate::format::{number, percent_change, quantity, signed};
 use crate::steady_curve::{RatedLoad, RatedSupply};
-use crate::uncertainty::{MachineQuantity, is_unknown};
+use crate::uncertainty::MachineQuantity;
 
 /// As given and as refined.
 type Motors = [RatedSupply; 2];
@@ -94,7 +94,7 @@ fn numbers_of(s: &Story) -> Markup {
     rows.extend(loaded.iter().map(row));
     // What rests on a friction that nothing shows is no result.
     let friction = MachineQuantity::Parameter(ParameterId::Base(BaseParameter::ViscousFriction));
-    let unknown = s.d.parameters.iter().any(|p| p.quantity == friction && is_unknown(p.after, p.std));
+    let unknown = s.d.parameters.iter().any(|p| p.quantity == friction && p.is_unknown());
     rows.extend(with_friction.iter().map(|r| {
         let (name, unit, [before, _]) = r;
         if unknown { Row::of([name.to_string(), shown(*before, unit), "not determined".into(), "–".into()]) } else { row(r) }

@@ -6,12 +6,12 @@ use maud::html;
 
 use super::super::page::{Row, Section, numbers, table, term, text, words};
 use super::super::story::Story;
-use super::super::words::{quantity_name, short_effect_name};
+use super::super::words::{change_words, is_new, quantity_name, short_effect_name};
 use super::intervals;
 use crate::diagnosis::{Diagnosis, ParameterChange};
 use crate::format::{interval, percent_change, quantity, sentence};
 use crate::localise::join;
-use crate::uncertainty::{HALF_95, MachineQuantity, is_open, is_unknown};
+use crate::uncertainty::{HALF_95, MachineQuantity, is_open};
 
 /// A base parameter that moved by more than this factor is suspicious: nameplates and catalogues are better than that.
 const SUSPICIOUS: f64 = 1.5;
@@ -121,11 +121,7 @@ pub(crate) fn section(s: &Story) -> Section {
     let row = |p: &ParameterChange| {
         let (name, meaning) = quantity_name(p.quantity);
         let unit = p.quantity.unit();
-        let effect = match p.quantity {
-            MachineQuantity::Parameter(ParameterId::Effect(e, _)) => Some(e),
-            _ => None,
-        };
-        let new = effect.is_some_and(|e| !d.case.motor.machine.effects().is_on(e));
+        let new = is_new(p, d);
         let or_none = |value: Option<f64>| text(value.map_or("–".to_owned(), |x| quantity(x, unit, 4)));
         let mut row = vec![html! {
             span title=(meaning) { (name) }
@@ -137,13 +133,7 @@ pub(crate) fn section(s: &Story) -> Section {
         if several {
             row.push(or_none((!new).then(|| p.quantity.of(base))));
         }
-        row.push(text(if new {
-            "new".to_owned()
-        } else if is_unknown(p.after, p.std) {
-            "not determined".to_owned()
-        } else {
-            percent_change(p.before, p.after)
-        }));
+        row.push(text(change_words(p, d)));
         Row::new(row)
     };
     let rows: Vec<Row> = d.parameters.iter().filter(|p| !p.is_of_a_curve()).map(row).collect();

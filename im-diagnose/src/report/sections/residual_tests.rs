@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::super::page::{Section, drawn, figure, list};
 use super::super::story::{Story, dependence_words};
-use crate::format::{power_of_ten, sentence};
+use crate::format::{chance, sentence};
 use crate::residual_tests::{Dependence, Variable};
 use crate::uncertainty::HALF_95;
 
@@ -64,8 +64,8 @@ fn chart(x: &Dependence) -> Markup {
     if !angle {
         chart.dots(&line, "refined");
     }
-    let chance = format!("Probability of chance: {}.", power_of_ten(-x.log_p));
-    figure(drawn(chart), format!("{} {chance}", sentence(&dependence_words(x))))
+    let by_chance = format!("That it is chance has a probability {}.", chance(x.log_p));
+    figure(drawn(chart), format!("{} {by_chance}", sentence(&dependence_words(x))))
 }
 
 /// What such a dependence usually means.

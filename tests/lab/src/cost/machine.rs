@@ -2,7 +2,7 @@
 
 use super::Cost;
 use im_model::{
-    BaseParameter, Bench, Complex, Dual, Effects, Held, Machine, ParameterId, PlantInput, Scalar, machines, steady_state,
+    BaseParameter, Bench, Complex, Effects, Held, Machine, ParameterId, PlantInput, Scalar, SingleDual, machines, steady_state,
 };
 
 /// Sampling time, s: 10 kHz.
@@ -69,8 +69,8 @@ fn running_as<T: Scalar>(m: &Machine<f64>, seed: impl Fn(f64, usize) -> T) -> Be
 }
 
 /// N base parameters seeded with relative slopes.
-fn dual<const N: usize>(value: f64, k: usize) -> Dual<N> {
-    Dual::seeded(value, k, value)
+fn dual<const N: usize>(value: f64, k: usize) -> SingleDual<N> {
+    SingleDual::seeded(value, k, value)
 }
 
 /// One thousand samples of the supply voltage.
@@ -106,8 +106,8 @@ pub fn costs() -> Vec<Cost> {
         cost("main_flux_saturation", || running(&saturated())),
         cost("all_effects", || running(&all_effects())),
         cost("base_f32", || running_as(&base(), |x, _| x as f32)),
-        cost("base_dual6", || running_as(&base(), dual::<6>)),
         cost("base_dual8", || running_as(&base(), dual::<8>)),
-        cost("all_effects_dual8", || running_as(&all_effects(), dual::<8>)),
+        cost("base_dual12", || running_as(&base(), dual::<12>)),
+        cost("all_effects_dual12", || running_as(&all_effects(), dual::<12>)),
     ]
 }
