@@ -1,7 +1,7 @@
 //! Levenberg-Marquardt over all experiments at once.
 
 use im_model::{EffectId, Machine, ModelError, Plant, State};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -197,7 +197,7 @@ fn known_cost(machine: &Machine<f64>, free: &[Free]) -> f64 {
 }
 
 fn sum_of_squares(residuals: &Residuals) -> f64 {
-    residuals.iter().flatten().flatten().map(|r| r * r).sum()
+    residuals.iter().map(|run| dot(run, run)).sum()
 }
 
 /// JᵀJ of the slopes; those of each run, in the steps of [`Thinned`], kept for later products with new residuals.
@@ -209,7 +209,12 @@ struct Slopes {
 }
 
 fn dot(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x.iter().zip(y).map(|(p, q)| p * q).sum::<f64>()).sum()
+    let of = |(x, y): (&Vec<f64>, &Vec<f64>)| {
+        // A horizon may end within a step.
+        let rows = x.len().min(y.len());
+        DVectorView::from_slice(x, rows).dot(&DVectorView::from_slice(y, rows))
+    };
+    a.iter().zip(b).map(of).sum()
 }
 
 impl Slopes {
