@@ -126,7 +126,15 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     let Options { significance, learning, .. } = *loop_.options();
     let before = loop_.case().motor.clone();
     loop_.weigh_given(&base);
-    let (mut course, sets) = loop_.course(loop_.search(Sets::of(base))?)?;
+    let (mut course, mut sets) = loop_.course(loop_.search(Sets::of(base))?)?;
+    // A speed that nobody measured was found by a machine without the effects: what that did to it looks like effects.
+    let found = &course.last().model;
+    if !found.effects.is_empty()
+        && let Some(base) = loop_.speeds_found_by(&found.fit, &course.first().model)?
+    {
+        loop_.weigh_given(&base);
+        (course, sets) = loop_.course(loop_.search(Sets::of(base))?)?;
+    }
     let mut found = Found::new(&loop_, &course);
     let mut left = Left::new(&loop_, &course, &found);
     let contested = is_contested(&course, &left);

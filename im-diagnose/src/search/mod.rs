@@ -167,19 +167,26 @@ impl Refinement {
         let mut model = me.model(&first.fit.machine, &first.fit.starts, &[], &FitOptions::near())?;
         // A speed that nobody measured moves with the machine that it is found by.
         for _ in 0..SPEED_ROUNDS {
-            if !me.case.train.iter().any(|e| matches!(e.load, Load::Unseen(_))) {
-                break;
-            }
             let before = model.train();
-            me.case.set_noise_from(&me.nudged, &me.left_by(&model.fit));
-            me.smooth_speeds_by(&model.fit);
-            me.nudge();
-            model = me.model(&model.fit.machine, &model.fit.starts, &[], &FitOptions::near())?;
+            let Some(next) = me.speeds_found_by(&model.fit, &model)? else { break };
+            model = next;
             if (model.train() / before - 1.0).abs() < SPEED_SETTLED {
                 break;
             }
         }
         Ok((me, model))
+    }
+
+    /// Finds speeds that nobody measured, and the noise beside them, by a fitted machine, and fits the base model, from `base`, once more; nothing
+    /// where all are measured.
+    pub fn speeds_found_by(&mut self, fit: &Fit, base: &Model) -> Result<Option<Model>, FitError> {
+        if !self.case.train.iter().any(|e| matches!(e.load, Load::Unseen(_))) {
+            return Ok(None);
+        }
+        self.case.set_noise_from(&self.nudged, &self.left_by(fit));
+        self.smooth_speeds_by(fit);
+        self.nudge();
+        self.model(&base.fit.machine, &base.fit.starts, &[], &FitOptions::near()).map(Some)
     }
 
     /// Takes in what the effects of the motor file explain: before a search.
