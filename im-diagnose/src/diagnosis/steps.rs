@@ -4,10 +4,9 @@ use im_identify::offline::{Experiment, FitOptions};
 use im_model::{EffectId, Machine, State};
 use rayon::prelude::*;
 
-use super::verdict::NEGLIGIBLE;
-use crate::residual_tests::{Dependence, dependences, held_out_log_p};
+use crate::residual_tests::{Dependence, dependences};
 use crate::residuals::{Errors, UNSTABLE, errors, judged, mean_square, nudged};
-use crate::search::{Course, Model, NO_DOUBT, Refinement};
+use crate::search::{Course, Model, Refinement};
 
 /// One step of the refinement.
 #[derive(Clone, Debug)]
@@ -103,17 +102,6 @@ impl Found {
         let Step { machine, starts, .. } = &steps[steps.len() - 1];
         let dependences = dependences(machine, starts, &judged.train);
         Self { steps, judged, dependences }
-    }
-
-    /// Whether the last step leaves more of the held-out recording than the noise of the training recordings can, by more than what counts.
-    pub fn misses_held_out(&self) -> bool {
-        let last = self.last();
-        let (Some(unseen), Some(start), Some(error)) = (&self.judged.holdout, &last.holdout_start, &last.holdout) else {
-            return false;
-        };
-        !unseen.is_table()
-            && error.chi2_per_sample > (1.0 + NEGLIGIBLE) * last.train.chi2_per_sample.max(1.0)
-            && held_out_log_p(&last.machine, (&self.judged.train, &last.starts), (unseen, start)) > NO_DOUBT
     }
 
     /// The last step.

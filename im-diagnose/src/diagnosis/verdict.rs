@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 use super::Candidate;
 use super::steps::{Found, Step};
 use crate::form_error::{SIZE_IN_SEARCH, bent};
-use crate::residual_tests::Dependence;
+use crate::residual_tests::{Dependence, held_out_log_p};
 use crate::search::{Course, Model, NO_DOUBT, Refinement, Refusal, Round, Trial, UNEXPLAINED};
 use crate::statistics::log_p;
 
 /// Excess of χ²/N over that of the noise below which a model is as good as its sensors.
-pub(super) const NEGLIGIBLE: f64 = 0.1;
+const NEGLIGIBLE: f64 = 0.1;
 
 /// What the data say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -101,7 +101,7 @@ fn undetermined(fit: &Fit) -> impl Iterator<Item = BaseParameter> {
     let (values, std) = (fit.values(), fit.standard_deviations());
     electrical.into_iter().filter(move |&p| {
         let of = fit.free.iter().position(|f| f.id() == Some(ParameterId::Base(p)));
-        of.is_some_and(|k| !(std[k] <= KNOWN * values[k]))
+        of.is_some_and(|k| std[k].is_nan() || std[k] > KNOWN * values[k])
     })
 }
 
@@ -137,7 +137,7 @@ impl<'a> Left<'a> {
         Self {
             error,
             bent: error[1],
-            held_out_missed: found.misses_held_out(),
+            held_out_missed: held_out_missed(found),
             dependences: &found.dependences,
             of_tables: if freedom == 0 { 0.0 } else { log_p(cost, freedom) },
             curves: Vec::new(),
@@ -177,6 +177,17 @@ impl<'a> Left<'a> {
     fn is_structured(&self) -> bool {
         self.of_tables > NO_DOUBT || self.dependences.first().is_some_and(|d| d.log_p > NO_DOUBT)
     }
+}
+
+/// [`Left::held_out_missed`], by more than what counts.
+fn held_out_missed(found: &Found) -> bool {
+    let (last, judged) = (found.last(), &found.judged);
+    let (Some(unseen), Some(start), Some(error)) = (&judged.holdout, &last.holdout_start, &last.holdout) else {
+        return false;
+    };
+    !unseen.is_table()
+        && error.chi2_per_sample > (1.0 + NEGLIGIBLE) * last.train.chi2_per_sample.max(1.0)
+        && held_out_log_p(&last.machine, (&judged.train, &last.starts), (unseen, start)) > NO_DOUBT
 }
 
 /// [`Left::bent`].

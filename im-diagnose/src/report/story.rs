@@ -453,6 +453,11 @@ pub(crate) fn summary(s: &Story) -> Summary {
             refute.push("An effect written by you, with the shape shown below, that brings the error down to the noise of the sensors on the held-out recording too.".into());
         }
         Verdict::Inconclusive => {
+            if d.doubts.contains(&Doubt::HeldOutMissed) {
+                refute.push(
+                    "A recording of the kind of the held-out one among those to train on, and another one held out.".to_owned(),
+                );
+            }
             for c in s.unexcited().into_iter().take(6) {
                 refute.push(format!(
                     "{}: {}",
@@ -482,9 +487,9 @@ fn doubts(s: &Story) -> Vec<String> {
     let mut open = Vec::new();
     for doubt in &d.doubts {
         match *doubt {
-            Doubt::HeldOutMissed => all.push(
-                "the held-out recording is missed: it shows something that the training recordings do not. Train on one of its kind, too".to_owned(),
-            ),
+            Doubt::HeldOutMissed => {
+                all.push("the held-out recording is missed: it shows something that the training recordings do not".to_owned())
+            }
             Doubt::NotExcited => all.push(format!(
                 "{} of {} effects would not have shown in them at any usual size",
                 s.unexcited().len(),
