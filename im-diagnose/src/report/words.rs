@@ -111,6 +111,22 @@ pub(crate) fn file_name(run: &str) -> String {
     std::path::Path::new(run).file_name().map_or(run.into(), |n| n.to_string_lossy().into())
 }
 
+/// Whether a parameter is of an effect that the motor did not have.
+pub(crate) fn is_new(p: &ParameterChange, d: &Diagnosis) -> bool {
+    matches!(p.quantity, MachineQuantity::Parameter(ParameterId::Effect(e, _)) if !d.case.motor.machine.effects().is_on(e))
+}
+
+/// How a parameter has changed.
+pub(crate) fn change_words(p: &ParameterChange, d: &Diagnosis) -> String {
+    if is_new(p, d) {
+        "new".to_owned()
+    } else if p.is_unknown() {
+        "not determined".to_owned()
+    } else {
+        percent_change(p.before, p.after)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -127,21 +143,5 @@ mod tests {
         assert_eq!(parameter_name(ParameterId::Effect(EffectId::InverterNonlinearity, 0)).0, "inverter nonlinearity: voltage");
         assert_eq!(parameter_name(ParameterId::Effect(EffectId::Windage, 0)).0, "windage: coefficient");
         assert_eq!(channel_name("i_alpha_A"), ("stator current, α axis".into(), "A"));
-    }
-}
-
-/// Whether a parameter is of an effect that the motor did not have.
-pub(crate) fn is_new(p: &ParameterChange, d: &Diagnosis) -> bool {
-    matches!(p.quantity, MachineQuantity::Parameter(ParameterId::Effect(e, _)) if !d.case.motor.machine.effects().is_on(e))
-}
-
-/// How a parameter has changed.
-pub(crate) fn change_words(p: &ParameterChange, d: &Diagnosis) -> String {
-    if is_new(p, d) {
-        "new".to_owned()
-    } else if p.is_unknown() {
-        "not determined".to_owned()
-    } else {
-        percent_change(p.before, p.after)
     }
 }
