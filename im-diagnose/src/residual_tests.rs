@@ -2,15 +2,16 @@
 //!
 //! The tests run on whitened residuals, so that a slow drift of coloured noise is no finding; the curves shown are of the raw ones.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
-use im_identify::offline::{Channel, ChannelKind, Experiment};
+use im_identify::offline::{Channel, ChannelKind, Experiment, residuals};
 use im_model::space_vector::unit;
 use im_model::{Bench, Complex, Machine, State};
 use rayon::prelude::*;
 
 use crate::localise::slip_hz;
-use crate::noise::sensor_whiteners;
+use crate::noise::{Whitener, sensor_whiteners};
 use crate::residuals::all_residuals;
 use crate::statistics::log_p;
 
@@ -108,33 +109,30 @@ pub fn dependences(machine: &Machine<f64>, starts: &[State<f64>], experiments: &
     series.find()
 }
 
-/// −log₁₀ of the probability that the noise of the training recordings leaves so much of a held-out one: experiments, their starts, and the same of
-/// the held-out one.
+/// −log₁₀ of the probability that the noise which sampled training recordings show leaves so much of a held-out one; each with where it starts.
 pub fn held_out_log_p(
     machine: &Machine<f64>,
     (experiments, starts): (&[Experiment], &[State<f64>]),
-    held_out: (&Experiment, &State<f64>),
+    (held_out, its_start): (&Experiment, &State<f64>),
 ) -> f64 {
-    let (unseen, its_start) = held_out;
-    let raw = all_residuals(machine, starts, experiments);
-    let noise = sensor_whiteners(experiments, &raw, 1);
-    let alike = |name: &str| {
-        let channels =
-            experiments.iter().zip(&noise).flat_map(|(e, w)| e.channels.iter().map(Channel::count).zip(&e.channels).zip(w));
-        let mut found = channels.filter(|((_, c), _)| c.name == name);
-        let ((count, _), whitener) = found.next()?;
-        Some((whitener, count + found.map(|((n, _), _)| n).sum::<usize>()))
-    };
-    let left = all_residuals(machine, std::slice::from_ref(its_start), std::slice::from_ref(unseen));
+    let noise = sensor_whiteners(experiments, &all_residuals(machine, starts, experiments), 1);
+    // Channels of one name share their noise model.
+    let mut known: BTreeMap<&str, (&Whitener, usize)> = BTreeMap::new();
+    for (e, whiteners) in experiments.iter().zip(&noise).filter(|(e, _)| !e.is_table()) {
+        for (c, w) in e.channels.iter().zip(whiteners) {
+            known.entry(&c.name).or_insert((w, 0)).1 += c.count();
+        }
+    }
+    let left = residuals(machine, held_out, its_start);
     let of = |(c, r): (&Channel, &Vec<f64>)| {
-        let (whitener, seen) = alike(&c.name)?;
+        let &(whitener, seen) = known.get(c.name.as_str())?;
         let chi2: f64 = whitener.apply(r).iter().map(|w| w * w).sum();
-        let count = c.count();
+        let count = c.count() as f64;
         // The variance of the noise is known to 2/N of the training rows only.
-        let excess = (chi2 - count as f64) / (1.0 + count as f64 / seen.max(1) as f64).sqrt();
-        Some(log_p(count as f64 + excess, count))
+        let excess = (chi2 - count) / (1.0 + count / seen.max(1) as f64).sqrt();
+        Some(log_p(count + excess, c.count()))
     };
-    unseen.channels.iter().zip(left.iter().flatten()).filter_map(of).fold(0.0, f64::max)
+    held_out.channels.iter().zip(&left).filter_map(of).fold(0.0, f64::max)
 }
 
 /// Fourier sums of raw and whitened residuals over an angle, by order.

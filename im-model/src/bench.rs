@@ -85,9 +85,13 @@ impl<T: Scalar> Bench<T> {
     /// What the sensors show now.
     #[inline(always)]
     pub fn output(&self) -> Output<T> {
-        let i_s = self.plant.currents(&self.state).i_s;
-        let i_s = if self.sensed { self.plant.measured_current(i_s) } else { i_s };
+        let i_s = self.current_before_memory(self.plant.currents(&self.state).i_s);
         self.recalled(Output { i_s, omega_m: self.speed_before_memory() })
+    }
+
+    #[inline(always)]
+    fn current_before_memory(&self, i_s: Complex<T>) -> Complex<T> {
+        if self.sensed { self.plant.measured_current(i_s) } else { i_s }
     }
 
     #[inline(always)]
@@ -142,8 +146,7 @@ impl<T: Scalar> Bench<T> {
         self.advanced::<false>(input, |_, stage| {
             i_s.get_or_insert(stage.currents.i_s);
         });
-        let i_s = i_s.unwrap_or_else(Complex::zero);
-        Output { i_s: if self.sensed { self.plant.measured_current(i_s) } else { i_s }, omega_m }
+        Output { i_s: self.current_before_memory(i_s.unwrap_or_else(Complex::zero)), omega_m }
     }
 
     /// As [`advance`](Self::advance); `observe` sees every stage with its weight (see [`Plant::step_observed`]).

@@ -25,7 +25,8 @@ pub struct DualNumber<const N: usize, D> {
     pub eps: [D; N],
 }
 
-/// Derivatives as exact as the value.
+/// Derivatives as exact as the value. A user's effects act in `f32`, `f64` and the widths that the workspace simulates in
+/// ([`CustomEffect`](crate::effects::CustomEffect)), and in no other.
 pub type Dual<const N: usize> = DualNumber<N, f64>;
 
 /// Derivatives to seven digits, in half of the memory: enough for the slopes of a fit, whose end they do not move. The value is that of `f64`.

@@ -219,7 +219,7 @@ impl<T: Scalar> Plant<T> {
         };
         let at = at.as_ref();
 
-        // Not `map_or`, which is not compiled into the step: with derivatives, a seventh of a diagnosis' time.
+        // Not `map_or`, which is called and not inlined where derivatives are carried: without the step's wide vectors.
         let (u_s, stator_drop, rotor_drop) = match at {
             Some(at) => (
                 e.applied_voltage(on, input.u_s, i_s),

@@ -27,7 +27,7 @@ pub(crate) use ranking::{NOT_EXCITED, SUSPECTED};
 pub use steps::Step;
 use steps::{Found, steps};
 pub use verdict::{Doubt, ResidualCause, Verdict};
-use verdict::{Left, caused, doubts, is_contested, residual_cause, verdict};
+use verdict::{Left, caused, is_contested, residual_cause, verdict};
 
 /// A parameter before and after.
 #[derive(Clone, Debug)]
@@ -169,8 +169,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     };
     let residual_cause = residual_cause(&course, &left);
     let ranking = ranking(&loop_, &course, significance.get(), residual_cause.as_ref().and_then(|r| r.suspect));
-    let doubts = doubts(&course, &ranking, &left, floor);
-    let verdict = verdict(&course, &left, floor, &doubts);
+    let (verdict, doubts) = verdict(&course, &ranking, &left, floor);
     let last_step = &steps[steps.len() - 1];
     let Step { machine, starts, holdout_start, effects, .. } = last_step;
     let case = loop_.case();

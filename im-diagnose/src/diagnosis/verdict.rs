@@ -245,11 +245,17 @@ fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     }
 }
 
-/// Why nothing seen to be missing does not mean that nothing is: no reason, and the model is adequate.
-pub(super) fn doubts(course: &Course, ranking: &[Candidate], left: &Left<'_>, floor: f64) -> Vec<Doubt> {
-    if verdict_of(course, left, floor).is_some() {
-        return Vec::new();
+/// The verdict, and where it is `inconclusive`, why.
+pub(super) fn verdict(course: &Course, ranking: &[Candidate], left: &Left<'_>, floor: f64) -> (Verdict, Vec<Doubt>) {
+    if let Some(v) = verdict_of(course, left, floor) {
+        return (v, Vec::new());
     }
+    let doubts = doubts(course, ranking, left);
+    (if doubts.is_empty() { Verdict::Adequate } else { Verdict::Inconclusive }, doubts)
+}
+
+/// Why nothing seen to be missing does not mean that nothing is.
+fn doubts(course: &Course, ranking: &[Candidate], left: &Left<'_>) -> Vec<Doubt> {
     let first = &course.first().model;
     let missed = left.held_out_missed.then_some(Doubt::HeldOutMissed);
     let unexcited = ranking.iter().filter(|c| !c.excited).count();
@@ -258,9 +264,4 @@ pub(super) fn doubts(course: &Course, ranking: &[Candidate], left: &Left<'_>, fl
     let hinted = course.first().round.trials.iter().filter(hints);
     let hinted = hinted.min_by(|a, b| a.model.train().total_cmp(&b.model.train())).map(|t| Doubt::Hint(t.effect));
     missed.into_iter().chain(unexcited).chain(hinted).chain(undetermined(&first.fit).map(Doubt::Undetermined)).collect()
-}
-
-pub(super) fn verdict(course: &Course, left: &Left<'_>, floor: f64, doubts: &[Doubt]) -> Verdict {
-    let none = if doubts.is_empty() { Verdict::Adequate } else { Verdict::Inconclusive };
-    verdict_of(course, left, floor).unwrap_or(none)
 }

@@ -173,7 +173,8 @@ pub(super) fn linearize_to(
     all
 }
 
-/// Widest dual: the code of a wider one outgrows the instruction cache, and a derivative costs twice as much.
+/// Widest dual: twelve derivatives take a diagnosis a twentieth less time than eight. Wider ones were not tried: their code outgrew the
+/// instruction cache in double precision.
 const WIDEST: usize = 12;
 
 /// The fewest duals of widths 4, 8 and 12 that hold `n` derivatives between them, as even as they come.

@@ -129,7 +129,7 @@ fn found_anew(e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> Expe
     if cost < LOST * on.count() as f64 {
         return on;
     }
-    let intensity = found.unsure.wandering.step(0).q[(1, 1)] / on.sample_time_s;
+    let intensity = found.unsure.wandering.intensity(on.sample_time_s);
     let load = Load::Unseen(searched(&on, machine, intensity).0);
     let (anew, cost_anew) = refined(Experiment { load, ..on.clone() }, machine, start);
     if cost_anew < cost { anew } else { on }
@@ -209,11 +209,8 @@ fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> (Ex
         next.omega_m.iter_mut().zip(&change).for_each(|(w, d)| *w += d);
         e.load = Load::Unseen(next);
     }
-    let mut cost = f64::INFINITY;
-    if let Some((least, found)) = best {
-        e.load = Load::Unseen(found);
-        cost = least;
-    }
+    let Some((cost, found)) = best else { return (e, f64::INFINITY) };
+    e.load = Load::Unseen(found);
     (e, cost)
 }
 

@@ -68,6 +68,11 @@ impl Wandering {
         Self { first: back * first * back, steps: steps.into() }
     }
 
+    /// With which the slope of a line that nothing shows wanders, over samples of `t` seconds, (rad/s²)²/s.
+    pub fn intensity(&self, t: f64) -> f64 {
+        self.steps[0].q[(1, 1)] / t
+    }
+
     /// The step from row `k`.
     pub fn step(&self, k: usize) -> &Onward {
         &self.steps[k]
