@@ -233,9 +233,9 @@ impl Slopes {
     }
 
     fn gradient(&self, taken: &Thinned, residuals: &Residuals) -> DVector<f64> {
-        let sums = taken.sums(residuals);
+        let shared = taken.shared(residuals);
         let of = |(s, r): (&Vec<Vec<Vec<f64>>>, &Vec<Vec<f64>>)| DVector::from_fn(s.len(), |k, _| dot(&s[k], r));
-        let runs: Vec<DVector<f64>> = self.per_run.par_iter().zip(sums.par_iter()).map(of).collect();
+        let runs: Vec<DVector<f64>> = self.per_run.par_iter().zip(shared.par_iter()).map(of).collect();
         runs.into_iter().fold(DVector::zeros(self.normal.nrows()), |sum, g| sum + g)
     }
 
@@ -436,7 +436,7 @@ pub(super) enum EveryRow {
     Never,
     /// Where the others lead nowhere.
     WhereMisled,
-    /// For the end.
+    /// For the end, unless white noise is left: with that, all slopes that differ by less than itself lead to the same end.
     AtLast,
 }
 
@@ -536,7 +536,7 @@ pub(super) fn descend(
                 break;
             }
             // Slopes in longer steps are a little off, and near the end lead across a narrow valley.
-            misled = fresh && taken.stride() > 1 && promised <= ROUGH.sqrt() * cost;
+            misled = fresh && taken.stride() > 1 && (tolerance * cost..=ROUGH.sqrt() * cost).contains(&promised);
             // No better point along a direction this short: the minimum, to rounding.
             if misled || step.amax() < 1e-9 || damping > 1e10 {
                 break;
@@ -554,7 +554,10 @@ pub(super) fn descend(
             None => fresh || is_nothing(promised),
         };
         match (arrived, gained.is_some()) {
-            (true, _) if (misled && every_row != EveryRow::Never) || (taken.stride() > 1 && every_row == EveryRow::AtLast) => {
+            (true, _)
+                if (misled && every_row != EveryRow::Never)
+                    || (every_row == EveryRow::AtLast && taken.stride() > 1 && !taken.leave_noise(&here.residuals)) =>
+            {
                 taken = &whole;
                 damping = 1e-3;
             }

@@ -5,7 +5,8 @@
 //!
 //!   Jᵀr ≈ Σ_j (√K J_j) r̄_j,   JᵀJ ≈ Σ_j (√K J_j)ᵀ(√K J_j)
 //!
-//! and white noise in r is as white, and as large, in r̄.
+//! and white noise in r is as white, and as large, in r̄. Within K rows the slopes change by a few per cent, which noise does not average out: where
+//! it is not the noise in r̄ that counts but Jᵀr, each row's r is shared between the rows around as a cubic through their slopes has it.
 
 use std::borrow::Cow;
 
@@ -103,6 +104,35 @@ impl<'a> Thinned<'a> {
         Cow::Owned(residuals.iter().enumerate().map(run).collect())
     }
 
+    /// Whether residuals are white noise to steps: sums over ten of them, a sixth of the shortest period, vary no more than it does (three standard
+    /// deviations).
+    pub(super) fn leave_noise(&self, residuals: &Residuals) -> bool {
+        let rows = 10 * self.stride;
+        let is_white = |r: &Vec<f64>| {
+            let sums: f64 = r.chunks(rows).map(|c| c.iter().sum::<f64>().powi(2)).sum();
+            let all: f64 = r.iter().map(|x| x * x).sum();
+            sums <= all * (1.0 + 3.0 * (2.0 * rows as f64 / r.len().max(1) as f64).sqrt())
+        };
+        self.whole.iter().zip(residuals).all(|(e, r)| !e.is_table() && r.iter().all(is_white))
+    }
+
+    /// r/√K shared between the rows that are left, to be multiplied with slopes there: each row's between the four from which a cubic gives its slope,
+    /// so Jᵀr is that of all rows. Where one of the four does not count, and at the ends, to the nearest.
+    pub fn shared<'r>(&self, residuals: &'r Residuals) -> Cow<'r, Residuals> {
+        if self.stride == 1 {
+            return Cow::Borrowed(residuals);
+        }
+        let weight = 1.0 / (self.stride as f64).sqrt();
+        let run = |(k, r): (usize, &Vec<Vec<f64>>)| {
+            if self.is_whole(k) {
+                return r.clone();
+            }
+            let channels = self.runs[k].channels.iter().zip(r);
+            channels.map(|(c, r)| shared(r, self.stride, |j| c.is_valid(j)).into_iter().map(|x| weight * x).collect()).collect()
+        };
+        Cow::Owned(residuals.par_iter().enumerate().map(run).collect())
+    }
+
     /// The other way: a smooth change of the outputs, in σ, at every row, with cubics between the steps; zero at rows that do not count.
     pub fn at_every_row(&self, change: &Residuals) -> Residuals {
         let weight = 1.0 / (self.stride as f64).sqrt();
@@ -191,17 +221,38 @@ fn is_held(run: &Experiment, stride: usize) -> bool {
     ripple <= RIPPLE * RIPPLE * size
 }
 
-/// Values at every row from those at every `stride`-th: cubics with the slopes of the neighbours' secants (Catmull and Rom).
-fn between(at: &[f64], stride: usize, rows: usize) -> Vec<f64> {
-    let node = |j: isize| at[j.clamp(0, at.len() as isize - 1) as usize];
-    // What each of four nodes weighs at the rows of a step.
-    let weights: Vec<[f64; 4]> = (0..stride)
+/// What each of four nodes weighs at the rows of a step between the middle two: a cubic with the slopes of the neighbours' secants (Catmull and Rom).
+fn cubic(stride: usize) -> Vec<[f64; 4]> {
+    (0..stride)
         .map(|k| {
             let t = k as f64 / stride as f64;
             let (t2, t3) = (t * t, t * t * t);
             [-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1.0, -1.5 * t3 + 2.0 * t2 + 0.5 * t, 0.5 * t3 - 0.5 * t2]
         })
-        .collect();
+        .collect()
+}
+
+/// The values of all rows shared between every `stride`-th: the transpose of [`between`].
+fn shared(x: &[f64], stride: usize, counts: impl Fn(usize) -> bool) -> Vec<f64> {
+    let mut out = vec![0.0; x.len().div_ceil(stride)];
+    let weights = cubic(stride);
+    for (j, step) in x.chunks(stride).enumerate() {
+        if j > 0 && j + 2 < out.len() && (j - 1..j + 3).all(&counts) {
+            for (weights, x) in weights.iter().zip(step) {
+                weights.iter().zip(&mut out[j - 1..]).for_each(|(w, out)| *out += w * x);
+            }
+        } else {
+            let last = out.len() - 1;
+            step.iter().enumerate().for_each(|(k, x)| out[(j + usize::from(2 * k > stride)).min(last)] += x);
+        }
+    }
+    out
+}
+
+/// Values at every row from those at every `stride`-th.
+fn between(at: &[f64], stride: usize, rows: usize) -> Vec<f64> {
+    let node = |j: isize| at[j.clamp(0, at.len() as isize - 1) as usize];
+    let weights = cubic(stride);
     let mut out = Vec::with_capacity(rows);
     for j in 0..at.len() as isize {
         let near = [node(j - 1), node(j), node(j + 1), node(j + 2)];
@@ -357,6 +408,51 @@ mod tests {
         let stride = |r: &Vec<f64>| Thinned::keeping(&whole, &vec![vec![r.clone(); 3]]).stride();
         assert_eq!([&white, &line(200.0), &coloured].map(stride), [3, 3, 3]);
         assert_eq!(stride(&line(6.0)), 1);
+    }
+
+    /// Of white noise sums over steps take what it leaves in step with slopes that change within them; shared as a cubic has it, none of that is lost.
+    #[test]
+    fn a_gradient_of_noise_is_that_of_all_rows() {
+        let (machine, e) = run(10_000, 5.0);
+        let whole = [e];
+        let thinned = Thinned::of(&whole);
+        let free = base_parameters(&machine);
+        let start = whole[0].start_state();
+        let slopes = |e: &Experiment| linearize(&machine, e, &start, 0, &free).slopes;
+        let (all, few) = (slopes(&whole[0]), slopes(&thinned.runs()[0]));
+        let mut seed = 7_u64;
+        let mut noise = |_| {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            12f64.sqrt() * ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+        };
+        let noise: Residuals = vec![(0..3).map(|_| (0..10_000).map(&mut noise).collect()).collect()];
+        let dot = |a: &[Vec<f64>], b: &[Vec<f64>]| a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| x * y).sum::<f64>();
+        // In standard deviations of the noise, rms over the parameters.
+        let off = |r: &Residuals| {
+            let one =
+                |(all, few): (&Vec<Vec<f64>>, &Vec<Vec<f64>>)| (dot(few, &r[0]) - dot(all, &noise[0])).powi(2) / dot(all, all);
+            (all.iter().zip(&few).map(one).sum::<f64>() / free.len() as f64).sqrt()
+        };
+        let (summed, shared) = (off(&thinned.sums(&noise)), off(&thinned.shared(&noise)));
+        assert!(shared < 0.01 && 3.0 * shared < summed, "{shared} {summed}");
+    }
+
+    /// Shared values are the transpose of cubics between nodes: x·between(y) = shared(x)·y but for the ends.
+    #[test]
+    fn to_share_is_the_transpose_of_between() {
+        for stride in [3, 5, 7, 9] {
+            let rows = 20 * stride + 2;
+            let mut x: Vec<f64> = (0..rows).map(|k| ((k * 37 % 11) as f64 - 5.0) * 0.3).collect();
+            x[..stride].fill(0.0);
+            x[18 * stride..].fill(0.0);
+            let y: Vec<f64> = (0..21).map(|j| ((j * 29 % 13) as f64 - 6.0) * 0.2).collect();
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let (there, back) = (dot(&x, &between(&y, stride, rows)), dot(&shared(&x, stride, |_| true), &y));
+            assert!((there - back).abs() < 1e-12, "{stride}: {there} {back}");
+            // Nothing is lost, whichever nodes count.
+            let sum = |x: &[f64]| x.iter().sum::<f64>();
+            assert!((sum(&shared(&x, stride, |j| j % 5 > 0)) - sum(&x)).abs() < 1e-12);
+        }
     }
 
     /// A change that is smooth comes back as it was.

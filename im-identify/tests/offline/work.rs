@@ -1,9 +1,10 @@
-//! What a fit costs, in simulations of its start: of data that no machine can have made, no more than ten times the healthy fit.
+//! What a fit costs, in simulations of its start: of data that no machine can have made, no more than twenty times the healthy fit, which takes about one
+//! simulation for each parameter.
 
 use super::*;
 
 /// The most that a mistake may cost, times the healthy fit.
-const MOST: f64 = 10.0;
+const MOST: f64 = 20.0;
 
 fn cost(name: &str, spoil: impl Fn(&mut Experiment)) -> Option<f64> {
     let mut e = experiment(&recording(true));
@@ -27,7 +28,7 @@ type Mistake = Box<dyn Fn(&mut Experiment)>;
 
 /// Mistakes that the checks of a recording stop; here they are fitted all the same.
 #[test]
-fn a_recording_with_a_mistake_takes_no_more_than_ten_times_the_work() {
+fn a_recording_with_a_mistake_takes_no_more_than_twenty_times_the_work() {
     let healthy = cost("healthy", |_| ()).unwrap();
     let scaled = |k: usize, by: f64| move |e: &mut Experiment| e.channels[k].values.iter_mut().for_each(|x| *x *= by);
     let held = |k: usize, at: f64| move |e: &mut Experiment| e.channels[k].values.fill(at);
@@ -69,7 +70,7 @@ fn what_cannot_be_followed_is_refused_before_it_is_simulated() {
 
 /// Rows of a table that determine nothing, or that no machine has: as the checks stop them, here fitted all the same.
 #[test]
-fn a_table_with_a_mistake_takes_no_more_than_ten_times_the_work_for_its_rows() {
+fn a_table_with_a_mistake_takes_no_more_than_twenty_times_the_work_for_its_rows() {
     let cost = |name: &str, e: Experiment| {
         let all = [e];
         let free = base_parameters_in(&guess(), &all);
