@@ -102,9 +102,9 @@ fn look_at(motor: &MotorFile, t: &SteadyTable) -> Vec<Finding> {
     out
 }
 
-/// Whether the machine works harder in some rows than in others, at one voltage and turning.
+/// Whether the machine works harder in some rows than in others, at one voltage and turning as far as anybody says.
 fn varied(t: &SteadyTable) -> bool {
-    let turning: Vec<&SteadyRow> = t.rows.iter().filter(|r| r.omega_m_rad_s.is_some() && !r.stands()).collect();
+    let turning: Vec<&SteadyRow> = t.rows.iter().filter(|r| t.kind != TableKind::Locked && !r.stands()).collect();
     let spread = |f: &dyn Fn(&SteadyRow) -> f64| {
         let (low, high) = turning.iter().fold((f64::INFINITY, 0.0f64), |(l, h), r| (l.min(f(r)), h.max(f(r))));
         high / low.max(1e-9)

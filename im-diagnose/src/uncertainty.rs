@@ -14,7 +14,7 @@
 
 pub use im_identify::offline::HALF_95;
 use im_identify::offline::{
-    Experiment, Fit, Free, Linearized, Target, Thinned, inverse_of_normal, linearize, prior_terms, smoothness,
+    Experiment, Fit, Free, Linearized, NOT_SEEN, Target, Thinned, inverse_of_normal, linearize, prior_terms, smoothness,
 };
 use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, State};
 use nalgebra::{DMatrix, DVector};
@@ -152,14 +152,15 @@ impl Estimates {
         let quantities = quantities(free);
         let spread = Spread::new(machine, starts, experiments, free, before.leakage_ratio_std());
         let here: Vec<f64> = quantities.iter().map(|q| q.of(machine)).collect();
-        let covariance =
-            spread.covariance(&slopes_along(free, machine, &here, |m| Some(quantities.iter().map(|q| q.of(m)).collect())));
+        let t = slopes_along(free, machine, &here, |m| Some(quantities.iter().map(|q| q.of(m)).collect()));
+        let covariance = spread.covariance(&t);
+        let std = spread.std(&t, &covariance);
         let search = spread.by_noise(&DMatrix::identity(free.len(), free.len()));
         let estimate = |(k, &quantity): (usize, &MachineQuantity)| Estimate {
             quantity,
             before: quantity.of(&before.machine),
             after: quantity.of(machine),
-            std: covariance[(k, k)].max(0.0).sqrt(),
+            std: std[k],
         };
         Self { list: quantities.iter().enumerate().map(estimate).collect(), covariance, free: free.to_vec(), search, spread }
     }
@@ -168,7 +169,7 @@ impl Estimates {
     pub fn std_of(&self, machine: &Machine<f64>, here: &[f64], of: impl Fn(&Machine<f64>) -> Option<Vec<f64>>) -> Vec<f64> {
         let t = slopes_along(&self.free, machine, here, of);
         let covariance = self.spread.by_noise(&t) + self.spread.from(&t, &self.spread.scales);
-        covariance.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect()
+        self.spread.std(&t, &covariance)
     }
 
     /// Of a fit to `experiments`.
@@ -353,6 +354,16 @@ impl Spread {
         let [modelled, shown] = self.noise.each_ref().map(|n| self.from(t, n));
         let wider = |k: usize| (shown[(k, k)] / modelled[(k, k)].max(1e-300)).max(1.0).sqrt();
         DMatrix::from_fn(t.nrows(), t.nrows(), |a, b| modelled[(a, b)] * wider(a) * wider(b))
+    }
+
+    /// Standard deviations of quantities with the slopes `t`; infinite where a parameter that the data do not show moves one.
+    fn std(&self, t: &DMatrix<f64>, covariance: &DMatrix<f64>) -> Vec<f64> {
+        let not_seen = |row: usize| (0..t.ncols()).any(|k| t[(row, k)] != 0.0 && self.inverse[(k, k)] >= NOT_SEEN);
+        let std = |row: usize| match covariance[(row, row)] {
+            v if v.is_nan() || not_seen(row) => f64::INFINITY,
+            v => v.max(0.0).sqrt(),
+        };
+        (0..t.nrows()).map(std).collect()
     }
 
     fn from(&self, t: &DMatrix<f64>, spread: &DMatrix<f64>) -> DMatrix<f64> {

@@ -260,14 +260,12 @@ pub fn plan(seeds: Range<u64>) -> Vec<Planned> {
         for (k, &first) in quick.iter().enumerate() {
             let other = |step: usize| quick[(k + step + seed as usize) % quick.len()];
             let a = if other(3) == first { other(4) } else { other(3) };
-            let b = other(7);
+            let Some(b) = (7..7 + quick.len()).map(other).find(|b| *b != first && *b != a) else { continue };
             let two = [(first, Strength::Strong), (a, Strength::Medium)];
             add("pairs", format!("{} + {}", first.name(), a.name()), TrialCase::new(machine(k, 7), &two, 500 + seed));
-            if a != b && b != first {
-                let three = [two[0], two[1], (b, Strength::Medium)];
-                let name = format!("{} + {} + {}", first.name(), a.name(), b.name());
-                add("triples", name, TrialCase::new(machine(k, 3), &three, 600 + seed));
-            }
+            let three = [two[0], two[1], (b, Strength::Medium)];
+            let name = format!("{} + {} + {}", first.name(), a.name(), b.name());
+            add("triples", name, TrialCase::new(machine(k, 3), &three, 600 + seed));
         }
         for (k, &kind) in quick.iter().enumerate() {
             let still = if kind.has_frequencies_of_its_own() { "steady" } else { "poor" };

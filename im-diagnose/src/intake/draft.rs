@@ -639,7 +639,13 @@ fn speed_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turnin
 }
 
 fn load_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turns: bool) {
-    match (0..seen.len()).find(|&k| !seen[k].taken && seen[k].quantity == Some(Quantity::Torque)) {
+    let torques = || (0..seen.len()).filter(|&k| !seen[k].taken && seen[k].quantity == Some(Quantity::Torque));
+    let measured = |k: &usize| seen[*k].origin <= Origin::Filter && !names::is_air_gap_torque(seen[*k].name);
+    let computed: Vec<&str> = torques().filter(|k| !measured(k)).map(|k| seen[k].name).collect();
+    if !computed.is_empty() {
+        d.guesses.push(format!("No torque sensor by the name, and not taken for the load: {}", computed.join(", ")));
+    }
+    match torques().filter(measured).min_by_key(|&k| seen[k].origin) {
         Some(k) => {
             seen[k].taken = true;
             d.guesses.push(format!("{} is the load torque, positive against positive rotation", seen[k].name));

@@ -30,6 +30,8 @@ pub enum FindingKind {
     IrregularSampling,
     /// Fewer samples than the supply or the leakage need.
     SlowSampling,
+    /// A channel with fewer samples than the recording has rows.
+    SlowChannel,
     /// Times that are no machine's: probably in another unit.
     TimeUnit,
     /// Voltage, current or power that are probably given in another convention: line to line, rms, power-invariant.

@@ -27,7 +27,7 @@ impl LoadPlan {
     /// As a mapping says it.
     pub(super) fn of(mapping: &Mapping) -> Self {
         match (&mapping.load, &mapping.speed) {
-            (Load::Unknown | Load::Unstated, Speed::Measured { .. }) => Self::Unknown,
+            (Load::Unknown | Load::Unstated, Speed::Measured { .. } | Speed::Counts { .. }) => Self::Unknown,
             (Load::Unknown | Load::Unstated, Speed::Absent) => Self::Unseen,
             (&Load::Law { constant, fan }, _) => Self::Law { constant, fan },
             _ => Self::Known,

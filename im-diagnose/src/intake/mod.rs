@@ -21,6 +21,7 @@ pub mod quality;
 pub mod raw;
 mod repair;
 mod replay;
+mod resampled;
 pub mod signals;
 pub mod sniff;
 pub mod steady_table;
@@ -353,7 +354,12 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
     let n = u_s.len();
     let current = |x: usize| checked.current(s, x);
     let valid = |x: usize| -> Option<Vec<bool>> {
-        let of = |k: usize| checked.valid.get(x).is_none_or(|v| v[k]) && s.filled.get(k).is_none_or(|f| !f);
+        let sampled = checked.samples.get(x).and_then(Option::as_ref);
+        let of = |k: usize| {
+            checked.valid.get(x).is_none_or(|v| v[k])
+                && s.filled.get(k).is_none_or(|f| !f)
+                && sampled.is_none_or(|s| s.measured[k])
+        };
         let mask: Vec<bool> = (0..n).map(of).collect();
         mask.contains(&false).then_some(mask)
     };
@@ -365,13 +371,13 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         channel(["i_a_A", "i_b_A", "i_c_A"][p], along(THIRD * p as f64), current(x).values[..n].to_vec(), valid(x))
     };
     let vector = |of: &dyn Fn(usize) -> im_model::Complex<f64>| {
-        let mask = if checked.valid.is_empty() { valid(usize::MAX) } else { None };
+        let mask = valid(usize::MAX);
         vec![
             channel("i_alpha_A", along(0.0), (0..n).map(|k| of(k).re).collect(), mask.clone()),
             channel("i_beta_A", along(RIGHT), (0..n).map(|k| of(k).im).collect(), mask),
         ]
     };
-    let masked = !checked.valid.is_empty();
+    let masked = !checked.valid.is_empty() || checked.samples[..s.current.len()].iter().any(Option::is_some);
     // Whole rows make a space vector; where single phases are left out every phase is compared for itself.
     let mut channels = match &s.current_form {
         // What stood in d and q was turned on the way in.
@@ -385,7 +391,7 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         CurrentForm::TwoPhases(..) => vector(&|k| checked.i(s, k)),
     };
     if let SpeedTrace::Measured(w) = &s.speed {
-        channels.push(channel("omega_m_rad_s", ChannelKind::Speed, w.values[..n].to_vec(), valid(usize::MAX)));
+        channels.push(channel("omega_m_rad_s", ChannelKind::Speed, w.values[..n].to_vec(), valid(s.current.len())));
     }
     let experiment = Experiment {
         load: im_identify::offline::Load::Known,

@@ -30,6 +30,13 @@ pub(super) fn origin(name: &str) -> Origin {
     }
 }
 
+/// Whether a name says the torque in the air gap, which a drive computes: no sensor measures it, and it is not the load's.
+pub(super) fn is_air_gap_torque(name: &str) -> bool {
+    let words = words(name);
+    let gap = ["em", "el", "elec", "electric", "electrical", "electromagnetic", "emag", "airgap", "gap", "te", "tem", "mel"];
+    words.iter().any(|w| gap.contains(&w.as_str()))
+}
+
 /// Whether a name says the voltage of a dc link.
 pub(super) fn is_dc_link(name: &str) -> bool {
     let words = words(name);
@@ -181,6 +188,16 @@ mod tests {
         }
         assert_eq!((axis("id_A"), axis("u_q"), axis("Isd"), axis("idle")), (Some("d"), Some("q"), Some("d"), None));
         assert!(is_frame_angle("theta_rad") && is_duty("duty_a") && !is_duty("induct"));
+    }
+
+    #[test]
+    fn a_torque_of_the_air_gap_is_told_by_its_name() {
+        for name in ["T_em_Nm", "Te (Nm)", "M_el", "torque_airgap"] {
+            assert!(is_air_gap_torque(name), "{name}");
+        }
+        for name in ["T_Nm", "tau_load_Nm", "M_Welle", "torque (Nm)"] {
+            assert!(!is_air_gap_torque(name), "{name}");
+        }
     }
 
     #[test]

@@ -2,7 +2,8 @@
 //!
 //! `V_LL_V,I_A,P_3ph_W,Q_3ph_var,n_rpm,T_Nm,winding_C,rotor_C`: line-to-line voltage and line current, rms; active and reactive power of the three phases;
 //! speed; torque at the shaft; temperatures of the stator winding and of the rotor. `Q_3ph_var` and what follows may be missing, or empty where a
-//! row was not measured so far. A mapping (`no_load.table.toml` beside `no_load.csv`, or `table.toml` for every table of a folder) names foreign columns:
+//! row was not measured so far. A mapping (`no_load.table.toml` beside `no_load.csv`, or `table.toml` for every table of a folder) says what the columns do
+//! not, and names foreign ones:
 //!
 //! ```toml
 //! [table]
@@ -156,9 +157,12 @@ impl SteadyTable {
         let seen = TextFormat { separator: seen.separator, decimal_comma: seen.decimal_comma, ..TextFormat::default() };
         let mut rows = raw::open(path, &label, seen)?;
         let own = TableMapping::canonical(rows.names(), &label);
-        let given = mapping.map(Path::to_path_buf).or_else(|| TableMapping::beside(path, own.is_complete()));
+        let given = mapping.map(Path::to_path_buf).or_else(|| TableMapping::beside(path));
         let foreign = given.is_none() && own.signals.iter().all(Option::is_none);
-        let mapping = given.map_or(Ok(own), |m| TableMapping::read(&m))?;
+        let mapping = match given {
+            Some(m) => TableMapping::read(&m)?.over(own, rows.names()),
+            None => own,
+        };
         if let Some(format) = mapping.format {
             rows = raw::open(path, &label, format)?;
         }
@@ -272,10 +276,23 @@ fn proposal(path: &Path, names: &[String]) -> String {
 }
 
 impl TableMapping {
-    /// The mapping that stands beside a table; a complete one in canonical columns needs none.
-    fn beside(path: &Path, canonical: bool) -> Option<PathBuf> {
-        let general = (!canonical).then(|| path.with_file_name("table.toml"));
-        [path.with_extension("table.toml")].into_iter().chain(general).find(|p| p.is_file())
+    /// The mapping that stands beside a table.
+    fn beside(path: &Path) -> Option<PathBuf> {
+        [path.with_extension("table.toml"), path.with_file_name("table.toml")].into_iter().find(|p| p.is_file())
+    }
+
+    /// What it says, and of the columns that it does not name the canonical ones. Of a table that has all of these it may be of other columns, those of
+    /// the folder's other tables.
+    fn over(mut self, own: Self, names: &[String]) -> Self {
+        if own.is_complete() {
+            self.signals.iter_mut().for_each(|s| *s = s.take().filter(|s| raw::find(names, s, &self.label).is_ok()));
+        }
+        let [line, phase, ..] = &self.signals;
+        let first = if line.is_some() || phase.is_some() { 2 } else { 0 };
+        for (signal, canonical) in self.signals.iter_mut().zip(own.signals).skip(first) {
+            *signal = signal.take().or(canonical);
+        }
+        self
     }
 
     /// Whether voltage, current and power are there.

@@ -16,6 +16,7 @@ use crate::intake::steady_table::TableKind;
 use crate::search::Options;
 use crate::tables;
 use crate::uncertainty::{Estimates, HALF_95};
+use crate::winding;
 
 /// Losses of one row, W.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -132,7 +133,8 @@ impl ByModel {
                 motor = motor.with_usual(effect)?;
             }
         }
-        let (Case { motor, train, .. }, _) = tables::case(motor, &given)?;
+        let (Case { mut motor, train, .. }, _) = tables::case(motor, &given)?;
+        winding::settle(&mut motor, &train);
         let case = Case { motor: motor.clone(), train, holdout: None, ruled_out: Vec::new() };
         let fitted = Fitted::new(case, Options::default())?;
         let load = given.iter().filter(|t| t.kind == TableKind::Load);

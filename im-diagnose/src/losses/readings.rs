@@ -1,7 +1,7 @@
 //! What the instruments showed, row by row, with the resistance at the temperature of each.
 
 use im_identify::offline::HALF_95;
-use im_model::{BaseParameter, Conductor, MotorFile, ParameterId};
+use im_model::{BaseParameter, Conductor, MotorFile, ParameterId, WARMER_IN_USE};
 
 use super::LossesError;
 use crate::intake::steady_table::{SteadyRow, SteadyTable, TableKind};
@@ -21,16 +21,36 @@ pub struct Resistance {
 }
 
 impl Resistance {
-    /// As a motor file has it, where that says its temperature.
-    fn of(motor: &MotorFile) -> Option<Self> {
-        let at_c = motor.winding_c?;
+    /// As a motor file has it, with what is to be said of it: known as far as the file says, and as warm as its winding may be in tests that say no
+    /// temperature.
+    fn of(motor: &MotorFile, tables: &[SteadyTable]) -> (Self, Option<String>) {
         let known = motor.known.get(&ParameterId::Base(BaseParameter::StatorResistance));
         let terminal_ohm = 2.0 * known.map_or(motor.machine.parameters().stator_resistance_ohm, |k| k.value);
+        let at_c = motor.reference_c();
+        let unsaid = tables.iter().flat_map(|t| &t.rows).any(|r| r.winding_c.is_none());
+        let given = known.map_or(USUAL_TOLERANCE, |k| k.tolerance);
+        let tolerance = if unsaid && motor.winding_c.is_some() { given.max(WARMER_IN_USE) } else { given };
+        let remark = match motor.winding_c {
+            Some(_) if !unsaid => None,
+            Some(_) => Some(format!(
+                "The stator resistance of the motor file is that at {at_c} °C, and no temperature of the winding in the tests is given: {:.0} % is \
+                 allowed for. Give it row by row in a column winding_C.",
+                100.0 * tolerance
+            )),
+            None => Some(format!(
+                "The stator resistance is that of the motor file, {terminal_ohm:.4} Ω between two terminals, taken as warm as in the tests and known to \
+                 {:.0} %; give the measured one with --terminal-resistance-ohm and its temperature.",
+                100.0 * tolerance
+            )),
+        };
         // A tolerance is twice the standard deviation, a class √3 times.
-        let class_percent = known.map_or(5.0, |k| 100.0 * k.tolerance * 3f64.sqrt() / HALF_95);
-        Some(Self { terminal_ohm, at_c, warm_c: at_c, class_percent })
+        let class_percent = 100.0 * tolerance * 3f64.sqrt() / HALF_95;
+        (Self { terminal_ohm, at_c, warm_c: at_c, class_percent }, remark)
     }
 }
+
+/// Of a resistance of which a motor file says nothing more.
+const USUAL_TOLERANCE: f64 = 0.05;
 
 /// One row.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,14 +95,10 @@ pub struct Readings {
 impl Readings {
     pub(super) fn of(motor: &MotorFile, tables: &[SteadyTable], resistance: Option<Resistance>) -> Result<Self, LossesError> {
         let mut remarks = Vec::new();
-        let cold = resistance.or_else(|| Resistance::of(motor)).unwrap_or_else(|| {
-            let ohm = 2.0 * motor.machine.parameters().stator_resistance_ohm;
-            remarks.push(format!(
-                "The stator resistance is that of the motor file, {ohm:.4} Ω between two terminals, taken as warm as in the tests and known to 5 %; give \
-                 the measured one with --terminal-resistance-ohm and its temperature."
-            ));
-            let at_c = motor.reference_c();
-            Resistance { terminal_ohm: ohm, at_c, warm_c: at_c, class_percent: 5.0 }
+        let cold = resistance.unwrap_or_else(|| {
+            let (resistance, remark) = Resistance::of(motor, tables);
+            remarks.extend(remark);
+            resistance
         });
         let mut me = Self {
             no_load: Vec::new(),

@@ -1,7 +1,7 @@
 //! Losses against those of a machine whose steady states are solved, where every part is known.
 
 use im_model::machines::MOTULATOR_2_2_KW as M;
-use im_model::{BaseParameter, Complex, Effects, Held, Machine, MotorFile, ParameterId, Plant, steady_state};
+use im_model::{BaseParameter, Complex, EffectId, Effects, Held, Machine, MotorFile, ParameterId, Plant, steady_state};
 
 use super::*;
 use crate::intake::steady_table::{SteadyRow, TableKind};
@@ -151,4 +151,50 @@ fn torques_that_are_not_there_leave_the_allowance() {
     let part = p.stray_w.value / p.input_w;
     assert!((0.022..0.025).contains(&part), "2.2 kW: 2.3 % of the input, {part}");
     assert!(segregate(&motor(), &[table(TableKind::Locked, loads().rows)], measured()).is_err());
+}
+
+/// A loss of the model that ends at zero, and does not show its own exponent, takes no interval from the others.
+#[test]
+fn a_stray_loss_of_nothing_leaves_the_other_intervals() {
+    let mut motor = motor();
+    let none = [(ParameterId::Effect(EffectId::StrayLoadTorque, 0), 0.0)];
+    motor.machine = motor.machine.with(&none).unwrap();
+    let rated = M.rating.phase_voltage_peak_v;
+    let on = |torque: f64| {
+        let x = steady_state(&motor.machine, rated, FREQUENCY, Held::Load(torque)).unwrap();
+        let i = Plant::new(&motor.machine).currents(&x).i_s;
+        let power = 1.5 * (Complex::new(rated, 0.0) * i.conj()).re;
+        SteadyRow {
+            phase_voltage_rms_v: rated / 2f64.sqrt(),
+            current_rms_a: i.norm() / 2f64.sqrt(),
+            // Less than any stray load would leave.
+            active_power_w: power * (1.0 - 1e-4 * torque),
+            omega_m_rad_s: Some(x.omega_m),
+            torque_nm: Some(torque),
+            ..row(rated, 0.0).0
+        }
+    };
+    let loads = table(TableKind::Load, LOADS.iter().map(|t| on(t * M.rating.torque_nm)).collect());
+    let model = ByModel::of(&motor, &[no_load(&VOLTAGES), loads], measured()).unwrap();
+    for p in &model.points {
+        for e in [p.stator_w, p.rotor_w, p.iron_w, p.friction_windage_w, p.total_w] {
+            assert!(e.half_95 > 1e-4 * e.value, "{p:?}");
+        }
+    }
+}
+
+/// A resistance is known as far as the motor file says; at a temperature that the tests do not have, less.
+#[test]
+fn a_resistance_is_known_as_far_as_the_file_says() {
+    let id = ParameterId::Base(BaseParameter::StatorResistance);
+    let with = |tolerance, winding_c| {
+        let mut motor = motor();
+        motor.known.insert(id, im_model::Known { value: M.parameters().stator_resistance_ohm, tolerance });
+        motor.winding_c = winding_c;
+        segregate(&motor, &[no_load(&VOLTAGES), loads()], None).unwrap()
+    };
+    let half = |l: &Losses| l.points[0].stator_w.half_95 / l.points[0].stator_w.value;
+    let [sure, unsure, cold] = [with(0.01, None), with(0.5, None), with(0.01, Some(25.0))];
+    assert!(half(&unsure) > 0.4 && half(&sure) < 0.03, "{} {}", half(&unsure), half(&sure));
+    assert!(half(&cold) > 0.2 && cold.remarks.iter().any(|r| r.contains("25 °C")), "{} {:?}", half(&cold), cold.remarks);
 }

@@ -307,3 +307,21 @@ fn a_standing_rotor_is_suggested_by_its_impedance() {
     assert!(!free.contains("locked = true"), "{free}");
     assert!(!said("reduced", 150.0, false).contains("locked = true"));
 }
+
+/// Torques that a drive computes or demands are not what brakes the shaft.
+#[test]
+fn a_computed_torque_is_not_taken_for_the_load() {
+    for name in ["T_est_Nm", "T_ref_Nm", "M_soll_Nm", "T_em_Nm", "torque_observed_Nm"] {
+        let mut all = columns();
+        all.iter_mut().find(|(n, _)| *n == "T_Nm").unwrap().0 = name;
+        let folder = Folder::new(&format!("computed-{name}"));
+        let t = take(&folder.put("run.csv", csv(&all))).unwrap();
+        assert_eq!(t.load, im_diagnose::intake::LoadPlan::Unknown, "{name}");
+        let said = t.draft.unwrap().guesses.join("\n");
+        assert!(said.contains("not taken for the load") && said.contains(name), "{said}");
+        // Beside a sensor that is the one.
+        all.push(("T_Nm", column(&mut columns(), "T_Nm").clone()));
+        let t = take(&folder.put("run.csv", csv(&all))).unwrap();
+        assert!(t.draft.unwrap().guesses.join("\n").contains("T_Nm is the load torque, positive"), "{name}");
+    }
+}

@@ -288,19 +288,54 @@ fn slow_uneven_and_repeated_sampling_is_noticed() {
         column(all, "t_s").iter_mut().step_by(3).skip(1).for_each(|t| *t += 3e-5);
     });
     assert!(text.contains('%'), "{text}");
-    let text = only("hold", FindingKind::RepeatedRows, |all| {
+    let text = only("hold", FindingKind::SlowChannel, |all| {
         for name in ["i1_A", "i2_A", "i3_A"] {
             let x = column(all, name);
             (0..x.len()).for_each(|k| x[k] = x[k - k % 2]);
         }
     });
-    assert!(text.contains("repeat the currents"), "{text}");
+    assert!(
+        text.contains("i1_A, i2_A, i3_A are sampled every 2 rows and held in between: only the samples are compared"),
+        "{text}"
+    );
     let text = only("twice", FindingKind::RepeatedRows, |all| {
         for (_, x) in all.iter_mut() {
             x.insert(100, x[99]);
         }
     });
     assert!(text.contains("1 rows stand twice"), "{text}");
+}
+
+/// A tachometer at a fifth of the rate, drawn to the rows of the currents: its samples alone count, with their noise.
+#[test]
+fn a_channel_of_a_lower_rate_is_compared_at_its_samples() {
+    let mut all = columns();
+    let speed = column(&mut all, "n_rpm");
+    let samples: Vec<f64> = speed.iter().copied().step_by(5).collect();
+    for k in 0..speed.len() {
+        let (j, share) = (k / 5, (k % 5) as f64 / 5.0);
+        let next = samples.get(j + 1).unwrap_or(&samples[j]);
+        speed[k] = samples[j] + share * (next - samples[j]);
+    }
+    let t = taken("drawn", &all, MAPPING);
+    let found = of(&t.findings, FindingKind::SlowChannel);
+    assert!(found.len() == 1 && found[0].severity == Severity::Note, "{found:?}");
+    assert!(found[0].sentence.contains("n_rpm is sampled every 5 rows and drawn by straight lines"), "{found:?}");
+    let e = &t.experiment;
+    let [i, w] = [&e.channels[0], e.channels.last().unwrap()];
+    assert!(i.valid.is_none() && (1..e.len() - 5).all(|k| w.is_valid(k) == (k % 5 == 0)));
+    // Alike, the voltage is a guess between its samples.
+    let mut all = columns();
+    for name in ["u1_V", "u2_V", "u3_V"] {
+        let x = column(&mut all, name);
+        for k in 0..x.len() - 1 {
+            if k % 2 == 1 {
+                x[k] = 0.5 * (x[k - 1] + x[k + 1]);
+            }
+        }
+    }
+    let t = taken("drawn voltage", &all, MAPPING);
+    assert!(of(&t.findings, FindingKind::SlowChannel).iter().any(|f| f.severity == Severity::Warning), "{:?}", t.findings);
 }
 
 #[test]

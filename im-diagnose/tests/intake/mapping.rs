@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use im_diagnose::intake::SteadyTable;
+use im_diagnose::case::Case;
 use im_diagnose::intake::mapping::Mapping;
+use im_diagnose::intake::{LoadPlan, SteadyTable};
 use im_identify::offline::{ChannelKind, Experiment};
 use im_model::Complex;
 use im_model::simulation::{Scenario, Simulation};
@@ -422,4 +423,21 @@ fn utf_16_and_times_of_day_are_read() {
     folder.put("run.csv", text.replace("t_s", "when (ms)"));
     let draft = take(&path).unwrap().draft.unwrap();
     assert!(draft.text.contains("[time]\ncolumn = \"when (ms)\"\n\n"), "{}", draft.text);
+}
+
+/// Counts of an encoder show a speed as a column of it does: where the load is unknown, it drives the machine.
+#[test]
+fn an_unknown_load_is_driven_by_an_encoder_too() {
+    let (counts_per_turn, mut turns) = (4096.0, 0.0);
+    let mut all = columns();
+    let dt = all[0].1[1] - all[0].1[0];
+    for n in &mut all.iter_mut().find(|(n, _)| *n == "n_rpm").unwrap().1 {
+        turns += *n / 60.0 * dt;
+        *n = (turns * counts_per_turn).floor();
+    }
+    let unknown = MAPPING.replace("[load]\ncolumn = \"T_Nm\"\n", "[load]\nunknown = true\n");
+    let t = taken("counts", &all, &unknown.replace("column = \"n_rpm\"", "column = \"n_rpm\"\ncounts_per_turn = 4096"));
+    assert_eq!(t.load, LoadPlan::Unknown);
+    let case = Case::from_intake(motor(), vec![t], None);
+    assert!(case.train[0].speed_is_imposed() && case.train[0].channels.iter().all(|c| c.kind != ChannelKind::Speed));
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use im_diagnose::intake::{SteadyTable, TableKind};
+use im_diagnose::intake::{FindingKind, SteadyTable, TableKind};
 
 use crate::simulated::{Folder, motor};
 
@@ -226,4 +226,34 @@ fn a_speed_without_load_is_corrected_only_where_no_machine_runs_so() {
         let corrected = findings.iter().any(|f| f.kind == im_diagnose::intake::FindingKind::SpeedScale);
         assert_eq!(corrected, scale != 1.0, "{scale}: {findings:?}");
     }
+}
+
+/// A mapping need not name what the canonical names say: kind, class and temperature alone are a mapping; that of a folder serves canonical tables and
+/// foreign ones.
+#[test]
+fn a_mapping_says_what_canonical_columns_do_not() {
+    let folder = Folder::new("class-alone");
+    let table = folder.put("points.csv", "V_LL_V,I_A,P_3ph_W,T_Nm\n400,2.1,600,2.0\n400,3.0,1500,8.5\n");
+    let usual = SteadyTable::read(&table, None).unwrap();
+    folder.put("table.toml", "[table]\nclass = 0.2\nkind = \"load\"\nvoltage = \"U\"\nspeed = \"n\"\nwinding_c = 80\n");
+    let of_folder = SteadyTable::read(&table, None).unwrap();
+    assert_eq!((of_folder.class_percent, of_folder.kind), (0.2, TableKind::Load));
+    assert!(of_folder.rows.iter().all(|r| r.winding_c == Some(80.0)));
+    folder.put("points.table.toml", "[table]\nclass = 0.1\n");
+    let own = SteadyTable::read(&table, None).unwrap();
+    assert_eq!((own.class_percent, &own.rows), (0.1, &usual.rows));
+    // The same file with one column of another name.
+    let other = folder.put("other.csv", "U,I_A,P_3ph_W,T_Nm\n400,2.1,600,2.0\n400,3.0,1500,8.5\n");
+    assert!(SteadyTable::read(&other, None).unwrap().rows.iter().zip(&usual.rows).all(|(a, b)| a.torque_nm == b.torque_nm));
+}
+
+/// Rows under load without torque and speed: nothing says how hard the machine works.
+#[test]
+fn a_load_test_without_torque_and_speed_ends_the_run() {
+    let folder = Folder::new("load-alone");
+    let table =
+        folder.put("points.csv", "V_LL_V,I_A,P_3ph_W\n400,4.9,600\n400,6.5,2500\n400,8.8,4400\n400,9.9,5100\n399,5.5,1500\n");
+    let table = SteadyTable::read(&table, None).unwrap();
+    let found = im_diagnose::tables::look(&motor(), &[table]);
+    assert!(found.iter().any(|f| f.kind == FindingKind::MissingLoad && f.stops()), "{found:?}");
 }

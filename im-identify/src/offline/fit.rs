@@ -590,19 +590,30 @@ fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, stopped: &[bool],
     step.iter().all(|x| x.is_finite()).then_some((step, promise))
 }
 
-/// Inverse of a scaled positive semidefinite matrix; directions without information get a huge variance.
+/// Inverse of a scaled positive semidefinite matrix; directions without information get a huge variance, and parameters without any a variance of
+/// [`NOT_SEEN`] that goes with nothing.
 pub fn inverse_of_normal(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let p = normal.nrows();
-    if p == 0 {
-        return normal.clone();
-    }
     let d: Vec<f64> = (0..p).map(|k| normal[(k, k)].sqrt()).collect();
-    let scaled = DMatrix::from_fn(p, p, |a, b| if d[a] * d[b] > 0.0 { normal[(a, b)] / (d[a] * d[b]) } else { 0.0 });
+    let seen: Vec<usize> = (0..p).filter(|&k| d[k] > 0.0).collect();
+    let mut inverse = DMatrix::from_diagonal_element(p, p, NOT_SEEN);
+    if seen.is_empty() {
+        return inverse;
+    }
+    let scaled = DMatrix::from_fn(seen.len(), seen.len(), |a, b| normal[(seen[a], seen[b])] / (d[seen[a]] * d[seen[b]]));
     let eigen = scaled.symmetric_eigen();
-    let inv = DVector::from_iterator(p, eigen.eigenvalues.iter().map(|&l| 1.0 / l.max(1e-14)));
+    let inv = eigen.eigenvalues.map(|l| 1.0 / l.max(1e-14));
     let m = &eigen.eigenvectors * DMatrix::from_diagonal(&inv) * eigen.eigenvectors.transpose();
-    DMatrix::from_fn(p, p, |a, b| m[(a, b)] / (d[a].max(1e-150) * d[b].max(1e-150)))
+    for (a, &i) in seen.iter().enumerate() {
+        for (b, &j) in seen.iter().enumerate() {
+            inverse[(i, j)] = m[(a, b)] / (d[i] * d[j]);
+        }
+    }
+    inverse
 }
+
+/// Variance of a parameter that the data do not show.
+pub const NOT_SEEN: f64 = 1e120;
 
 #[cfg(test)]
 mod tests;

@@ -23,7 +23,7 @@ mod trend;
 pub use aqdm::{AqdmFit, SteadyPoint, fit_aqdm, predicted as aqdm_at};
 pub use channel::{Channel, ChannelKind};
 pub use experiment::{Experiment, ExperimentError, Start};
-pub use fit::{Fit, FitError, FitOptions, cost, fit, fit_from, inverse_of_normal};
+pub use fit::{Fit, FitError, FitOptions, NOT_SEEN, cost, fit, fit_from, inverse_of_normal};
 pub use free::{
     Free, Prior, Target, Transform, base_parameters, base_parameters_in, effect_parameters, effect_parameters_in, torques_balance,
 };

@@ -11,7 +11,7 @@ use crate::noise::white_sigma;
 /// Chooses among second sensors, finds clipped rows, and looks at the sum.
 pub fn check(s: &Signals) -> Checked {
     let n = s.len();
-    let mut out = Checked { valid: Vec::new(), second: vec![false; s.current.len()], findings: Vec::new(), steady: false };
+    let mut out = Checked { second: vec![false; s.current.len()], ..Checked::default() };
     let mut wrong: Vec<Vec<bool>> = vec![vec![false; n]; s.current.len()];
     let mut trusted = vec![false; s.current.len()];
     for (x, c) in s.current.iter().enumerate() {

@@ -11,9 +11,11 @@ pub mod steady;
 mod time;
 
 use im_model::{Complex, MotorFile, space_vector::from_phases};
+use rayon::prelude::*;
 
 use super::finding::{Finding, FindingKind, Severity};
 use super::mapping::{CurrentForm, Instant};
+use super::resampled::{Samples, samples};
 use super::signals::{Signals, SpeedTrace};
 use super::trace::Trace;
 
@@ -22,6 +24,8 @@ use super::trace::Trace;
 pub struct Checked {
     /// Rows that may be used, per column of the current; empty: all.
     pub valid: Vec<Vec<bool>>,
+    /// The samples of each column of the current, and of the speed after them, where these are fewer than rows.
+    pub samples: Vec<Option<Samples>>,
     /// Whether the second sensor of a column takes its place.
     pub second: Vec<bool>,
     /// What was found.
@@ -61,6 +65,14 @@ impl Checked {
 /// Checks a recording against itself and against the motor.
 pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
     let mut checked = currents::check(s);
+    let mut measured: Vec<&Trace> = (0..s.current.len()).map(|x| checked.current(s, x)).collect();
+    if let SpeedTrace::Measured(w) = &s.speed {
+        measured.push(w);
+    }
+    let slower = measured.par_iter().map(|t| samples(&t.values)).collect::<Vec<_>>();
+    let columns = measured.iter().map(|t| t.column.as_str());
+    let slower_channels = time::slower(s, columns.zip(&slower));
+    checked.samples = slower;
     let n = s.len();
     let dt = s.sample_time_s;
     let u: Vec<Complex<f64>> = (0..n).map(|k| s.u(k)).collect();
@@ -79,6 +91,7 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
     let columns: Vec<&str> = (0..s.current.len()).map(|x| checked.current(s, x).column.as_str()).collect();
     let found = [
         time::clock(s, &u, motor).into_iter().collect(),
+        slower_channels,
         convention::check(&steady, motor),
         time::check(s, &steady, motor),
         channels::check(s, &steady, motor),

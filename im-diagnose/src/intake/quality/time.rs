@@ -3,16 +3,56 @@
 use std::f64::consts::PI;
 
 use im_model::{Complex, MotorFile, TParameters};
+use rayon::prelude::*;
 
 use super::steady::Steady;
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
+use crate::intake::resampled::{Samples, samples};
 use crate::intake::signals::Signals;
+use crate::intake::trace::Trace;
 
 /// Beyond a supply frequency this many times rated, or below the inverse of the second, the unit of time is in question.
 const FREQUENCIES: [f64; 2] = [20.0, 300.0];
 /// A sampling time this many times the leakage's leaves nothing of what is compared.
 const HOPELESS: f64 = 10.0;
+
+/// Channels that were sampled more slowly than the rows, one finding for all of which the same is to be said; of voltages and torque, those that are
+/// drawn between their samples.
+pub fn slower<'a>(s: &Signals, measured: impl Iterator<Item = (&'a str, &'a Option<Samples>)>) -> Vec<Finding> {
+    let mut groups: Vec<(String, Severity, Vec<&str>)> = Vec::new();
+    let mut say = |name, samples: &Samples, severity| {
+        let between = if samples.drawn { "drawn by straight lines" } else { "held" };
+        let text = format!("sampled every {} rows and {between} in between", number(samples.distance(), 2));
+        match groups.iter_mut().find(|g| (&g.0, g.1) == (&text, severity)) {
+            Some(g) => g.2.push(name),
+            None => groups.push((text, severity, vec![name])),
+        }
+    };
+    for (name, samples) in measured {
+        if let Some(samples) = samples {
+            say(name, samples, Severity::Note);
+        }
+    }
+    // A command is held until the next; what was sampled and drawn is not what acted.
+    let drives: Vec<&Trace> = s.voltage.iter().chain(&s.tau_load).collect();
+    let found: Vec<Option<Samples>> = drives.par_iter().map(|t| samples(&t.values).filter(|s| s.drawn)).collect();
+    for (t, samples) in drives.iter().zip(&found) {
+        if let Some(samples) = samples {
+            say(&t.column, samples, Severity::Warning);
+        }
+    }
+    let finding = |(text, severity, names): (String, Severity, Vec<&str>)| {
+        let is = if names.len() > 1 { "are" } else { "is" };
+        let (then, advice) = match severity {
+            Severity::Note => ("only the samples are compared", ""),
+            _ => ("what drives the model there is a guess", "Record it at the rate of the currents."),
+        };
+        let found = Finding::new(FindingKind::SlowChannel, severity, format!("{} {is} {text}: {then}", names.join(", ")), advice);
+        if let [name] = names[..] { found.on(name) } else { found }
+    };
+    groups.into_iter().map(finding).collect()
+}
 
 /// Whether the clock can be that of the motor: against its supply and its time constants.
 pub fn clock(s: &Signals, u: &[Complex<f64>], motor: &MotorFile) -> Option<Finding> {
@@ -125,17 +165,6 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
         );
         let advice = "Sample faster. Or is the time in ms? Then say unit = \"ms\" in [time].";
         out.push(warn(FindingKind::SlowSampling, text, advice));
-    }
-    // A logger that writes faster than it measures repeats itself.
-    let same = |k: usize| s.current.iter().all(|c| c.main.values[k] == c.main.values[k - 1]);
-    let flows = |k: usize| s.current.iter().any(|c| c.main.values[k] != 0.0);
-    let moving = (1..s.len()).filter(|&k| flows(k)).count();
-    let repeated = (1..s.len()).filter(|&k| flows(k) && same(k)).count();
-    if repeated * 4 > moving && moving > 100 {
-        let text =
-            format!("{} % of the rows repeat the currents of the row before", number(100.0 * repeated as f64 / moving as f64, 2));
-        let advice = "The logger writes more often than it measures: keep every row that brings something new.";
-        out.push(warn(FindingKind::RepeatedRows, text, advice));
     }
     out
 }
