@@ -23,15 +23,17 @@ pub struct Case {
     pub train: Vec<Experiment>,
     /// A recording that no fit sees.
     pub holdout: Option<Experiment>,
-    /// Effects that the way of recording rules out: an inverter's between command and terminals, where the terminals were measured; the zero of
-    /// a voltage sensor, where the command was recorded.
-    pub ruled_out: Vec<EffectId>,
 }
 
 impl Case {
     /// Size of the supply's voltage over the rated one, in the first recording that is on a steady one.
     pub fn supply(&self) -> Option<f64> {
         self.train.iter().find_map(|e| convention::supply(&self.motor, e))
+    }
+
+    /// Whether the way of recording takes an effect out of every run.
+    pub fn rules_out(&self, effect: EffectId) -> bool {
+        !self.train.is_empty() && self.train.iter().all(|e| e.inert == Some(effect))
     }
 
     /// Whether the mains feed the machine in every recording.
@@ -52,17 +54,13 @@ impl Case {
     /// From recordings as they were taken in; the noise of each sensor is estimated from all of them together.
     pub fn from_intake(motor: MotorFile, train: Vec<Intake>, holdout: Option<Intake>) -> Self {
         let run = |i: Intake| (i.experiment, i.begin, i.load);
-        let measured = train.iter().all(|i| i.measured_voltage);
-        let case = Self::of(motor, train.into_iter().map(run).collect(), holdout.map(run));
-        let between = if measured { EffectId::InverterNonlinearity } else { EffectId::VoltageOffset };
-        Self { ruled_out: vec![between], ..case }
+        Self::of(motor, train.into_iter().map(run).collect(), holdout.map(run))
     }
 
     /// From runs, with how each begins and what is known of its load.
     pub fn of(motor: MotorFile, train: Vec<Run>, holdout: Option<Run>) -> Self {
         let (begins, plans): (Vec<Begin>, Vec<LoadPlan>) = train.iter().chain(&holdout).map(|r| (r.1, r.2)).unzip();
-        let mut case =
-            Self { motor, train: train.into_iter().map(|r| r.0).collect(), holdout: holdout.map(|r| r.0), ruled_out: Vec::new() };
+        let mut case = Self { motor, train: train.into_iter().map(|r| r.0).collect(), holdout: holdout.map(|r| r.0) };
         case.estimate_noise();
         for (e, begin) in case.train.iter_mut().chain(&mut case.holdout).zip(begins) {
             e.start = match (begin, guess_start(e)) {

@@ -26,6 +26,7 @@ pub mod held_ratio;
 mod input_noise;
 mod instruments;
 pub mod intake;
+pub mod knowledge;
 pub mod learn;
 pub mod left_error;
 pub mod loads;

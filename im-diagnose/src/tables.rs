@@ -138,7 +138,7 @@ pub fn case(motor: MotorFile, tables: &[SteadyTable]) -> Result<(Case, Vec<Findi
         let finding = Finding::new(FindingKind::SpeedScale, Severity::Warning, sentence, advice).on("speed");
         findings.push(Finding { recording: names.join(", "), ..finding });
     }
-    Ok((Case { motor, train, holdout: None, ruled_out: Vec::new() }, findings))
+    Ok((Case { motor, train, holdout: None }, findings))
 }
 
 /// The impedance of one phase with the rotor free and with it held, as the motor file has it, Ω.
@@ -236,6 +236,7 @@ fn experiment(motor: &MotorFile, t: &SteadyTable, rows: &[SteadyRow], speed: Spe
         imposed_speed: (speed != Speed::Torque).then(|| rows.iter().map(imposed).collect()),
         speed_nudge: None,
         warmth: warmth(motor, rows),
+        inert: None,
         channels,
         start: Start::Rest,
     }

@@ -39,6 +39,7 @@ fn main() {
         imposed_speed: None,
         speed_nudge: None,
         warmth: Vec::new(),
+        inert: None,
         supply_frequency_hz: None,
         channels: vec![
             channel("i_alpha_A", current(0.0), 3, 0.05),

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use im_diagnose::fitted::Fitted;
 use im_diagnose::held_ratio::{HELD, held_std, is_held};
+use im_diagnose::knowledge::contradicted;
 use im_diagnose::sources::by_fit;
 use im_diagnose::uncertainty::{HALF_95, MachineQuantity};
 use im_model::{BaseParameter, ParameterId};
@@ -62,7 +63,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let (b, a, half) = (rounded(e.before), rounded(e.after), rounded(HALF_95 * e.std));
         writeln!(out, "{:<60} {b:>11} {a:>11} {half:>11} {}{note}", e.quantity.key(), e.quantity.unit())?;
     }
-    for (p, std) in HELD.into_iter().zip(held_std(estimates, after)) {
+    let held = held_std(estimates, after);
+    for (p, std) in HELD.into_iter().zip(held) {
         let q = MachineQuantity::Parameter(ParameterId::Base(p));
         let (b, a, half) = (rounded(q.of(&before.machine)), rounded(q.of(&after.machine)), rounded(HALF_95 * std));
         writeln!(out, "{:<60} {b:>11} {a:>11} {half:>11} {}  ratio held", q.key(), q.unit())?;
@@ -74,19 +76,26 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             writeln!(out, "{:<60} {value:>11} {value:>11}  held        {}", q.key(), q.unit())?;
         }
     }
+    let std = |id: ParameterId| {
+        let of_held = HELD.into_iter().zip(held).find(|(p, _)| ParameterId::Base(*p) == id).map(|(_, std)| std);
+        of_held.or_else(|| estimates.list.iter().find(|e| e.quantity == MachineQuantity::Parameter(id)).map(|e| e.std))
+    };
+    for (_, said) in contradicted(before, &after.machine, std, |id| MachineQuantity::Parameter(id).key()) {
+        write!(out, "{}", wrapped("! ", &(said + ".")))?;
+    }
     let ratio = before.machine.parameters().leakage_ratio();
     let half = (HALF_95 * before.leakage_ratio_std()).exp();
     let known = match after.design {
         Some(class) => format!("as well as design {} says", class.name()),
         None => "over all design classes; design = \"B\" in [machine] narrows it".to_owned(),
     };
-    let held = format!(
+    let said = format!(
         "\"ratio held\": follows from the inverse-Γ circuit with L_ls/L_lr = {} as given; the interval is that of a ratio from {} to {}, {known}.",
         rounded(ratio),
         rounded(ratio / half),
         rounded(ratio * half)
     );
-    write!(out, "{}", wrapped("", &held))?;
+    write!(out, "{}", wrapped("", &said))?;
     for (a, b, c) in estimates.correlated(0.98) {
         writeln!(out, "{} and {} are hardly distinguished by these recordings (correlation {c:.3})", a.key(), b.key())?;
     }

@@ -66,6 +66,7 @@ mod tests {
             imposed_speed: None,
             speed_nudge: None,
             warmth: Vec::new(),
+            inert: None,
             channels: vec![Channel {
                 name: "omega_m_rad_s".into(),
                 kind: ChannelKind::Speed,

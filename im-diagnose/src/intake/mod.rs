@@ -32,7 +32,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use im_identify::offline::{Channel, ChannelKind, Experiment, Start};
-use im_model::{CanonicalColumns, FileError, FileKind, MotorFile, Problem, Rows, TextFormat, VectorColumns, read_text};
+use im_model::{CanonicalColumns, EffectId, FileError, FileKind, MotorFile, Problem, Rows, TextFormat, VectorColumns, read_text};
 
 pub use columns::Columns;
 pub use draft::Draft;
@@ -60,8 +60,6 @@ pub struct Intake {
     pub findings: Vec<Finding>,
     /// Whether it has stretches of steady operation.
     pub steady: bool,
-    /// Whether its voltages were measured, not commanded.
-    pub measured_voltage: bool,
     /// The mapping that was guessed because there was none.
     pub draft: Option<Draft>,
 }
@@ -200,7 +198,8 @@ fn read_one(origin: Origin<'_>, said: Option<Said>, motor: &MotorFile) -> Result
     }
     // The instant may have been chosen by now.
     let measured_voltage = Voltage { instant: signals.instant, ..mapping.voltage.clone() }.is_measured();
-    let mut taken = Intake { draft, measured_voltage, ..assemble(&signals, checked, mapping.begin) };
+    let mut taken = Intake { draft, ..assemble(&signals, checked, mapping.begin) };
+    taken.experiment.inert = Some(if measured_voltage { EffectId::InverterNonlinearity } else { EffectId::VoltageOffset });
     taken.experiment.warmth = mapping.winding_c.map(|c| motor.warmth(c, c)).into_iter().collect();
     if let Some(mut finding) = decimate::decimate(&mut taken.experiment, motor.rating.electrical_frequency_hz) {
         finding.recording.clone_from(&signals.name);
@@ -402,6 +401,7 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         imposed_speed: matches!(s.speed, SpeedTrace::Locked).then(|| vec![0.0; n]),
         speed_nudge: None,
         warmth: Vec::new(),
+        inert: None,
         supply_frequency_hz: None,
         channels,
         start: Start::Rest,
@@ -413,7 +413,6 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         start_s: s.start_s,
         findings: checked.findings,
         steady: checked.steady,
-        measured_voltage: false,
         draft: None,
     }
 }

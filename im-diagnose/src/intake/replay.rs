@@ -70,6 +70,7 @@ mod tests {
             imposed_speed: None,
             speed_nudge: None,
             warmth: Vec::new(),
+            inert: None,
             channels,
             start: Start::Rest,
         };
@@ -80,7 +81,6 @@ mod tests {
             start_s: 0.5,
             findings: Vec::new(),
             steady: false,
-            measured_voltage: false,
             draft: None,
         }
     }

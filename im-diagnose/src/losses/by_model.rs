@@ -55,7 +55,7 @@ impl Point {
     /// Of row `k`; `None` where the machine has no such state.
     fn of(machine: &Machine<f64>, e: &Experiment, k: usize) -> Option<Self> {
         let frequency_hz = e.supply_frequency_hz?;
-        let warm = e.warmed(machine, k);
+        let warm = e.machine_of(machine, k);
         let u = e.u_s[k].norm();
         let held = e.imposed_speed.as_ref().map_or(Held::Load(e.tau_load[k]), |w| Held::Speed(w[k]));
         let x = steady_state(&warm, u, frequency_hz, held).ok()?;
@@ -135,7 +135,7 @@ impl ByModel {
         }
         let (Case { mut motor, train, .. }, _) = tables::case(motor, &given)?;
         winding::settle(&mut motor, &train);
-        let case = Case { motor: motor.clone(), train, holdout: None, ruled_out: Vec::new() };
+        let case = Case { motor: motor.clone(), train, holdout: None };
         let fitted = Fitted::new(case, Options::default())?;
         let load = given.iter().filter(|t| t.kind == TableKind::Load);
         let one = |t: &SteadyTable| -> Vec<SteadyTable> {

@@ -143,7 +143,7 @@ impl Refinement {
         let longest = sampled.map(|e| e.sample_time_s).fold(0.0, f64::max);
         effects.suit_sampling(longest);
         let mut candidates = if options.candidates.is_empty() { effects.ids().collect() } else { options.candidates.clone() };
-        candidates.retain(|e| !case.ruled_out.contains(e));
+        candidates.retain(|e| !case.rules_out(*e));
         let base = machine.with_effects(effects)?;
         case.estimate_noise();
         let mut me = Self {

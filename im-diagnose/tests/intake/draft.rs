@@ -5,7 +5,7 @@ use std::path::Path;
 use im_diagnose::intake::IntakeError;
 use im_model::simulation::{Scenario, Simulation};
 use im_model::space_vector::to_phases;
-use im_model::{Complex, Machine};
+use im_model::{Complex, EffectId, Machine};
 
 use crate::simulated::{Folder, column, columns, csv, motor, start, take, taken};
 
@@ -275,9 +275,10 @@ fn counts_delays_and_measured_voltages_are_said_by_the_mapping() {
     let off = (500..r.len() - 500).map(|k| (speed.values[k] - r.omega_m[k]).abs()).fold(0.0, f64::max);
     // A count over the window, and the speed's own noise.
     assert!(off < 1.5, "{off}");
-    assert!(!t.measured_voltage);
-    assert!(taken("metered", &with, &mapping("measured = true\n")).measured_voltage);
-    assert!(taken("sampled", &with, &mapping("instant = \"sample\"\n")).measured_voltage);
+    let inert = |name: &str, more: &str| taken(name, &with, &mapping(more)).experiment.inert;
+    assert_eq!(t.experiment.inert, Some(EffectId::VoltageOffset));
+    assert_eq!(inert("metered", "measured = true\n"), Some(EffectId::InverterNonlinearity));
+    assert_eq!(inert("sampled", "instant = \"sample\"\n"), Some(EffectId::InverterNonlinearity));
 }
 
 /// A locked rotor at a fifth of the voltage, no load and a start, without a column of the speed: the first alone is taken for a standing rotor.

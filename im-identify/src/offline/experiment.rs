@@ -1,6 +1,6 @@
 //! One run as the fitting sees it.
 
-use im_model::{Bench, Complex, LoadLaw, Machine, Plant, PlantInput, Recording, Scalar, State};
+use im_model::{Bench, Complex, EffectId, LoadLaw, Machine, Plant, PlantInput, Recording, Scalar, State};
 use thiserror::Error;
 
 use super::channel::{Channel, ChannelKind};
@@ -50,6 +50,9 @@ pub struct Experiment {
     /// R_s and R_r over those of the machine, by the temperature of the windings: for each row of a table, or once for a whole run; empty where
     /// nothing is known of it.
     pub warmth: Vec<[f64; 2]>,
+    /// An effect that the way of recording takes out: an inverter's between command and terminals, where the terminals were measured; the zero of a
+    /// voltage sensor, where the command was recorded.
+    pub inert: Option<EffectId>,
     /// What was measured.
     pub channels: Vec<Channel>,
     /// How it starts.
@@ -104,6 +107,7 @@ impl Experiment {
             imposed_speed: None,
             speed_nudge: None,
             warmth: Vec::new(),
+            inert: None,
             channels: vec![
                 channel("i_alpha_A", current(0.0), r.i_s.iter().map(|i| i.re).collect(), sigma_current_a[0]),
                 channel(
@@ -184,15 +188,20 @@ impl Experiment {
         input
     }
 
-    /// The machine with its windings as warm as at a row.
+    /// The machine as this run has it: its windings as warm as at a row, and without what cannot act.
     #[inline(always)]
-    pub fn warmed<T: Scalar>(&self, machine: &Machine<T>, row: usize) -> Machine<T> {
-        self.warmth.get(row).or(self.warmth.last()).map_or(*machine, |w| machine.warmed(*w))
+    pub fn machine_of<T: Scalar>(&self, machine: &Machine<T>, row: usize) -> Machine<T> {
+        let warm = self.warmth.get(row).or(self.warmth.last()).map_or(*machine, |w| machine.warmed(*w));
+        match self.inert.filter(|e| warm.effects().is_on(*e)) {
+            // A machine without an effect is as valid as with it.
+            Some(inert) => warm.without([inert]).unwrap_or(warm),
+            None => warm,
+        }
     }
 
     /// A machine at the start of the run, its windings as warm as they were.
     pub fn bench(&self, machine: &Machine<f64>, start: &State<f64>) -> Bench<f64> {
-        Bench::new(&self.warmed(machine, 0), *start, self.sample_time_s)
+        Bench::new(&self.machine_of(machine, 0), *start, self.sample_time_s)
     }
 
     /// Whether the rows are steady states of their own, not samples of one run.

@@ -23,7 +23,7 @@ fn run<T: Scalar>(
     mut sink: impl FnMut(usize, usize, T),
 ) {
     stop::check();
-    let mut bench = Bench::new(&experiment.warmed(machine, 0), start, T::from_f64(experiment.sample_time_s));
+    let mut bench = Bench::new(&experiment.machine_of(machine, 0), start, T::from_f64(experiment.sample_time_s));
     let imposed = experiment.speed_is_imposed();
     let directions: Vec<Option<(f64, f64)>> = experiment
         .channels
@@ -253,7 +253,7 @@ impl<const N: usize> NullaryFnOnce for Seeded<'_, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use im_model::{Effects, Held, Recording, machines, steady_state};
+    use im_model::{EffectId, Effects, Held, Recording, machines, steady_state};
 
     #[test]
     fn duals_hold_all_derivatives_with_at_most_three_places_left() {
@@ -262,6 +262,33 @@ mod tests {
             assert!(w.len() == n.div_ceil(WIDEST) && (n..n + 4).contains(&w.iter().sum()), "{n}: {w:?}");
             assert!(w.iter().all(|w| [4, 8, WIDEST].contains(w)), "{n}: {w:?}");
         }
+    }
+
+    /// Terminals that were measured are behind the inverter: it does nothing there, and its parameters are not seen.
+    #[test]
+    fn what_cannot_act_in_a_run_has_no_part_in_it() {
+        let m = machines::MOTULATOR_2_2_KW;
+        let mut effects = Effects::scaled(&m.rating, &m.parameters(), m.pole_pairs);
+        effects.inverter_nonlinearity.voltage_v = 10.0;
+        let machine = Machine::try_new(m.parameters(), m.pole_pairs, effects).unwrap();
+        let base = Machine::base(m.parameters(), m.pole_pairs).unwrap();
+        let r = Recording {
+            name: String::new(),
+            start_s: 0.0,
+            sample_time_s: 1e-4,
+            i_s: vec![Complex::new(0.0, 0.0); 200],
+            omega_m: vec![0.0; 200],
+            tau_load: None,
+            u_s: (0..200).map(|k| Complex::from_polar(326.6, 314.159 * 1e-4 * (f64::from(k) + 0.5))).collect(),
+        };
+        let commanded = Experiment::from_recording(&r, [1.0; 2], 1.0);
+        let measured = Experiment { inert: Some(EffectId::InverterNonlinearity), ..commanded.clone() };
+        let start = State::default();
+        assert_eq!(predict(&machine, &measured, &start), predict(&base, &measured, &start));
+        assert_ne!(predict(&machine, &commanded, &start), predict(&base, &commanded, &start));
+        let free = crate::offline::effect_parameters(EffectId::InverterNonlinearity, &machine, &m.rating);
+        let seen = |e: &Experiment| linearize(&machine, e, &start, 0, &free).slopes.iter().flatten().flatten().any(|s| *s != 0.0);
+        assert!(seen(&commanded) && !seen(&measured));
     }
 
     #[test]

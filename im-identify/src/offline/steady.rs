@@ -15,7 +15,7 @@ pub(super) fn run(
     mut sink: impl FnMut(usize, usize, f64),
 ) {
     for k in 0..rows {
-        let machine = &experiment.warmed(machine, k);
+        let machine = &experiment.machine_of(machine, k);
         let plant = Plant::new(machine);
         let u = experiment.u_s[k].norm();
         let held = match &experiment.imposed_speed {

@@ -283,6 +283,7 @@ fn every(run: &Experiment, stride: usize) -> Experiment {
         imposed_speed: run.imposed_speed.as_deref().map(thin),
         speed_nudge: run.speed_nudge.as_ref().map(|(w, rate)| (thin(w), *rate)),
         warmth: run.warmth.clone(),
+        inert: run.inert,
         channels: run.channels.iter().map(channel).collect(),
         start: run.start,
     };

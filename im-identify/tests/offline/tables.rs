@@ -26,6 +26,7 @@ fn a_table_of_steady_states_shows_the_circuit_and_gives_it_back() {
             imposed_speed: locked.then(|| vec![0.0; rows.len()]),
             speed_nudge: None,
             warmth: Vec::new(),
+            inert: None,
             channels: kinds
                 .map(|(name, kind, sigma)| Channel { name: name.into(), kind, values: vec![0.0; rows.len()], valid: None, sigma })
                 .to_vec(),
@@ -94,6 +95,7 @@ pub(crate) fn shown(machine: &Machine<f64>, loads: &[f64], speed: Option<f64>) -
         imposed_speed: speed.map(|w| vec![w; n]),
         speed_nudge: None,
         warmth: Vec::new(),
+        inert: None,
         channels: kinds.map(channel).to_vec(),
         start: Start::Rest,
     };

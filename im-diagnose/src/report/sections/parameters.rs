@@ -10,6 +10,7 @@ use super::super::words::{change_words, is_new, quantity_name, short_effect_name
 use super::intervals;
 use crate::diagnosis::{Diagnosis, ParameterChange};
 use crate::format::{interval, percent_change, quantity, sentence};
+use crate::knowledge::contradicted;
 use crate::localise::join;
 use crate::uncertainty::{HALF_95, MachineQuantity, is_open};
 
@@ -28,7 +29,7 @@ pub(crate) fn warnings(d: &Diagnosis) -> Vec<String> {
     let first = (!left.is_empty()).then(|| {
         format!("hardly determined by these recordings: {}{}", left.join(", "), sure_without_shape(d).unwrap_or_default())
     });
-    let others = d.parameters.iter().filter(|p| open(p).is_none()).filter_map(|p| warning(p, d));
+    let others = d.parameters.iter().filter_map(|p| contradiction(p, d).or_else(|| warning(p, d).filter(|_| open(p).is_none())));
     first.into_iter().chain(others).map(|w| sentence(&w)).collect()
 }
 
@@ -51,10 +52,21 @@ fn sure_without_shape(d: &Diagnosis) -> Option<String> {
     }
 }
 
+/// That a parameter has left what was known of it.
+fn contradiction(p: &ParameterChange, d: &Diagnosis) -> Option<String> {
+    let MachineQuantity::Parameter(this) = p.quantity else { return None };
+    let name = |id| quantity_name(MachineQuantity::Parameter(id)).0;
+    let std = |id| (id == this).then_some(p.std);
+    contradicted(&d.case.motor, &d.refined.machine, std, name).into_iter().find(|(id, _)| *id == this).map(|(_, said)| said)
+}
+
 /// Why a change is suspicious, if it is.
 pub(crate) fn warning(p: &ParameterChange, s: &Diagnosis) -> Option<String> {
     if p.is_of_a_curve() {
         return None;
+    }
+    if let Some(said) = contradiction(p, s) {
+        return Some(said);
     }
     if let Some(open) = open(p) {
         return Some(format!("hardly determined by these recordings: {open}"));

@@ -44,7 +44,7 @@ impl Experiment {
                 shown.unsure = on_its_speed(&self, machine, start).map(|run| {
                     let plant = Plant::new(machine);
                     let omega_m = (0..self.len()).map(|k| shown.behind(&plant, k));
-                    let electrical = Electrical::of(&self.warmed(machine, 0));
+                    let electrical = Electrical::of(&self.machine_of(machine, 0));
                     let speed = (omega_m, run.psi_r);
                     UnsureSpeed::new(&self.channels, electrical, speed, self.sample_time_s, shown.noise.clone(), |_, _| ())
                 });
@@ -104,7 +104,7 @@ fn first(mut e: Experiment, machine: &Machine<f64>, intensity: f64) -> Experimen
 
 /// A speed and a state to begin in by the rough search.
 fn searched(e: &Experiment, machine: &Machine<f64>, intensity: f64) -> (FoundSpeed, State<f64>) {
-    let electrical = Electrical::of(&e.warmed(machine, 0));
+    let electrical = Electrical::of(&e.machine_of(machine, 0));
     let n = e.len();
     let (track, psi_r) = rough(e, &electrical, intensity);
     let mut omega_m = vec![0.0; n];
@@ -253,7 +253,8 @@ fn round(e: &Experiment, found: &FoundSpeed, machine: &Machine<f64>, start: &Sta
     };
     let speed = (found.omega_m.iter().copied(), psi_r);
     let wandering = found.unsure.wandering.clone();
-    let unsure = UnsureSpeed::new(&e.channels, Electrical::of(&e.warmed(machine, 0)), speed, e.sample_time_s, wandering, keep);
+    let unsure =
+        UnsureSpeed::new(&e.channels, Electrical::of(&e.machine_of(machine, 0)), speed, e.sample_time_s, wandering, keep);
     let filter = &unsure.filter;
     let mut k = 0;
     filter.run(&mut residuals, &e.channels, |x| {
