@@ -114,6 +114,8 @@ pub(super) struct Left<'a> {
     error: [f64; 2],
     /// Of the last, with the curves of its effects bent by two standard deviations of their form at most; until [`Left::bent`], as they are.
     bent: f64,
+    /// Whether it has effects that the motor had not.
+    named: bool,
     /// Whether the last leaves more of the held-out recording than the noise of the training recordings can.
     held_out_missed: bool,
     /// On what it depends.
@@ -137,6 +139,7 @@ impl<'a> Left<'a> {
         Self {
             error,
             bent: error[1],
+            named: !course.last().model.effects.is_empty(),
             held_out_missed: held_out_missed(found),
             dependences: &found.dependences,
             of_tables: if freedom == 0 { 0.0 } else { log_p(cost, freedom) },
@@ -156,9 +159,9 @@ impl<'a> Left<'a> {
         Self { curves, replace, ..self }
     }
 
-    /// Whether the last model is not as good as the sensors.
+    /// Whether the last model is not as good as the sensors. Small effects are named only where what they leave is no more than noise.
     fn is_more_than_noise(&self) -> bool {
-        self.error[1] - 1.0 > NEGLIGIBLE
+        self.error[1] - 1.0 > NEGLIGIBLE || (self.named && self.is_structured())
     }
 
     /// Whether what is left is no more than the forms of effects err by that explain the rest.
@@ -170,7 +173,7 @@ impl<'a> Left<'a> {
     pub(super) fn is_unexplained(&self, floor: f64) -> bool {
         let excess = |error: f64| error / floor - 1.0;
         let (before, bent) = (excess(self.error[0]), excess(self.bent));
-        bent > NEGLIGIBLE.max(UNEXPLAINED * before) && self.is_structured()
+        bent > if self.named { UNEXPLAINED * before } else { NEGLIGIBLE } && self.is_structured()
     }
 
     /// Whether it is no noise, beyond doubt: it depends on something, or no instruments err so much.
