@@ -312,10 +312,10 @@ fn a_channel_of_a_lower_rate_is_compared_at_its_samples() {
     let mut all = columns();
     let speed = column(&mut all, "n_rpm");
     let samples: Vec<f64> = speed.iter().copied().step_by(5).collect();
-    for k in 0..speed.len() {
+    for (k, w) in speed.iter_mut().enumerate() {
         let (j, share) = (k / 5, (k % 5) as f64 / 5.0);
         let next = samples.get(j + 1).unwrap_or(&samples[j]);
-        speed[k] = samples[j] + share * (next - samples[j]);
+        *w = samples[j] + share * (next - samples[j]);
     }
     let t = taken("drawn", &all, MAPPING);
     let found = of(&t.findings, FindingKind::SlowChannel);
