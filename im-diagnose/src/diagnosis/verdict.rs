@@ -159,9 +159,10 @@ impl<'a> Left<'a> {
         Self { curves, replace, ..self }
     }
 
-    /// Whether the last model is not as good as the sensors. Small effects are named only where what they leave is no more than noise.
+    /// Whether the last model is not as good as the sensors. Small effects are named only where what they leave is no more than noise, or than their
+    /// forms may err by.
     fn is_more_than_noise(&self) -> bool {
-        self.error[1] - 1.0 > NEGLIGIBLE || (self.named && self.is_structured())
+        self.error[1] - 1.0 > NEGLIGIBLE || (self.named && !self.is_within_form() && self.is_structured())
     }
 
     /// Whether what is left is no more than the forms of effects err by that explain the rest.
