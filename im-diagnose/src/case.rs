@@ -33,12 +33,17 @@ impl Case {
 
     /// Whether the way of recording takes an effect out of every run.
     pub fn rules_out(&self, effect: EffectId) -> bool {
-        !self.train.is_empty() && self.train.iter().all(|e| e.inert == Some(effect))
+        let mut runs = self.runs().peekable();
+        runs.peek().is_some() && runs.all(|e| e.inert == Some(effect))
+    }
+
+    fn runs(&self) -> impl Iterator<Item = &Experiment> {
+        self.train.iter().filter(|e| !e.is_table())
     }
 
     /// Whether the mains feed the machine in every recording.
     pub fn is_on_mains(&self) -> bool {
-        let mut recordings = self.train.iter().filter(|e| !e.is_table()).peekable();
+        let mut recordings = self.runs().peekable();
         recordings.peek().is_some() && recordings.all(|e| convention::is_mains(&self.motor, e))
     }
 
