@@ -116,7 +116,7 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, said: &Preface, mo
     if let Some(t) = turning.as_ref() {
         current_sign(&mut text, &mut d, t, motor);
     }
-    speed_section(&mut text, &mut d, &mut seen, turning.as_ref(), motor);
+    speed_section(&mut text, &mut d, &mut seen, turning.as_ref(), dt, motor);
     let turns = text.contains("\n[speed]");
     load_section(&mut text, &mut d, &mut seen, turns);
     let rest: Vec<&str> = seen.iter().filter(|s| !s.taken).map(|s| s.name).collect();
@@ -279,8 +279,8 @@ fn set_section(
         (vec!["a", "b", "c"], set.to_vec(), "of equal size, and their sum nearly vanishes".into())
     } else if let (Some(a), Some(b)) = (with(5), with(6)) {
         (vec!["ab", "bc"], vec![a, b], "by their names".into())
-    } else if let (Some(a), Some(b)) = (with(0), with(1)) {
-        (vec!["a", "b"], vec![a, b], "by their names; the third is taken as minus their sum".into())
+    } else if let Some((keys, two)) = two_phases(quantity, with) {
+        (keys.to_vec(), two.to_vec(), "by their names; the third is taken as minus their sum".into())
     } else {
         let found: Vec<&str> = candidates.iter().map(|&k| seen[k].name).collect();
         let found = if found.is_empty() {
@@ -328,6 +328,8 @@ fn set_section(
             ["ab", _, _] => from_phases([(at(0, k) - at(2, k)) / 3.0, (at(1, k) - at(0, k)) / 3.0, (at(2, k) - at(1, k)) / 3.0]),
             ["ab", _] => from_phases([at(0, k), 0.0, -at(1, k)]),
             [_, _, _] => from_phases([at(0, k), at(1, k), at(2, k)]),
+            ["a", "c"] => from_phases([at(0, k), -at(0, k) - at(1, k), at(1, k)]),
+            ["b", _] => from_phases([-at(0, k) - at(1, k), at(0, k), at(1, k)]),
             _ => from_phases([at(0, k), at(1, k), -at(0, k) - at(1, k)]),
         })
         .collect();
@@ -382,6 +384,13 @@ fn set_section(
     }
     let _ = writeln!(text);
     Some(vector)
+}
+
+/// Two phases of three: any of currents, which sum to nothing; of voltages those from which a mapping has the third.
+fn two_phases(quantity: Quantity, with: impl Fn(usize) -> Option<usize>) -> Option<([&'static str; 2], [usize; 2])> {
+    let pairs = [(["a", "b"], [0, 1]), (["a", "c"], [0, 2]), (["b", "c"], [1, 2])];
+    let some = if quantity == Quantity::Current { &pairs[..] } else { &pairs[..1] };
+    some.iter().find_map(|&(keys, [p, q])| Some((keys, [with(p)?, with(q)?])))
 }
 
 /// The legs' duty cycles and the voltage of the dc link.
@@ -565,9 +574,68 @@ fn impedances(steady: &steady::Steady, motor: &MotorFile) -> (Complex<f64>, stea
     (z, steady::Impedances::of(&motor.machine, steady.u.norm(), steady.omega.abs()))
 }
 
-fn speed_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>], turning: Option<&steady::Steady>, motor: &MotorFile) {
-    let speeds = (0..seen.len()).filter(|&k| !seen[k].taken && seen[k].quantity == Some(Quantity::Speed));
-    let Some(k) = speeds.filter(|&k| seen[k].origin <= Origin::Filter).min_by_key(|&k| seen[k].origin) else {
+/// Whether a column counts the lines of an encoder.
+fn is_count(s: &Seen<'_>) -> bool {
+    names::is_count(s.name) && s.unit.is_none() && s.size > 0.0 && s.x.iter().all(|x| x.fract() == 0.0)
+}
+
+fn counts_section(
+    text: &mut String,
+    d: &mut Draft,
+    s: &Seen<'_>,
+    turning: Option<&steady::Steady>,
+    dt: Option<f64>,
+    motor: &MotorFile,
+) {
+    let _ = writeln!(text, "[speed]\ncolumn = {}", s.key);
+    let (low, high) = s.x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+    let n_p = f64::from(motor.machine.pole_pairs());
+    // Counts to a turn of a rotor that turns with the supply; steps back to the beginning are left out.
+    let synchronous = turning.zip(dt).map(|(t, dt)| {
+        let steps = s.x[t.rows.clone()].windows(2).map(|w| w[1] - w[0]).filter(|step| step.abs() < 0.5 * (high - low));
+        let (sum, count) = steps.fold((0.0, 0.0), |(sum, n), step| (sum + step, n + 1.0));
+        sum / count / dt * 2.0 * PI * n_p / t.omega
+    });
+    match synchronous.filter(|p| p.abs() >= 1.0) {
+        Some(p) if (0.85..1.02).contains(&(p.abs() / (high - low + 1.0))) => {
+            d.guesses.push(format!("{} counts an encoder's lines, and begins anew at each turn", s.name));
+            let _ = writeln!(text, "counts_per_turn = {}", high - low + 1.0);
+        }
+        Some(p) => {
+            let about = crate::format::number(p.abs(), 3);
+            d.missing.push(format!(
+                "[speed] counts_per_turn: {} counts an encoder's lines, about {about} to a turn at synchronous speed: say how many (lines times 4)",
+                s.name
+            ));
+            let _ = writeln!(text, "counts_per_turn = FILL_IN      # lines times 4; about {about} by the voltage's frequency");
+        }
+        None => {
+            d.missing.push(format!("[speed] counts_per_turn: {} counts an encoder's lines: say how many (lines times 4)", s.name));
+            let _ = writeln!(text, "counts_per_turn = FILL_IN      # lines times 4");
+        }
+    }
+    if synchronous.is_some_and(|p| p < 0.0) {
+        d.guesses.push(format!("{} counts against the phases: gain = -1; or two phases are exchanged", s.name));
+        let _ = writeln!(text, "gain = -1                      # or exchange two phases");
+    }
+    let _ = writeln!(text);
+}
+
+fn speed_section(
+    text: &mut String,
+    d: &mut Draft,
+    seen: &mut [Seen<'_>],
+    turning: Option<&steady::Steady>,
+    dt: Option<f64>,
+    motor: &MotorFile,
+) {
+    let is_speed = |s: &Seen<'_>| s.quantity == Some(Quantity::Speed) && s.origin <= Origin::Filter && !is_count(s);
+    let speeds = (0..seen.len()).filter(|&k| !seen[k].taken && is_speed(&seen[k]));
+    let Some(k) = speeds.min_by_key(|&k| seen[k].origin) else {
+        if let Some(s) = seen.iter_mut().find(|s| !s.taken && is_count(s)) {
+            s.taken = true;
+            return counts_section(text, d, s, turning, dt, motor);
+        }
         d.guesses.push("No column looks like a speed: the currents alone are compared, and the speed is unknown".to_owned());
         if turning.is_some_and(|t| stands(t, motor)) {
             d.guesses.push(

@@ -61,6 +61,12 @@ pub(super) fn is_frame_angle(name: &str) -> bool {
     words(name).iter().any(|w| ["theta", "tita", "angle", "phi", "winkel", "gamma"].iter().any(|a| w.starts_with(a)))
 }
 
+/// Whether a name says counts, those of an encoder.
+pub(super) fn is_count(name: &str) -> bool {
+    let counts = ["count", "counts", "cnt", "enc", "encoder", "qep", "tick", "ticks", "pulses", "impulse", "geber", "inkremente"];
+    words(name).iter().any(|w| counts.contains(&w.trim_end_matches(|c: char| c.is_ascii_digit())))
+}
+
 /// Whether a name says a duty cycle.
 pub(super) fn is_duty(name: &str) -> bool {
     words(name).iter().any(|w| w.starts_with("duty") || w == "pwm" || w == "tast")
@@ -188,6 +194,16 @@ mod tests {
         }
         assert_eq!((axis("id_A"), axis("u_q"), axis("Isd"), axis("idle")), (Some("d"), Some("q"), Some("d"), None));
         assert!(is_frame_angle("theta_rad") && is_duty("duty_a") && !is_duty("induct"));
+    }
+
+    #[test]
+    fn counts_are_told_by_their_name() {
+        for name in ["enc_count", "QEP1", "Encoder", "encCnt", "Geber Impulse"] {
+            assert!(is_count(name), "{name}");
+        }
+        for name in ["n_rpm", "current", "discount", "country"] {
+            assert!(!is_count(name), "{name}");
+        }
     }
 
     #[test]

@@ -326,3 +326,45 @@ fn a_computed_torque_is_not_taken_for_the_load() {
         assert!(t.draft.unwrap().guesses.join("\n").contains("T_Nm is the load torque, positive"), "{name}");
     }
 }
+
+/// Two currents of any two phases are three.
+#[test]
+fn two_of_three_currents_are_enough() {
+    for (left_out, keys) in [("i1_A", "b, c"), ("i2_A", "a, c"), ("i3_A", "a, b")] {
+        let mut all = columns();
+        all.retain(|(n, _)| *n != left_out);
+        let folder = Folder::new(&format!("two-currents-{left_out}"));
+        let t = take(&folder.put("run.csv", csv(&all))).unwrap();
+        let said = t.draft.unwrap().guesses.join("\n");
+        assert!(said.contains(&format!("are the currents {keys}")), "{said}");
+        let i = |k: usize| Complex::new(t.experiment.channels[0].values[k], t.experiment.channels[1].values[k]);
+        assert!((i(2000) - start().i_s[2000]).norm() < 1e-9, "{left_out}");
+    }
+}
+
+/// A counter of an encoder's lines is a speed: how many make a turn it says itself where it begins anew at each, and is asked where it does not.
+#[test]
+fn an_encoder_counter_is_recognized() {
+    let r = start();
+    let with = |range: f64, sign: f64| {
+        let mut turn = 0.0;
+        let counts = r.omega_m.iter().map(|w| {
+            turn += sign * w * r.sample_time_s / std::f64::consts::TAU;
+            (turn * 4096.0).floor().rem_euclid(range)
+        });
+        let mut all = columns();
+        all.retain(|(n, _)| *n != "n_rpm");
+        all.push(("encoder", counts.collect()));
+        all
+    };
+    let folder = Folder::new("counter");
+    let t = take(&folder.put("run.csv", csv(&with(4096.0, -1.0)))).unwrap();
+    let draft = t.draft.unwrap();
+    assert!(draft.text.contains("counts_per_turn = 4096") && draft.text.contains("gain = -1"), "{}", draft.text);
+    let speed = t.experiment.channels.iter().find(|c| c.name == "omega_m_rad_s").unwrap();
+    assert!((speed.values[2500] - r.omega_m[2500]).abs() < 1.5);
+    let Err(IntakeError::Unmapped { draft, .. }) = take(&folder.put("run.csv", csv(&with(65536.0, 1.0)))) else {
+        panic!("taken without its lines");
+    };
+    assert!(draft.missing.join("\n").contains("counts_per_turn: encoder counts an encoder's lines, about 40"), "{:?}", draft.missing);
+}
