@@ -2,9 +2,13 @@
 
 use std::path::Path;
 
+use im_diagnose::case::Case;
 use im_diagnose::intake::{FindingKind, SteadyTable, TableKind};
+use im_diagnose::tables;
+use im_identify::offline::Experiment;
+use im_model::EffectId;
 
-use crate::simulated::{Folder, motor};
+use crate::simulated::{Folder, MAPPING, columns, motor, taken};
 
 #[test]
 fn canonical_and_foreign_tables_say_the_same() {
@@ -256,4 +260,26 @@ fn a_load_test_without_torque_and_speed_ends_the_run() {
     let table = SteadyTable::read(&table, None).unwrap();
     let found = im_diagnose::tables::look(&motor(), &[table]);
     assert!(found.iter().any(|f| f.kind == FindingKind::MissingLoad && f.stops()), "{found:?}");
+}
+
+/// A table says nothing of how a voltage was recorded: what the recordings beside it rule out stays ruled out.
+#[test]
+fn tables_beside_recordings_bring_nothing_back_that_these_rule_out() {
+    let folder = Folder::new("ruled-out");
+    let no_load = folder.put("no_load.csv", "V_LL_V,I_A,P_3ph_W,n_rpm,T_Nm\n400,2.0,200,1495,0.3\n200,1.0,80,1490,0.3\n");
+    let table = || SteadyTable::read(&no_load, None).unwrap();
+    let (Case { motor, train: rows, .. }, _) = tables::case(motor(), &[table()]).unwrap();
+    let of = |inert: &[EffectId], rows: &[Experiment]| {
+        let run = taken("ruled-out-run", &columns(), MAPPING).experiment;
+        let runs = inert.iter().map(|e| Experiment { inert: Some(*e), ..run.clone() });
+        let case = Case { motor: motor.clone(), train: runs.chain(rows.iter().cloned()).collect(), holdout: None };
+        [EffectId::InverterNonlinearity, EffectId::VoltageOffset].map(|e| case.rules_out(e))
+    };
+    let (measured, commanded) = (EffectId::InverterNonlinearity, EffectId::VoltageOffset);
+    for with in [&[][..], &rows] {
+        assert_eq!(of(&[measured, measured], with), [true, false]);
+        assert_eq!(of(&[commanded], with), [false, true]);
+        assert_eq!(of(&[measured, commanded], with), [false, false]);
+    }
+    assert_eq!(of(&[], &rows), [false, false]);
 }
