@@ -121,10 +121,16 @@ impl Source {
         let guesses = draft.listed();
         let (label, nobody) = (self.label(), draft.nobody_says());
         Refused::Input(match self {
-            Self::File(..) => format!(
-                "{label}: {nobody} what its columns mean. im compare --motor … --data {label} writes a first one; check it, \
-                 then come back. As recording.toml it holds for every file of the folder.\nGuessed so far:\n{guesses}"
-            ),
+            Self::File(path, _) => match intake::mapping_of_others(path) {
+                Some(others) => format!(
+                    "{label}: recording.toml beside it is of {others} alone. Where it holds for this file, too, delete its key file.\n\
+                     Guessed so far:\n{guesses}"
+                ),
+                None => format!(
+                    "{label}: {nobody} what its columns mean. im compare --motor … --data {label} writes a first one; check it, \
+                     then come back. Saved as recording.toml it holds for every file of the folder.\nGuessed so far:\n{guesses}"
+                ),
+            },
             Self::Columns(_) => {
                 format!(
                     "{label}: no mapping says what its columns mean. Guessed so far, to check and to give as the mapping:\n{guesses}"

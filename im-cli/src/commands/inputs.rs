@@ -8,7 +8,6 @@ use im_diagnose::intake::{Draft, Finding, FindingKind, Intake, IntakeError, Seve
 use im_diagnose::search::Options;
 use im_diagnose::sources::{Refused, Source, Sources};
 use im_identify::offline::FitError;
-use im_model::toml_text::quoted;
 use im_model::{MotorFile, Recording};
 
 use crate::failure::Failure;
@@ -115,7 +114,7 @@ fn taken_or_draft(
             if let Some(draft) = taken.iter().find_map(|t| t.draft.as_ref()) {
                 let written = write_draft(path, draft, folder)?;
                 said.push(format!(
-                    "{}: {} what its columns mean; {} was written with what was guessed. Check it; as recording.toml it holds for every file of the folder",
+                    "{}: {} what its columns mean; {} was written with what was guessed. Check it; saved as recording.toml it holds for every file of the folder",
                     path.display(),
                     draft.nobody_says(),
                     written.display()
@@ -192,7 +191,10 @@ fn write_draft(path: &Path, draft: &Draft, folder: Option<&Path>) -> Result<Path
         }
         im_model::write_atomically(to, |w| w.write_all(text.as_bytes())).map_err(Failure::File)
     };
-    if write(&beside, &draft.text).is_ok() {
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    let of_one = draft.completes.is_some();
+    let text = if of_one { draft.text_naming(&file, &file) } else { draft.text.clone() };
+    if write(&beside, &text).is_ok() {
         return Ok(beside);
     }
     if let Some(folder) = folder {
@@ -200,11 +202,7 @@ fn write_draft(path: &Path, draft: &Draft, folder: Option<&Path>) -> Result<Path
     }
     // Elsewhere it needs the whole path to its recording.
     let whole = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-    let line = |l: &str| {
-        if l.starts_with("file = ") { format!("file = {}", quoted(&whole.display().to_string())) } else { l.to_owned() }
-    };
-    let text: Vec<String> = draft.text.lines().map(line).collect();
-    write(&here, &(text.join("\n") + "\n"))?;
+    write(&here, &draft.text_naming(&file, &whole.display().to_string()))?;
     Ok(here)
 }
 

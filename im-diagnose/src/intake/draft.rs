@@ -89,10 +89,10 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, said: &Preface, mo
     let shown = file.replace(char::is_control, "?");
     let _ = writeln!(
         text,
-        "# What the columns of {shown} mean: a draft by im. Check every line.\n# As recording.toml it holds for every file of the folder.\n"
+        "# What the columns of {shown} mean: a draft by im. Check every line.\n# Saved as recording.toml it holds for every file of the folder.\n"
     );
     let other = if said.begin == Begin::Auto { "      # \"at_rest\", \"in_motion\"" } else { "" };
-    let _ = writeln!(text, "file = {}\nstart = {:?}{other}", quoted(file), said.begin.word());
+    let _ = writeln!(text, "{}\nstart = {:?}{other}", Draft::names(file), said.begin.word());
     if let Some(c) = said.winding_c {
         let _ = writeln!(text, "winding_c = {c:?}");
     }
@@ -215,6 +215,16 @@ const CANONICAL_VOLTAGES: [&str; 5] = ["u_alpha_V", "u_beta_V", "u_a_V", "u_b_V"
 const INSTANT: &str = "instant = \"held_from_row\"      # \"held_from_row\", \"sample\", \"held_until_row\"\n";
 
 impl Draft {
+    /// The line that would say it is of one file alone.
+    fn names(file: &str) -> String {
+        format!("# file = {}   # of this file alone", quoted(file))
+    }
+
+    /// The text where neither its name nor its place says of which file it is: with the way to it from there.
+    pub fn text_naming(&self, file: &str, way: &str) -> String {
+        self.text.replacen(&Self::names(file), &format!("file = {}", quoted(way)), 1)
+    }
+
     /// The guesses as a list, one to a line.
     pub fn listed(&self) -> String {
         self.guesses.iter().map(|g| format!("  - {g}")).collect::<Vec<_>>().join("\n")
@@ -288,7 +298,8 @@ fn set_section(
         } else {
             format!("candidates are {}", found.join(", "))
         };
-        d.missing.push(format!("[{section}] a, b, c: {found}"));
+        let lines = if quantity == Quantity::Voltage { ", or ab, bc where they are line to line" } else { "" };
+        d.missing.push(format!("[{section}] a, b, c{lines}: {found}"));
         let instead = if quantity == Quantity::Voltage {
             "instead: two or three of ab, bc, ca; a and b against the star point; alpha, beta; d, q; duty_a, duty_b, duty_c and dc_link"
         } else {

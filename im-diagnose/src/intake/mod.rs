@@ -302,6 +302,14 @@ fn of_folder(path: &Path) -> Result<Option<Said>, FileError> {
     Ok(meant.then_some(said))
 }
 
+/// The files that the `recording.toml` beside a recording is of, where this is none of them.
+pub fn mapping_of_others(path: &Path) -> Option<String> {
+    let said = read_mapping(&path.with_file_name("recording.toml")).ok()?;
+    let files = said.files();
+    let named = files.iter().any(|f| path.file_name() == Path::new(f).file_name());
+    (!files.is_empty() && !named).then(|| files.join(", "))
+}
+
 /// Reads a mapping.
 ///
 /// # Errors

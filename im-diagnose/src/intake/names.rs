@@ -150,12 +150,24 @@ pub(super) fn place(name: &str, unit: Option<Unit>) -> Option<usize> {
         "c" | "w" | "t" | "3" | "l3" => Some(2),
         _ => None,
     };
-    // i_a, u_ab, phase a, channel 1; or ia, u12.
-    parts.iter().skip(1).find_map(|p| mark(p)).or_else(|| {
-        let first = parts.first()?;
-        let tail = first.strip_prefix(['u', 'v', 'i', 'e'])?;
-        mark(tail)
-    })
+    // U L1-L2: two phases of one kind.
+    let line = |pair: &[&str]| {
+        ["abc", "uvw", "rst", "123"].iter().find_map(|kind| {
+            let [p, q] = [pair[0], pair[1]].map(|m| kind.find(m.strip_prefix('l').unwrap_or(m)).filter(|_| mark(m).is_some()));
+            [(0, 1), (1, 2), (2, 0)].iter().position(|&(a, b)| (p, q) == (Some(a), Some(b))).map(|k| k + 5)
+        })
+    };
+    // Ia, u12; behind a word only what is no word itself: Spannung U12.
+    let in_one = |k: usize| {
+        let tail = parts[k].strip_prefix(['u', 'v', 'i', 'e'])?;
+        mark(tail).filter(|_| k == 0 || tail.len() > 1 || tail.starts_with(|c: char| c.is_ascii_digit()))
+    };
+    // i_a, u_ab, phase a, channel 1.
+    parts
+        .windows(2)
+        .find_map(line)
+        .or_else(|| parts.iter().skip(1).find_map(|p| mark(p)))
+        .or_else(|| (0..parts.len()).find_map(in_one))
 }
 
 #[cfg(test)]
@@ -187,6 +199,12 @@ mod tests {
             ("phase A", Some(0)),
             ("u_ab_V", Some(5)),
             ("Channel A", Some(0)),
+            ("Spannung U12 [V]", Some(5)),
+            ("U L2-L3", Some(6)),
+            ("U_w_u", Some(7)),
+            ("i_a_2", Some(0)),
+            ("Strom I3 [A]", Some(2)),
+            ("current is high", None),
             ("i_V", None),
         ];
         for (name, phase) in all {

@@ -361,12 +361,12 @@ fn a_mapping_that_names_no_column_is_completed_by_the_guess() {
     folder.put("run.recording.toml", "start = \"at_rest\"\nwinding_c = 40\n[text]\ndecimal = \",\"\nskip_lines = 1\n");
     let t = take(&path).unwrap();
     let draft = t.draft.unwrap();
-    assert!(draft.completes.is_some_and(|label| label.ends_with("run.recording.toml")));
+    assert!(draft.completes.as_deref().is_some_and(|label| label.ends_with("run.recording.toml")));
     assert!(!draft.guesses.is_empty() && draft.text.contains("\nstart = \"at_rest\"\nwinding_c = 40.0\n"), "{}", draft.text);
     assert!(draft.text.contains("[text]\nseparator = \";\"\ndecimal = \",\"\nskip_lines = 1\n"), "{}", draft.text);
     assert_eq!(t.experiment.len(), start().u_s.len());
     // The draft reads what was guessed.
-    let mapping = folder.put("whole.toml", &draft.text);
+    let mapping = folder.put("whole.toml", draft.text_naming("run.csv", "run.csv"));
     let again = &im_diagnose::intake::read(&mapping, None, &motor()).unwrap()[0];
     assert!(again.draft.is_none() && again.experiment.u_s == t.experiment.u_s && again.begin == t.begin);
     // Canonical columns need no guess, only the text as it is said.

@@ -13,6 +13,7 @@ use im_model::{Complex, Machine, MotorFile, TParameters};
 use super::steady::{Impedances, Steady};
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity};
+use crate::intake::mapping::VoltageForm;
 
 /// A reading in another convention, by what it makes of things.
 struct Cause {
@@ -130,7 +131,7 @@ fn off(x: f64, factor: f64) -> f64 {
 }
 
 /// What steady operation says, from half the rated frequency on, where the supply gives the rated voltage per frequency.
-pub fn check(steady: &[Steady], motor: &MotorFile) -> Vec<Finding> {
+pub fn check(steady: &[Steady], form: &VoltageForm, motor: &MotorFile) -> Vec<Finding> {
     let rated = 2.0 * PI * motor.rating.electrical_frequency_hz;
     let usual = |s: &&Steady| (0.5..1.03).contains(&(s.omega.abs() / rated)) && s.i.norm() > s.against[1].norm();
     let Some(main) = steady.iter().filter(usual).max_by(|a, b| a.u.norm().total_cmp(&b.u.norm())) else { return Vec::new() };
@@ -142,6 +143,11 @@ pub fn check(steady: &[Steady], motor: &MotorFile) -> Vec<Finding> {
     let size = |leads: f64| {
         let z = z * Complex::from_polar(1.0, -leads);
         ratio_at_angle(motor, z, omega).unwrap_or_else(|| Impedances::of(&motor.machine, expected, omega).fit(z).ratio)
+    };
+    // Voltages turn where what was read as phases is line to line, or the other way.
+    let may_turn = |c: &Cause| match form {
+        VoltageForm::Lines(..) | VoltageForm::ThreeLines(_) => c.leads <= 0.0,
+        _ => c.leads >= 0.0,
     };
     // A voltage that leads by what the slip may make of it fits both ways: the less far-fetched counts.
     let misfit = |c: &Cause| {
@@ -165,7 +171,7 @@ pub fn check(steady: &[Steady], motor: &MotorFile) -> Vec<Finding> {
             }
         )
     };
-    let best = CAUSES.iter().filter_map(|c| Some((misfit(c)?, c))).min_by(|a, b| a.0.total_cmp(&b.0));
+    let best = CAUSES.iter().filter(|c| may_turn(c)).filter_map(|c| Some((misfit(c)?, c))).min_by(|a, b| a.0.total_cmp(&b.0));
     best.map(|(_, c)| finding(shown(c), c).at(vec![main.rows.clone()])).into_iter().collect()
 }
 
@@ -277,6 +283,7 @@ fn ratio_at_angle(motor: &MotorFile, z: Complex<f64>, omega: f64) -> Option<f64>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::intake::mapping::Signal;
 
     /// The example's motor on its rated supply at a slip of 3 %, with voltage and current scaled, and the voltage turned.
     fn found(u: f64, i: f64, leads: f64) -> Vec<Finding> {
@@ -296,7 +303,9 @@ mod tests {
             against: [zero; 2],
             omega_m: None,
         };
-        check(&[steady], &motor)
+        let [a, b, c] = ["a", "b", "c"].map(Signal::plain);
+        let read_as = if leads < 0.0 { VoltageForm::ThreeLines([a, b, c]) } else { VoltageForm::Phases([a, b, c]) };
+        check(&[steady], &read_as, &motor)
     }
 
     #[test]

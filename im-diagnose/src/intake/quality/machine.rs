@@ -10,6 +10,8 @@ use crate::intake::finding::{Finding, FindingKind, Severity};
 
 /// Beyond this |ln(Z/Z_model)| the impedance does not fit: half or one and a half times, or thirty degrees.
 const MISFIT: f64 = 0.5;
+/// Beyond this it is no guess of the machine that is off, but a column or a unit: five times, or a fifth.
+const BEYOND_GUESSES: f64 = 1.6;
 /// A turn of the current explains a misfit when it leaves no more of it than this share.
 const EXPLAINED: f64 = 0.4;
 
@@ -68,9 +70,13 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding
             _ => {
                 let fit = turned((main, &Impedances::of(&motor.machine, main.u.norm(), main.omega.abs())), 0.0);
                 let per_unit = per_unit(main, fit.ratio, motor);
-                let severity = if per_unit.is_some() { Severity::Serious } else { Severity::Warning };
-                let advice = "Check that motor file and recording are of the same machine, star or delta, and the units and gains of \
-                              voltage and current.";
+                let far = fit.off > BEYOND_GUESSES;
+                let severity = if far || per_unit.is_some() { Severity::Serious } else { Severity::Warning };
+                let also = if far { " Are voltages and currents exchanged? Is an inductance of the motor file in mH?" } else { "" };
+                let advice = format!(
+                    "Check that motor file and recording are of the same machine, star or delta, and the units and gains of voltage \
+                     and current.{also}"
+                );
                 out.push(
                     Finding::new(
                         FindingKind::DifferentMachine,
@@ -84,7 +90,7 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding
                             number(fit.ratio, 2),
                             number(fit.off, 2)
                         ),
-                        per_unit.unwrap_or_else(|| advice.to_owned()),
+                        per_unit.unwrap_or(advice),
                     )
                     .at(vec![main.rows.clone()]),
                 );

@@ -92,7 +92,7 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
     let found = [
         time::clock(s, &u, motor).into_iter().collect(),
         slower_channels,
-        convention::check(&steady, motor),
+        convention::check(&steady, &s.voltage_form, motor),
         time::check(s, &steady, motor),
         channels::check(s, &steady, motor),
         machine::check(&steady, motor, &columns.join(", ")),
