@@ -56,12 +56,19 @@ pub fn quantity(x: f64, unit: &str, digits: usize) -> String {
     format!("{}{gap}{prefix}{unit}", number(x * factor, digits))
 }
 
+/// An interval of so many times the value says nothing of it; and one beyond every quantity's size.
+const NOTHING_KNOWN: f64 = 100.0;
+const BEYOND_ALL: f64 = 1e30;
+
 /// A value with the half width of its interval in the same prefix: 3.47 ± 0.02 mH.
 pub fn interval(x: f64, half: f64, unit: &str) -> String {
     let (factor, prefix) = prefix(x.abs(), unit);
     let gap = if unit.is_empty() { "" } else { "\u{a0}" };
-    if !half.is_finite() || half <= 0.0 {
+    if half.is_nan() || half <= 0.0 {
         return quantity(x, unit, 4);
+    }
+    if half > NOTHING_KNOWN * x.abs() && x != 0.0 || half > BEYOND_ALL {
+        return format!("{}, not determined", quantity(x, unit, 2));
     }
     // Two digits of the interval, and the value to the same place, with at most seven digits.
     let exponent = (half * factor).log10().floor() as i32;
@@ -131,6 +138,23 @@ pub fn sentence(s: &str) -> String {
     out
 }
 
+/// Named rows of many cells as text, as many columns side by side as a width holds, the rest below.
+pub fn side_by_side(rows: &[(String, Vec<String>)], width: usize) -> String {
+    let chars = |s: &String| s.chars().count();
+    let name = rows.iter().map(|(name, _)| chars(name)).max().unwrap_or(0);
+    let cell = 2 + rows.iter().flat_map(|(_, cells)| cells).map(chars).max().unwrap_or(0);
+    let columns = rows.first().map_or(0, |(_, cells)| cells.len());
+    let at_once = (width.saturating_sub(name) / cell).max(1);
+    let block = |first: usize| {
+        let line = |(label, cells): &(String, Vec<String>)| {
+            let cells: String = cells.iter().skip(first).take(at_once).map(|c| format!("{c:>cell$}")).collect();
+            format!("{label:name$}{cells}\n")
+        };
+        rows.iter().map(line).collect::<String>()
+    };
+    (0..columns).step_by(at_once).map(block).collect::<Vec<_>>().join("\n")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -148,6 +172,8 @@ mod tests {
         assert_eq!(quantity(0.00347, "H", 3), "3.47\u{a0}mH");
         assert_eq!(interval(0.00347, 5e-5, "H"), "3.470 ± 0.050\u{a0}mH");
         assert_eq!(interval(1.46622, 5.56e-5, "Ω"), "1.466220 ± 0.000056\u{a0}Ω");
+        assert_eq!(interval(0.004, 388.693, "s"), "4\u{a0}ms, not determined");
+        assert_eq!(interval(0.0, 1e60, ""), "0, not determined");
         assert_eq!(percent_change(1.0, 1.35), "+35\u{a0}%");
         assert_eq!(percent_change(0.0, 1.0), "new");
     }

@@ -112,33 +112,38 @@ fn varied(t: &SteadyTable) -> bool {
     turning.len() > 1 && spread(&|r| r.phase_voltage_rms_v) < 1.1 && spread(&|r| r.active_power_w.abs()) > 2.0
 }
 
-/// The tables as a case, at the rated frequency of the motor; the scale of the speed sensor is checked against the no-load test, where
-/// the slip is next to nothing, and corrected where it is wrong.
+/// The tables with the scale of the speed sensor checked against the no-load test, where the slip is next to nothing, and corrected where it is
+/// wrong.
+///
+/// # Errors
+/// As [`fit`] says.
+pub fn corrected(motor: &MotorFile, tables: &[SteadyTable]) -> Result<(Vec<SteadyTable>, Option<Finding>), FitError> {
+    let mut tables = decided(motor, tables);
+    let train: Vec<Experiment> = tables.iter().flat_map(|t| experiments(motor, t)).collect();
+    let wrong = speed_scale(motor, &tables, &train)?.filter(|scale| (scale - 1.0).abs() > WRONG_SCALE);
+    let Some(scale) = wrong else { return Ok((tables, None)) };
+    tables.iter_mut().flat_map(|t| &mut t.rows).filter_map(|r| r.omega_m_rad_s.as_mut()).for_each(|w| *w /= scale);
+    let sentence = format!(
+        "The speed without load is {:.1} % {} than a machine on {} Hz can run: the sensor's scale was taken as {scale:.4} and corrected",
+        100.0 * (scale - 1.0).abs(),
+        if scale < 1.0 { "lower" } else { "higher" },
+        motor.rating.electrical_frequency_hz
+    );
+    let advice = "Calibrate the speed sensor, or check the supply frequency";
+    let names: Vec<&str> = tables.iter().filter(|t| t.kind != TableKind::Locked).map(|t| t.name.as_str()).collect();
+    let finding = Finding::new(FindingKind::SpeedScale, Severity::Warning, sentence, advice).on("speed");
+    let finding = Finding { recording: names.join(", "), ..finding };
+    Ok((tables, Some(finding)))
+}
+
+/// The tables as a case, at the rated frequency of the motor, the speed [`corrected`].
 ///
 /// # Errors
 /// As [`fit`] says.
 pub fn case(motor: MotorFile, tables: &[SteadyTable]) -> Result<(Case, Vec<Finding>), FitError> {
-    let tables = &decided(&motor, tables)[..];
-    let mut train: Vec<Experiment> = tables.iter().flat_map(|t| experiments(&motor, t)).collect();
-    let mut findings = Vec::new();
-    if let Some(scale) = speed_scale(&motor, tables, &train)?
-        && (scale - 1.0).abs() > WRONG_SCALE
-    {
-        for c in train.iter_mut().flat_map(|e| &mut e.channels).filter(|c| c.kind == ChannelKind::Speed) {
-            c.values.iter_mut().for_each(|w| *w /= scale);
-        }
-        let sentence = format!(
-            "The speed without load is {:.1} % {} than a machine on {} Hz can run: the sensor's scale was taken as {scale:.4} and corrected",
-            100.0 * (scale - 1.0).abs(),
-            if scale < 1.0 { "lower" } else { "higher" },
-            motor.rating.electrical_frequency_hz
-        );
-        let advice = "Calibrate the speed sensor, or check the supply frequency";
-        let names: Vec<&str> = tables.iter().filter(|t| t.kind != TableKind::Locked).map(|t| t.name.as_str()).collect();
-        let finding = Finding::new(FindingKind::SpeedScale, Severity::Warning, sentence, advice).on("speed");
-        findings.push(Finding { recording: names.join(", "), ..finding });
-    }
-    Ok((Case { motor, train, holdout: None }, findings))
+    let (tables, finding) = corrected(&motor, tables)?;
+    let train = tables.iter().flat_map(|t| experiments(&motor, t)).collect();
+    Ok((Case { motor, train, holdout: None }, finding.into_iter().collect()))
 }
 
 /// The impedance of one phase with the rotor free and with it held, as the motor file has it, Ω.

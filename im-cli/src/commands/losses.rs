@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use im_diagnose::format::side_by_side;
 use im_diagnose::intake::SteadyTable;
 use im_diagnose::losses::{ByModel, ConstantBy, Estimate, LoadPoint, Losses, ModelPoint, Resistance, StrayBy, segregate};
 use im_model::MotorFile;
@@ -124,7 +125,7 @@ fn print(out: &mut dyn Write, l: &Losses) -> std::io::Result<()> {
     rows.push(row("efficiency, %", &|p| percent(p.efficiency)));
     rows.push(row("direct, %", &|p| p.direct_efficiency.map_or_else(|| "–".into(), percent)));
     writeln!(out)?;
-    print_points(out, &rows)
+    write!(out, "{}", side_by_side(&rows, WIDTH))
 }
 
 /// A part of the losses by its name, of the regression and of the model.
@@ -150,25 +151,6 @@ fn percent(e: Estimate) -> String {
     format!("{:.2} ± {:.2}", 100.0 * e.value, 100.0 * e.half_95)
 }
 
-/// Load points side by side, one line per quantity; as many at a time as a terminal is wide.
-fn print_points(out: &mut dyn Write, rows: &[Row]) -> std::io::Result<()> {
-    let width = |s: &String| s.chars().count();
-    let name = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
-    let cell = 2 + rows.iter().flat_map(|(_, cells)| cells).map(width).max().unwrap_or(0);
-    let points = rows.first().map_or(0, |(_, cells)| cells.len());
-    let at_once = ((WIDTH - name) / cell).max(1);
-    for first in (0..points).step_by(at_once) {
-        if first > 0 {
-            writeln!(out)?;
-        }
-        for (label, cells) in rows {
-            let cells: String = cells.iter().skip(first).take(at_once).map(|c| format!("{c:>cell$}")).collect();
-            writeln!(out, "{label:name$}{cells}")?;
-        }
-    }
-    Ok(())
-}
-
 /// More than the noise of the instruments, in σ.
 const UNEXPLAINED: f64 = 2.0;
 
@@ -182,7 +164,7 @@ fn print_model(out: &mut dyn Write, l: &Losses, m: &ByModel) -> std::io::Result<
         vec![row("torque, Nm", &|p| rounded(p.torque_nm)), row("slip, %", &|p| format!("{:.2}", 100.0 * p.slip))];
     rows.extend(PARTS.map(|(name, _, of)| row(&format!("{name}, W"), &|p| plus_minus(of(p)))));
     rows.push(row("efficiency, %", &|p| percent(p.efficiency)));
-    print_points(out, &rows)?;
+    write!(out, "{}", side_by_side(&rows, WIDTH))?;
     if m.error > UNEXPLAINED {
         let text = "The model leaves more than the instruments' errors: a further effect, or a row or a temperature that is not right. im diagnose with the same tables looks for it.";
         write!(out, "{}", wrapped("! ", text))?;

@@ -6,6 +6,8 @@ use super::Diagnosis;
 use crate::format::{number, quantity};
 use crate::intake::quality::convention::impedance_ratios;
 use crate::intake::{Finding, FindingKind};
+use crate::knowledge::contradicted;
+use crate::uncertainty::MachineQuantity;
 
 /// A delay within this part of a sample of a half or of a whole one is suspicious.
 const NEAR_SAMPLES: f64 = 0.1;
@@ -20,7 +22,15 @@ const AS_GIVEN: [f64; 2] = [0.15, 0.25];
 impl Diagnosis {
     /// What the user should check first, one sentence each.
     pub fn remarks(&self) -> Vec<String> {
-        [self.search_cut_short(), self.delay_of_whole_samples(), self.error_below_noise()].into_iter().flatten().collect()
+        let found = [self.search_cut_short(), self.delay_of_whole_samples(), self.error_below_noise()];
+        found.into_iter().flatten().chain(self.contradictions()).collect()
+    }
+
+    /// Values that were known, and that the fit has left.
+    fn contradictions(&self) -> Vec<String> {
+        let std = |id| self.parameters.iter().find(|p| p.quantity == MachineQuantity::Parameter(id)).map(|p| p.std);
+        let all = contradicted(&self.case.motor, &self.refined.machine, std, |id| id.to_string());
+        all.into_iter().map(|(_, said)| said).collect()
     }
 
     /// A search that had to end: nothing of the library leads on.

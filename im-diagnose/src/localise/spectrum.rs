@@ -175,10 +175,15 @@ fn spectrum(s: &Signals, q: Quantity, at: &Stretch) -> Option<Spectrum> {
         ("2 × rotor".into(), 2.0 * m, 2.0 * at.spread_hz),
     ];
     named.retain(|(_, f, _)| *f > 2.0 * step && *f < highest as f64 * step);
+    // A peak has the name that is nearest to it.
+    let peaks: Vec<Option<usize>> = named.iter().map(|(_, f, spread)| peak_near(*f, *spread)).collect();
+    let away = |k: usize, n: usize| (k as f64 * step - named[n].1).abs() / (step + named[n].2);
+    let nearest = |k: usize, n: usize| (0..named.len()).all(|o| peaks[o] != Some(k) || away(k, n) <= away(k, o));
     let lines: Vec<Line> = named
         .iter()
-        .filter_map(|(name, f, spread)| {
-            let k = peak_near(*f, *spread)?;
+        .enumerate()
+        .filter_map(|(n, (name, f, spread))| {
+            let k = peaks[n].filter(|&k| nearest(k, n))?;
             // On the flank of another peak there is no line.
             let around = peak_near(*f, 4.0 * (1.5 * step + *spread)).map_or(0.0, |j| all[j]);
             let prominence = if around > 1.5 * all[k] { all[k] / around } else { all[k] / background(k) };
@@ -205,7 +210,7 @@ fn spectrum(s: &Signals, q: Quantity, at: &Stretch) -> Option<Spectrum> {
     let mut words: Vec<String> = stand
         .iter()
         .take(3)
-        .map(|l| format!("at {} ({} Hz, {} {unit})", l.name, say(l.frequency_hz), say(l.amplitude)))
+        .map(|l| format!("at {} Hz ({}, {} {unit})", say(l.frequency_hz), l.name, say(l.amplitude)))
         .collect();
     let mut strength = stand.first().map_or(0.0, |l| 0.25 * l.prominence.ln());
     if let Some((k, prominence)) = unnamed.filter(|p| all[p.0] > by_chance) {

@@ -73,7 +73,7 @@ fn dead_time_is_seen_at_zero_crossings_and_at_six_times_the_supply() {
     let c = l.crossings.as_ref().unwrap();
     assert!(c.near > 1.5 * c.far && c.conclusion.contains("times as large within 15°"), "{}", c.conclusion);
     let s = l.spectra.iter().find(|s| s.quantity == Quantity::Current).unwrap();
-    assert!(s.conclusion.contains("6 × supply (300 Hz"), "{}", s.conclusion);
+    assert!(s.conclusion.contains("at 300 Hz (6 × supply"), "{}", s.conclusion);
     assert!((s.supply_hz - 50.0).abs() < 0.1, "{}", s.supply_hz);
 }
 

@@ -25,6 +25,7 @@ pub use readings::{Readings, Resistance};
 pub use uncertainty::Estimate;
 
 use crate::intake::SteadyTable;
+use crate::tables::corrected;
 use im_model::MotorFile;
 
 /// How the additional load loss was found.
@@ -122,10 +123,13 @@ pub struct LossesError(String);
 /// # Errors
 /// No rows under load and none without, or rows that no motor gives.
 pub fn segregate(motor: &MotorFile, tables: &[SteadyTable], resistance: Option<Resistance>) -> Result<Losses, LossesError> {
-    let readings = Readings::of(motor, tables, resistance)?;
+    // A speed that no machine has at no load leaves a slip that is none.
+    let (tables, wrong_speed) = corrected(motor, tables).unwrap_or_else(|_| (tables.to_vec(), None));
+    let readings = Readings::of(motor, &tables, resistance)?;
     let mut losses = of(&readings)?;
     uncertainty::fill(&mut losses, &readings);
-    losses.remarks = readings.remarks.clone();
+    losses.remarks = wrong_speed.map(|f| format!("{}. {}.", f.sentence, f.advice)).into_iter().collect();
+    losses.remarks.extend(readings.remarks.clone());
     losses.remarks.extend(remarks(&losses, &readings));
     Ok(losses)
 }

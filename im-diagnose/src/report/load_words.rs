@@ -8,6 +8,12 @@ use crate::loads::{Found, FoundLoad, Loads};
 use crate::localise::join;
 
 impl Loads {
+    /// What stands above it.
+    pub(crate) fn title(&self) -> &'static str {
+        let unseen = self.found.iter().any(|f| matches!(f.found, Found::Speed(_)));
+        if unseen { "Speed, found" } else { "Load torque, found" }
+    }
+
     /// What holds for all of it.
     pub(crate) fn note(&self, motor: &MotorFile) -> Option<String> {
         let curves = self.found.iter().any(|f| matches!(f.found, Found::Curve(_)));

@@ -364,7 +364,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
         }
     };
     let beside = match d.verdict {
-        Verdict::Unexplained if !d.effects.is_empty() => {
+        Verdict::Unexplained if !d.effects.is_empty() && after < before => {
             let imitates = if d.effects.len() == 1 { "it may" } else { "they may" };
             Some(format!("adding {} {fall}; beside an unknown cause {imitates} only imitate it", names(&d.effects)))
         }
@@ -372,7 +372,8 @@ pub(crate) fn summary(s: &Story) -> Summary {
         _ => None,
     };
     sure.extend(likelihood(d));
-    for (k, &e) in d.effects.iter().enumerate() {
+    // Beside an unknown cause nothing speaks for one effect.
+    for (k, &e) in d.named().iter().enumerate() {
         let Some(Stage { round, .. }) = d.course.stages.get(k) else { continue };
         let mut words = format!("{}: ", crate::format::sentence(&short_effect_name(e)).trim_end_matches('.'));
         if let Some(score) = round.scores.iter().find(|x| x.effect == e) {
@@ -517,11 +518,12 @@ fn likelihood(d: &Diagnosis) -> Option<String> {
         _ => format!("; the next, {}, has {}", names(&s.effects), probability(s.probability)),
     });
     let (tried, own) = (posterior.sets.len(), probability(own.probability));
-    let rivals = match d.verdict {
-        Verdict::Confounded => "rivals fit as well, and are less probable only for the parameters that they have more; ",
-        _ => "",
-    };
-    Some(format!("{rivals}of {tried} sets of effects tried, this one has a probability of {own}{next}"))
+    Some(match d.verdict {
+        Verdict::Confounded => {
+            "rivals fit the recordings as well; one with more parameters is only the less probable explanation for that".to_owned()
+        }
+        _ => format!("of {tried} sets of effects tried, this one has a probability of {own}{next}"),
+    })
 }
 
 /// A probability in words of a few digits; certainty is never claimed.

@@ -7,7 +7,7 @@ use super::story::{Shown, Story, candidates as by_interest, summary, verdict_wor
 use super::text_plot::{columns, log_bar, spark, wrapped};
 use super::words::{change_words, file_name, in_sigma, is_new, quantity_name, short_effect_name};
 use crate::diagnosis::{Diagnosis, Verdict};
-use crate::format::{interval, number, quantity, sentence};
+use crate::format::{interval, number, quantity, sentence, side_by_side};
 use crate::intake::joined;
 use crate::loads::Loads;
 use crate::localise::{ProfileOver, Quantity};
@@ -208,7 +208,7 @@ pub(super) fn loads(out: &mut Text, loads: &Loads, motor: &MotorFile) {
     if loads.is_empty() {
         return;
     }
-    out.heading("Load torque, found");
+    out.heading(loads.title());
     for f in &loads.found {
         out.paragraph("  - ", &load_words(f));
     }
@@ -226,9 +226,12 @@ fn losses(out: &mut Text, d: &Diagnosis) {
         return;
     }
     out.heading("Losses in the rows that turn (± 95 %)");
-    let rows = d.losses.iter().take(ROWS).map(|p| losses_cells(p).to_vec());
-    let table: Vec<Vec<String>> = [LOSSES_HEAD.map(str::to_owned).to_vec()].into_iter().chain(rows).collect();
-    out.table(&table, &LOSSES_HEAD.map(|name| name != LOSSES_HEAD[0]));
+    let cells: Vec<_> = d.losses.iter().take(ROWS).map(losses_cells).collect();
+    let row = |(k, head): (usize, &&str)| ((*head).to_owned(), cells.iter().map(|c| c[k].clone()).collect());
+    let rows: Vec<(String, Vec<String>)> = LOSSES_HEAD.iter().enumerate().map(row).collect();
+    for line in side_by_side(&rows, out.width.saturating_sub(2)).lines() {
+        out.line(&if line.is_empty() { String::new() } else { format!("  {line}") });
+    }
     if d.losses.len() > ROWS {
         out.line(&format!("  … and {} more in diagnosis.json", d.losses.len() - ROWS));
     }

@@ -37,7 +37,5 @@ pub(crate) fn section(loads: &Loads, motor: &MotorFile) -> Option<Section> {
             }
         } }
     };
-    let unseen = loads.found.iter().any(|f| matches!(f.found, Found::Speed(_)));
-    let title = if unseen { "Speed, found" } else { "Load torque, found" };
-    Some(Section { id: "load", short: "load", title, body })
+    Some(Section { id: "load", short: "load", title: loads.title(), body })
 }

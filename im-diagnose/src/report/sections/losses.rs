@@ -21,12 +21,15 @@ pub(crate) const HEAD: [&str; 10] = [
     "efficiency, %",
 ];
 
+/// A torque below it is one of rounding.
+const NO_TORQUE_NM: f64 = 1e-9;
+
 /// The cells of a row.
 pub(crate) fn cells(p: &ModelPoint) -> [String; 10] {
     let watts = |e: Estimate| interval(e.value, e.half_95, "");
     [
         p.table.clone(),
-        number(p.torque_nm, 3),
+        number(if p.torque_nm.abs() < NO_TORQUE_NM { 0.0 } else { p.torque_nm }, 3),
         number(100.0 * p.slip, 3),
         number(p.input_w, 4),
         watts(p.stator_w),
