@@ -56,6 +56,10 @@ impl Outputs {
     pub fn folder(&mut self, dir: &Path, names: &[&str]) -> Result<(), Failure> {
         let files: Vec<PathBuf> = names.iter().map(|name| dir.join(name)).collect();
         files.iter().try_for_each(|file| self.distinct(file))?;
+        if dir.is_file() {
+            let what = "a file has this name, and a folder for several files is wanted; give another name";
+            return Err(Failure::Input(format!("{}: {what}", dir.display())));
+        }
         std::fs::create_dir_all(dir).map_err(|e| FileError::io(&dir.display().to_string(), "make", &e))?;
         Ok(files.iter().try_for_each(|file| check_writable(file))?)
     }

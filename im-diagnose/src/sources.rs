@@ -118,7 +118,10 @@ impl Source {
     }
 
     fn unmapped(&self, draft: &Draft) -> Refused {
-        let guesses = draft.listed();
+        let guesses = match &draft.missing[..] {
+            [] => draft.listed(),
+            open => format!("{}\nTo fill in: {}", draft.listed(), open.join("; ")),
+        };
         let (label, nobody) = (self.label(), draft.nobody_says());
         Refused::Input(match self {
             Self::File(path, _) => match intake::mapping_of_others(path) {

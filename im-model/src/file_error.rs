@@ -190,7 +190,12 @@ impl fmt::Display for What<'_> {
                     "" => ("empty", "a number"),
                     found => (found, "a finite number with a decimal point"),
                 };
-                write!(f, "{key} is {found}{at}, expected {expected}; repair the row or cut the recording there")
+                let short = if found == "empty" {
+                    ", or leave short gaps out: gaps = \"leave_out\" in [time] of its recording.toml"
+                } else {
+                    ""
+                };
+                write!(f, "{key} is {found}{at}, expected {expected}; repair the row or cut the recording there{short}")
             }
             Problem::TimeNotForward { before_s, now_s } => write!(
                 f,

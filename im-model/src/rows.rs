@@ -159,6 +159,11 @@ impl<'a, R: Read> Rows<'a, R> {
         self.needed[column] = true;
     }
 
+    /// Whether fields stand between this byte.
+    pub fn separated_by(&self, separator: u8) -> bool {
+        self.separator == separator
+    }
+
     /// From now on the fields of `column` must be finite numbers or empty; an empty one is NaN.
     pub fn require_where_given(&mut self, column: usize) {
         self.require(column);

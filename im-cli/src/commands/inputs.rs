@@ -17,12 +17,13 @@ use crate::terminal::{say, wrapped};
 
 /// A motor with its recordings.
 #[derive(clap::Args)]
+#[command(group(clap::ArgGroup::new("evidence").args(["train", "table"]).required(true).multiple(true)))]
 pub struct Data {
     /// The motor as it is known: a motor.toml
     #[arg(long, value_name = "FILE")]
     pub motor: PathBuf,
     /// A recording to learn from, or its recording.toml; give it several times for several recordings
-    #[arg(long, value_name = "FILE", required_unless_present = "table")]
+    #[arg(long, value_name = "FILE")]
     pub train: Vec<PathBuf>,
     /// A table of steady states, alone or beside recordings (V_LL_V, I_A, P_3ph_W, Q_3ph_var, n_rpm, T_Nm; other columns by a table.toml beside it); give no-load, locked-rotor and load tests together
     #[arg(long, value_name = "FILE")]

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use im_diagnose::next_test::{Limits, Supply, WHY, open_after, planning_noise, propose, to_json};
+use im_diagnose::next_test::{Limits, Proposal, Supply, WHY, open_after, planning_noise, propose, to_json};
 use im_diagnose::worst_case::machines_after;
 use im_model::{EffectId, FileKind, MotorFile, read_text, write_atomically};
 use serde_json::Value;
@@ -24,12 +24,13 @@ Examples:
 
 Simulates safe manoeuvres with the motor and chooses the one in which the open effects are seen best and \
 lie farthest apart.")]
+#[command(group(clap::ArgGroup::new("open").args(["diagnosis", "effect"]).required(true).multiple(true)))]
 pub struct Args {
     /// The motor: a motor.toml, best the refined one
     #[arg(long, value_name = "FILE")]
     motor: PathBuf,
     /// What im diagnose found: its rivals, or what it could not see, are what is open
-    #[arg(long, value_name = "FILE", required_unless_present = "effect")]
+    #[arg(long, value_name = "FILE")]
     diagnosis: Option<PathBuf>,
     /// An effect in question; give it several times
     #[arg(long, value_name = "NAME", value_parser = super::effects::effect_parser())]
@@ -89,11 +90,26 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let found = spinning("simulating manoeuvres", || propose(&motor, &open, noise, &limits, &safe_for))
         .map_err(|e| refused(&args.motor, &e))?;
     let Some(best) = found.first() else {
+        let synchronous = motor.rating.synchronous_speed_rad_s(motor.machine.pole_pairs());
+        let unlimited = Limits { current: f64::INFINITY, speed: f64::INFINITY, ..limits };
+        let all = propose(&motor, &open, noise, &unlimited, &safe_for).unwrap_or_default();
+        // The one that goes least beyond.
+        let needs = |p: &Proposal| [p.reaches.0 / rated, p.reaches.1 / synchronous];
+        let beyond = |p: &Proposal| (needs(p)[0] / limits.current).max(needs(p)[1] / limits.speed);
+        let nearest = all.iter().min_by(|a, b| beyond(a).total_cmp(&beyond(b)));
+        let nearest = nearest.map_or_else(String::new, |p| {
+            let up = |x: f64| (10.0 * x).ceil() / 10.0;
+            let [current, speed] = needs(p);
+            let allow = [("--max-current", current, limits.current), ("--max-speed", speed, limits.speed)];
+            let allow: Vec<String> =
+                allow.iter().filter(|a| a.1 > a.2).map(|a| format!("{} {}", a.0, rounded(up(a.1)))).collect();
+            let (amperes, turns) = p.reaches;
+            format!("; the nearest ({}) reaches {} A and {} rad/s: {}", p.name, rounded(amperes), rounded(turns), allow.join(" "))
+        });
         return Err(Failure::Input(format!(
-            "no manoeuvre stays within {} A and {} rad/s on every machine that this motor may be; allow more with --max-current or \
-             --max-speed, or less load with --max-torque",
+            "no manoeuvre stays within {} A and {} rad/s on every machine that this motor may be{nearest}. Or ask for less load with --max-torque",
             rounded(limits.current * rated),
-            rounded(limits.speed * motor.rating.synchronous_speed_rad_s(motor.machine.pole_pairs()))
+            rounded(limits.speed * synchronous)
         )));
     };
     if let Some(path) = &args.output {

@@ -621,7 +621,8 @@ fn counts_section(
             let _ = writeln!(text, "counts_per_turn = FILL_IN      # lines times 4; about {about} by the voltage's frequency");
         }
         None => {
-            d.missing.push(format!("[speed] counts_per_turn: {} counts an encoder's lines: say how many (lines times 4)", s.name));
+            d.missing
+                .push(format!("[speed] counts_per_turn: {} counts an encoder's lines: say how many (lines times 4)", s.name));
             let _ = writeln!(text, "counts_per_turn = FILL_IN      # lines times 4");
         }
     }
@@ -690,7 +691,7 @@ fn speed_section(
                 (None, None) if x.abs() > 0.0 => {
                     let rpm = w / n_p * 30.0 / PI;
                     d.missing.push(format!(
-                        "[speed] unit, and gain or calibrate: {} shows {x:.4} where {rpm:.0} rpm is synchronous",
+                        "[speed] unit, and gain or calibrate, or locked = true: {} shows {x:.4} where {rpm:.0} rpm is synchronous",
                         s.name
                     ));
                     let _ = writeln!(

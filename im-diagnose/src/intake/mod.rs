@@ -152,12 +152,18 @@ fn read_one(origin: Origin<'_>, said: Option<Said>, motor: &MotorFile) -> Result
     let label = origin.label();
     let format = mapping.as_ref().map_or_else(|| preface.text.over(TextFormat::default()), |m| m.format);
     let mut rows = origin.rows(&label, format)?;
+    let mut format = format;
+    // Canonical names in a spreadsheet's numbers.
+    if mapping.is_none() && CanonicalColumns::meant(rows.names()) && !rows.separated_by(b',') {
+        format = origin.sniff(&label, preface.text)?.format;
+        rows = origin.rows(&label, format)?;
+    }
     let (mapping, mut draft) = match mapping {
         Some(m) => (m, None),
         None => {
             let meant = CanonicalColumns::meant(rows.names()).then(|| canonical(&mut rows, &label, &preface));
             match meant {
-                Some(Ok(mapping)) => (mapping, None),
+                Some(Ok(mapping)) => (Mapping { format, ..mapping }, None),
                 // A name that is nearly right is a slip of the pen; one that is quite another is guessed.
                 Some(Err(e)) if !matches!(*e.problem, Problem::MissingColumn { nearest: None, .. }) => return Err(e.into()),
                 _ => {
@@ -172,7 +178,9 @@ fn read_one(origin: Origin<'_>, said: Option<Said>, motor: &MotorFile) -> Result
         mapping.signals().iter().map(|(s, _)| raw::place(rows.names(), s, &mapping)).collect::<Result<_, _>>()?;
     asked.sort_unstable();
     asked.dedup();
-    asked.iter().for_each(|&k| rows.require(k));
+    for &k in &asked {
+        if mapping.time.fill_gaps { rows.require_where_given(k) } else { rows.require(k) }
+    }
     if let Some(time) = &mapping.time.signal {
         rows.time_in(raw::place(rows.names(), time, &mapping)?);
     }
@@ -214,6 +222,12 @@ fn guess(origin: Origin<'_>, label: &str, said: &Preface, motor: &MotorFile) -> 
     let rows = origin.rows(label, sniffed.format)?;
     let all: Vec<usize> = (0..rows.names().len()).collect();
     let table = RawTable::from_rows(rows, label, &all, draft::ROWS)?;
+    let is_number = |x: &&Vec<f64>| x.iter().any(|v| v.is_finite());
+    if table.columns.iter().filter(is_number).count() < 2 {
+        let found = "no two columns of numbers: this is no recording, or its lines of numbers were not found (say where they begin with \
+                     skip_lines in [text])";
+        return Err(FileError::new(label, None, None, Problem::NoRows { found }).into());
+    }
     let path = PathBuf::from(label);
     let file = path.file_name().map_or_else(|| label.to_owned(), |f| f.to_string_lossy().into_owned());
     let draft = draft::draft(&table, &file, &sniffed, said, motor);

@@ -48,8 +48,12 @@ impl RawTable {
                 let more = rows.rows_ahead().min(limit);
                 asked.iter().for_each(|&k| columns[k].reserve_exact(more));
             }
-            asked.iter().for_each(|&k| columns[k].push(row[k]));
             before.clone_from(&row);
+            // A row with an empty field, where these may be: one that is missing.
+            if asked.iter().any(|&k| row[k].is_nan()) {
+                continue;
+            }
+            asked.iter().for_each(|&k| columns[k].push(row[k]));
             n += 1;
         }
         if n < 2 {

@@ -27,6 +27,8 @@ pub struct Correlations {
     pub errors: Vec<&'static str>,
     /// One line per error, one coefficient per signal; not a number where a signal never changes.
     pub coefficients: Vec<Vec<f64>>,
+    /// Whether an error goes along with a signal.
+    pub strong: bool,
     /// One sentence.
     pub conclusion: String,
 }
@@ -38,7 +40,7 @@ const OF_MANY: f64 = 1.75;
 const PRODUCTS: usize = 100_000_000;
 
 pub(super) fn memory(s: &Signals) -> Vec<Memory> {
-    Quantity::ALL.into_iter().filter_map(|q| one_memory(s, q)).collect()
+    Quantity::ALL.into_iter().filter_map(|q| one_memory(&s.at_samples_of(q), q)).collect()
 }
 
 /// The error of a row as a vector: the current in the frame of the flux.
@@ -148,10 +150,17 @@ pub(super) fn correlations(s: &Signals) -> Correlations {
         coefficients.push(line);
     }
     strong.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let any = !strong.is_empty();
     let conclusion = if strong.is_empty() {
         "no error goes along with any one signal (all coefficients below 0.3)".to_owned()
     } else {
         join(&strong.into_iter().take(3).map(|s| s.1).collect::<Vec<_>>())
     };
-    Correlations { signals: SIGNALS.map(|s| s.0).to_vec(), errors: errors.map(|e| e.0).to_vec(), coefficients, conclusion }
+    Correlations {
+        signals: SIGNALS.map(|s| s.0).to_vec(),
+        errors: errors.map(|e| e.0).to_vec(),
+        coefficients,
+        strong: any,
+        conclusion,
+    }
 }

@@ -8,7 +8,7 @@ use realfft::RealFftPlanner;
 use serde::Serialize;
 
 use super::correlate::{direction, longest_lag};
-use super::{Row, Signals, say};
+use super::{Quantity, Row, Signals, say};
 use crate::uncertainty::HALF_95;
 
 /// An error beside an input, one shifted against the other.
@@ -47,7 +47,9 @@ pub(super) fn inputs(s: &Signals) -> Vec<InputCorrelation> {
         ("speed, rad/s", speed, "voltage across the flux, V", |r| voltage(r).im),
         ("speed, rad/s", speed, "load torque, Nm", |r| r.load),
     ];
-    pairs.into_iter().filter_map(|(error, e, input, u)| one(s, (error, e), (input, u))).collect()
+    let own = [Quantity::Current, Quantity::Speed].map(|q| s.at_samples_of(q));
+    let of = |error: &str| &own[usize::from(error.starts_with("speed"))];
+    pairs.into_iter().filter_map(|(error, e, input, u)| one(of(error), (error, e), (input, u))).collect()
 }
 
 fn one(s: &Signals, (error, e): (&'static str, Value), (input, u): (&'static str, Value)) -> Option<InputCorrelation> {

@@ -140,6 +140,10 @@ impl Localisation {
         all.extend(self.planes.iter().map(|p| (p.strength * share(p.quantity), p.conclusion.as_str())));
         all.retain(|(s, _)| *s > 0.0);
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        // What goes along with a signal says something where nothing else does.
+        if all.is_empty() && self.correlations.strong {
+            return vec![self.correlations.conclusion.clone()];
+        }
         all.into_iter().map(|(_, t)| t.to_owned()).collect()
     }
 }

@@ -1,7 +1,11 @@
 //! What a model got wrong, row by row, beside what the machine was doing at the time.
 
+use std::borrow::Cow;
+
 use im_identify::offline::{ChannelKind, Experiment, residuals};
 use im_model::{Complex, Machine, State};
+
+use super::Quantity;
 
 /// One row of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +68,26 @@ impl Signals {
             speed_noise_rad_s: noise(true),
             pole_pairs: machine.pole_pairs(),
         }
+    }
+
+    /// The rows of a channel that has fewer samples than there are rows, at even distances: what stands between them has no error. The runs with every
+    /// row where it has all.
+    pub(super) fn at_samples_of(&self, q: Quantity) -> Cow<'_, Self> {
+        let distance = |run: &Run| {
+            let at: Vec<usize> = (0..run.rows.len()).filter(|&k| q.squared(&run.rows[k]).is_some()).collect();
+            let mut gaps: Vec<usize> = at.windows(2).map(|w| w[1] - w[0]).collect();
+            let middle = gaps.len() / 2;
+            if gaps.is_empty() { 1 } else { *gaps.select_nth_unstable(middle).1 }
+        };
+        if self.runs.iter().all(|run| distance(run) == 1) {
+            return Cow::Borrowed(self);
+        }
+        let sampled = |run: &Run| {
+            let rows: Vec<Row> = run.rows.iter().filter(|r| q.squared(r).is_some()).copied().collect();
+            let rows_each = run.rows.len() as f64 / rows.len().max(1) as f64;
+            Run { name: run.name.clone(), sample_time_s: run.sample_time_s * rows_each, rows }
+        };
+        Cow::Owned(Self { runs: self.runs.iter().map(sampled).collect(), ..self.clone() })
     }
 
     /// All rows of all runs.

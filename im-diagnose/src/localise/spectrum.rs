@@ -60,8 +60,11 @@ struct Stretch<'a> {
 }
 
 pub(super) fn spectra(s: &Signals) -> Vec<Spectrum> {
-    let Some(stretch) = steadiest(s) else { return Vec::new() };
-    Quantity::ALL.into_iter().filter_map(|q| spectrum(s, q, &stretch)).collect()
+    let of = |q: Quantity| {
+        let own = s.at_samples_of(q);
+        steadiest(&own).and_then(|stretch| spectrum(&own, q, &stretch))
+    };
+    Quantity::ALL.into_iter().filter_map(of).collect()
 }
 
 /// Supply frequency over blocks: how fast the flux turns.

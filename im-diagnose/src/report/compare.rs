@@ -232,7 +232,7 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
         data = Some(overlay::data(&c.views, &models, w));
     }
     if !c.diverges() {
-        sections.push(place::section(&c.shown, any_nudged(&c.experiments)));
+        sections.push(place::section(&c.shown, any_nudged(&c.experiments), false));
     }
     sections.extend(load_section(&c.loads, &c.motor));
     sections.extend(provenance::quality(meta));

@@ -503,7 +503,7 @@ fn doubts(s: &Story) -> Vec<String> {
         }
     }
     if !open.is_empty() {
-        all.push(format!("they do not determine {}", join(&open)));
+        all.push(format!("they tell {} no better than to 10 %", join(&open)));
     }
     all
 }
@@ -520,7 +520,8 @@ fn likelihood(d: &Diagnosis) -> Option<String> {
     let (tried, own) = (posterior.sets.len(), probability(own.probability));
     Some(match d.verdict {
         Verdict::Confounded => {
-            "rivals fit the recordings as well; one with more parameters is only the less probable explanation for that".to_owned()
+            "rivals fit the recordings as well; one with more parameters is only the less probable explanation for that"
+                .to_owned()
         }
         _ => format!("of {tried} sets of effects tried, this one has a probability of {own}{next}"),
     })
@@ -528,7 +529,32 @@ fn likelihood(d: &Diagnosis) -> Option<String> {
 
 /// A probability in words of a few digits; certainty is never claimed.
 pub(crate) fn probability(p: f64) -> String {
-    if p > 0.999 { "more than 0.999".into() } else { format!("{p:.3}") }
+    match p {
+        p if p > 0.999 => "more than 0.999".into(),
+        p if p < 0.001 => "less than 0.001".into(),
+        p => format!("{p:.3}"),
+    }
+}
+
+/// What the parameters and all that follows from them rest on, where the answer leaves something open.
+pub(crate) fn rests_on(s: &Story) -> Option<String> {
+    let d = s.d;
+    let hidden = s.unexcited().len();
+    match d.verdict {
+        Verdict::Unexplained => Some(
+            "Something is missing that is not in the model: the parameters have taken up part of what it does, and may be farther off than \
+             their intervals say."
+                .to_owned(),
+        ),
+        Verdict::Inconclusive if hidden > 0 => Some(format!(
+            "{hidden} effects of the library cannot show in these recordings. If one of them is there, the parameters have taken up what it \
+             does, and are farther off than their intervals say; so is what follows from them where nothing was recorded."
+        )),
+        Verdict::Confounded => {
+            Some("With a rival in its place the parameters, and what follows from them, are others than here.".to_owned())
+        }
+        _ => None,
+    }
 }
 
 /// What curves of no known form do, one or several.

@@ -366,5 +366,9 @@ fn an_encoder_counter_is_recognized() {
     let Err(IntakeError::Unmapped { draft, .. }) = take(&folder.put("run.csv", csv(&with(65536.0, 1.0)))) else {
         panic!("taken without its lines");
     };
-    assert!(draft.missing.join("\n").contains("counts_per_turn: encoder counts an encoder's lines, about 40"), "{:?}", draft.missing);
+    assert!(
+        draft.missing.join("\n").contains("counts_per_turn: encoder counts an encoder's lines, about 40"),
+        "{:?}",
+        draft.missing
+    );
 }

@@ -72,7 +72,8 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding
                 let per_unit = per_unit(main, fit.ratio, motor);
                 let far = fit.off > BEYOND_GUESSES;
                 let severity = if far || per_unit.is_some() { Severity::Serious } else { Severity::Warning };
-                let also = if far { " Are voltages and currents exchanged? Is an inductance of the motor file in mH?" } else { "" };
+                let also =
+                    if far { " Are voltages and currents exchanged? Is an inductance of the motor file in mH?" } else { "" };
                 let advice = format!(
                     "Check that motor file and recording are of the same machine, star or delta, and the units and gains of voltage \
                      and current.{also}"

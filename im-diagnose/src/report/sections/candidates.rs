@@ -31,8 +31,8 @@ pub(crate) fn section(s: &Story) -> Section {
             text(&c.conclusion),
             html! { @if c.score > c.threshold { b { (score) } } @else { (score) } },
             text(number(c.threshold, 3)),
-            size(c.predicted_size),
-            size(c.detectable_size),
+            if c.excited { size(c.predicted_size) } else { text("–") },
+            if c.excited { size(c.detectable_size) } else { text("none usual") },
             text(format!("{}\u{a0}%", number(100.0 * c.explained_share, 2))),
         ];
         Row { hit: d.effects.contains(&c.effect), ..Row::new(cells) }
@@ -63,20 +63,34 @@ pub(crate) fn section(s: &Story) -> Section {
 
 /// The likeliest sets of effects.
 fn sets(s: &Story) -> Markup {
-    let posterior = &s.d.course.posterior;
+    let (d, posterior) = (s.d, &s.d.course.posterior);
     let tried = posterior.sets.len();
+    let named = d.named();
+    // One with a rival in the place of an effect, however much dearer it is.
+    let exchanged = |k: usize| d.alternatives.get(k).into_iter().flatten().map(move |rival| (k, *rival));
+    let rivals = (0..named.len()).flat_map(exchanged).filter_map(|(k, rival)| {
+        let mut with = named.to_vec();
+        with[k] = rival;
+        posterior.set(&with)
+    });
+    let likely: Vec<&Weighed> = posterior.likely().take(6).collect();
+    let rivals: Vec<&Weighed> = rivals.filter(|r| !likely.iter().any(|l| l.is(&r.effects))).collect();
+    let said = if rivals.is_empty() {
+        ""
+    } else {
+        " Rivals explain the recordings as well, and are less probable for their parameters alone."
+    };
     let row = |set: &Weighed| {
         let names: Vec<String> = set.effects.iter().map(|e| short_effect_name(*e)).collect();
-        let none = if s.d.verdict == Verdict::Unexplained { "none of these effects" } else { "nothing is missing" };
-        let names = if names.is_empty() { none.to_owned() } else { names.join(" + ") };
-        Row { hit: set.is(s.d.named()), ..Row::of([names, probability(set.probability)]) }
+        let names = if names.is_empty() { "nothing is missing".to_owned() } else { names.join(" + ") };
+        Row { hit: set.is(named), ..Row::of([names, probability(set.probability)]) }
     };
     let head = [words("the machine has"), numbers("probability")];
     html! {
-        @if tried > 1 {
-            h3 { "How sure" }
-            p { "Of " (tried) " sets of effects that were tried, those of at least one in a thousand:" }
-            (table(&head, &posterior.likely().take(6).map(row).collect::<Vec<_>>()))
+        @if tried > 1 && d.verdict != Verdict::Unexplained {
+            h3 { "Sets of effects, compared" }
+            p { "Of " (tried) " sets of effects that were tried, those of at least one in a thousand." (said) }
+            (table(&head, &likely.into_iter().chain(rivals).map(row).collect::<Vec<_>>()))
         }
     }
 }

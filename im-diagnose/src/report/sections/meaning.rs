@@ -5,7 +5,7 @@ use im_model::{BaseParameter, ParameterId};
 use maud::{Markup, html};
 
 use super::super::page::{Row, Section, drawn, figure, legend, numbers, table, text, words};
-use super::super::story::Story;
+use super::super::story::{Story, rests_on};
 use crate::format::{number, percent_change, quantity, signed};
 use crate::steady_curve::{RatedLoad, RatedSupply};
 use crate::uncertainty::MachineQuantity;
@@ -30,6 +30,7 @@ pub(crate) fn section(s: &Story) -> Option<Section> {
         @if s.d.parameters.iter().any(|p| p.is_open() && !p.is_of_a_curve()) {
             p { "Parameters that are hardly determined (⚠ above) make what these figures show of them as uncertain as they are." }
         }
+        @if let Some(warning) = rests_on(s) { p.warn { "⚠ " (warning) } }
         (legend(&[("base", text("as given")), ("refined", text("refined"))]))
         div.grid2 {
             (picture(motors, 1, "torque", "Nm"))

@@ -12,6 +12,7 @@ mod parameters;
 pub(super) mod place;
 pub(super) mod provenance;
 mod residual_tests;
+mod tables;
 mod top;
 
 use maud::html;
@@ -37,8 +38,9 @@ pub(super) fn whole(s: &Story) -> String {
         });
         data = Some(overlay::data(&views, &models, w));
     }
+    sections.extend(tables::section(s));
     if !s.views.is_empty() {
-        sections.push(place::section(&s.shown, any_nudged(&s.d.case.train)));
+        sections.push(place::section(&s.shown, any_nudged(&s.d.case.train), s.d.case.holdout.is_some()));
     }
     let unexplained = s.d.verdict == Verdict::Unexplained;
     sections.extend(residual_tests::section(s, unexplained));

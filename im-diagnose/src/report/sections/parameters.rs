@@ -5,7 +5,7 @@ use im_model::{EffectId, ParameterId};
 use maud::html;
 
 use super::super::page::{Row, Section, numbers, table, term, text, words};
-use super::super::story::Story;
+use super::super::story::{Story, rests_on};
 use super::super::words::{change_words, is_new, quantity_name, short_effect_name};
 use super::intervals;
 use crate::diagnosis::{Diagnosis, ParameterChange};
@@ -150,7 +150,7 @@ pub(crate) fn section(s: &Story) -> Section {
     };
     let rows: Vec<Row> = d.parameters.iter().filter(|p| !p.is_of_a_curve()).map(row).collect();
     let body = html! {
-        @for w in warnings(d) { p.warn { "⚠ " (w) } }
+        @for w in rests_on(s).into_iter().chain(warnings(d)) { p.warn { "⚠ " (w) } }
         @if let Some(absorbed) = absorbed(s) { p { (absorbed) } }
         p { (note(d)) }
         (intervals::picture(d))

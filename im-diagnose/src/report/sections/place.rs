@@ -12,8 +12,9 @@ use crate::localise::{Crossings, InputCorrelation, Memory, Plane, Profile, Profi
 /// Fewest cells of a map.
 const LEAST_CELLS: usize = 4;
 
-/// The section; the first model is the one that fails. `nudged`: whether a measured speed helps the simulated one.
-pub(crate) fn section(shown: &[Shown], nudged: bool) -> Section {
+/// The section; the first model is the one that fails. `nudged`: whether a measured speed helps the simulated one; `held_out`: whether there is a
+/// recording that it leaves out.
+pub(crate) fn section(shown: &[Shown], nudged: bool, held_out: bool) -> Section {
     let base = &shown[0];
     let name = base.name;
     let findings = base.place.findings();
@@ -37,10 +38,10 @@ pub(crate) fn section(shown: &[Shown], nudged: bool) -> Section {
         @if nudged {
             p {
                 "For this section the simulated speed is nudged towards the measured one, so that one error does not hide behind "
-                "another; a held-out recording is not in it."
+                "another" @if held_out { "; the held-out recording is not in it" } "."
             }
-        } @else {
-            p { "A held-out recording is not in this section." }
+        } @else if held_out {
+            p { "The held-out recording is not in this section." }
         }
         (legend(&entries))
         h3 { "Over time" }
