@@ -90,7 +90,7 @@ pub struct Errors {
     pub chi2_per_sample: f64,
     /// Root mean square per channel, in its unit.
     pub rmse: BTreeMap<String, f64>,
-    /// Fit percent per channel: 100 (1 − ‖e‖/‖y − mean y‖).
+    /// Fit percent per channel: 100 (1 − ‖e‖/‖y − mean y‖); none of a signal that stays where it is.
     pub fit_percent: BTreeMap<String, f64>,
 }
 
@@ -114,6 +114,9 @@ pub fn all_residuals(machine: &Machine<f64>, starts: &[State<f64>], experiments:
     experiments.par_iter().zip(starts).map(|(e, x)| residuals(machine, e, x)).collect()
 }
 
+/// A signal that varies by less than so many times its noise, rms, stays where it is.
+const STANDS: f64 = 3.0;
+
 /// Errors of a machine on experiments.
 pub fn errors(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Errors {
     let r = all_residuals(machine, starts, experiments);
@@ -132,14 +135,18 @@ pub fn errors(machine: &Machine<f64>, experiments: &[Experiment], starts: &[Stat
         }
     }
     let n: f64 = sums.values().map(|s| s[0]).sum();
+    let channels = || experiments.iter().flat_map(|e| &e.channels);
+    let sigma_of = |name: &String| channels().find(|c| c.name == *name).map(|c| c.sigma);
     Errors {
         chi2_per_sample: sums.values().map(|s| s[1]).sum::<f64>() / n,
         rmse: sums.iter().map(|(k, s)| (k.clone(), (s[2] / s[0]).sqrt())).collect(),
         fit_percent: sums
             .iter()
-            .map(|(k, s)| {
-                let spread = (s[4] - s[3] * s[3] / s[0]).max(1e-300);
-                (k.clone(), 100.0 * (1.0 - (s[2] / spread).sqrt()))
+            .filter_map(|(k, s)| {
+                let spread = s[4] - s[3] * s[3] / s[0];
+                // Of a signal that stays where it is no part is explained.
+                let noise = sigma_of(k).map_or(0.0, |sigma| STANDS * STANDS * sigma * sigma * s[0]);
+                (spread > noise.max(1e-300)).then(|| (k.clone(), 100.0 * (1.0 - (s[2] / spread).sqrt())))
             })
             .collect(),
     }

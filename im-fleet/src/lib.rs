@@ -32,6 +32,7 @@ pub mod work;
 use std::io::Write as _;
 use std::path::Path;
 
+use im_diagnose::report::Meta;
 use im_model::{FileError, write_atomically};
 
 use row::Row;
@@ -45,11 +46,11 @@ pub struct Readme;
 /// What is written beside the rows; with the feature `parquet` the first of them as `verdicts.parquet` too.
 pub const FILES: [&str; 4] = ["verdicts.csv", "parameters.csv", "fleet.json", "fleet.html"];
 
-/// Writes [`FILES`] into a folder, and gives the statistics in them.
+/// Writes [`FILES`] into a folder, and gives the statistics in them; `how` says on the page how they came about.
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn write_all(out: &Path, title: &str, rows: &[Row]) -> Result<Summary, FileError> {
+pub fn write_all(out: &Path, title: &str, rows: &[Row], how: &Meta) -> Result<Summary, FileError> {
     let summary = Summary::of(rows);
     table::write(&out.join("verdicts.csv"), rows)?;
     #[cfg(feature = "parquet")]
@@ -57,7 +58,7 @@ pub fn write_all(out: &Path, title: &str, rows: &[Row]) -> Result<Summary, FileE
     summary.write_parameters(&out.join("parameters.csv"), rows)?;
     let json = format!("{:#}\n", summary.to_json(rows));
     write_atomically(&out.join("fleet.json"), |w| w.write_all(json.as_bytes()))?;
-    let page = report::html(title, rows, &summary);
+    let page = report::html(title, rows, &summary, how);
     write_atomically(&out.join("fleet.html"), |w| w.write_all(page.as_bytes()))?;
     Ok(summary)
 }

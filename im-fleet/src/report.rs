@@ -3,16 +3,17 @@
 use std::collections::BTreeSet;
 
 use im_diagnose::report::page::{Column, Row as Line, Section, head, numbers, page, sorting, text, value, words};
-use im_diagnose::report::{key_words, short_effect_name};
+use im_diagnose::report::{Meta, key_words, run_on_files, short_effect_name};
 use im_diagnose::uncertainty::MachineQuantity;
 use im_model::EffectId;
 use maud::{Markup, html};
 
+use crate::population::FEWEST;
 use crate::row::{JobStatus, Row};
 use crate::summary::Summary;
 
 /// The page: a string of HTML that needs nothing else but the reports that it links to.
-pub fn html(title: &str, rows: &[Row], s: &Summary) -> String {
+pub fn html(title: &str, rows: &[Row], s: &Summary, how: &Meta) -> String {
     let failed = rows.iter().filter(|r| r.status == JobStatus::Failed).count();
     let flagged = rows.iter().filter(|r| r.is_flagged()).count();
     let odd: BTreeSet<usize> = s.odd.iter().map(|o| s.values[o.value].unit).collect();
@@ -31,15 +32,16 @@ pub fn html(title: &str, rows: &[Row], s: &Summary) -> String {
         Section { id: "changed", short: "changes", title: "Changed over time", body: changed(rows, s) },
         Section { id: "all", short: "all", title: "All", body: all(rows) },
         Section { id: "broken", short: "not judged", title: "Could not be judged", body: broken(rows) },
+        run_on_files(how),
     ];
     page(title, &top, &sections, None)
 }
 
-/// A table without the columns in which no row has anything.
-fn table(head: Vec<Column>, rows: impl Iterator<Item = Line>) -> Markup {
+/// A table without the columns in which no row has anything; `none` where there is no row.
+fn table(head: Vec<Column>, rows: impl Iterator<Item = Line>, none: &str) -> Markup {
     let rows: Vec<Line> = rows.collect();
     if rows.is_empty() {
-        return html! { p { "None." } };
+        return html! { p { (none) } };
     }
     let used: Vec<bool> = (0..head.len()).map(|c| rows.iter().any(|r| r.cells.get(c).is_some_and(|x| !x.0.is_empty()))).collect();
     let head: Vec<Column> = head.into_iter().zip(&used).filter_map(|(column, used)| used.then_some(column)).collect();
@@ -92,7 +94,7 @@ fn attention(rows: &[Row], s: &Summary) -> Markup {
         words("odd or changed"),
         numbers("base model, rms"),
     ];
-    table(head, shown)
+    table(head, shown, "None.")
 }
 
 fn types(s: &Summary) -> Markup {
@@ -102,7 +104,10 @@ fn types(s: &Summary) -> Markup {
         Line::new([text(kind), text(key_words(key))].into_iter().chain(cells))
     };
     let head = vec![words("type"), words("parameter"), numbers("middle"), numbers("units differ by"), numbers("units")];
-    table(head, s.types.iter().map(row))
+    let none = format!(
+        "No type has {FEWEST} units that were diagnosed: what they have in common, and which of them is odd, is not told."
+    );
+    table(head, s.types.iter().map(row), &none)
 }
 
 fn changed(rows: &[Row], s: &Summary) -> Markup {
@@ -113,7 +118,7 @@ fn changed(rows: &[Row], s: &Summary) -> Markup {
     let numeric = s.changes.iter().map(|c| line(c.row, &key_words(&c.key), Some(c.ratio), Some(c.distance)));
     let new = s.appeared.iter().map(|a| line(a.row, &format!("{} since {}", effect(&a.effect), a.since), None, None));
     let head = vec![words("unit"), words("date"), words("what"), numbers("times what it was"), numbers("by")];
-    table(head, numeric.chain(new))
+    table(head, numeric.chain(new), "None: nothing changed, or no unit was judged at two dates.")
 }
 
 fn all(rows: &[Row]) -> Markup {
@@ -142,10 +147,11 @@ fn all(rows: &[Row]) -> Markup {
         numbers("last model"),
         numbers("held out"),
     ];
-    table(head, rows.iter().filter(|r| r.status != JobStatus::Failed).map(row))
+    table(head, rows.iter().filter(|r| r.status != JobStatus::Failed).map(row), "None.")
 }
 
 fn broken(rows: &[Row]) -> Markup {
     let shown = rows.iter().filter(|r| r.status == JobStatus::Failed);
-    table(vec![words("unit"), words("date"), words("why")], shown.map(|r| Line::new([unit(r), text(&r.date), text(&r.error)])))
+    let row = |r: &Row| Line::new([unit(r), text(&r.date), text(&r.error)]);
+    table(vec![words("unit"), words("date"), words("why")], shown.map(row), "None.")
 }

@@ -121,6 +121,7 @@ impl Summary {
 mod tests {
     use super::*;
     use crate::row::Parameter;
+    use im_diagnose::report::Meta;
 
     /// Eight motors in two months; one of them is odd in the last month only, and one month of another could not be judged.
     #[test]
@@ -142,7 +143,7 @@ mod tests {
         assert_eq!(s.types.values().next().map(|t| t.count), Some(7));
         let json = s.to_json(&rows);
         assert_eq!((&json["rows"], &json["failed"], &json["odd"][0]["of"]["unit"]), (&16.into(), &1.into(), &"m3".into()));
-        let page = crate::report::html("plant", &rows, &s);
+        let page = crate::report::html("plant", &rows, &s, &Meta::default());
         assert!(page.contains("times that of its type"), "{page}");
     }
 }

@@ -159,6 +159,11 @@ impl<'a, R: Read> Rows<'a, R> {
         self.needed[column] = true;
     }
 
+    /// Whether the fields of a column must be numbers, or empty.
+    pub fn is_required(&self, column: usize) -> bool {
+        self.needed[column]
+    }
+
     /// Whether fields stand between this byte.
     pub fn separated_by(&self, separator: u8) -> bool {
         self.separator == separator

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use im_diagnose::report::Meta;
 use im_diagnose::search::Significance;
 use im_fleet::job::{self, Job};
 use im_fleet::row::Row;
@@ -9,6 +10,8 @@ use im_fleet::settings::Settings;
 use im_fleet::store::Store;
 use im_fleet::work;
 use im_fleet::{key, write_all};
+
+use crate::diagnose::PROGRAM;
 use im_model::Shard;
 use pyo3::prelude::*;
 use serde_json::json;
@@ -78,7 +81,8 @@ pub fn fleet_keep(out: PathBuf, row: &str) -> PyResult<()> {
 #[pyfunction]
 pub fn fleet_write(py: Python<'_>, out: PathBuf, title: &str, rows: Vec<String>) -> PyResult<String> {
     let rows: Vec<Row> = rows.iter().map(|r| serde_json::from_str(r)).collect::<Result<_, _>>().map_err(refused)?;
-    let summary = working(py, "writing", 1, || write_all(&out, title, &rows))?.map_err(refused)?;
+    let how = Meta { program: PROGRAM.into(), ..Meta::default() };
+    let summary = working(py, "writing", 1, || write_all(&out, title, &rows, &how))?.map_err(refused)?;
     Ok(summary.to_json(&rows).to_string())
 }
 

@@ -104,9 +104,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         writeln!(out, "  The simulation of the fitted motor diverges: check units, pole pairs and the sampling time.")?;
     }
     for (name, rms) in &train.rmse {
-        let fit = train.fit_percent[name];
-        let fit = if fit.is_finite() { format!("{fit:.2}") } else { rounded(fit) };
-        writeln!(out, "  {name:<16} {:>9} rms, fit {fit} %", rounded(*rms))?;
+        let fit = train.fit_percent.get(name).map(|fit| if fit.is_finite() { format!("{fit:.2}") } else { rounded(*fit) });
+        // A signal that stays where it is has none.
+        let fit = fit.map_or_else(String::new, |fit| format!(", fit {fit} %"));
+        writeln!(out, "  {name:<16} {:>9} rms{fit}", rounded(*rms))?;
     }
     if let Some(h) = fitted.holdout {
         writeln!(out, "held-out recording: {} σ rms", rounded(h.sqrt()))?;

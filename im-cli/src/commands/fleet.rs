@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
+use im_diagnose::report::Meta;
 use im_diagnose::search::Significance;
 use im_fleet::job::jobs;
 use im_fleet::row::{JobStatus, Row};
@@ -17,6 +18,7 @@ use serde_json::json;
 use crate::failure::Failure;
 use crate::interrupt::together;
 use crate::output::Outputs;
+use crate::provenance::of_this_run;
 use crate::terminal::{Progress, stdout, wrapped};
 
 /// Arguments.
@@ -69,7 +71,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (rows, done) = work(&jobs, &args.out, &settings, args.shard, &shown)?;
     progress.lock().unwrap_or_else(PoisonError::into_inner).finish();
     let title = args.fleet.file_stem().map_or_else(|| "fleet".into(), |n| n.to_string_lossy().into_owned());
-    let summary = together(|| write_all(&args.out, &title, &rows))?;
+    let how = of_this_run(Meta::default(), &Outputs::beside([&args.fleet]));
+    let summary = together(|| write_all(&args.out, &title, &rows, &how))?;
     if args.json {
         writeln!(stdout(), "{}", with_work(summary.to_json(&rows), done))?;
         return Ok(());

@@ -3,11 +3,12 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use im_diagnose::report::{SideBySide, side_by_side, side_by_side_terminal};
+use im_diagnose::report::{Meta, SideBySide, side_by_side, side_by_side_terminal};
 use im_model::{read_text, write_atomically};
 
 use crate::failure::Failure;
 use crate::output::Outputs;
+use crate::provenance::of_this_run;
 use crate::terminal::{STORY_WIDTH, stdout};
 
 /// Arguments.
@@ -28,13 +29,14 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let file = |path: &PathBuf| if path.is_dir() { path.join("diagnosis.json") } else { path.clone() };
     let files: Vec<PathBuf> = args.files.iter().map(file).collect();
-    args.output.as_deref().map_or(Ok(()), |path| Outputs::beside(&files).file(path))?;
+    let mut outputs = Outputs::beside(&files);
+    args.output.as_deref().map_or(Ok(()), |path| outputs.file(path))?;
     let read = |(given, file): (&PathBuf, &PathBuf)| {
         SideBySide::parse(&given.display().to_string(), &read_text(file)?).map_err(Failure::Input)
     };
     let all: Vec<SideBySide> = args.files.iter().zip(&files).map(read).collect::<Result<_, _>>()?;
     if let Some(path) = &args.output {
-        write_atomically(path, |w| w.write_all(side_by_side(&all).as_bytes()))?;
+        write_atomically(path, |w| w.write_all(side_by_side(&all, &of_this_run(Meta::default(), &outputs)).as_bytes()))?;
     }
     write!(stdout(), "{}", side_by_side_terminal(&all, STORY_WIDTH))?;
     Ok(())

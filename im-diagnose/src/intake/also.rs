@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use im_model::{FileError, Problem, TextFormat};
 
 use super::columns::Columns;
+use super::finding::{Finding, FindingKind, Severity};
 use super::lag::{Lag, lag};
 use super::mapping::{Also, Clock, Column, Mapping, Signal, TextSaid};
 use super::raw::{RawTable, find, open};
@@ -28,7 +29,7 @@ pub fn join(path: &Path, mapping: &Mapping) -> Result<Columns, FileError> {
     let asked: Vec<&Signal> = mapping.signals().into_iter().map(|(s, _)| s).collect();
     let with = mapping.also.iter().filter_map(|a| match &a.clock {
         Clock::Alike { with, .. } => Some(&**with),
-        Clock::Shift(_) => None,
+        Clock::Unsaid | Clock::Shift(_) => None,
     });
     let own_signals: Vec<_> = asked.iter().copied().chain(with).collect();
     let mut own = taken(path, &label, mapping.format, &own_signals, mapping.time.signal.as_ref())?;
@@ -46,6 +47,7 @@ pub fn join(path: &Path, mapping: &Mapping) -> Result<Columns, FileError> {
         let table = taken(&path, &label, sniff(&path, &label, TextSaid::default())?.format, &wanted, Some(&also.time))?;
         let mut clock = seconds(&table, &also.time, mapping)?;
         let shift = match &also.clock {
+            Clock::Unsaid => 0.0,
             Clock::Shift(s) => *s,
             Clock::Alike { column, with } => {
                 let a = &own.columns[find(&own.names, with, &mapping.label)?];
@@ -82,6 +84,16 @@ pub fn join(path: &Path, mapping: &Mapping) -> Result<Columns, FileError> {
         }
     }
     Columns::try_new(&label, columns, Some(Mapping { also: Vec::new(), ..mapping.clone() }))
+}
+
+/// That nobody said by how much the clocks differ.
+pub(super) fn clocks_taken_as_one(mapping: &Mapping, recording: &str) -> Option<Finding> {
+    let unsaid = |a: &&Also| a.clock == Clock::Unsaid;
+    let files: Vec<&str> = mapping.also.iter().filter(unsaid).map(|a| a.file.as_str()).collect();
+    let said = format!("The clock of {} is taken as the recording's: neither shift_s nor align is given", files.join(", "));
+    let advice = "Say one of them in [[also]]: some milliseconds between instruments look like a sensor's lag.";
+    let finding = Finding::new(FindingKind::ClocksTakenAsOne, Severity::Note, said, advice);
+    (!files.is_empty()).then(|| Finding { recording: recording.to_owned(), ..finding })
 }
 
 const ALIKE: &str = "a signal of both instruments that changes once in the run (a speed, the current of a start), or shift_s";

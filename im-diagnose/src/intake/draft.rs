@@ -119,6 +119,16 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, said: &Preface, mo
     speed_section(&mut text, &mut d, &mut seen, turning.as_ref(), dt, motor);
     let turns = text.contains("\n[speed]");
     load_section(&mut text, &mut d, &mut seen, turns);
+    let braked = text.contains("\n[load]\ncolumn");
+    if voltage.is_none() && current.is_none() && (turns || braked) {
+        let what = "it has no voltages and currents: if it is of the same run as another recording, by another instrument, name it under [[also]] \
+                    in that one's mapping";
+        d.missing.insert(0, what.to_owned());
+    } else if !(turns && braked) {
+        text.push_str(
+            "# [[also]]                     # speed or torque in another instrument's file: file = \"…\", time = \"…\"\n\n",
+        );
+    }
     let rest: Vec<&str> = seen.iter().filter(|s| !s.taken).map(|s| s.name).collect();
     if !rest.is_empty() {
         let _ = writeln!(text, "# Not used: {}", rest.join(", "));

@@ -32,6 +32,8 @@ pub enum FindingKind {
     SlowSampling,
     /// A channel with fewer samples than the recording has rows.
     SlowChannel,
+    /// Files of one run by several instruments, of which nobody says how their clocks differ.
+    ClocksTakenAsOne,
     /// Times that are no machine's: probably in another unit.
     TimeUnit,
     /// Voltage, current or power that are probably given in another convention: line to line, rms, power-invariant.

@@ -98,6 +98,8 @@ pub struct Also {
 /// How two clocks stand to each other.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Clock {
+    /// Nobody says: its time is the recording's.
+    Unsaid,
     /// Its time and so many seconds are the recording's.
     Shift(f64),
     /// The shift is that by which its column is like one of the recording.

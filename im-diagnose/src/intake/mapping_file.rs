@@ -531,7 +531,8 @@ fn also(toml: &TomlText<'_>, table: Spanned<AlsoToml>, files: usize) -> Result<A
     }
     let clock = match (t.shift_s, t.align) {
         (Some(_), Some(_)) => return Err(toml.refused(at, "shift_s", "given beside align", "one of them")),
-        (shift, None) => Clock::Shift(shift.map_or(0.0, |s| s.0)),
+        (Some(shift), None) => Clock::Shift(shift.0),
+        (None, None) => Clock::Unsaid,
         (None, Some(a)) => {
             Clock::Alike { column: Box::new(plain_signal(toml, a.column)?), with: Box::new(plain_signal(toml, a.with)?) }
         }

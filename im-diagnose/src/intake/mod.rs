@@ -147,7 +147,9 @@ fn read_one(origin: Origin<'_>, said: Option<Said>, motor: &MotorFile) -> Result
     if let (Origin::File(path), Some(m)) = (origin, &mapping)
         && !m.also.is_empty()
     {
-        return read_columns(&also::join(path, m)?, motor);
+        let mut joined = read_columns(&also::join(path, m)?, motor)?;
+        joined.findings.extend(also::clocks_taken_as_one(m, &joined.experiment.name));
+        return Ok(joined);
     }
     let label = origin.label();
     let format = mapping.as_ref().map_or_else(|| preface.text.over(TextFormat::default()), |m| m.format);

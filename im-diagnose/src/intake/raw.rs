@@ -49,8 +49,8 @@ impl RawTable {
                 asked.iter().for_each(|&k| columns[k].reserve_exact(more));
             }
             before.clone_from(&row);
-            // A row with an empty field, where these may be: one that is missing.
-            if asked.iter().any(|&k| row[k].is_nan()) {
+            // A row with a field that is empty where it may be: one that is missing.
+            if asked.iter().any(|&k| rows.is_required(k) && row[k].is_nan()) {
                 continue;
             }
             asked.iter().for_each(|&k| columns[k].push(row[k]));

@@ -29,6 +29,7 @@ use crate::sources::by_fit;
 
 pub use crate::format::{number, quantity};
 pub use compare::{Comparison, compare_html, compare_terminal};
+pub use sections::run_on_files;
 pub use side_by_side::{SideBySide, side_by_side, side_by_side_terminal};
 pub use signals::SignalTable;
 pub use story::Story;

@@ -6,8 +6,9 @@ use im_model::{EffectId, FileKind};
 use maud::html;
 use serde_json::Value;
 
+use super::Meta;
 use super::page::{Column, Row, Section, figure, head, numbers, page, table, term, words};
-use super::sections::{Fall, fall_key, largest, waterfall};
+use super::sections::{Fall, fall_key, largest, run_on_files, waterfall};
 use super::terminal::Text;
 use super::words::{channel_name, in_sigma, key_words, short_effect_name};
 use crate::format::{interval, number, percent_change, quantity, sentence};
@@ -224,8 +225,8 @@ fn relabelled(all: &[SideBySide]) -> Vec<SideBySide> {
     all.iter().zip(&parts).map(|(x, p)| SideBySide { label: label(p), diagnosis: x.diagnosis.clone() }).collect()
 }
 
-/// The page.
-pub fn side_by_side(all: &[SideBySide]) -> String {
+/// The page; `how`: program, command and files.
+pub fn side_by_side(all: &[SideBySide], how: &Meta) -> String {
     let all = &relabelled(all)[..];
     let top = html! { (head("Diagnoses side by side", None)) h1 { (said(all)) } };
     let of_each = |column: fn(&String) -> Column| all.iter().map(move |x| column(&x.label));
@@ -268,6 +269,7 @@ pub fn side_by_side(all: &[SideBySide]) -> String {
             title: "The ten largest scores of candidates, with predicted size",
             body: table(&names("effect", None), &headed(score_rows(all))),
         },
+        run_on_files(how),
     ];
     page("Diagnoses side by side", &top, &sections, None)
 }

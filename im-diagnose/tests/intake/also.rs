@@ -1,9 +1,9 @@
 //! One run on several instruments: `[[also]]`.
 
-use im_diagnose::intake::{Intake, IntakeError, files};
+use im_diagnose::intake::{FindingKind, Intake, IntakeError, files};
 use im_identify::offline::{ChannelKind, Experiment};
 
-use crate::simulated::{Folder, MAPPING, columns, csv, take};
+use crate::simulated::{Folder, MAPPING, columns, csv, of, take};
 
 /// The clock of the second instrument is behind by this.
 const BEHIND_S: f64 = 0.0373;
@@ -66,4 +66,19 @@ fn clocks_that_cannot_be_set_are_refused_with_the_place() {
     std::fs::remove_file(missing.0.join("log.csv")).unwrap();
     let e = taken(&missing).unwrap_err().to_string();
     assert!(e.contains("log.csv"), "{e}");
+}
+
+/// Some milliseconds between two clocks look like a sensor's lag: that nobody said them is told; and a second instrument's file by itself says where it
+/// belongs.
+#[test]
+fn what_a_second_instrument_asks_for_is_said() {
+    let kind = FindingKind::ClocksTakenAsOne;
+    assert_eq!(of(&taken(&folder("unsaid", "")).unwrap().findings, kind).len(), 1);
+    assert!(of(&taken(&folder("said", "shift_s = 0.0")).unwrap().findings, kind).is_empty());
+    let (of_both, alone) = (folder("alone", ""), Folder::new("alone_log"));
+    let path = alone.put("log.csv", std::fs::read(of_both.0.join("log.csv")).unwrap());
+    let all = std::fs::read_to_string(&path).unwrap().replace("shunt", "level");
+    std::fs::write(&path, all).unwrap();
+    let said = take(&path).unwrap_err().to_string();
+    assert!(said.contains("name it under [[also]]"), "{said}");
 }

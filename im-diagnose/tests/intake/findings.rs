@@ -367,3 +367,53 @@ fn only_a_mean_that_persists_is_an_offset() {
     let offsets = |all: [&Intake; 2]| of(&findings(all.into_iter()), FindingKind::Offset).len();
     assert_eq!([offsets([&with, &with]), offsets([&with, &without])], [2, 0]);
 }
+
+/// A sample that a logger has lost is a row that is missing where gaps are left out, and refused where nobody says so.
+#[test]
+fn an_empty_field_is_a_gap_where_gaps_are_left_out() {
+    let folder = Folder::new("empty-field");
+    let text = csv(&columns());
+    let holed = |k: usize, line: &str| {
+        if [801, 802].contains(&k) { line.rsplit_once(',').unwrap().0.to_owned() + "," } else { line.to_owned() }
+    };
+    let text: Vec<String> = text.lines().enumerate().map(|(k, line)| holed(k, line)).collect();
+    let path = folder.put("run.csv", text.join("\n") + "\n");
+    folder.put("run.recording.toml", MAPPING);
+    let e = take(&path).unwrap_err().to_string();
+    assert!(e.contains("run.csv:802: T_Nm is empty") && e.contains("gaps = \"leave_out\""), "{e}");
+    folder.put("run.recording.toml", MAPPING.replace("column = \"t_s\"", "column = \"t_s\"\ngaps = \"leave_out\""));
+    let t = take(&path).unwrap();
+    assert_eq!(of(&t.findings, FindingKind::Gap).len(), 1, "{:?}", t.findings);
+    let valid: Vec<bool> = (798..804).map(|k| t.experiment.channels[0].is_valid(k)).collect();
+    assert_eq!(valid, [true, true, false, false, true, true]);
+}
+
+/// Columns that were exchanged, and an inductance of the motor file in another unit, leave an impedance that no guess is off by.
+#[test]
+fn an_impedance_beyond_every_guess_stops_the_run() {
+    let mut all = columns();
+    for (k, (name, _)) in all.iter_mut().enumerate().skip(1).take(6) {
+        *name = ["i1_A", "i2_A", "i3_A", "u1_V", "u2_V", "u3_V"][k - 1];
+    }
+    let found = taken("exchanged", &all, MAPPING).findings;
+    let one = of(&found, FindingKind::DifferentMachine);
+    assert!(one.len() == 1 && one[0].stops() && one[0].advice.contains("exchanged"), "{found:?}");
+}
+
+/// A spreadsheet that writes canonical names, and a text that is no table.
+#[test]
+fn canonical_names_with_decimal_commas_are_read_and_prose_is_not() {
+    let folder = Folder::new("comma");
+    let r = start();
+    let mut text = String::from("t_s;u_alpha_V;u_beta_V;i_alpha_A;i_beta_A;omega_m_rad_s\n");
+    for k in 0..r.len() {
+        let row = [r.time_s(k), r.u_s[k].re, r.u_s[k].im, r.i_s[k].re, r.i_s[k].im, r.omega_m[k]];
+        text += &(row.map(|x| format!("{x:?}").replace('.', ",")).join(";") + "\n");
+    }
+    let t = take(&folder.put("run.csv", text)).unwrap();
+    assert!(t.draft.is_none() && t.experiment.u_s[1000] == r.u_s[1000]);
+    let e = take(&folder.put("prose.csv", "Dear colleague\nthe test went well\nwe saw nothing new\nand were glad\n"))
+        .unwrap_err()
+        .to_string();
+    assert!(e.contains("no two columns of numbers") && !folder.0.join("prose.recording.toml").exists(), "{e}");
+}

@@ -109,7 +109,7 @@ fn pages_zoom_tell_values_overflow_nowhere_and_ask_for_nothing() {
         ("without load", html(&Story::new(&cases::without_load(), &meta()))),
         ("comparison", compare_html(&compared, &Meta::default())),
         ("diverging", compare_html(&cases::diverging(), &Meta::default())),
-        ("side by side", side_by_side(&both)),
+        ("side by side", side_by_side(&both, &Meta::default())),
     ];
     // To be looked at: IM_REPORT_PAGES=FOLDER.
     let kept = std::env::var_os("IM_REPORT_PAGES").map(PathBuf::from);

@@ -216,13 +216,13 @@ fn a_model_that_diverges_gets_a_report_too() {
 fn diagnoses_stand_side_by_side() {
     let [a, b] = [cases::missing(), cases::adequate()].map(|d| d.to_json().to_string());
     let both = [SideBySide::parse("before", &a).unwrap(), SideBySide::parse("after <repair>", &b).unwrap()];
-    let page = side_by_side(&both);
+    let page = side_by_side(&both, &Meta::default());
     for part in ["The verdicts differ.", "after &lt;repair&gt;", "Main-flux saturation: exponent", "last against first"] {
         assert!(page.contains(part), "{part}");
     }
     let other = a.replace("\"main_flux_saturation\"", "\"leakage_flux_saturation\"");
     let causes = [SideBySide::parse("one", &a).unwrap(), SideBySide::parse("other", &other).unwrap()];
-    assert!(side_by_side(&causes).contains("They name different causes."));
+    assert!(side_by_side(&causes, &Meta::default()).contains("They name different causes."));
     let text = side_by_side_terminal(&both, 100);
     assert!(text.contains("missing effects") && text.lines().all(|l| l.chars().count() <= 100), "{text}");
     // As many as there are: in parts, and nothing is cut.
@@ -234,7 +234,7 @@ fn diagnoses_stand_side_by_side() {
     assert!(SideBySide::parse("x", "[machine]\n").unwrap_err().ends_with("this is a motor file ([machine]); give it as --motor"));
     // Files of others may lack anything.
     let bare = [SideBySide::parse("bare", r#"{"schema": 1}"#).unwrap()];
-    assert!(side_by_side(&bare).contains("bare") && !side_by_side_terminal(&bare, 80).is_empty());
+    assert!(side_by_side(&bare, &Meta::default()).contains("bare") && !side_by_side_terminal(&bare, 80).is_empty());
 }
 
 /// Every number of the page stands in a file: in `diagnosis.json`, as pairs for whoever wants to draw them anew.

@@ -61,3 +61,4 @@ pub(super) use errors::{Fall, key as fall_key, largest, rows as fall_rows, water
 pub(super) use load::section as load_section;
 pub(super) use losses::{HEAD as LOSSES_HEAD, cells as losses_cells};
 pub(super) use parameters::{note as parameters_note, warning as parameter_warning, warnings as parameter_warnings};
+pub use provenance::run_on_files;

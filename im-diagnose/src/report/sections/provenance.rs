@@ -41,26 +41,43 @@ pub(crate) fn next_test(m: &Meta) -> Option<Section> {
     Some(Section { id: "next", short: "next test", title: "The next test", body })
 }
 
+fn fact(name: &str, value: Markup) -> Row {
+    Row::new([text(name), value])
+}
+
+/// Program, command line and date.
+fn made(m: &Meta) -> Vec<Row> {
+    let program = if m.program.is_empty() { format!("im-diagnose {}", env!("CARGO_PKG_VERSION")) } else { m.program.clone() };
+    let command = |c: &String| fact("command", html! { code.words { @for word in c.split(' ') { span { (word) } " " } } });
+    let facts = [Some(fact("program", text(program))), m.command.as_ref().map(command)];
+    facts.into_iter().flatten().chain(m.made.as_ref().map(|made| fact("made", text(made)))).collect()
+}
+
+/// The files that were read.
+fn read(m: &Meta) -> Markup {
+    let row = |f: &InputFile| Row::new([text(&f.name), html! { code.digest { (f.sha256) } }]);
+    let rows: Vec<Row> = m.files.iter().map(row).collect();
+    html! { @if !rows.is_empty() { (table(&[words("file read"), words("SHA-256")], &rows)) } }
+}
+
+/// What was run, on files alone.
+pub fn run_on_files(m: &Meta) -> Section {
+    let body = html! { (table(&[words(""), words("")], &made(m))) (read(m)) };
+    Section { id: "run", short: "what was run", title: "What was run", body }
+}
+
 /// What was run, on what.
 pub(crate) fn run(m: &Meta, motor: &MotorFile, used: &[Used]) -> Section {
-    let program = if m.program.is_empty() { format!("im-diagnose {}", env!("CARGO_PKG_VERSION")) } else { m.program.clone() };
-    let fact = |name: &str, value: Markup| Row::new([text(name), value]);
-    let mut facts = vec![fact("program", text(program))];
-    facts.extend(
-        m.command.as_ref().map(|c| fact("command", html! { code.words { @for word in c.split(' ') { span { (word) } " " } } })),
-    );
     let digest = text_digest(&motor.to_toml());
+    let mut facts = made(m);
     facts.push(fact("motor as given", html! { (motor.name) ", hash " code { (digest) } }));
     facts.push(fact("seed", text(m.seed.map_or("none: nothing in it is random".into(), |s| s.to_string()))));
-    facts.extend(m.made.as_ref().map(|made| fact("made", text(made))));
-    let read = |f: &InputFile| Row::new([text(&f.name), html! { code { (f.sha256) } }]);
-    let read: Vec<Row> = m.files.iter().map(read).collect();
     let head = [words("recording"), words("used for"), numbers("rows"), words("hash of its numbers")];
     let row = |u: &Used| Row::new([text(&u.name), text(u.role), text(u.rows), html! { code { (u.digest) } }]);
     let rows: Vec<Row> = used.iter().map(row).collect();
     let body = html! {
         (table(&[words(""), words("")], &facts))
-        @if !read.is_empty() { (table(&[words("file read"), words("SHA-256")], &read)) }
+        (read(m))
         (table(&head, &rows))
     };
     Section { id: "run", short: "what was run", title: "What was run", body }

@@ -68,6 +68,9 @@ fn chart(x: &Dependence) -> Markup {
     figure(drawn(chart), format!("{} {by_chance}", sentence(&dependence_words(x))))
 }
 
+/// Part of the largest dependence of an error below which another says nothing of its own.
+const SHADOW: f64 = 1.0 / 3.0;
+
 /// What such a dependence usually means.
 fn hints(left: &[Dependence], pole_pairs: u32) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
@@ -76,7 +79,9 @@ fn hints(left: &[Dependence], pole_pairs: u32) -> Vec<String> {
             out.push(t.to_owned());
         }
     };
-    for d in left.iter().take(4) {
+    // What is small beside another of the same error is often its shadow.
+    let largest = |part| left.iter().filter(|d| d.part == part).map(|d| d.size).fold(0.0, f64::max);
+    for d in left.iter().take(4).filter(|d| SHADOW * largest(d.part) <= d.size) {
         match d.variable {
             Variable::RotorAngle(n) if n <= 3 => add(
                 "A low order of the rotor angle: unbalance, misalignment, an encoder mounted off its axis, or the load itself.",
