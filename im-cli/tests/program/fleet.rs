@@ -36,7 +36,9 @@ fn a_bad_file_is_a_row_and_shards_make_the_same_table() {
     let (first, second) = (fleet("shards", &["--shard", "1/2"]), fleet("shards", &["--shard", "2/2"]));
     assert_eq!((made(&first) + made(&second), &second["work"]["open"]), (3, &0.into()), "{first} {second}");
     for name in TABLES {
-        assert_eq!(f.read(&format!("shards/{name}")), f.read(&format!("whole/{name}")), "{name}");
+        // How they were made is another matter.
+        let made = |folder: &str| f.read(&format!("{folder}/{name}")).split("<section id=\"run\">").next().unwrap().to_owned();
+        assert!(made("shards") == made("whole"), "{name}");
     }
     // What is done is not done again; what changed is.
     assert_eq!(made(&fleet("whole", &[])), 0);

@@ -307,9 +307,9 @@ pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> Markup {
     };
     entries.extend(models.iter().map(|m| (m.1, words(m.0))));
     entries.push(if views.iter().any(|v| !v.band.is_empty()) {
-        ("noise", band_words(views))
+        ("band", band_words(views))
     } else {
-        ("noise", html! { (term("noise", "noise band")) " ±2σ" })
+        ("band", html! { (term("noise", "noise band")) " ±2σ" })
     });
     let zoom = [
         ("worst", "worst second"),

@@ -203,8 +203,8 @@ pub(crate) fn legend(entries: &[(&str, Markup)]) -> Markup {
         div.legend { @for (class, word) in entries {
             span {
                 svg viewBox="0 0 30 12" aria-hidden="true" {
-                    @if *class == "noise" {
-                        rect.fill-noise width="30" height="12" {}
+                    @if *class == "band" {
+                        rect.fill-band width="30" height="12" {}
                     } @else if class.starts_with("bar") || *class == "gone" {
                         rect class=(class) x="1" y="1" width="28" height="10" {}
                     } @else if let Some(class) = class.strip_prefix("dots ") {

@@ -412,8 +412,6 @@ fn canonical_names_with_decimal_commas_are_read_and_prose_is_not() {
     }
     let t = take(&folder.put("run.csv", text)).unwrap();
     assert!(t.draft.is_none() && t.experiment.u_s[1000] == r.u_s[1000]);
-    let e = take(&folder.put("prose.csv", "Dear colleague\nthe test went well\nwe saw nothing new\nand were glad\n"))
-        .unwrap_err()
-        .to_string();
+    let e = take(&folder.put("prose.csv", "Dear colleague\nall went\nvery well\nbest regards\n")).unwrap_err().to_string();
     assert!(e.contains("no two columns of numbers") && !folder.0.join("prose.recording.toml").exists(), "{e}");
 }

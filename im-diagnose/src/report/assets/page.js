@@ -152,10 +152,10 @@
       const zero = p[p.length - 1].map(([x]) => [x, 0, 0]);
       html += `<h3>${info.name}</h3>`;
       html += panel(`measured and modelled, ${info.unit}`, 200, width, extent([m, ...p], Infinity, -Infinity), (y) =>
-        `<path class="fill-noise" d="${band(p[p.length - 1], y, half)}"/><path class="line measured" d="${line(m, y)}"/>` +
+        `<path class="fill-band" d="${band(p[p.length - 1], y, half)}"/><path class="line measured" d="${line(m, y)}"/>` +
         p.map((v, i) => `<path class="line ${classes[i]}" d="${line(v, y)}"/>`).join(""));
       html += panel(`error (measured − model), ${info.unit}`, 130, width, extent(e, -3 * info.noise, 3 * info.noise), (y) =>
-        `<path class="fill-noise" d="${band(zero, y, half)}"/>` +
+        `<path class="fill-band" d="${band(zero, y, half)}"/>` +
         e.map((v, i) => `<path class="line thin solid ${classes[i]}" d="${line(v, y)}"/>`).join(""));
     });
     data.runs[view.run].drives.forEach((drive, k) => {

@@ -21,7 +21,7 @@ const BAND_SHOWN: f64 = 2.0;
 pub(crate) fn section(views: &[View], by_training: Option<&Prediction>) -> Markup {
     let Some(view) = views.iter().find(|v| v.held_out).or(views.first()).filter(|v| !v.band.is_empty()) else { return html! {} };
     let channels: Vec<Markup> = (0..view.experiment.channels.len()).filter_map(|c| pictures(view, c)).collect();
-    let entries = [("dots measured", text("readings")), ("refined", text("as modelled")), ("noise", band_words(views))];
+    let entries = [("dots measured", text("readings")), ("refined", text("as modelled")), ("band", band_words(views))];
     html! {
         @if !channels.is_empty() {
             h3 { "Measured against modelled: " (label(view)) }
@@ -83,7 +83,7 @@ fn pictures(view: &View, c: usize) -> Option<Markup> {
         Axis::around(around(), format!("{name}, measured, {unit}")),
     );
     let band: Vec<[f64; 3]> = shade.iter().map(|[x, lower, upper]| [*x, x + lower, x + upper]).collect();
-    against.band(&band, "fill-noise");
+    against.band(&band, "fill-band");
     against.line(&[[lo, lo], [hi, hi]], "refined solid thin");
     against.dots(&points, "measured");
     let extent = off.iter().map(|p| p[1]).chain(shade.iter().flat_map(|s| [1.2 * s[1], 1.2 * s[2]]));
@@ -92,7 +92,7 @@ fn pictures(view: &View, c: usize) -> Option<Markup> {
         modelled_axis(),
         Axis::around(extent, format!("measured − modelled, {unit}")),
     );
-    difference.band(&shade, "fill-noise");
+    difference.band(&shade, "fill-band");
     difference.line(&[[lo, 0.0], [hi, 0.0]], "refined solid thin");
     difference.dots(&off, "measured");
     let share = number(100.0 * view.inside_of(c) as f64 / rows.len() as f64, 3);
