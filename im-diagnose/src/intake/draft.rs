@@ -47,8 +47,8 @@ struct Seen<'a> {
     taken: bool,
 }
 
-/// Drafts the mapping of a table whose columns have been read as far as they are numbers; `said` is kept.
-pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, said: &Preface, motor: &MotorFile) -> Draft {
+/// Drafts the mapping of a table whose columns have been read as far as they are numbers, of a file or, else, from memory; `said` is kept.
+pub fn draft(table: &RawTable, name: &str, is_file: bool, sniffed: &Sniffed, said: &Preface, motor: &MotorFile) -> Draft {
     let format = &sniffed.format;
     let has_names = format.header != Some(false);
     let completes = Some(said.label.clone()).filter(|l| !l.is_empty());
@@ -86,13 +86,15 @@ pub fn draft(table: &RawTable, file: &str, sniffed: &Sniffed, said: &Preface, mo
         .collect();
     let mut text = String::new();
     // A name with a line end in it would end the comment.
-    let shown = file.replace(char::is_control, "?");
-    let _ = writeln!(
-        text,
-        "# What the columns of {shown} mean: a draft by im. Check every line.\n# Saved as recording.toml it holds for every file of the folder.\n"
-    );
+    let shown = name.replace(char::is_control, "?");
+    let _ = writeln!(text, "# What the columns of {shown} mean: a draft by im. Check every line.");
+    if is_file {
+        let _ = writeln!(text, "# Saved as recording.toml it holds for every file of the folder.\n\n{}", Draft::names(name));
+    } else {
+        text.push('\n');
+    }
     let other = if said.begin == Begin::Auto { "      # \"at_rest\", \"in_motion\"" } else { "" };
-    let _ = writeln!(text, "{}\nstart = {:?}{other}", Draft::names(file), said.begin.word());
+    let _ = writeln!(text, "start = {:?}{other}", said.begin.word());
     if let Some(c) = said.winding_c {
         let _ = writeln!(text, "winding_c = {c:?}");
     }

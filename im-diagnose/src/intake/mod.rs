@@ -232,7 +232,7 @@ fn guess(origin: Origin<'_>, label: &str, said: &Preface, motor: &MotorFile) -> 
     }
     let path = PathBuf::from(label);
     let file = path.file_name().map_or_else(|| label.to_owned(), |f| f.to_string_lossy().into_owned());
-    let draft = draft::draft(&table, &file, &sniffed, said, motor);
+    let draft = draft::draft(&table, &file, matches!(origin, Origin::File(_)), &sniffed, said, motor);
     if !draft.missing.is_empty() {
         return Err(IntakeError::Unmapped { file: path, draft: Box::new(draft) });
     }
