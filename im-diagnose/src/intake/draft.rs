@@ -126,7 +126,7 @@ pub fn draft(table: &RawTable, name: &str, is_file: bool, sniffed: &Sniffed, sai
         let what = "it has no voltages and currents: if it is of the same run as another recording, by another instrument, name it under [[also]] \
                     in that one's mapping";
         d.missing.insert(0, what.to_owned());
-    } else if !(turns && braked) {
+    } else if is_file && !(turns && braked) {
         text.push_str(
             "# [[also]]                     # speed or torque in another instrument's file: file = \"…\", time = \"…\"\n\n",
         );

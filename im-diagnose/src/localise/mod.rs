@@ -148,6 +148,11 @@ impl Localisation {
     }
 }
 
+/// What varies by less than a hundredth stays where it is: over it nothing is to be seen.
+fn stays(low: f64, high: f64) -> bool {
+    high - low < 0.01 * low.abs().max(high.abs())
+}
+
 /// A number for sentences: three significant digits.
 pub(crate) fn say(x: f64) -> String {
     crate::format::number(x, 3)

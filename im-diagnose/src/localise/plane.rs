@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Quantity, Signals, say};
+use super::{Quantity, Signals, say, stays};
 
 /// Root mean square error over speed and torque.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -43,6 +43,9 @@ pub(super) fn range(mut x: Vec<f64>) -> Option<(f64, f64)> {
 pub(super) fn plane(s: &Signals, q: Quantity) -> Option<Plane> {
     let (w0, w1) = range(s.rows().map(|r| r.speed).collect())?;
     let (t0, t1) = range(s.rows().map(|r| r.torque).collect())?;
+    if stays(w0, w1) && stays(t0, t1) {
+        return None;
+    }
     let edges = |lo: f64, hi: f64, n: usize| (0..=n).map(|k| lo + (hi - lo) * k as f64 / n as f64).collect::<Vec<_>>();
     let index = |x: f64, lo: f64, hi: f64, n: usize| {
         (((x - lo) / (hi - lo) * n as f64).floor() as isize).clamp(0, n as isize - 1) as usize

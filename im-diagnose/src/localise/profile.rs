@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Quantity, Row, Signals, join, say};
+use super::{Quantity, Row, Signals, join, say, stays};
 
 /// Over what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -159,7 +159,7 @@ fn profile(s: &Signals, q: Quantity, over: ProfileOver) -> Option<Profile> {
     }
     let bins = binned(rows.iter().map(|r| (r.0, r.1)).collect(), BINS);
     let (first, last) = (bins.first()?, bins.last()?);
-    if last.at - first.at < 1e-6 * last.at.abs() {
+    if stays(first.at, last.at) {
         return None;
     }
     let (name, unit, on, on_unit) = (q.name(), q.unit(), over.name(), over.unit());

@@ -87,6 +87,9 @@ fn picture(s: &Story, e: EffectId) -> Option<Markup> {
     Some(figure(drawn(chart), caption))
 }
 
+/// So many times its largest usual size no machine has an effect.
+const NO_SIZE: f64 = 10.0;
+
 /// What was not excited, and which test would excite it.
 pub(crate) fn unexcited(s: &Story) -> Option<Section> {
     let hidden = s.unexcited();
@@ -96,7 +99,12 @@ pub(crate) fn unexcited(s: &Story) -> Option<Section> {
     let head = [words("effect"), words("test that would show it"), numbers("smallest that would show"), numbers("usual at most")];
     let row = |c: &&crate::diagnosis::Candidate| {
         let size = |x: f64| quantity(x, c.unit, 2);
-        Row::of([short_effect_name(c.effect), c.effect.card().test.to_owned(), size(c.detectable_size), size(c.usual_size)])
+        let seen = if c.detectable_size > NO_SIZE * c.usual_size {
+            "none that a machine has".to_owned()
+        } else {
+            size(c.detectable_size)
+        };
+        Row::of([short_effect_name(c.effect), c.effect.card().test.to_owned(), seen, size(c.usual_size)])
     };
     let rows: Vec<Row> = hidden.iter().map(row).collect();
     Some(Section {
