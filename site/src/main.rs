@@ -3,6 +3,9 @@
 //! Equations become MathML here, pictures are copied, files of the repository that a page links to become pages of plain text. Every link,
 //! anchor, picture and example named in a command is checked; what is broken is reported with file and line, nothing is written, and the
 //! status is 1. So is a guide that is too long.
+//!
+//! Not mdbook with KaTeX: its plugins for equations run in the reader's browser or need a program of their own, links into the repository stay
+//! unchecked, and search, print and a dark page are here as well.
 
 mod book;
 mod commands;

@@ -199,7 +199,7 @@ fn range<'a>(all: impl Iterator<Item = &'a Trace>, what: &str, unit: &str, rated
         let advice = if advice.starts_with("in ") {
             let share = !large && rated > PER_UNIT && columns.iter().all(|c| (0.3..20.0).contains(&c.1));
             let per_unit = if share { format!(" In per unit, say gain = {}.", number(rated, 3)) } else { String::new() };
-            format!("{is} {advice} for {these} in the mapping, or check {its} gain.{per_unit}")
+            format!("{is} {advice} for {these} in the mapping, or check {its} gain, and the rating in the motor file.{per_unit}")
         } else {
             format!("Check {its} unit and gain: {it} {advice}.")
         };
