@@ -12,8 +12,6 @@ use crate::residuals::nudged;
 
 /// The mean square of the better fit must be below this part of the other's.
 const CLEARLY: f64 = 0.9;
-/// Mean square of the residual, in σ², up to which a fit may say against the mains that a voltage was commanded.
-const FITS: f64 = 4.0;
 /// Rows that decide: some seconds, start included.
 const ROWS: usize = 30_000;
 
@@ -58,19 +56,17 @@ fn misfit(e: &Experiment, load: LoadPlan, motor: &MotorFile) -> Option<f64> {
 pub fn choose(experiment: impl Fn(Instant) -> Experiment, load: LoadPlan, motor: &MotorFile) -> Choice {
     let [held, sample] = [Instant::HeldFromRow, Instant::Sample].map(|i| misfit(&experiment(i), load, motor));
     let number = |x: f64| crate::format::number(x.sqrt(), 3);
-    let mains = is_mains(motor, &experiment(Instant::Sample));
     let (instant, why) = match (held, sample) {
         (Some(h), Some(s)) if s < CLEARLY * h => (
             Instant::Sample,
             format!("the model fits better so: {} σ rms against {} σ with \"held_from_row\"", number(s), number(h)),
         ),
-        // A model that misses the recording tells no half of a sample.
-        (Some(h), Some(s)) if h < CLEARLY * s && !(mains && h > FITS) => (
+        (Some(h), Some(s)) if h < CLEARLY * s => (
             Instant::HeldFromRow,
             format!("the model fits better so: {} σ rms against {} σ with \"sample\"", number(h), number(s)),
         ),
         // A voltmeter's samples: nobody commands the mains.
-        _ if mains => (
+        _ if is_mains(motor, &experiment(Instant::Sample)) => (
             Instant::Sample,
             "these data do not decide, and it is that of the mains. For what a drive commands, write \"held_from_row\"".to_owned(),
         ),
