@@ -120,7 +120,7 @@ const STANDS: f64 = 3.0;
 /// Errors of a machine on experiments.
 pub fn errors(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Errors {
     let r = all_residuals(machine, starts, experiments);
-    let mut sums: BTreeMap<String, [f64; 5]> = BTreeMap::new();
+    let mut sums: BTreeMap<String, [f64; 6]> = BTreeMap::new();
     for (e, r) in experiments.iter().zip(&r) {
         for (c, r) in e.channels.iter().zip(r) {
             let s = sums.entry(c.name.clone()).or_default();
@@ -131,12 +131,11 @@ pub fn errors(machine: &Machine<f64>, experiments: &[Experiment], starts: &[Stat
                 s[2] += x * x * c.sigma * c.sigma;
                 s[3] += y;
                 s[4] += y * y;
+                s[5] += c.sigma * c.sigma;
             }
         }
     }
     let n: f64 = sums.values().map(|s| s[0]).sum();
-    let channels = || experiments.iter().flat_map(|e| &e.channels);
-    let sigma_of = |name: &String| channels().find(|c| c.name == *name).map(|c| c.sigma);
     Errors {
         chi2_per_sample: sums.values().map(|s| s[1]).sum::<f64>() / n,
         rmse: sums.iter().map(|(k, s)| (k.clone(), (s[2] / s[0]).sqrt())).collect(),
@@ -145,8 +144,7 @@ pub fn errors(machine: &Machine<f64>, experiments: &[Experiment], starts: &[Stat
             .filter_map(|(k, s)| {
                 let spread = s[4] - s[3] * s[3] / s[0];
                 // Of a signal that stays where it is no part is explained.
-                let noise = sigma_of(k).map_or(0.0, |sigma| STANDS * STANDS * sigma * sigma * s[0]);
-                (spread > noise.max(1e-300)).then(|| (k.clone(), 100.0 * (1.0 - (s[2] / spread).sqrt())))
+                (spread > (STANDS * STANDS * s[5]).max(1e-300)).then(|| (k.clone(), 100.0 * (1.0 - (s[2] / spread).sqrt())))
             })
             .collect(),
     }

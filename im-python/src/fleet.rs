@@ -10,12 +10,11 @@ use im_fleet::settings::Settings;
 use im_fleet::store::Store;
 use im_fleet::work;
 use im_fleet::{key, write_all};
-
-use crate::diagnose::PROGRAM;
 use im_model::Shard;
 use pyo3::prelude::*;
 use serde_json::json;
 
+use crate::diagnose::PROGRAM;
 use crate::errors::refused;
 use crate::work::work as working;
 

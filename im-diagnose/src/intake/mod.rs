@@ -28,6 +28,7 @@ pub mod steady_table;
 mod trace;
 pub mod unit;
 
+use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -130,6 +131,11 @@ impl Origin<'_> {
         }
     }
 
+    fn is_text(self) -> bool {
+        let kind = |path| raw::kind_of(&mut File::open(path)?, path);
+        matches!(self, Self::File(path) if kind(path).is_ok_and(|k| k == raw::Kind::Text))
+    }
+
     fn sniff(self, label: &str, said: TextSaid) -> Result<Sniffed, FileError> {
         match self {
             Self::File(path) => sniff::sniff(path, label, said),
@@ -152,11 +158,10 @@ fn read_one(origin: Origin<'_>, said: Option<Said>, motor: &MotorFile) -> Result
         return Ok(joined);
     }
     let label = origin.label();
-    let format = mapping.as_ref().map_or_else(|| preface.text.over(TextFormat::default()), |m| m.format);
+    let mut format = mapping.as_ref().map_or_else(|| preface.text.over(TextFormat::default()), |m| m.format);
     let mut rows = origin.rows(&label, format)?;
-    let mut format = format;
     // Canonical names in a spreadsheet's numbers.
-    if mapping.is_none() && CanonicalColumns::meant(rows.names()) && !rows.separated_by(b',') {
+    if mapping.is_none() && CanonicalColumns::meant(rows.names()) && !rows.separated_by(b',') && origin.is_text() {
         format = origin.sniff(&label, preface.text)?.format;
         rows = origin.rows(&label, format)?;
     }
@@ -305,7 +310,6 @@ fn of_folder(path: &Path) -> Result<Option<Said>, FileError> {
         return Ok(None);
     }
     let said = read_mapping(&file)?;
-    let named = said.files().iter().any(|f| path.file_name() == Path::new(f).file_name());
     // Canonical columns mean what they are called where the mapping is of other columns.
     let of_others = |m: &Mapping| {
         let label = path.display().to_string();
@@ -314,16 +318,19 @@ fn of_folder(path: &Path) -> Result<Option<Said>, FileError> {
             !has_all && CanonicalColumns::find(&mut rows).is_ok()
         })
     };
-    let meant = if said.files().is_empty() { !said.columns().is_some_and(of_others) } else { named };
+    let meant = if said.files().is_empty() { !said.columns().is_some_and(of_others) } else { is_of(&said, path) };
     Ok(meant.then_some(said))
+}
+
+/// Whether a mapping is of a recording by its name.
+fn is_of(said: &Said, path: &Path) -> bool {
+    said.files().iter().any(|f| path.file_name() == Path::new(f).file_name())
 }
 
 /// The files that the `recording.toml` beside a recording is of, where this is none of them.
 pub fn mapping_of_others(path: &Path) -> Option<String> {
     let said = read_mapping(&path.with_file_name("recording.toml")).ok()?;
-    let files = said.files();
-    let named = files.iter().any(|f| path.file_name() == Path::new(f).file_name());
-    (!files.is_empty() && !named).then(|| files.join(", "))
+    (!said.files().is_empty() && !is_of(&said, path)).then(|| said.files().join(", "))
 }
 
 /// Reads a mapping.

@@ -39,8 +39,8 @@ const OF_MANY: f64 = 1.75;
 /// Most products worth spending on one autocorrelation.
 const PRODUCTS: usize = 100_000_000;
 
-pub(super) fn memory(s: &Signals) -> Vec<Memory> {
-    Quantity::ALL.into_iter().filter_map(|q| one_memory(&s.at_samples_of(q), q)).collect()
+pub(super) fn memory(own: [&Signals; 2]) -> Vec<Memory> {
+    Quantity::ALL.into_iter().zip(own).filter_map(|(q, s)| one_memory(s, q)).collect()
 }
 
 /// The error of a row as a vector: the current in the frame of the flux.

@@ -8,7 +8,7 @@ use realfft::RealFftPlanner;
 use serde::Serialize;
 
 use super::correlate::{direction, longest_lag};
-use super::{Quantity, Row, Signals, say};
+use super::{Row, Signals, say};
 use crate::uncertainty::HALF_95;
 
 /// An error beside an input, one shifted against the other.
@@ -39,17 +39,15 @@ fn current_error(r: &Row) -> Complex<f64> {
     r.current_error.unwrap_or_default() * direction(r)
 }
 
-pub(super) fn inputs(s: &Signals) -> Vec<InputCorrelation> {
+pub(super) fn inputs([of_current, of_speed]: [&Signals; 2]) -> Vec<InputCorrelation> {
     let speed: Value = |r| r.speed_error.unwrap_or(0.0);
-    let pairs: [(&'static str, Value, &'static str, Value); 4] = [
-        ("current along the flux, A", |r| current_error(r).re, "voltage along the flux, V", |r| voltage(r).re),
-        ("current across the flux, A", |r| current_error(r).im, "voltage across the flux, V", |r| voltage(r).im),
-        ("speed, rad/s", speed, "voltage across the flux, V", |r| voltage(r).im),
-        ("speed, rad/s", speed, "load torque, Nm", |r| r.load),
+    let pairs: [(&Signals, &'static str, Value, &'static str, Value); 4] = [
+        (of_current, "current along the flux, A", |r| current_error(r).re, "voltage along the flux, V", |r| voltage(r).re),
+        (of_current, "current across the flux, A", |r| current_error(r).im, "voltage across the flux, V", |r| voltage(r).im),
+        (of_speed, "speed, rad/s", speed, "voltage across the flux, V", |r| voltage(r).im),
+        (of_speed, "speed, rad/s", speed, "load torque, Nm", |r| r.load),
     ];
-    let own = [Quantity::Current, Quantity::Speed].map(|q| s.at_samples_of(q));
-    let of = |error: &str| &own[usize::from(error.starts_with("speed"))];
-    pairs.into_iter().filter_map(|(error, e, input, u)| one(of(error), (error, e), (input, u))).collect()
+    pairs.into_iter().filter_map(|(s, error, e, input, u)| one(s, (error, e), (input, u))).collect()
 }
 
 fn one(s: &Signals, (error, e): (&'static str, Value), (input, u): (&'static str, Value)) -> Option<InputCorrelation> {

@@ -105,15 +105,17 @@ pub fn localise(s: &Signals) -> Localisation {
         if n > 0.0 && noise > 0.0 { (sum / f64::max(n, 1.0)).sqrt() / noise } else { 0.0 }
     };
     let time = time::traces(s);
+    let own = Quantity::ALL.map(|q| s.at_samples_of(q));
+    let own = own.each_ref().map(|s| &**s);
     Localisation {
         worst: time::worst(s),
         time,
         planes: Quantity::ALL.into_iter().filter_map(|q| plane::plane(s, q)).collect(),
         profiles: profile::profiles(s),
         crossings: crossings::crossings(s),
-        spectra: spectrum::spectra(s),
-        memory: correlate::memory(s),
-        inputs: inputs::inputs(s),
+        spectra: spectrum::spectra(own),
+        memory: correlate::memory(own),
+        inputs: inputs::inputs(own),
         correlations: correlate::correlations(s),
         level: [level(Quantity::Current), level(Quantity::Speed)],
     }

@@ -55,7 +55,7 @@ fn made(m: &Meta) -> Vec<Row> {
 
 /// The files that were read.
 fn read(m: &Meta) -> Markup {
-    let row = |f: &InputFile| Row::new([text(&f.name), html! { code.digest { (f.sha256) } }]);
+    let row = |f: &InputFile| Row::new([text(&f.name), html! { code { (f.sha256) } }]);
     let rows: Vec<Row> = m.files.iter().map(row).collect();
     html! { @if !rows.is_empty() { (table(&[words("file read"), words("SHA-256")], &rows)) } }
 }

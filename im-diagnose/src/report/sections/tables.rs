@@ -4,7 +4,7 @@ use im_chart::{Axis, Chart};
 use im_identify::offline::Experiment;
 use maud::{Markup, html};
 
-use super::super::overlay::channel_words;
+use super::super::overlay::{channel_words, label};
 use super::super::page::{Section, drawn, figure, legend, text};
 use super::super::story::{Story, View};
 use crate::format::{number, quantity};
@@ -22,7 +22,7 @@ pub(crate) fn section(s: &Story) -> Option<Section> {
     let body = html! {
         (legend(&entries))
         @for table in &s.tables {
-            h3 { (table.experiment.name) @if table.held_out { ", held out" } }
+            h3 { (label(table)) }
             div.grid2 { @for c in 0..table.experiment.channels.len() { (picture(s, table, c)) } }
         }
     };
