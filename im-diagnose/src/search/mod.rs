@@ -347,7 +347,6 @@ impl Refinement {
     /// More effects to consider: of `more`, those few that promise most beside the effects of any of some sets are tried.
     pub fn consider(&mut self, more: &[EffectId], sets: &mut Sets, beside: &[&[EffectId]]) {
         self.candidates.extend(more);
-        self.candidates.extend(more);
         let scores_at = |effects: &&[EffectId]| {
             let fit = &sets.model(effects)?.fit;
             let context = ScoreContext::new(&fit.machine, &fit.starts, &self.nudged, &self.rating, &fit.free, self.level());

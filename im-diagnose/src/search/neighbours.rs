@@ -79,12 +79,12 @@ impl Search<'_> {
         }
         self.fit(&others);
         for leading in self.leading(&model, &scores, before).chunks(AT_ONCE) {
-            let still = leading.iter().filter(|s| self.may_be_likeliest(set, s));
-            let additions: Vec<Proposal> = still.filter_map(|s| self.addition(&model, s, 1.0)).collect();
+            let may = |s: &&&Score| self.may_be_likeliest(set, s);
+            let additions: Vec<Proposal> = leading.iter().filter(may).filter_map(|s| self.addition(&model, s, 1.0)).collect();
             self.fit(&additions);
-            // An effect more never explains less: what ended so is fitted again from a size that changes little.
-            let lost =
-                leading.iter().filter(|s| self.known.get(&sorted(&with(set, s.effect))).is_some_and(|k| self.is_lost(&model, k)));
+            // An effect more never explains less: what ended so is fitted again from a size that changes little, where it may still be likeliest.
+            let ended = |s: &&Score| self.known.get(&sorted(&with(set, s.effect))).is_some_and(|k| self.is_lost(&model, k));
+            let lost = leading.iter().copied().filter(|s| ended(s) && self.may_be_likeliest(set, s));
             let again: Vec<Proposal> = lost.filter_map(|s| self.addition(&model, s, LITTLE)).collect();
             self.fit(&again);
         }

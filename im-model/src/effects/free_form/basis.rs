@@ -12,28 +12,31 @@ const INTERVALS: usize = COEFFICIENTS - 3;
 #[inline]
 pub(super) fn spline<T: Scalar>(c: &[T], from: T, to: T, x: T) -> T {
     let place = (x - from) * (T::from_f64(INTERVALS as f64) / (to - from));
-    let last = INTERVALS as f64;
-    let (k, t) = if place.value() <= 0.0 {
-        (0, T::zero())
-    } else if place.value() < last {
-        let k = place.value() as usize;
-        (k, place - T::from_f64(k as f64))
+    let number = <T::Real as Scalar>::from_f64;
+    let (zero, one) = (number(0.0), number(1.0));
+    let u = place.real();
+    let (k, t, inside) = if u <= zero {
+        (0, zero, zero)
+    } else if u < number(INTERVALS as f64) {
+        let k = u.value() as usize;
+        (k, u - number(k as f64), one)
     } else {
         // Also where x is no number: the end of the range.
-        (INTERVALS - 1, T::one())
+        (INTERVALS - 1, one, zero)
     };
-    let s = T::one() - t;
+    let s = one - t;
     let (t2, s2) = (t * t, s * s);
-    let two_thirds = T::from_f64(2.0 / 3.0);
-    let sixth = 1.0 / 6.0;
-    let weights = [
-        (s2 * s).scale(sixth),
-        two_thirds - t2 + (t2 * t).scale(0.5),
-        two_thirds - s2 + (s2 * s).scale(0.5),
-        (t2 * t).scale(sixth),
-    ];
-    let near = c.iter().skip(k).zip(weights);
-    near.fold(T::zero(), |sum, (c, w)| sum + *c * w)
+    let (sixth, half, two_thirds) = (number(1.0 / 6.0), number(0.5), number(2.0 / 3.0));
+    let weights = [s2 * s * sixth, two_thirds - t2 + t2 * t * half, two_thirds - s2 + s2 * s * half, t2 * t * sixth];
+    let near = || c.iter().skip(k);
+    let value = near().zip(weights).fold(T::zero(), |sum, (c, w)| sum + c.scale(w.value()));
+    if !T::DERIVATIVES {
+        return value;
+    }
+    let (two, more) = (number(2.0), number(1.5));
+    let slopes = [-s2 * half, t * (more * t - two), s * (two - more * s), t2 * half];
+    let slope = near().zip(slopes).fold(zero, |sum, (c, w)| sum + c.real() * w);
+    value + place.chain(zero, inside * slope)
 }
 
 /// Σ a_h cos hφ + b_h sin hφ for h from 1, with z = e^{jφ}; coefficients in the order a₁, b₁, a₂, b₂ …
@@ -45,24 +48,41 @@ pub(super) fn fourier<T: Scalar>(c: &[T], z: Complex<T>) -> T {
 /// The complex series Σ (a_h − j b_h) z^h, of which [`fourier`] is the real part.
 #[inline]
 pub(super) fn fourier_vector<T: Scalar>(c: &[T], z: Complex<T>) -> Complex<T> {
-    let mut turn = z;
-    let mut sum = Complex::new(T::zero(), T::zero());
-    for pair in c.chunks_exact(2) {
-        sum += Complex::new(pair[0], -pair[1]) * turn;
-        turn *= z;
-    }
-    sum
+    series(c, z, |_| 1.0)
 }
 
 /// The derivative of [`fourier`] by φ.
 #[inline]
 pub(super) fn fourier_slope<T: Scalar>(c: &[T], z: Complex<T>) -> T {
-    let mut turn = z;
-    let (mut sum, mut h) = (T::zero(), 1.0);
+    -series(c, z, |h| h).im
+}
+
+/// Σ w_h (a_h − j b_h) z^h. The powers are those of plain numbers: of derivatives carried along, those of z follow by the chain rule.
+#[inline(always)]
+fn series<T: Scalar>(c: &[T], z: Complex<T>, weight: impl Fn(f64) -> f64) -> Complex<T> {
+    let number = <T::Real as Scalar>::from_f64;
+    let none = number(0.0);
+    let at = Complex::new(z.re.real(), z.im.real());
+    // z^(h−1), and the derivative of the sum by z.
+    let mut before = Complex::new(number(1.0), none);
+    let mut slope = Complex::new(none, none);
+    let mut sum = Complex::new(T::zero(), T::zero());
+    let mut h = 1.0;
     for pair in c.chunks_exact(2) {
-        sum -= (Complex::new(pair[0], -pair[1]) * turn).im.scale(h);
-        turn *= z;
+        let (w, turn) = (weight(h), before * at);
+        let (cos, sin) = (turn.re.value() * w, turn.im.value() * w);
+        sum.re += pair[0].scale(cos) + pair[1].scale(sin);
+        sum.im += pair[0].scale(sin) - pair[1].scale(cos);
+        if T::DERIVATIVES {
+            let of_power = before * number(w * h);
+            slope += Complex::new(pair[0].real(), -pair[1].real()) * of_power;
+        }
+        before = turn;
         h += 1.0;
+    }
+    if T::DERIVATIVES {
+        sum.re += z.re.chain(none, slope.re) - z.im.chain(none, slope.im);
+        sum.im += z.re.chain(none, slope.im) + z.im.chain(none, slope.re);
     }
     sum
 }
@@ -141,5 +161,34 @@ mod tests {
         assert!((fourier(&c, at(phi)) - expected).abs() < 1e-14);
         let slope = (fourier(&c, at(phi + 1e-5)) - fourier(&c, at(phi - 1e-5))) / 2e-5;
         assert!((fourier_slope(&c, at(phi)) - slope).abs() < 1e-8, "{slope}");
+    }
+
+    /// Derivatives by coefficients and variable are those of differences.
+    #[test]
+    fn derivatives_are_carried_along() {
+        type D = crate::Dual<2>;
+        let c: [f64; COEFFICIENTS] = [0.3, -1.0, 0.7, 2.0, -0.4, 0.9, 1.1, -0.6];
+        let h = 1e-6;
+        // The third coefficient and the variable are moved.
+        let moved = |by: f64| core::array::from_fn::<f64, COEFFICIENTS, _>(|k| if k == 2 { c[k] + by } else { c[k] });
+        let dual = |x: f64, k: usize| D::seeded(x, k, 1.0);
+        let of_dual = core::array::from_fn::<D, COEFFICIENTS, _>(|k| if k == 2 { dual(c[k], 0) } else { D::from_f64(c[k]) });
+        let polar = |phi: f64| Complex::from_polar(1.0, phi);
+        let check = |name: &str, dual: D, plain: &dyn Fn(&[f64], f64) -> f64, x: f64| {
+            assert!((dual.re - plain(&c, x)).abs() < 1e-14, "{name} at {x}");
+            let by =
+                [(plain(&moved(h), x) - plain(&moved(-h), x)) / (2.0 * h), (plain(&c, x + h) - plain(&c, x - h)) / (2.0 * h)];
+            for (found, expected) in dual.eps.iter().zip(by) {
+                assert!((found - expected).abs() < 1e-8 * (1.0 + expected.abs()), "{name} at {x}: {found} for {expected}");
+            }
+        };
+        for x in [-1.5, 0.4, 2.3, 4.9, 6.5] {
+            let (sin, cos) = Scalar::sin_cos(dual(x, 1));
+            let z = Complex::new(cos, sin);
+            check("spline", spline(&of_dual, D::from_f64(0.0), D::from_f64(5.0), dual(x, 1)), &|c, x| spline(c, 0.0, 5.0, x), x);
+            check("series", fourier(&of_dual, z), &|c, x| fourier(c, polar(x)), x);
+            check("its imaginary part", fourier_vector(&of_dual, z).im, &|c, x| fourier_vector(c, polar(x)).im, x);
+            check("its slope", fourier_slope(&of_dual, z), &|c, x| fourier_slope(c, polar(x)), x);
+        }
     }
 }
