@@ -5,6 +5,8 @@
 
 mod commands;
 mod failure;
+#[cfg(test)]
+mod guide;
 mod interrupt;
 mod output;
 mod provenance;
