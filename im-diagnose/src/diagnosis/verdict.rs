@@ -177,9 +177,11 @@ impl<'a> Left<'a> {
         bent > if self.named { UNEXPLAINED * before } else { NEGLIGIBLE } && self.is_structured()
     }
 
-    /// Whether it is no noise, beyond doubt: it depends on something, or no instruments err so much.
+    /// Whether it is no noise, beyond doubt: it depends on something, no instruments err so much, or what was found does not hold on the
+    /// held-out recording. (Where nothing was found, that is a doubt, [`Doubt::HeldOutMissed`].)
     fn is_structured(&self) -> bool {
-        self.of_tables > NO_DOUBT || self.dependences.first().is_some_and(|d| d.log_p > NO_DOUBT)
+        let depends = self.dependences.first().is_some_and(|d| d.log_p > NO_DOUBT);
+        depends || self.of_tables > NO_DOUBT || (self.named && self.held_out_missed)
     }
 }
 
