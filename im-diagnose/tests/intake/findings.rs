@@ -118,6 +118,22 @@ fn a_load_torque_that_the_power_contradicts_is_named() {
     assert!(text.contains("serious") && text.contains("turn its sign, gain = -1 in [load]"), "{text}");
     let text = only("twice", FindingKind::LoadTorque, scaled(0.5));
     assert!(text.contains("warning") && text.contains("the gain and unit of the torque sensor"), "{text}");
+    for (by, unit) in [(1e3, "mNm"), (1e-3, "kNm")] {
+        let text = only(unit, FindingKind::LoadTorque, scaled(by));
+        assert!(text.contains("serious") && text.contains(&format!("Are these {unit} read as Nm?")), "{text}");
+    }
+}
+
+/// Rounded to a milliampere, most sums of three phases are zero, and the others one or two.
+#[test]
+fn rounded_currents_sum_to_zero() {
+    let mut all = columns();
+    let rest: Vec<f64> = column(&mut all, "i1_A").iter().zip(column(&mut columns(), "i2_A").iter()).map(|(a, b)| -a - b).collect();
+    *column(&mut all, "i3_A") = rest;
+    for name in ["i1_A", "i2_A", "i3_A"] {
+        column(&mut all, name).iter_mut().for_each(|x| *x = (*x * 1e3).round() / 1e3);
+    }
+    assert_eq!(taken("rounded", &all, MAPPING).findings, []);
 }
 
 #[test]

@@ -39,6 +39,10 @@ const UNITS: [(f64, &str); 4] = [
     (4.0, "GD² in kg m², which is 4 J"),
 ];
 
+/// Newton metres in units of torque that are taken for them, and how these are written.
+const TORQUE_UNITS: [(f64, &str); 6] =
+    [(1e3, "kNm"), (1e-3, "mNm"), (1e-2, "Ncm"), (9.81, "kgf m"), (1.356, "lbf ft"), (0.113, "lbf in")];
+
 /// What a recording holds, row by row.
 pub struct Measured<'a> {
     /// Voltage, V, peak.
@@ -87,9 +91,9 @@ fn balance(m: &Measured<'_>, motor: &MotorFile) -> Option<[Estimate; 2]> {
     if rows.len() < 3 {
         return None;
     }
-    // Known beforehand: friction is small, the inertia within some decades, the ratio of some size.
+    // Known beforehand: friction is small, the inertia and the ratio within some decades.
     let inertia = machine.parameters().inertia_kg_m2;
-    let known = [10.0, 1e4 * inertia, FRICTION * torque * n_p / rated_omega, FRICTION * torque];
+    let known = [1e4, 1e4 * inertia, FRICTION * torque * n_p / rated_omega, FRICTION * torque];
     let prior = Matrix4::from_diagonal(&Vector4::from(known.map(|s| 1.0 / (s * s))));
     let solve = |weights: &[f64]| {
         let both = || rows.iter().zip(weights);
@@ -149,9 +153,15 @@ pub fn check(m: &Measured<'_>, load_column: &str, motor: &MotorFile) -> Vec<Find
         let advice = "A load is positive where it brakes a shaft that turns forward: turn its sign, gain = -1 in [load].";
         out.push(Finding::new(FindingKind::LoadTorque, Severity::Serious, shown(), advice).on(load_column));
     } else if beyond(ratio, ratio_std, FAR[0]) {
-        let advice =
-            "It should be one: see the gain and unit of the torque sensor, and whether voltage and current are per phase, peak.";
-        out.push(Finding::new(FindingKind::LoadTorque, Severity::Warning, shown(), advice).on(load_column));
+        let unit = TORQUE_UNITS.iter().find(|(factor, _)| (ratio / factor).ln().abs() < 0.1);
+        let unit = unit.map_or_else(String::new, |(factor, unit)| {
+            format!(" Are these {unit} read as Nm? Then gain = {factor} in [load] of the mapping.")
+        });
+        let advice = format!(
+            "It should be one: see the gain and unit of the torque sensor, and whether voltage and current are per phase, peak.{unit}"
+        );
+        let severity = if beyond(ratio, ratio_std, FAR[1]) { Severity::Serious } else { Severity::Warning };
+        out.push(Finding::new(FindingKind::LoadTorque, severity, shown(), advice).on(load_column));
     } else {
         let given = motor.machine.parameters().inertia_kg_m2;
         let (part, std) = (inertia / given, inertia_std / given);

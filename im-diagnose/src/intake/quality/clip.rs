@@ -43,7 +43,8 @@ pub fn saturation(i: [&[f64]; 3], trusted: [bool; 3]) -> Clipped {
     sums.iter_mut().for_each(|s| *s -= mean);
     let sigma = median(&mut sums.iter().map(|s| s.abs()).collect::<Vec<_>>()) / 0.6745;
     let largest: [f64; 3] = std::array::from_fn(|x| i[x].iter().fold(0.0, |m: f64, v| m.max(v.abs())));
-    let floor = 1e-6 * largest.iter().fold(0.0, |m: f64, v| m.max(*v));
+    // Where readings are rounded the sum is off by up to half a digit of each, and by nothing in most rows.
+    let floor = 1e-6 * largest.iter().fold(0.0, |m: f64, v| m.max(*v)) + 0.51 * i.iter().map(|phase| last_digit(phase)).sum::<f64>();
     let size = |k: usize| i.iter().fold(0.0, |m: f64, p| m.max(p[k].abs()));
     let wrong: Vec<bool> = (0..n).map(|k| sums[k].abs() > SIGMAS * sigma + SHARE * size(k) + floor).collect();
     let mut found = Clipped {
@@ -105,6 +106,13 @@ pub fn saturation(i: [&[f64]; 3], trusted: [bool; 3]) -> Clipped {
         }
     }
     found
+}
+
+/// The least change of readings from row to row: a unit of the last digit of rounded ones, next to nothing of others.
+fn last_digit(readings: &[f64]) -> f64 {
+    let changes = readings.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0);
+    let least = changes.fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { 0.0 }
 }
 
 /// Follows the accused sensors into saturation and out of it; the number of rows that they do not explain.
