@@ -11,11 +11,12 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use crate::diagnosis::{NOT_EXCITED, SUSPECTED};
+use crate::format::number;
 pub use crate::manoeuvres::{Limits, Supply};
 use crate::manoeuvres::{Manoeuvre, manoeuvres, rounded};
 use crate::residuals::nudged;
-use crate::search::Options;
 use crate::search::score::{Score, ScoreContext, closest};
+use crate::search::{Options, needed_to_tell_apart};
 
 /// A manoeuvre with what it would show.
 #[derive(Clone, Debug)]
@@ -30,6 +31,8 @@ pub struct Proposal {
     pub detectable: Vec<(EffectId, f64)>,
     /// Smallest angle between the signatures of two open effects, degrees: 0 is the same, 90 as different as can be.
     pub angle_deg: f64,
+    /// From which size on, over its largest usual size, every open effect is told from every other: infinite where none is.
+    pub told_apart: f64,
     /// Largest phase current, peak, A, and speed, rad/s, of all machines that the test must be safe for.
     pub reaches: (f64, f64),
     /// The limits of both.
@@ -44,7 +47,7 @@ pub struct Proposal {
 
 /// Why a proposal is not the test on an effect's card.
 pub const WHY: &str = "Of the manoeuvres that are safe for this motor, this one shows best what is open, all of it at once, and tells it \
-                       apart; the test on an effect's card (im effects show NAME) is for that effect alone.";
+                       apart best; the test on an effect's card (im effects show NAME) is for that effect alone.";
 
 impl Proposal {
     /// Why it may be shorter than the tests on the cards of the effects that it shows, where it is.
@@ -60,6 +63,21 @@ impl Proposal {
                 rounded(self.duration_s)
             )
         })
+    }
+}
+
+impl Proposal {
+    /// Whether rivals are told apart, in a sentence.
+    pub fn tells_apart(&self) -> String {
+        let lie = format!("their marks in it lie {:.0} degrees apart, of 90", self.angle_deg);
+        if self.told_apart < 1.0 {
+            format!(
+                "It tells the rivals apart from {} % of their largest usual sizes on ({lie}).",
+                number(100.0 * self.told_apart, 2)
+            )
+        } else {
+            format!("It does not tell the rivals apart at any usual size ({lie}): the tests on their cards are for each alone.")
+        }
     }
 }
 
@@ -86,26 +104,30 @@ pub fn propose(
     Ok(proposals)
 }
 
+/// The effects of a `diagnosis.json` that have rivals, and these.
+pub fn rivals(diagnosis: &Value) -> Vec<EffectId> {
+    let named = |name: &Value| EffectId::from_name(name.as_str()?);
+    let all = diagnosis["alternatives"].as_object().into_iter().flatten();
+    let of = |(name, rivals): (&String, &Value)| {
+        let rivals: Vec<EffectId> = rivals.as_array().into_iter().flatten().filter_map(named).collect();
+        let own = EffectId::from_name(name).filter(|_| !rivals.is_empty());
+        own.into_iter().chain(rivals).collect::<Vec<_>>()
+    };
+    all.flat_map(of).collect()
+}
+
 /// What a `diagnosis.json` left open: effects with rivals and their rivals; without any, those that the recordings could not show.
 pub fn open_after(diagnosis: &Value) -> Vec<EffectId> {
-    let mut open = Vec::new();
-    for (name, rivals) in diagnosis["alternatives"].as_object().into_iter().flatten() {
-        let rivals: Vec<EffectId> =
-            rivals.as_array().into_iter().flatten().filter_map(|r| EffectId::from_name(r.as_str()?)).collect();
-        if !rivals.is_empty() {
-            open.extend(EffectId::from_name(name));
-            open.extend(rivals);
-        }
+    let open = rivals(diagnosis);
+    if !open.is_empty() {
+        return open;
     }
-    if open.is_empty() {
-        let concludes = |c: &&Value| {
-            let unsettled = [NOT_EXCITED, SUSPECTED];
-            c["conclusion"].as_str().is_some_and(|s| unsettled.iter().any(|u| s.starts_with(u)))
-        };
-        let ranking = diagnosis["ranking"].as_array().into_iter().flatten();
-        open.extend(ranking.filter(concludes).filter_map(|c| EffectId::from_name(c["effect"].as_str()?)));
-    }
-    open
+    let concludes = |c: &&Value| {
+        let unsettled = [NOT_EXCITED, SUSPECTED];
+        c["conclusion"].as_str().is_some_and(|s| unsettled.iter().any(|u| s.starts_with(u)))
+    };
+    let ranking = diagnosis["ranking"].as_array().into_iter().flatten();
+    ranking.filter(concludes).filter_map(|c| EffectId::from_name(c["effect"].as_str()?)).collect()
 }
 
 /// Noise of the currents, A, and of the speed, rad/s, to plan a test with: as a `diagnosis.json` found it, or as is usual for the motor.
@@ -126,7 +148,7 @@ pub fn to_json(open: &[EffectId], proposals: &[Proposal]) -> Value {
         "test": {
             "name": best.name, "what": best.what, "duration_s": best.duration_s, "why_so_short": best.why_so_short(), "peak_current_a": best.reaches.0, "peak_speed_rad_s": best.reaches.1,
             "limit_current_a": best.limits.0, "limit_speed_rad_s": best.limits.1,
-            "detectable_over_usual": seen, "angle_deg": best.angle_deg, "scenario_toml": best.scenario_toml,
+            "detectable_over_usual": seen, "angle_deg": best.angle_deg, "told_apart_over_usual": best.told_apart.is_finite().then_some(best.told_apart), "scenario_toml": best.scenario_toml,
         },
     })
 }
@@ -177,10 +199,15 @@ fn proposal(
             (s.effect, s.detectable / usual)
         })
         .collect();
-    let mut angle_deg = 90.0f64;
+    let samples = experiments.iter().map(Experiment::count).sum::<usize>() as f64;
+    let (mut angle_deg, mut told_apart) = (90.0f64, 0.0f64);
     for (k, a) in scores.iter().enumerate() {
-        for b in &scores[k + 1..] {
-            angle_deg = angle_deg.min(closest(a, b).min(1.0).acos().to_degrees());
+        for (l, b) in scores.iter().enumerate().skip(k + 1) {
+            let angle = closest(a, b).min(1.0).acos();
+            angle_deg = angle_deg.min(angle.to_degrees());
+            // χ² grows with the square of the size.
+            let needed = |s: &Score| (needed_to_tell_apart(angle.sin().powi(2), samples) / s.chi2_detectable).sqrt();
+            told_apart = told_apart.max(needed(a) * detectable[k].1).max(needed(b) * detectable[l].1);
         }
     }
     // Worth: how far below its usual size the worst open effect would still be found, and, of rivals, apart from the other.
@@ -193,6 +220,7 @@ fn proposal(
         scenario_toml,
         detectable,
         angle_deg,
+        told_apart,
         reaches,
         limits: most,
         duration_s: scenario.duration_s,

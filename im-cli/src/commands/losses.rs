@@ -177,14 +177,15 @@ fn print_model(out: &mut dyn Write, l: &Losses, m: &ByModel) -> std::io::Result<
             })
         };
         let differ: Vec<&str> = PARTS.iter().filter(|p| apart(p)).map(|p| p.0).collect();
-        let text = if differ.is_empty() {
-            "Regression and model agree within their intervals.".to_owned()
-        } else {
-            format!(
+        let text = match differ.as_slice() {
+            // A model that misses the rows agrees with nothing.
+            [] if m.error > UNEXPLAINED => return Ok(()),
+            [] => "Regression and model agree within their intervals.".to_owned(),
+            _ => format!(
                 "Regression and model differ by more than their intervals in: {}. The standard takes the iron's voltage behind the resistance alone, and \
                  counts the stray load without load as iron loss.",
                 differ.join(", ")
-            )
+            ),
         };
         write!(out, "{}", wrapped("", &text))?;
     }

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use im_diagnose::next_test::{Limits, Proposal, Supply, WHY, open_after, planning_noise, propose, to_json};
+use im_diagnose::next_test::{Limits, Proposal, Supply, WHY, open_after, planning_noise, propose, rivals, to_json};
 use im_diagnose::worst_case::machines_after;
 use im_model::{EffectId, FileKind, MotorFile, read_text, write_atomically};
 use serde_json::Value;
@@ -69,6 +69,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut open = args.effect.clone();
     let diagnosis = args.diagnosis.as_deref().map(read).transpose()?;
     open.extend(diagnosis.iter().flat_map(open_after));
+    let are_rivals = !args.effect.is_empty() || diagnosis.as_ref().is_some_and(|d| !rivals(d).is_empty());
     let noise = planning_noise(&motor, diagnosis.as_ref());
     open.sort_unstable();
     open.dedup();
@@ -77,10 +78,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if args.json {
             return Ok(writeln!(out, "{}", to_json(&[], &[]))?);
         }
-        writeln!(
-            out,
+        let said = if diagnosis.as_ref().is_some_and(|d| d["verdict"] == "unexplained") {
+            "No manoeuvre settles what the library does not hold. What is left, and on what it depends, stands in the report of the diagnosis; im learn draws it as a curve. A recording over more of what it depends on shows more of the curve. To plan one for effects of the library, name them with --effect."
+        } else {
             "Nothing is open: the diagnosis left no rivals and no suspect, and saw every effect. Name some with --effect to go on."
-        )?;
+        };
+        write!(out, "{}", wrapped("", said))?;
         return Ok(());
     }
     let supply = Supply::of(args.supply, diagnosis.as_ref());
@@ -140,8 +143,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(why) = best.why_so_short() {
         write!(out, "{}", wrapped("  ", &why))?;
     }
-    if open.len() > 1 {
-        writeln!(out, "  rivals lie {:.0} degrees apart (90 is best)", best.angle_deg)?;
+    if open.len() > 1 && are_rivals {
+        write!(out, "{}", wrapped("  ", &best.tells_apart()))?;
     }
     if found.len() > 1 {
         writeln!(out, "\nOthers, by what they are worth:")?;

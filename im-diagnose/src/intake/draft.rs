@@ -180,9 +180,9 @@ fn text_section(text: &mut String, format: &TextFormat, has_names: bool) {
 
 fn time_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) -> Option<f64> {
     let rises = |s: &Seen<'_>| s.x.windows(2).all(|w| w[1] > w[0]);
-    let named = |s: &Seen<'_>| s.quantity == Some(Quantity::Time);
-    let chosen =
-        (0..seen.len()).find(|&k| named(&seen[k]) && rises(&seen[k])).or_else(|| (0..seen.len()).find(|&k| rises(&seen[k])));
+    let is = |quantity| move |s: &Seen<'_>| s.quantity == quantity && rises(s);
+    // A current that rises from row to row is no time.
+    let chosen = [Some(Quantity::Time), None].into_iter().find_map(|q| seen.iter().position(is(q)));
     let Some(k) = chosen else {
         d.missing.push("[time]: no column advances from row to row; give sample_time_s (a table of steady states goes to im fit or im diagnose as --table)".to_owned());
         let _ = writeln!(text, "[time]\nsample_time_s = FILL_IN        # no column advances from row to row\n");

@@ -191,6 +191,13 @@ impl SteadyTable {
                 if let Some(reason) = read_text(path).ok().and_then(|text| FileKind::Rows.mistaken(&text)) {
                     return Err(FileError::new(&label, None, None, Problem::Syntax { reason }));
                 }
+                let is_time = |n: &&String| unit::in_name_among(n, &names).is_some_and(|u| u.quantity == Quantity::Time);
+                if let Some(time) = names.iter().find(is_time) {
+                    let reason = format!(
+                        "a table of steady states is expected here, and this is a recording over the time {time:?}; give it as --train, or as --data where one is compared"
+                    );
+                    return Err(FileError::new(&label, None, None, Problem::Syntax { reason }));
+                }
                 return Err(if foreign { e.renamed(&label, &proposal(path, &names)) } else { e });
             }
         }

@@ -126,6 +126,7 @@ pub fn segregate(motor: &MotorFile, tables: &[SteadyTable], resistance: Option<R
     // A speed that no machine has at no load leaves a slip that is none.
     let (tables, wrong_speed) = corrected(motor, tables).unwrap_or_else(|_| (tables.to_vec(), None));
     let readings = Readings::of(motor, &tables, resistance)?;
+    readings.within_the_input()?;
     let mut losses = of(&readings)?;
     uncertainty::fill(&mut losses, &readings);
     losses.remarks = wrong_speed.map(|f| format!("{}. {}.", f.sentence, f.advice)).into_iter().collect();
@@ -190,12 +191,10 @@ fn of(r: &Readings) -> Result<Losses, LossesError> {
         .filter_map(|(k, (x, p))| Some((k, p.torque_nm?.powi(2), p.power_w - p.torque_nm? * p.omega_m? - x.total_w.value)))
         .collect();
     let (line, left_out) = regression(&residual);
-    let by_line =
-        line.filter(|l| l.slope > 0.0 && constant.by != ConstantBy::LoadPoints || constant.by == ConstantBy::LoadPoints);
-    let slope = match (&by_line, constant.by) {
-        (Some(l), _) => l.slope.max(0.0),
-        (None, _) => 0.0,
-    };
+    let correlation = line.as_ref().map(|l| l.correlation);
+    // What falls with the torque is no loss that the torque makes.
+    let by_line = line.filter(|l| l.slope > 0.0);
+    let slope = by_line.as_ref().map_or(0.0, |l| l.slope);
     let stray_by = if by_line.is_some() { StrayBy::Regression } else { StrayBy::Allowance };
     for (x, p) in points.iter_mut().zip(&r.load) {
         let without = x.total_w.value;
@@ -216,7 +215,7 @@ fn of(r: &Readings) -> Result<Losses, LossesError> {
         stray_by,
         stray_w_per_nm2: slope.into(),
         intercept_w: by_line.as_ref().map_or(0.0, |l| l.intercept).into(),
-        correlation: by_line.map(|l| l.correlation),
+        correlation,
         left_out,
         points,
         remarks: Vec::new(),
@@ -319,11 +318,12 @@ fn remarks(l: &Losses, r: &Readings) -> Vec<String> {
         ),
     }
     if l.stray_by == StrayBy::Allowance && !l.points.is_empty() {
-        out.push(
-            "The additional load loss is the allowance of the standard: the residual loss of at least three load points with torque and speed would \
-             measure it."
-                .into(),
-        );
+        let why = if l.correlation.is_some_and(|c| c <= 0.0) {
+            "the residual loss of the load points does not rise with the torque"
+        } else {
+            "the residual loss of at least three load points with torque and speed would measure it"
+        };
+        out.push(format!("The additional load loss is the allowance of the standard: {why}."));
     }
     if let Some(c) = l.correlation.filter(|c| *c < CORRELATION) {
         out.push(format!(

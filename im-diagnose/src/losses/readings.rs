@@ -4,6 +4,7 @@ use im_identify::offline::HALF_95;
 use im_model::{BaseParameter, Conductor, MotorFile, ParameterId, WARMER_IN_USE};
 
 use super::LossesError;
+use crate::format::number;
 use crate::intake::steady_table::{SteadyRow, SteadyTable, TableKind};
 use crate::tables::decided;
 
@@ -52,6 +53,9 @@ impl Resistance {
 /// Of a resistance of which a motor file says nothing more.
 const USUAL_TOLERANCE: f64 = 0.05;
 
+/// From this part of the input on, the copper loss of a row is no error of its instruments.
+const BEYOND_INPUT: f64 = 1.2;
+
 /// One row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
@@ -93,6 +97,24 @@ pub struct Readings {
 }
 
 impl Readings {
+    /// Whether the winding takes no more than comes in.
+    ///
+    /// # Errors
+    /// A row in which it would, by more than its instruments err.
+    pub(super) fn within_the_input(&self) -> Result<(), LossesError> {
+        let copper = |r: &Reading| 1.5 * r.resistance_ohm * r.current_a.powi(2);
+        let rows = self.no_load.iter().chain(&self.load);
+        let worst = rows.max_by(|a, b| (copper(a) / a.power_w).total_cmp(&(copper(b) / b.power_w)));
+        let Some(row) = worst.filter(|r| copper(r) > BEYOND_INPUT * r.power_w) else { return Ok(()) };
+        Err(LossesError(format!(
+            "with {} Ω between two terminals the winding alone would take {} W at {} A, of an input of {} W: the resistance is too high. Is it in mΩ?",
+            number(row.resistance_ohm, 4),
+            number(copper(row), 3),
+            number(row.current_a, 3),
+            number(row.power_w, 3)
+        )))
+    }
+
     pub(super) fn of(motor: &MotorFile, tables: &[SteadyTable], resistance: Option<Resistance>) -> Result<Self, LossesError> {
         let mut remarks = Vec::new();
         let cold = resistance.unwrap_or_else(|| {

@@ -123,6 +123,30 @@ fn without_a_no_load_test_the_load_points_leave_the_sum() {
     assert!(l.constant_w.half_95 > 0.0);
 }
 
+/// A torque meter whose scale is 3 % too large: the more torque, the less is left.
+#[test]
+fn what_falls_with_the_torque_is_no_loss_of_it() {
+    for no_load in [Some(no_load(&VOLTAGES)), None] {
+        let mut loads = loads();
+        loads.rows.iter_mut().flat_map(|r| &mut r.torque_nm).for_each(|t| *t *= 1.03);
+        let tables: Vec<SteadyTable> = no_load.into_iter().chain([loads]).collect();
+        let l = segregate(&motor(), &tables, measured()).unwrap();
+        assert!(l.correlation.unwrap() < 0.0, "{:?}", l.correlation);
+        assert_eq!(l.stray_by, StrayBy::Allowance);
+        assert!(l.points.iter().all(|p| p.stray_w.value > 0.0), "{:?}", l.points);
+        assert!(l.remarks.iter().any(|r| r.contains("does not rise with the torque")), "{:?}", l.remarks);
+    }
+}
+
+#[test]
+fn a_winding_takes_no_more_than_the_input() {
+    let milliohm = measured().map(|r| Resistance { terminal_ohm: 1e3 * r.terminal_ohm, ..r });
+    for tables in [vec![no_load(&VOLTAGES), loads()], vec![loads()]] {
+        let e = segregate(&motor(), &tables, milliohm).unwrap_err().to_string();
+        assert!(e.contains("Is it in mΩ?"), "{e}");
+    }
+}
+
 #[test]
 fn a_winding_that_is_warm_has_more_resistance() {
     let warm = Resistance { warm_c: 95.0, ..measured().unwrap() };

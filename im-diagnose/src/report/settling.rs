@@ -19,6 +19,7 @@ impl NextTest {
             .flat_map(|(e, a)| a.iter().chain([e]))
             .copied()
             .collect();
+        let are_rivals = !open.is_empty();
         if open.is_empty() && found.verdict == Verdict::Inconclusive {
             open.extend(found.ranking.iter().filter(|c| !c.excited).map(|c| c.effect));
         }
@@ -41,6 +42,7 @@ impl NextTest {
                 let from = format!("{} %", number(100.0 * x, 2));
                 format!("{}: {seen} (it would be found from {from} of the largest usual size on)", e.card().title)
             })
+            .chain(are_rivals.then(|| best.tells_apart()))
             .collect();
         let mut text = format!("{} im next-test writes it as a scenario. {WHY}", best.what);
         if let Some(why) = best.why_so_short() {

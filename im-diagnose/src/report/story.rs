@@ -13,7 +13,7 @@ use crate::left_error::{Left, half_widths};
 use crate::localise::{Localisation, Signals, join, localise};
 use crate::residual_tests::Dependence;
 use crate::residuals::{Errors, UNSTABLE, any_nudged, errors, judged, nudged};
-use crate::search::Stage;
+use crate::search::{Model, Stage};
 
 /// Part of the last held-out error below which an earlier one is told.
 const ONCE_LOWER: f64 = 0.9;
@@ -375,41 +375,50 @@ pub(crate) fn summary(s: &Story) -> Summary {
     // Beside an unknown cause nothing speaks for one effect.
     for (k, &e) in d.named().iter().enumerate() {
         let Some(Stage { round, .. }) = d.course.stages.get(k) else { continue };
-        let mut words = format!("{}: ", crate::format::sentence(&short_effect_name(e)).trim_end_matches('.'));
+        let mut words: Vec<String> = Vec::new();
         if let Some(score) = round.scores.iter().find(|x| x.effect == e) {
             let threshold = d.ranking.iter().find(|c| c.effect == e).map_or(f64::NAN, |c| c.threshold);
-            let scores = format!("score {}; chance alone reaches {}", number(score.score, 3), number(threshold, 2));
-            words += &if score.score > threshold {
-                format!("its mark is in the error, and no other values of the parameters leave it ({scores})")
-            } else {
-                format!("before the others are added its mark is no larger than chance ({scores})")
-            };
+            if score.score > threshold {
+                words.push(format!(
+                    "its mark is in the error, and no other values of the parameters leave it (score {}; chance alone reaches {})",
+                    number(score.score, 3),
+                    number(threshold, 2)
+                ));
+            }
         }
-        let model = |k: usize| d.course.stages.get(k).map_or(f64::NAN, |s| s.model.train());
-        let (without, with) = (model(k), model(k + 1));
+        let model = |k: usize| d.course.stages.get(k).map(|s| &s.model);
+        let train = |k: usize| model(k).map_or(f64::NAN, Model::train);
+        let (without, with) = (train(k), train(k + 1));
+        let others = round.trials.iter().filter(|t| t.effect != e && !d.effects.contains(&t.effect));
+        let rival = others.min_by(|a, b| a.model.train().total_cmp(&b.model.train()));
         if let (true, Some(&next)) = (with >= without, d.effects.get(k + 1)) {
-            words +=
-                &format!("; without {} beside it a refit does not want it: the two were found together", short_effect_name(next));
-        } else if let Some(rival) = round
-            .trials
-            .iter()
-            .filter(|t| t.effect != e && !d.effects.contains(&t.effect))
-            .map(|t| (t.effect, t.model.train()))
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-        {
-            let (name, its) = (short_effect_name(rival.0), in_sigma(rival.1));
-            words += &if rival.1 < with && k + 1 < d.effects.len() {
-                let all = in_sigma(model(d.effects.len()));
+            let next = short_effect_name(next);
+            words.push(format!("without {next} beside it a refit does not want it: the two were found together"));
+        } else if let Some(rival) = rival {
+            let (name, its, own) = (short_effect_name(rival.effect), in_sigma(rival.model.train()), in_sigma(with));
+            let unseen = rival.model.holdout.zip(model(k + 1).and_then(|m| m.holdout)).filter(|(rival, own)| rival > own);
+            words.push(if rival.model.train() >= with {
+                format!("refitted{nudged}, it leaves {own} rms in training, the next best ({name}) {its}")
+            } else if k + 1 < d.effects.len() {
+                let all = in_sigma(train(d.effects.len()));
                 format!(
-                    "; by itself {name} leaves less ({its} rms in training{nudged}, against {}), but with \
-                     what was added after it only {all} are left, which {name} does not reach",
-                    in_sigma(with)
+                    "by itself {name} leaves less ({its} rms in training{nudged}, against {own}), but with what was added after it only {all} are left, which {name} does not reach"
+                )
+            } else if let Some((rival, own_unseen)) = unseen {
+                format!(
+                    "{name} leaves less in training ({its} rms{nudged}, against {own}), but more of the held-out recording ({}, against {})",
+                    in_sigma(rival),
+                    in_sigma(own_unseen)
                 )
             } else {
-                format!("; refitted{nudged}, it leaves {} rms in training, the next best ({name}) {its}", in_sigma(with))
-            };
+                format!(
+                    "{name} leaves less ({its} rms in training{nudged}, against {own}), but is less likely: more parameters, or less of what is left is like noise"
+                )
+            });
         }
-        sure.push(words);
+        if !words.is_empty() {
+            sure.push(format!("{}: {}", crate::format::sentence(&short_effect_name(e)).trim_end_matches('.'), words.join("; ")));
+        }
         let card = e.card();
         let behaves = if EffectId::ALL.contains(&e) {
             format!("behave there as its card says (im effects show {})", e.name())

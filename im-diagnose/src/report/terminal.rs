@@ -62,7 +62,7 @@ pub fn terminal(s: &Story, width: usize) -> String {
         out.heading("Next test");
         out.paragraph("  ", &t.text);
         for x in &t.settles {
-            out.paragraph("  settles: ", x);
+            out.paragraph("  shows: ", x);
         }
     }
     out.finish()

@@ -29,6 +29,7 @@ use score::{Score, ScoreContext, Seed, strengths};
 pub use course::{Course, Refusal, Round, Stage, Trial};
 pub use posterior::{Posterior, Weighed};
 use sets::least_dispersion;
+pub(crate) use sets::needed_to_tell_apart;
 pub use sets::{Answer, Sets};
 pub use significance::Significance;
 

@@ -46,6 +46,8 @@ pub struct Score {
     pub seeds: Vec<Seed>,
     /// Smallest size of the leading strength that would be found, in its unit.
     pub detectable: f64,
+    /// χ² that it explains at that size.
+    pub chi2_detectable: f64,
     /// The shape it was found at: parameter index and value.
     pub shape: Vec<(usize, f64)>,
     /// What the effect explains of the residual at the sizes predicted, projected and decimated, for comparing effects.
@@ -540,7 +542,8 @@ impl<'a> ScoreContext<'a> {
         let explained_share = share(&columns);
         let seen: f64 = all_of(strength).map(|k| columns[k].apart()).sum();
         let size = |k: usize| used.iter().position(|u| *u == run * strengths.len() + k).map_or(0.0, |p| x[p]);
-        let threshold = threshold(n, self.level / tried as f64);
+        // In nine of ten recordings beyond the threshold.
+        let least = (threshold(n, self.level / tried as f64).sqrt() + 1.3).powi(2);
         let stride = (self.white.residual.len() / 4000).max(1);
         let decimated = |of: Vec<(&Column, f64)>| self.white.projected(&of, stride);
         let instead = |gone: &Replaceable| self.instead(gone, effect, &shape, &columns);
@@ -555,7 +558,8 @@ impl<'a> ScoreContext<'a> {
             excitation: share(&every_plain).max(explained_share),
             predicted: (0..strengths.len()).map(size).collect(),
             seeds: Vec::new(),
-            detectable: (threshold.sqrt() + 1.3) * self.variance.sqrt() / seen.sqrt(),
+            detectable: (least * self.variance / seen).sqrt(),
+            chi2_detectable: least,
             shape,
             signature: decimated(used.iter().zip(&x).map(|(&k, &x)| (&columns[k], x)).collect()),
             directions: (0..strengths.len()).map(|k| decimated(all_of(k).map(|c| (&columns[c], 1.0)).collect())).collect(),

@@ -146,6 +146,13 @@ fn dispersion(samples: f64, explained: f64) -> f64 {
     1.0 + samples * FORM_ERROR * (explained + LEAST_EXCESS)
 }
 
+/// χ² that an effect has to explain of so many samples for the search to tell it from another that can do all of that but this part, the sine
+/// squared of the angle between the two: what is left of it, over λ, is beyond the window. Infinite where errors of form may be as large.
+pub(crate) fn needed_to_tell_apart(part: f64, samples: f64) -> f64 {
+    let beyond_form = part - WINDOW * FORM_ERROR;
+    if beyond_form > 0.0 { WINDOW * least_dispersion(samples) / beyond_form } else { f64::INFINITY }
+}
+
 /// ln C(n, k).
 fn ln_choose(n: usize, k: usize) -> f64 {
     let ln_factorial = |n: usize| ln_gamma(n as f64 + 1.0);

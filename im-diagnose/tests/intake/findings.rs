@@ -128,7 +128,8 @@ fn a_load_torque_that_the_power_contradicts_is_named() {
 #[test]
 fn rounded_currents_sum_to_zero() {
     let mut all = columns();
-    let rest: Vec<f64> = column(&mut all, "i1_A").iter().zip(column(&mut columns(), "i2_A").iter()).map(|(a, b)| -a - b).collect();
+    let rest: Vec<f64> =
+        column(&mut all, "i1_A").iter().zip(column(&mut columns(), "i2_A").iter()).map(|(a, b)| -a - b).collect();
     *column(&mut all, "i3_A") = rest;
     for name in ["i1_A", "i2_A", "i3_A"] {
         column(&mut all, name).iter_mut().for_each(|x| *x = (*x * 1e3).round() / 1e3);

@@ -44,7 +44,8 @@ pub fn saturation(i: [&[f64]; 3], trusted: [bool; 3]) -> Clipped {
     let sigma = median(&mut sums.iter().map(|s| s.abs()).collect::<Vec<_>>()) / 0.6745;
     let largest: [f64; 3] = std::array::from_fn(|x| i[x].iter().fold(0.0, |m: f64, v| m.max(v.abs())));
     // Where readings are rounded the sum is off by up to half a digit of each, and by nothing in most rows.
-    let floor = 1e-6 * largest.iter().fold(0.0, |m: f64, v| m.max(*v)) + 0.51 * i.iter().map(|phase| last_digit(phase)).sum::<f64>();
+    let floor =
+        1e-6 * largest.iter().fold(0.0, |m: f64, v| m.max(*v)) + 0.51 * i.iter().map(|phase| last_digit(phase)).sum::<f64>();
     let size = |k: usize| i.iter().fold(0.0, |m: f64, p| m.max(p[k].abs()));
     let wrong: Vec<bool> = (0..n).map(|k| sums[k].abs() > SIGMAS * sigma + SHARE * size(k) + floor).collect();
     let mut found = Clipped {

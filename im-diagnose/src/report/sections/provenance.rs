@@ -35,7 +35,7 @@ pub(crate) fn next_test(m: &Meta) -> Option<Section> {
     };
     let body = html! {
         p.say { (t.text) }
-        @if !t.settles.is_empty() { p { "It would settle:" } (list(&t.settles)) }
+        @if !t.settles.is_empty() { p { "What it shows:" } (list(&t.settles)) }
         div.grid2 { @for p in t.profile.iter().filter(|p| !p.points.is_empty()) { (profile(p)) } }
     };
     Some(Section { id: "next", short: "next test", title: "The next test", body })
