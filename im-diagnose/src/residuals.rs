@@ -83,6 +83,9 @@ pub fn mean_square(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -
     residuals(machine, e, start).iter().flatten().map(|r| r * r).sum::<f64>() / e.count() as f64
 }
 
+/// Mean square of the residual, in σ², up to which a model fits so well that no signal can be in another convention.
+pub(crate) const FITS: f64 = 4.0;
+
 /// Error of a model on a set of recordings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Errors {

@@ -184,7 +184,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     let rated = [&before, &refined].map(RatedSupply::of);
     let losses = by_model::points(&estimates, machine, &case.train);
     let case = loop_.case().clone();
-    let noise = case.train.iter().flat_map(|e| &e.channels).map(|c| (c.name.clone(), c.sigma)).collect();
+    let noise = noise_of(&case);
     let with_rivals = last.effects.iter().zip(course.alternatives());
     let price = price_of_a_number(&course);
     let learned = with_rivals.filter_map(|(&e, rivals)| Curve::new(e, machine, &estimates, rivals, price)).collect();
@@ -210,6 +210,17 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         case,
         course,
     })
+}
+
+/// The noise of each channel, root mean square over the rows of the training recordings: instruments of several tables have several.
+fn noise_of(case: &Case) -> BTreeMap<String, f64> {
+    let mut sums: BTreeMap<String, [f64; 2]> = BTreeMap::new();
+    for c in case.train.iter().flat_map(|e| &e.channels) {
+        let rows = c.count() as f64;
+        let [all, squares] = sums.entry(c.name.clone()).or_default();
+        (*all, *squares) = (*all + rows, *squares + rows * c.sigma * c.sigma);
+    }
+    sums.into_iter().map(|(name, [rows, squares])| (name, (squares / rows).sqrt())).collect()
 }
 
 /// ln(N/λ): by how much the cost of a formula must fall for one number more. The search asks λ times that of D; the covariance of a curve, which the

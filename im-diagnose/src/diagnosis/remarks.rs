@@ -2,11 +2,12 @@
 
 use im_model::{EffectId, ParameterId};
 
-use super::Diagnosis;
+use super::{Diagnosis, Verdict};
 use crate::format::{number, quantity};
 use crate::intake::quality::convention::impedance_ratios;
 use crate::intake::{Finding, FindingKind};
 use crate::knowledge::contradicted;
+use crate::residuals::FITS;
 use crate::uncertainty::MachineQuantity;
 
 /// A delay within this part of a sample of a half or of a whole one is suspicious.
@@ -14,8 +15,6 @@ const NEAR_SAMPLES: f64 = 0.1;
 /// Mean square of the residual, in σ², below which the noise was taken too large.
 const BELOW_NOISE: f64 = 0.8;
 
-/// Mean square of the residual, in σ², up to which a model fits so well that no signal can be in another convention.
-pub const FITS: f64 = 4.0;
 /// How far impedances and inertia may be from the motor file where no convention has been mistaken, as logarithms: √2 is 0.35.
 const AS_GIVEN: [f64; 2] = [0.15, 0.25];
 
@@ -40,17 +39,24 @@ impl Diagnosis {
         })
     }
 
-    /// A delay of half a sample or a whole one: the recording's `instant` is likelier wrong than the drive late.
+    /// A delay of half a sample or a whole one, found or, where the library does not explain the recordings, suggested: the recording's `instant`
+    /// is likelier wrong than the drive late.
     fn delay_of_whole_samples(&self) -> Option<String> {
-        if !self.effects.contains(&EffectId::VoltageDelay) {
-            return None;
-        }
-        let delay_s = self.refined.machine.get(ParameterId::Effect(EffectId::VoltageDelay, 0));
+        let delay = EffectId::VoltageDelay;
+        let suggested = || {
+            let open = self.verdict == Verdict::Unexplained;
+            self.ranking
+                .iter()
+                .find(|c| c.effect == delay && open && c.score > c.threshold)
+                .map(|c| (c.predicted_size, "suggested"))
+        };
+        let found = (self.effects.contains(&delay)).then(|| (self.refined.machine.get(ParameterId::Effect(delay, 0)), "found"));
+        let (delay_s, how) = found.or_else(suggested)?;
         let sampled = self.case.train.iter().filter(|e| !e.is_table());
         let samples =
             sampled.map(|e| delay_s / e.sample_time_s).find(|x| [0.5, 1.0].iter().any(|n| (x.abs() - n).abs() < NEAR_SAMPLES))?;
         Some(format!(
-            "Check `instant` in [voltage] of the mapping first: the voltage delay found, {}, is {} samples, as when \"sample\", \"held_from_row\" and \"held_until_row\" are taken for each other",
+            "Check `instant` in [voltage] of the mapping first: the voltage delay {how}, {}, is {} samples, as when \"sample\", \"held_from_row\" and \"held_until_row\" are taken for each other",
             quantity(delay_s, "s", 3),
             number(samples, 2)
         ))

@@ -8,7 +8,7 @@ use super::load_plan::LoadPlan;
 use super::mapping::Instant;
 use super::quality::convention::is_mains;
 use crate::noise::white_sigma;
-use crate::residuals::nudged;
+use crate::residuals::{FITS, nudged};
 
 /// The mean square of the better fit must be below this part of the other's.
 const CLEARLY: f64 = 0.9;
@@ -55,16 +55,15 @@ fn misfit(e: &Experiment, load: LoadPlan, motor: &MotorFile) -> Option<f64> {
 /// The better of the two: `experiment` makes the experiment with an instant.
 pub fn choose(experiment: impl Fn(Instant) -> Experiment, load: LoadPlan, motor: &MotorFile) -> Choice {
     let [held, sample] = [Instant::HeldFromRow, Instant::Sample].map(|i| misfit(&experiment(i), load, motor));
-    let number = |x: f64| crate::format::number(x.sqrt(), 3);
+    let better = |best: f64, other: f64, word: &str| {
+        let number = |x: f64| crate::format::number(x.sqrt(), 3);
+        let far = ". Neither is near the noise: something else is missing or wrong, and may have decided this. Ask who recorded it; the other one is worth a try where a diagnosis ends unexplained";
+        let far = if best > FITS { far } else { "" };
+        format!("refitted, the model fits better so, {} σ rms against {} σ with {word:?}{far}", number(best), number(other))
+    };
     let (instant, why) = match (held, sample) {
-        (Some(h), Some(s)) if s < CLEARLY * h => (
-            Instant::Sample,
-            format!("the model fits better so: {} σ rms against {} σ with \"held_from_row\"", number(s), number(h)),
-        ),
-        (Some(h), Some(s)) if h < CLEARLY * s => (
-            Instant::HeldFromRow,
-            format!("the model fits better so: {} σ rms against {} σ with \"sample\"", number(h), number(s)),
-        ),
+        (Some(h), Some(s)) if s < CLEARLY * h => (Instant::Sample, better(s, h, "held_from_row")),
+        (Some(h), Some(s)) if h < CLEARLY * s => (Instant::HeldFromRow, better(h, s, "sample")),
         // A voltmeter's samples: nobody commands the mains.
         _ if is_mains(motor, &experiment(Instant::Sample)) => (
             Instant::Sample,

@@ -16,14 +16,13 @@ use super::words::{file_name, in_sigma};
 use super::{Meta, Used};
 use crate::case::Case;
 use crate::consistency;
-use crate::diagnosis::remarks::FITS;
 use crate::format::{number, sentence};
 use crate::intake::joined;
 use crate::intake::{Finding, FindingKind, Intake, Severity, findings};
 use crate::left_error::half_widths;
 use crate::loads::Loads;
 use crate::localise::{Signals, localise};
-use crate::residuals::{Errors, any_nudged, errors, nudged};
+use crate::residuals::{Errors, FITS, any_nudged, errors, nudged};
 use crate::sources::{Refused, followed, meaningful};
 use crate::steady_curve::{self, RatedSupply};
 

@@ -191,6 +191,11 @@ impl<'a> Story<'a> {
         out
     }
 
+    /// The noise of a channel over all recordings, as its errors are taken.
+    pub(crate) fn noise_of(&self, c: &Channel) -> f64 {
+        self.d.noise.get(&c.name).copied().unwrap_or(c.sigma)
+    }
+
     /// The model that fails: the base model.
     pub(crate) fn base(&self) -> &Shown {
         &self.shown[0]

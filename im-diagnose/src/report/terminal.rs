@@ -154,7 +154,7 @@ fn errors(out: &mut Text, s: &Story) {
             let (name, unit) = channel_words(&c.name, c.kind);
             let of =
                 |e: &crate::residuals::Errors| e.rmse.get(&c.name).map_or("–".into(), |x| format!("{} {unit}", number(*x, 3)));
-            table.push(vec![name, of(&first), of(&last), format!("{} {unit}", number(c.sigma, 3))]);
+            table.push(vec![name, of(&first), of(&last), format!("{} {unit}", number(s.noise_of(c), 3))]);
         }
     }
     out.table(&table, &[false, true, true, true]);

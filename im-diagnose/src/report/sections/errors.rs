@@ -98,7 +98,7 @@ fn error_table(rows: &[(String, Errors, Option<Errors>)], s: &Story) -> Markup {
             let row = Row::of(cells);
             body.push(Row { hit: k + 1 == rows.len() && rows.len() > 1, ..row });
         }
-        let noise = text(format!("{}\u{a0}{unit}", number(c.sigma, 3)));
+        let noise = text(format!("{}\u{a0}{unit}", number(s.noise_of(c), 3)));
         let rest = (2..head.len()).map(|_| text(""));
         body.push(Row::new([term("noise", "sensor noise (σ)"), noise].into_iter().chain(rest)));
     }
