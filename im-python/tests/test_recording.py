@@ -81,7 +81,7 @@ def test_the_columns_of_a_file_are_there_to_look_at(motor, recording, tmp_path):
     columns = imkit.Recording.from_file(german).columns
     assert columns["I1"].tolist() == [1.5, 2.5, -1.5] and np.all(np.isnan(columns["Name"]))
     with pytest.raises(imkit.InputError, match="cannot read it"):
-        imkit.Recording.from_file(tmp_path / "none.csv").columns
+        imkit.Recording.from_file(tmp_path / "none.csv")
 
 
 def test_recordings_of_one_name_are_told_apart(motor, recording):
@@ -174,7 +174,7 @@ def test_what_is_no_mat_file_is_said(tmp_path):
     (tmp_path / "no.mat").write_text("parrot " * 40)
     with pytest.raises(imkit.InputError, match="no.mat"):
         imkit.Recording.from_file(tmp_path / "no.mat")
-    with pytest.raises(FileNotFoundError, match="none.mat"):
+    with pytest.raises(imkit.InputError, match="none.mat: cannot read it"):
         imkit.Recording.from_file(tmp_path / "none.mat")
 
 
@@ -238,3 +238,21 @@ def test_a_mapping_may_be_a_file(motor, recording, tmp_path):
         imkit.Recording.from_frame(frame, "nowhere.toml")
     with pytest.raises(imkit.InputError, match="None is no text"):
         imkit.Recording.from_frame(frame, MAPPING | {"load": None})
+    # Of a file's own columns, too.
+    pandas.DataFrame(frame).to_csv(tmp_path / "bench.csv", index=False)
+    given = [MAPPING, _text(MAPPING), file]
+    errors = [imkit.compare(motor, imkit.Recording.from_file(tmp_path / "bench.csv", m)).rms_in_sigma for m in given]
+    assert errors == pytest.approx([errors[0]] * 3, rel=1e-9)
+
+
+def test_a_file_that_is_not_there_is_said_at_once(tmp_path):
+    with pytest.raises(imkit.InputError, match="nope.csv: cannot read it: there is no such file"):
+        imkit.Recording.from_file("nope.csv")
+    with pytest.raises(imkit.InputError, match="it is a folder"):
+        imkit.Recording.from_file(tmp_path)
+
+
+def test_numbers_with_a_comma_are_no_words(recording):
+    words = pandas.DataFrame({"t_s": [0.0, 0.1], "i_alpha_A": ["1,5", "-0,25"], "remark": ["on, off", "x"]})
+    with pytest.raises(imkit.InputError, match="i_alpha_A: holds the text '1,5'.*decimal"):
+        imkit.Recording.from_frame(words)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -38,8 +39,16 @@ def columns_of(frame: Any) -> dict[str, np.ndarray]:
         try:
             out[str(name)] = numbers(values)
         except (TypeError, ValueError):
-            continue
+            _refuse_commas(str(name), values)
     return out
+
+
+def _refuse_commas(name: str, values: np.ndarray) -> None:
+    """Words are left out; numbers that were read as words are not."""
+    words = (str(v) for v in values.ravel() if v is not None and str(v).strip() not in ("", "nan"))
+    first = next(words, "")
+    if re.fullmatch(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*", first):
+        raise InputError(f"{name}: holds the text {first!r} where numbers are needed: read the file with decimal=\",\"")
 
 
 def _values(column: Any) -> np.ndarray:

@@ -29,19 +29,23 @@ class Recording:
         self._file: dict[str, np.ndarray] | None = None
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str], mapping: str | os.PathLike[str] | None = None) -> Recording:
+    def from_file(cls, path: str | os.PathLike[str], mapping: Mapping[str, Any] | str | os.PathLike[str] | None = None) -> Recording:
         """Any file that the program reads (CSV, Parquet, a ``recording.toml``), ``.mat`` too (with SciPy).
 
-        ``mapping`` is a ``recording.toml`` to use instead of the one beside the file.
+        ``mapping`` says what the columns mean instead of the ``recording.toml`` beside the file: a dict of its tables, its text, or the file.
         """
         path = os.fspath(path)
-        mapping = None if mapping is None else os.fspath(mapping)
+        if not os.path.isfile(path):
+            raise _native.InputError(f"{path}: cannot read it: {'it is a folder' if os.path.isdir(path) else 'there is no such file'}")
         if path.lower().endswith(".mat"):
             from . import mat
 
-            text = None if mapping is None else read_text(mapping)
-            return cls._of_columns(os.path.basename(path), mat.columns_of(path), text)
-        return cls(_native.Recording.file(path, mapping), ("file", path, mapping))
+            return cls._of_columns(os.path.basename(path), mat.columns_of(path), mapping)
+        if mapping is None or _is_file(mapping):
+            mapping = None if mapping is None else os.fspath(mapping)
+            return cls(_native.Recording.file(path, mapping), ("file", path, mapping))
+        columns = _native.Recording.file(path, None).read().arrays() or {}
+        return cls._of_columns(os.path.basename(path), columns, mapping)
 
     @classmethod
     def from_frame(
@@ -185,9 +189,14 @@ def read_text(path: str | os.PathLike[str]) -> str:
 _COLUMNS = ("time", "speed", "load")
 
 
+def _is_file(mapping: Mapping[str, Any] | str | os.PathLike[str]) -> bool:
+    """A text without a line's end and without an equals sign is the file's name."""
+    return isinstance(mapping, os.PathLike) or (isinstance(mapping, str) and mapping != "" and not any(c in mapping for c in "\n="))
+
+
 def _text(mapping: Mapping[str, Any] | str | os.PathLike[str] | None) -> str | None:
-    """The text of a ``recording.toml``; a text without a line's end and without an equals sign is the file's name."""
-    if isinstance(mapping, os.PathLike) or (isinstance(mapping, str) and mapping and not any(c in mapping for c in "\n=")):
+    """The text of a ``recording.toml``."""
+    if mapping is not None and not isinstance(mapping, Mapping) and _is_file(mapping):
         return read_text(mapping)
     if mapping is None or isinstance(mapping, str):
         return mapping
