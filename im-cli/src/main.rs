@@ -16,6 +16,7 @@ mod terminal;
 use std::process::ExitCode;
 
 use clap::Parser;
+use clap::error::{ContextKind, ContextValue};
 
 /// Simulate three-phase induction machines, compare the model with measurements, and find the physics it lacks.
 #[derive(Parser)]
@@ -28,6 +29,17 @@ struct Cli {
 /// The whole command line, for what describes it to a shell.
 pub fn command_line() -> clap::Command {
     <Cli as clap::CommandFactory>::command()
+}
+
+/// Of a number with a comma it is said how it is written.
+fn with_decimal_points(mut e: clap::Error) -> clap::Error {
+    let Some(ContextValue::String(given)) = e.get(ContextKind::InvalidValue) else { return e };
+    let point = given.replace(',', ".");
+    if point != *given && point.parse::<f64>().is_ok() {
+        let tip = format!("a number has a decimal point: {point}");
+        e.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    }
+    e
 }
 
 const AFTER_HELP: &str = "\
@@ -45,7 +57,8 @@ Exit status: 0 done, 1 bad input, 2 wrong usage, 3 a claim that did not come out
 fn main() -> ExitCode {
     interrupt::listen();
     // Wrong usage ends here, with status 2.
-    match Cli::parse().command.run() {
+    let cli = Cli::try_parse().unwrap_or_else(|e| with_decimal_points(e).exit());
+    match cli.command.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }

@@ -24,10 +24,14 @@ pub fn contradicted(
         let off = (now / k.value).ln().abs() - HALF_95 * std / now.abs();
         (k.tolerance > 0.0 && off > CONTRADICTED * k.tolerance.ln_1p()).then(|| {
             let said = format!(
-                "{} is known to be {} within {} %, and is {} here: the value given, its temperature, a gain or the model is wrong",
+                "{} is known to be {} within {}, and is {} here: the value given, its temperature, a gain or the model is wrong",
                 name(id),
                 quantity(k.value, id.unit(), 3),
-                number(100.0 * k.tolerance, 2),
+                if k.tolerance < 0.5 {
+                    format!("{} %", number(100.0 * k.tolerance, 2))
+                } else {
+                    format!("a factor of {}", number(1.0 + k.tolerance, 2))
+                },
                 quantity(now, id.unit(), 3)
             );
             (id, said)

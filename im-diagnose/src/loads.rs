@@ -6,6 +6,11 @@ use im_model::{EffectId, Machine, State};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use crate::statistics::median;
+
+/// What is this many times less well known than usual is not.
+const LEAST_KNOWN: f64 = 10.0;
+
 /// What was found of loads that no column holds, and what is not determined without them.
 #[derive(Clone, Debug, Default)]
 pub struct Loads {
@@ -126,8 +131,11 @@ impl Found {
 
     /// Least and largest value of a curve with what noise leaves open (± 2 σ), in its unit.
     pub fn range(&self) -> Option<(f64, f64)> {
-        let low = self.points().iter().map(|p| p[1] - 2.0 * p[2]).fold(f64::INFINITY, f64::min);
-        let high = self.points().iter().map(|p| p[1] + 2.0 * p[2]).fold(f64::NEG_INFINITY, f64::max);
+        // Where nothing shows it, as before the supply is switched on, it may be anything.
+        let shown = LEAST_KNOWN * median(&mut self.points().iter().map(|p| p[2]).collect::<Vec<_>>());
+        let points = || self.points().iter().filter(|p| p[2] <= shown);
+        let low = points().map(|p| p[1] - 2.0 * p[2]).fold(f64::INFINITY, f64::min);
+        let high = points().map(|p| p[1] + 2.0 * p[2]).fold(f64::NEG_INFINITY, f64::max);
         (low <= high).then_some((low, high))
     }
 

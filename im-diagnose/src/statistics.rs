@@ -116,6 +116,15 @@ pub fn closest_of(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     if between.is_empty() { 0.0 } else { between.singular_values().max() }
 }
 
+/// The median; zero of nothing. Sorts in part.
+pub fn median(x: &mut [f64]) -> f64 {
+    if x.is_empty() {
+        return 0.0;
+    }
+    let middle = x.len() / 2;
+    *x.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

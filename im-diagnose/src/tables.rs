@@ -9,6 +9,7 @@ use im_model::effects::SteadyState;
 use im_model::{Complex, EffectId, MotorFile, State};
 
 use crate::case::Case;
+use crate::format::number;
 use crate::intake::steady_table::{SteadyRow, SteadyTable, TableKind};
 use crate::intake::{Finding, FindingKind, Severity};
 
@@ -21,6 +22,9 @@ pub fn candidates() -> Vec<EffectId> {
 const TACHOMETER: f64 = 0.002;
 /// Least wrong scale of a speed sensor that is worth mending.
 const WRONG_SCALE: f64 = 0.004;
+
+/// From so many times the input on, a copper loss by the motor file's resistance is no matter of that resistance.
+const COPPER_BEYOND: f64 = 3.0;
 
 /// Different rows that tables need between them: fewer leave parameters undetermined.
 const ROWS: usize = 5;
@@ -87,6 +91,25 @@ fn look_at(motor: &MotorFile, t: &SteadyTable) -> Vec<Finding> {
             false => "The power varies at one voltage as under load, and the torque is zero in every row".to_owned(),
         };
         say(FindingKind::MissingLoad, Severity::Serious, text, "Give the column of the torque at the shaft, T_Nm.");
+    }
+    // The winding takes less than the input in every row, whatever the motor file's resistance is off by.
+    let r_s = motor.machine.parameters().stator_resistance_ohm;
+    let copper = |r: &SteadyRow| 3.0 * r_s * r.current_rms_a.powi(2);
+    let least =
+        t.rows.iter().min_by(|a, b| (copper(a) / a.active_power_w.abs()).total_cmp(&(copper(b) / b.active_power_w.abs())));
+    if let Some(r) = least.filter(|r| copper(r) > COPPER_BEYOND * r.active_power_w.abs()) {
+        let text = format!(
+            "In every row the winding alone would take several times the input, at {} A {} W of {} W",
+            number(r.current_rms_a, 3),
+            number(copper(r), 3),
+            number(r.active_power_w, 3)
+        );
+        say(
+            FindingKind::OutOfRange,
+            Severity::Serious,
+            text,
+            "Check the unit of the power in [table] (kW read as W?), then that of the current.",
+        );
     }
     let current = motor.rating.current_peak_a(motor.machine.parameters(), motor.machine.pole_pairs()) / SQRT_2;
     let voltage = motor.rating.phase_voltage_peak_v / SQRT_2;

@@ -81,9 +81,24 @@ pub fn failed(job: &Job, key: &str, error: &str) -> Row {
         kind: job.kind.clone(),
         date: job.date.clone(),
         recordings: job.train.iter().chain(&job.holdout).map(name).collect(),
-        error: error.replace(['\n', '\r'], " "),
+        error: one_line(error),
         ..Row::default()
     }
+}
+
+/// A message on one line: what stood in a list is parted by semicolons.
+fn one_line(message: &str) -> String {
+    let mut out = String::new();
+    for line in message.lines().map(str::trim).filter(|l| !l.is_empty()) {
+        let (gap, text) = match line.strip_prefix("- ") {
+            Some(item) if out.ends_with(':') => (" ", item),
+            Some(item) => ("; ", item),
+            None => (" ", line),
+        };
+        out += if out.is_empty() { "" } else { gap };
+        out += text;
+    }
+    out
 }
 
 fn words(panic: &(dyn Any + Send)) -> &str {

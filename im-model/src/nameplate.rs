@@ -236,7 +236,8 @@ impl Nameplate {
         let u = self.line_voltage_rms_v / Scalar::sqrt(3.0f64);
         let current = self.line_current_rms_a;
         let input = 3.0 * u * current * self.power_factor;
-        let efficiency = self.power_w / input;
+        // In as many digits as are worth a word.
+        let efficiency = libm::round(1e4 * self.power_w / input) / 1e4;
         Bound::Within(0.2, 0.995).check("efficiency (power_w/(√3 U I cos φ))", efficiency)?;
 
         let omega = 2.0 * core::f64::consts::PI * self.frequency_hz;

@@ -24,6 +24,8 @@ pub struct Args {
 
 #[derive(clap::Subcommand)]
 enum What {
+    /// List them, as `im effects` alone does
+    List,
     /// Show the card of an effect: what it is, how it shows, its rivals, its parameters
     Show {
         /// The effect's identifier, as listed by `im effects`
@@ -43,11 +45,11 @@ pub fn effect_parser() -> impl TypedValueParser<Value = EffectId> {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let text = match &args.what {
-        None if args.json => {
+        None | Some(What::List) if args.json => {
             let all: Vec<Value> = EffectId::ALL.iter().map(|&id| as_json(id, None)).collect();
             format!("{}\n", json!({"schema": 1, "effects": all}))
         }
-        None => list(),
+        None | Some(What::List) => list(),
         Some(What::Show { effect, motor }) => {
             let motor = motor.as_ref().map(MotorFile::read).transpose()?;
             if args.json {

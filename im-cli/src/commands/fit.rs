@@ -35,6 +35,9 @@ pub struct Args {
     json: bool,
 }
 
+/// An error from here on, in σ, is more than the noise of sensors that is known to a factor.
+const MISSED: f64 = 2.0;
+
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.output {
@@ -111,6 +114,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     if let Some(h) = fitted.holdout {
         writeln!(out, "held-out recording: {} σ rms", rounded(h.sqrt()))?;
+    }
+    let worst = fitted.holdout.into_iter().fold(train.chi2_per_sample, f64::max);
+    if worst > MISSED * MISSED {
+        let said = "The model leaves more than the noise: intervals and parameters rest on effects that it lacks. im diagnose with the same files looks for them.";
+        write!(out, "{}", wrapped("! ", said))?;
     }
     if let Some(path) = &args.output {
         writeln!(out, "{}: the fitted motor", path.display())?;

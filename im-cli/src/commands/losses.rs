@@ -163,7 +163,7 @@ fn print_model(out: &mut dyn Write, l: &Losses, m: &ByModel) -> std::io::Result<
     let mut rows: Vec<Row> =
         vec![row("torque, Nm", &|p| rounded(p.torque_nm)), row("slip, %", &|p| format!("{:.2}", 100.0 * p.slip))];
     rows.extend(PARTS.map(|(name, _, of)| row(&format!("{name}, W"), &|p| plus_minus(of(p)))));
-    rows.push(row("efficiency, %", &|p| percent(p.efficiency)));
+    rows.push(row("efficiency, %", &|p| if p.torque_nm == 0.0 { "–".into() } else { percent(p.efficiency) }));
     write!(out, "{}", side_by_side(&rows, WIDTH))?;
     if m.error > UNEXPLAINED {
         let text = "The model leaves more than the instruments' errors: a further effect, or a row or a temperature that is not right. im diagnose with the same tables looks for it.";
@@ -181,6 +181,10 @@ fn print_model(out: &mut dyn Write, l: &Losses, m: &ByModel) -> std::io::Result<
             // A model that misses the rows agrees with nothing.
             [] if m.error > UNEXPLAINED => return Ok(()),
             [] => "Regression and model agree within their intervals.".to_owned(),
+            _ if m.error > UNEXPLAINED => format!(
+                "Regression and model differ by more than their intervals in: {}. The model misses the rows, the regression takes them as they are.",
+                differ.join(", ")
+            ),
             _ => format!(
                 "Regression and model differ by more than their intervals in: {}. The standard takes the iron's voltage behind the resistance alone, and \
                  counts the stray load without load as iron loss.",

@@ -28,7 +28,7 @@ impl Diagnosis {
     /// Values that were known, and that the fit has left.
     fn contradictions(&self) -> Vec<String> {
         let std = |id| self.parameters.iter().find(|p| p.quantity == MachineQuantity::Parameter(id)).map(|p| p.std);
-        let all = contradicted(&self.case.motor, &self.refined.machine, std, |id| id.to_string());
+        let all = contradicted(&self.case.motor, &self.refined.machine, std, |id| format!("`{id}`"));
         all.into_iter().map(|(_, said)| said).collect()
     }
 

@@ -8,10 +8,11 @@ use im_model::{Complex, MotorFile, TextFormat, space_vector::from_phases, toml_t
 use super::instant::Choice;
 use super::mapping::{Begin, Instant, Preface};
 use super::names::{self, Origin};
-use super::quality::{clip::median, steady};
+use super::quality::steady;
 use super::raw::RawTable;
 use super::sniff::Sniffed;
 use super::unit::{Quantity, Unit, in_name_among, named, share_in_name};
+use crate::statistics::median;
 
 /// Rows that are looked at.
 pub const ROWS: usize = 100_000;
@@ -180,7 +181,8 @@ fn text_section(text: &mut String, format: &TextFormat, has_names: bool) {
 
 fn time_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) -> Option<f64> {
     let rises = |s: &Seen<'_>| s.x.windows(2).all(|w| w[1] > w[0]);
-    let is = |quantity| move |s: &Seen<'_>| s.quantity == quantity && rises(s);
+    let other_unit = |s: &Seen<'_>| s.unit.is_none() && s.name.ends_with([')', ']']);
+    let is = |quantity| move |s: &Seen<'_>| s.quantity == quantity && rises(s) && !other_unit(s);
     // A current that rises from row to row is no time.
     let chosen = [Some(Quantity::Time), None].into_iter().find_map(|q| seen.iter().position(is(q)));
     let Some(k) = chosen else {
@@ -624,18 +626,16 @@ fn counts_section(
             d.guesses.push(format!("{} counts an encoder's lines, and begins anew at each turn", s.name));
             let _ = writeln!(text, "counts_per_turn = {}", high - low + 1.0);
         }
-        Some(p) => {
-            let about = crate::format::number(p.abs(), 3);
+        other => {
+            let about = other.map(|p| crate::format::number(p.abs(), 3));
+            let [turn, note] = about.map_or_else(Default::default, |x| {
+                [format!(", about {x} to a turn at synchronous speed"), format!("; about {x} by the voltage's frequency")]
+            });
             d.missing.push(format!(
-                "[speed] counts_per_turn: {} counts an encoder's lines, about {about} to a turn at synchronous speed: say how many (lines times 4)",
+                "[speed] counts_per_turn: {} counts an encoder's lines{turn}: say how many (lines times 4)",
                 s.name
             ));
-            let _ = writeln!(text, "counts_per_turn = FILL_IN      # lines times 4; about {about} by the voltage's frequency");
-        }
-        None => {
-            d.missing
-                .push(format!("[speed] counts_per_turn: {} counts an encoder's lines: say how many (lines times 4)", s.name));
-            let _ = writeln!(text, "counts_per_turn = FILL_IN      # lines times 4");
+            let _ = writeln!(text, "counts_per_turn = FILL_IN      # lines times 4{note}");
         }
     }
     if synchronous.is_some_and(|p| p < 0.0) {

@@ -18,6 +18,9 @@ use crate::tables;
 use crate::uncertainty::{Estimates, HALF_95};
 use crate::winding;
 
+/// A torque below it is one of rounding.
+const NO_TORQUE_NM: f64 = 1e-9;
+
 /// Losses of one row, W.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ModelPoint {
@@ -85,7 +88,8 @@ fn point(estimates: &Estimates, machine: &Machine<f64>, e: &Experiment, k: usize
     let table = e.name.clone();
     Some(ModelPoint {
         table,
-        torque_nm,
+        // One of rounding is none.
+        torque_nm: if torque_nm.abs() < NO_TORQUE_NM { 0.0 } else { torque_nm },
         slip,
         input_w,
         stator_w,

@@ -107,7 +107,7 @@ impl Readings {
         let worst = rows.max_by(|a, b| (copper(a) / a.power_w).total_cmp(&(copper(b) / b.power_w)));
         let Some(row) = worst.filter(|r| copper(r) > BEYOND_INPUT * r.power_w) else { return Ok(()) };
         Err(LossesError(format!(
-            "with {} Ω between two terminals the winding alone would take {} W at {} A, of an input of {} W: the resistance is too high. Is it in mΩ?",
+            "with {} Ω between two terminals the winding alone would take {} W at {} A, of an input of {} W: the resistance is too high (is it in mΩ?), or the power too low (in kW?)",
             number(row.resistance_ohm, 4),
             number(copper(row), 3),
             number(row.current_a, 3),

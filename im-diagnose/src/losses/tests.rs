@@ -143,7 +143,7 @@ fn a_winding_takes_no_more_than_the_input() {
     let milliohm = measured().map(|r| Resistance { terminal_ohm: 1e3 * r.terminal_ohm, ..r });
     for tables in [vec![no_load(&VOLTAGES), loads()], vec![loads()]] {
         let e = segregate(&motor(), &tables, milliohm).unwrap_err().to_string();
-        assert!(e.contains("Is it in mΩ?"), "{e}");
+        assert!(e.contains("is it in mΩ?"), "{e}");
     }
 }
 

@@ -30,7 +30,7 @@ impl Loads {
         });
         let speed = unseen.then(|| {
             "Neither torque nor speed was measured: the speed that voltages and currents ask for drives the model, and what only another speed \
-             would show is taken out. The band is that of the current sensors' noise, with the machine as refined."
+             would show is taken out. The band is that of the current sensors' noise."
                 .to_owned()
         });
         let undetermined = (!self.not_determined.is_empty()).then(|| {

@@ -324,7 +324,7 @@ pub(crate) fn body(views: &[View], models: &Models, worst: &Window) -> Markup {
         p {
             @if worst.average.is_finite() && worst.to_s - worst.from_s > 0.99 {
                 "The worst second is " (format!("{:.2}", worst.from_s)) " s to " (format!("{:.2}", worst.to_s)) " s of "
-                (label(&views[worst.run])) ": the error there is " (number(worst.level, 3)) " times the noise, against "
+                (label(&views[worst.run])) ": the error of the " (models[0].0) " there is " (number(worst.level, 3)) " times the noise, against "
                 (number(worst.average, 3)) " times over all recordings. "
             }
             "Drag across a picture to zoom, double-click to zoom out; with the picture in focus the keys ←, →, + and − work too. The values under the pointer stand beside it."

@@ -33,6 +33,13 @@ pub fn terminal(s: &Story, width: usize) -> String {
     for t in a.refute.iter().take(3) {
         out.paragraph(if d.verdict == Verdict::Inconclusive { "  would decide: " } else { "  would refute: " }, t);
     }
+    // What is wrong with the data makes all that follows doubtful.
+    if let Some(q) = s.meta.quality.as_ref().filter(|q| !q.is_empty()) {
+        out.heading("Data");
+        for t in joined(q) {
+            out.paragraph("  ", &t.line());
+        }
+    }
     errors(&mut out, s);
     if !s.views.is_empty() {
         place(&mut out, &s.shown);
@@ -50,12 +57,6 @@ pub fn terminal(s: &Story, width: usize) -> String {
         out.heading("Not excited by these recordings");
         for c in hidden.iter().take(6) {
             out.paragraph("  ", &format!("{}: {}", short_effect_name(c.effect), c.effect.card().test));
-        }
-    }
-    if let Some(q) = s.meta.quality.as_ref().filter(|q| !q.is_empty()) {
-        out.heading("Data");
-        for t in joined(q) {
-            out.paragraph("  ", &t.line());
         }
     }
     if let Some(t) = &s.meta.next_test {

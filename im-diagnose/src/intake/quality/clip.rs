@@ -5,6 +5,7 @@
 //! the sum says so. A second sensor on a phase decides for that phase, and through the sum for the others.
 
 use crate::intake::finding::ranges;
+use crate::statistics::median;
 
 /// A row counts as wrong when the sum exceeds so many of its standard deviations and this share of the largest current.
 const SIGMAS: f64 = 6.0;
@@ -192,13 +193,4 @@ pub fn flat_tops(x: &[f64]) -> Vec<bool> {
         cut.into_iter().flatten().for_each(|k| marked[k] = true);
     }
     marked
-}
-
-/// The median; zero of nothing. Sorts in part.
-pub fn median(x: &mut [f64]) -> f64 {
-    if x.is_empty() {
-        return 0.0;
-    }
-    let middle = x.len() / 2;
-    *x.select_nth_unstable_by(middle, f64::total_cmp).1
 }

@@ -7,6 +7,7 @@ use super::steady::Steady;
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity};
 use crate::intake::trace::Trace;
+use crate::statistics::median;
 
 /// Means of steady stretches that differ by no more than this part of their median are one offset.
 const SAME: f64 = 0.3;
@@ -15,11 +16,6 @@ const LEAST: f64 = 0.02;
 /// Stretches whose amplitudes or frequencies differ by more than this part are different operating points.
 const ANOTHER_POINT: f64 = 0.05;
 
-fn median(mut x: Vec<f64>) -> f64 {
-    x.sort_by(f64::total_cmp);
-    x.get(x.len() / 2).copied().unwrap_or(0.0)
-}
-
 fn mean(t: &Trace, s: &Steady) -> f64 {
     let x = &t.values[s.rows.clone()];
     x.iter().sum::<f64>() / x.len() as f64
@@ -27,8 +23,8 @@ fn mean(t: &Trace, s: &Steady) -> f64 {
 
 /// The mean of a trace that most stretches show, at two operating points at least.
 fn persistent(t: &Trace, steady: &[Steady], amplitude: impl Fn(&Steady) -> f64) -> Option<f64> {
-    let middle = median(steady.iter().map(|s| mean(t, s)).collect());
-    let size = median(steady.iter().map(&amplitude).collect());
+    let middle = median(&mut steady.iter().map(|s| mean(t, s)).collect::<Vec<_>>());
+    let size = median(&mut steady.iter().map(&amplitude).collect::<Vec<_>>());
     // A transient may still decay in some.
     let same: Vec<&Steady> = steady.iter().filter(|s| (mean(t, s) - middle).abs() < SAME * middle.abs()).collect();
     // An offset stays to the end, a transient is gone.
@@ -58,7 +54,7 @@ pub fn check(voltage: &[Trace], current: &[&Trace], steady: &[Steady], stator_re
     let mut out = Vec::new();
     let mut driven: f64 = 0.0;
     for t in voltage {
-        driven = driven.max(median(steady.iter().map(|s| mean(t, s)).collect()).abs() / stator_resistance_ohm);
+        driven = driven.max(median(&mut steady.iter().map(|s| mean(t, s)).collect::<Vec<_>>()).abs() / stator_resistance_ohm);
         out.extend(persistent(t, steady, |s| s.u.norm()).map(|x| finding(t, "voltage", "V", x, steady)));
     }
     for t in current {

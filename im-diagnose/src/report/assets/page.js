@@ -192,8 +192,10 @@
     tip.innerHTML = `<table>${head}${rows.join("")}</table>`;
     tip.hidden = false;
     const { width, height } = tip.getBoundingClientRect(), right = event.clientX + 18, below = event.clientY + 18;
-    tip.style.left = `${Math.max(4, right + width < innerWidth ? right : event.clientX - width - 18)}px`;
-    tip.style.top = `${Math.max(4, below + height < innerHeight ? below : event.clientY - height - 18)}px`;
+    // On a narrow screen it would lie over the picture: there it stands at the far end of the window.
+    const narrow = innerWidth < 2 * width, far = event.clientY > innerHeight / 2 ? 4 : innerHeight - height - 4;
+    tip.style.left = `${narrow ? 4 : Math.max(4, right + width < innerWidth ? right : event.clientX - width - 18)}px`;
+    tip.style.top = `${narrow ? far : Math.max(4, below + height < innerHeight ? below : event.clientY - height - 18)}px`;
   };
   const unread = () => { tip.hidden = true; box.querySelectorAll(".cursor").forEach((c) => c.setAttribute("d", "")); };
   const time = (event) => {

@@ -21,15 +21,12 @@ pub(crate) const HEAD: [&str; 10] = [
     "efficiency, %",
 ];
 
-/// A torque below it is one of rounding.
-const NO_TORQUE_NM: f64 = 1e-9;
-
 /// The cells of a row.
 pub(crate) fn cells(p: &ModelPoint) -> [String; 10] {
     let watts = |e: Estimate| interval(e.value, e.half_95, "");
     [
         p.table.clone(),
-        number(if p.torque_nm.abs() < NO_TORQUE_NM { 0.0 } else { p.torque_nm }, 3),
+        number(p.torque_nm, 3),
         number(100.0 * p.slip, 3),
         number(p.input_w, 4),
         watts(p.stator_w),
@@ -37,7 +34,11 @@ pub(crate) fn cells(p: &ModelPoint) -> [String; 10] {
         watts(p.iron_w),
         watts(p.friction_windage_w),
         watts(p.stray_w),
-        interval(100.0 * p.efficiency.value, 100.0 * p.efficiency.half_95, ""),
+        if p.torque_nm == 0.0 {
+            "–".to_owned()
+        } else {
+            interval(100.0 * p.efficiency.value, 100.0 * p.efficiency.half_95, "")
+        },
     ]
 }
 
