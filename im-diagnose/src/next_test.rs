@@ -27,9 +27,10 @@ pub struct Proposal {
     pub what: String,
     /// The scenario, as `scenario.toml`.
     pub scenario_toml: String,
-    /// For every open effect: smallest size that would be found over its largest usual size; below one it can be seen.
+    /// For every open effect: smallest size that would be found over its largest usual size; below one it can be seen, infinite where a refit
+    /// imitates it.
     pub detectable: Vec<(EffectId, f64)>,
-    /// Smallest angle between the signatures of two open effects, degrees: 0 is the same, 90 as different as can be.
+    /// Smallest angle between the signatures of two open effects that it shows, degrees: 0 is the same, 90 as different as can be.
     pub angle_deg: f64,
     /// From which size on, over its largest usual size, every open effect is told from every other: infinite where none is.
     pub told_apart: f64,
@@ -100,6 +101,14 @@ pub fn propose(
         .into_par_iter()
         .filter_map(|m| proposal(motor, open, noise, limits, safe_for, m))
         .collect();
+    // What no manoeuvre shows is no reason to prefer one.
+    let shows = |p: &Proposal, e: EffectId| p.detectable.iter().any(|(x, size)| *x == e && size.is_finite());
+    let shown: Vec<EffectId> = open.iter().copied().filter(|&e| proposals.iter().any(|p| shows(p, e))).collect();
+    for p in &mut proposals {
+        // Worth: how far below its usual size the worst open effect would still be found, and, of rivals, apart from the other.
+        let worst = p.detectable.iter().filter(|(e, _)| shown.contains(e)).map(|(_, x)| *x).fold(0.0, f64::max);
+        p.merit = if worst > 0.0 { p.angle_deg.to_radians().sin() / worst } else { 0.0 };
+    }
     proposals.sort_by(|a, b| b.merit.total_cmp(&a.merit));
     Ok(proposals)
 }
@@ -196,7 +205,8 @@ fn proposal(
         .map(|s| {
             let info = &s.effect.parameters()[crate::search::score::strengths(s.effect)[0]];
             let usual = info.typical.1 * motor.rating.unit_of(info.scale, machine.parameters(), machine.pole_pairs());
-            (s.effect, s.detectable / usual)
+            // What a refit imitates all but wholly is not seen, whatever its slopes say.
+            (s.effect, if s.is_excited() { s.detectable / usual } else { f64::INFINITY })
         })
         .collect();
     let samples = experiments.iter().map(Experiment::count).sum::<usize>() as f64;
@@ -204,16 +214,14 @@ fn proposal(
     for (k, a) in scores.iter().enumerate() {
         for (l, b) in scores.iter().enumerate().skip(k + 1) {
             let angle = closest(a, b).min(1.0).acos();
-            angle_deg = angle_deg.min(angle.to_degrees());
-            // χ² grows with the square of the size.
-            let needed = |s: &Score| (needed_to_tell_apart(angle.sin().powi(2), samples) / s.chi2_detectable).sqrt();
+            if detectable[k].1.is_finite() && detectable[l].1.is_finite() {
+                angle_deg = angle_deg.min(angle.to_degrees());
+            }
+            // χ² grows with the square of the size; what is not found is not told either.
+            let needed = |s: &Score| (needed_to_tell_apart(angle.sin().powi(2), samples) / s.chi2_detectable).sqrt().max(1.0);
             told_apart = told_apart.max(needed(a) * detectable[k].1).max(needed(b) * detectable[l].1);
         }
     }
-    // Worth: how far below its usual size the worst open effect would still be found, and, of rivals, apart from the other.
-    let worst = detectable.iter().map(|(_, x)| *x).fold(0.0, f64::max);
-    let apart = if scores.len() > 1 { angle_deg.to_radians().sin() } else { 1.0 };
-    let merit = if detectable.is_empty() { 0.0 } else { apart / worst.max(1e-9) };
     Some(Proposal {
         name,
         what,
@@ -224,7 +232,7 @@ fn proposal(
         reaches,
         limits: most,
         duration_s: scenario.duration_s,
-        merit,
+        merit: 0.0,
         profile: profile(r),
     })
 }
@@ -274,5 +282,24 @@ mod tests {
         let heating = said(EffectId::StatorHeating);
         assert!(heating.iter().any(|(seen, _)| *seen) && heating.iter().all(|(seen, why)| why.is_some() == *seen), "{heating:?}");
         assert!(said(EffectId::IronLoss).iter().all(|(_, why)| why.is_none()));
+    }
+
+    /// A voltage gain and a current gain are the same in every recording; iron loss and main-flux saturation part wherever the flux moves.
+    #[test]
+    fn a_test_says_whether_it_tells_rivals_apart() {
+        let named = machines::ALL[0];
+        let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
+        let motor = MotorFile::new(named.name, machine, Rating::guess(machine.parameters(), named.pole_pairs));
+        let any = Limits { current: 20.0, speed: 2.0, ..Limits::default() };
+        let told = |rivals: [EffectId; 2]| propose(&motor, &rivals, (0.01, 0.1), &any, &[]).unwrap();
+        let same = told([EffectId::VoltageGain, EffectId::CurrentSensorGain]);
+        assert!(
+            same.iter().all(|p| p.tells_apart().starts_with("It does not")),
+            "{:?}",
+            same.iter().map(|p| p.told_apart).collect::<Vec<_>>()
+        );
+        let apart = told([EffectId::IronLoss, EffectId::MainFluxSaturation]);
+        assert!(apart[0].told_apart < 0.5 && apart[0].tells_apart().starts_with("It tells"), "{:?}", apart[0].told_apart);
+        assert!(apart[0].told_apart >= apart[0].detectable.iter().map(|d| d.1).fold(0.0, f64::max));
     }
 }

@@ -137,8 +137,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     );
     write!(out, "{}", wrapped("             ", &worst))?;
     for (e, x) in &best.detectable {
-        let says = if *x < 1.0 { "will be seen" } else { "will not be seen" };
-        writeln!(out, "  {:<26} {says}: smallest size found is {} of its largest usual one", e.name(), rounded(*x))?;
+        let says = match *x {
+            x if x < 1.0 => format!("will be seen: smallest size found is {} of its largest usual one", rounded(x)),
+            x if x.is_finite() => format!("will not be seen: smallest size found is {} of its largest usual one", rounded(x)),
+            _ => "will not be seen: other values of the parameters imitate it".to_owned(),
+        };
+        writeln!(out, "  {:<26} {says}", e.name())?;
     }
     if let Some(why) = best.why_so_short() {
         write!(out, "{}", wrapped("  ", &why))?;

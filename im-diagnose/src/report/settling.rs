@@ -38,9 +38,12 @@ impl NextTest {
             .detectable
             .iter()
             .map(|(e, x)| {
+                let title = e.card().title;
+                if !x.is_finite() {
+                    return format!("{title}: still does not show it (other values of the parameters imitate it)");
+                }
                 let seen = if *x < 1.0 { "shows it" } else { "still does not show it" };
-                let from = format!("{} %", number(100.0 * x, 2));
-                format!("{}: {seen} (it would be found from {from} of the largest usual size on)", e.card().title)
+                format!("{title}: {seen} (it would be found from {} % of the largest usual size on)", number(100.0 * x, 2))
             })
             .chain(are_rivals.then(|| best.tells_apart()))
             .collect();
