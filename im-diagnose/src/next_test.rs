@@ -3,7 +3,7 @@
 //! Each manoeuvre is simulated with the refined machine; the signatures of the open effects in it, with everything a refit can do
 //! projected out, say how large an effect would be found and how far two rivals lie apart.
 
-use im_identify::offline::{Experiment, FitError, FitOptions, base_parameters, fit};
+use im_identify::offline::{Experiment, FitError, FitOptions, base_parameters_in, fit};
 use im_model::simulation::{Scenario, Simulation};
 use im_model::{EffectId, Machine, MotorFile, Recording};
 use rayon::prelude::*;
@@ -12,6 +12,7 @@ use serde_json::{Map, Value, json};
 
 use crate::diagnosis::{NOT_EXCITED, SUSPECTED};
 use crate::format::number;
+use crate::intake::LoadPlan;
 pub use crate::manoeuvres::{Limits, Supply};
 use crate::manoeuvres::{Manoeuvre, manoeuvres, rounded};
 use crate::residuals::nudged;
@@ -85,21 +86,21 @@ impl Proposal {
 /// Proposals within the limits, best first: no manoeuvre leaves them on any of the machines `safe_for`
 /// ([`worst_case::machines`](crate::worst_case::machines)).
 ///
-/// `open` are the effects in question: rivals to be separated, or effects that the recordings so far could not show. `noise` is that
-/// of the currents, A, and of the speed, rad/s.
+/// `open` are the effects in question: rivals to be separated, or effects that the recordings so far could not show. `sensing` is what will be
+/// measured.
 ///
 /// # Errors
 /// A machine whose own simulation cannot be fitted.
 pub fn propose(
     motor: &MotorFile,
     open: &[EffectId],
-    noise: (f64, f64),
+    sensing: Sensing,
     limits: &Limits,
     safe_for: &[Machine<f64>],
 ) -> Result<Vec<Proposal>, FitError> {
-    let mut proposals: Vec<Proposal> = manoeuvres(motor, noise, limits)
+    let mut proposals: Vec<Proposal> = manoeuvres(motor, (sensing.current_a, sensing.speed_rad_s), limits)
         .into_par_iter()
-        .filter_map(|m| proposal(motor, open, noise, limits, safe_for, m))
+        .filter_map(|m| proposal(motor, open, sensing, limits, safe_for, m))
         .collect();
     // What no manoeuvre shows is no reason to prefer one.
     let shows = |p: &Proposal, e: EffectId| p.detectable.iter().any(|(x, size)| *x == e && size.is_finite());
@@ -139,11 +140,33 @@ pub fn open_after(diagnosis: &Value) -> Vec<EffectId> {
     ranking.filter(concludes).filter_map(|c| EffectId::from_name(c["effect"].as_str()?)).collect()
 }
 
-/// Noise of the currents, A, and of the speed, rad/s, to plan a test with: as a `diagnosis.json` found it, or as is usual for the motor.
-pub fn planning_noise(motor: &MotorFile, diagnosis: Option<&Value>) -> (f64, f64) {
-    let rated = motor.rating.current_peak_a(motor.machine.parameters(), motor.machine.pole_pairs());
-    let found = |k: &str| diagnosis.and_then(|d| d["noise"][k].as_f64());
-    (found("i_alpha_A").unwrap_or(0.003 * rated), found("omega_m_rad_s").unwrap_or(0.1))
+/// What a bench measures in a test.
+#[derive(Clone, Copy, Debug)]
+pub struct Sensing {
+    /// Noise of the currents, A.
+    pub current_a: f64,
+    /// Noise of the speed, rad/s.
+    pub speed_rad_s: f64,
+    /// What is known of load and speed.
+    pub load: LoadPlan,
+}
+
+impl Sensing {
+    /// As is usual for a motor, load and speed measured; after a `diagnosis.json`, the noise that it found, and no more sensors than it had.
+    pub fn after(motor: &MotorFile, diagnosis: Option<&Value>) -> Self {
+        let rated = motor.rating.current_peak_a(motor.machine.parameters(), motor.machine.pole_pairs());
+        let noise = |k: &str| diagnosis.and_then(|d| d["noise"][k].as_f64());
+        let found: Vec<&Value> =
+            diagnosis.into_iter().flat_map(|d| d["loads"]["found"].as_array().into_iter().flatten()).collect();
+        let lacks = |what: &str| found.iter().any(|f| f[what].is_array());
+        let load = match (lacks("omega_m_rad_s"), lacks("torque_nm")) {
+            (true, _) => LoadPlan::Unseen,
+            (false, true) => LoadPlan::Unknown,
+            _ => LoadPlan::Known,
+        };
+        let (current_a, speed_rad_s) = (noise("i_alpha_A").unwrap_or(0.003 * rated), noise("omega_m_rad_s").unwrap_or(0.1));
+        Self { current_a, speed_rad_s, load }
+    }
 }
 
 /// What `im next-test --json` prints of proposals, best first.
@@ -176,7 +199,7 @@ fn reached<'a>(machines: impl IntoParallelIterator<Item = &'a Machine<f64>>, sce
 fn proposal(
     motor: &MotorFile,
     open: &[EffectId],
-    noise: (f64, f64),
+    sensing: Sensing,
     limits: &Limits,
     safe_for: &[Machine<f64>],
     manoeuvre: Manoeuvre,
@@ -194,8 +217,9 @@ fn proposal(
     if !(reaches.0 <= most.0 && reaches.1 <= most.1) {
         return None;
     }
-    let experiments: Vec<Experiment> = nudged(&[Experiment::from_recording(r, [noise.0; 2], noise.1)]);
-    let free = base_parameters(&machine);
+    let recorded = Experiment::from_recording(r, [sensing.current_a; 2], sensing.speed_rad_s);
+    let experiments: Vec<Experiment> = nudged(&[sensing.load.apply(recorded, motor)]);
+    let free = base_parameters_in(&machine, &experiments);
     let fitted = fit(&machine, &experiments, &free, &FitOptions { iterations: 3, ..FitOptions::near() }).ok()?;
     let level = Options::default().significance.get() / machine.effects().ids().count() as f64;
     let context = ScoreContext::new(&fitted.machine, &fitted.starts, &experiments, &motor.rating, &free, level);
@@ -269,6 +293,8 @@ mod tests {
     use super::*;
     use im_model::{Machine, Rating, machines};
 
+    const PLAIN: Sensing = Sensing { current_a: 0.01, speed_rad_s: 0.1, load: LoadPlan::Known };
+
     #[test]
     fn a_short_test_of_what_drifts_says_why_it_suffices() {
         let named = machines::ALL[0];
@@ -276,7 +302,7 @@ mod tests {
         let motor = MotorFile::new(named.name, machine, Rating::guess(machine.parameters(), named.pole_pairs));
         let any = Limits { current: 20.0, speed: 2.0, ..Limits::default() };
         let said = |e: EffectId| {
-            let all = propose(&motor, &[e], (0.01, 0.1), &any, &[]).unwrap();
+            let all = propose(&motor, &[e], PLAIN, &any, &[]).unwrap();
             all.iter().map(|p| (p.detectable[0].1 < 1.0, p.why_so_short())).collect::<Vec<_>>()
         };
         let heating = said(EffectId::StatorHeating);
@@ -291,7 +317,7 @@ mod tests {
         let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
         let motor = MotorFile::new(named.name, machine, Rating::guess(machine.parameters(), named.pole_pairs));
         let any = Limits { current: 20.0, speed: 2.0, ..Limits::default() };
-        let told = |rivals: [EffectId; 2]| propose(&motor, &rivals, (0.01, 0.1), &any, &[]).unwrap();
+        let told = |rivals: [EffectId; 2]| propose(&motor, &rivals, PLAIN, &any, &[]).unwrap();
         let same = told([EffectId::VoltageGain, EffectId::CurrentSensorGain]);
         assert!(
             same.iter().all(|p| p.tells_apart().starts_with("It does not")),
@@ -301,5 +327,23 @@ mod tests {
         let apart = told([EffectId::IronLoss, EffectId::MainFluxSaturation]);
         assert!(apart[0].told_apart < 0.5 && apart[0].tells_apart().starts_with("It tells"), "{:?}", apart[0].told_apart);
         assert!(apart[0].told_apart >= apart[0].detectable.iter().map(|d| d.1).fold(0.0, f64::max));
+    }
+
+    /// What a bench lacked in its recordings it lacks in the next one.
+    #[test]
+    fn a_test_is_planned_with_the_sensors_that_there_are() {
+        let named = machines::ALL[0];
+        let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
+        let motor = MotorFile::new(named.name, machine, Rating::guess(machine.parameters(), named.pole_pairs));
+        let after = |found: Value| Sensing::after(&motor, Some(&json!({"noise": {}, "loads": {"found": found}}))).load;
+        assert_eq!(after(json!([])), LoadPlan::Known);
+        assert_eq!(after(json!([{"recording": "a", "torque_nm": [1.0]}])), LoadPlan::Unknown);
+        assert_eq!(after(json!([{"recording": "a", "omega_m_rad_s": [1.0]}])), LoadPlan::Unseen);
+        let any = Limits { current: 20.0, speed: 2.0, ..Limits::default() };
+        let sees = |load| {
+            let all = propose(&motor, &[EffectId::Windage], Sensing { load, ..PLAIN }, &any, &[]).unwrap();
+            all.iter().any(|p| p.detectable.iter().any(|d| d.1 < 1.0))
+        };
+        assert!(sees(LoadPlan::Known) && !sees(LoadPlan::Unknown), "windage is no part of a load that nobody knows");
     }
 }

@@ -1,6 +1,6 @@
 //! The manoeuvre that best settles what is open.
 
-use im_diagnose::next_test::{Limits, Supply, open_after, planning_noise, propose, to_json};
+use im_diagnose::next_test::{Limits, Sensing, Supply, open_after, propose, to_json};
 use im_diagnose::sources::Refused;
 use im_diagnose::worst_case::machines_after;
 use im_model::EffectId;
@@ -37,8 +37,8 @@ pub fn next_test(
     let limits = Limits { supply, current: current.unwrap_or(Limits::on(supply).current), speed, torque };
     let found = work(py, "simulating manoeuvres", 0, || {
         let safe_for = machines_after(&motor.file, diagnosis.as_ref(), &open);
-        let noise = planning_noise(&motor.file, diagnosis.as_ref());
-        propose(&motor.file, &open, noise, &limits, &safe_for).map_err(|e| Refused::fit(&motor.label, &e))
+        let sensing = Sensing::after(&motor.file, diagnosis.as_ref());
+        propose(&motor.file, &open, sensing, &limits, &safe_for).map_err(|e| Refused::fit(&motor.label, &e))
     })?;
     Ok(to_json(&open, &found.map_err(refused)?).to_string())
 }

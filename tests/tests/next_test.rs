@@ -1,6 +1,7 @@
 //! A proposed test keeps the limits on the machine that is really there.
 
-use im_diagnose::next_test::{Limits, propose};
+use im_diagnose::intake::LoadPlan;
+use im_diagnose::next_test::{Limits, Sensing, propose};
 use im_diagnose::worst_case::machines_after;
 use im_model::simulation::{Scenario, Simulation};
 use im_model::{EffectId, MotorFile};
@@ -24,7 +25,8 @@ fn beyond(k: usize) -> Option<String> {
     let motor = MotorFile::parse(&case.nameplate().motor_toml("hidden"), "motor.toml").unwrap();
     let open: Vec<EffectId> = [hidden, other].iter().filter_map(|e| EffectId::from_name(e.name())).collect();
     let limits = Limits::default();
-    let proposals = propose(&motor, &open, (0.05, 0.1), &limits, &machines_after(&motor, None, &open)).unwrap();
+    let sensing = Sensing { current_a: 0.05, speed_rad_s: 0.1, load: LoadPlan::Known };
+    let proposals = propose(&motor, &open, sensing, &limits, &machines_after(&motor, None, &open)).unwrap();
     let best = proposals.first()?;
     // The supply does not depend on the machine: what the model's simulation commands, the hidden machine gets.
     let scenario = Scenario::parse(&best.scenario_toml, "scenario.toml", std::path::Path::new("")).unwrap();

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use im_diagnose::next_test::{Limits, Proposal, Supply, WHY, open_after, planning_noise, propose, rivals, to_json};
+use im_diagnose::next_test::{Limits, Proposal, Sensing, Supply, WHY, open_after, propose, rivals, to_json};
 use im_diagnose::worst_case::machines_after;
 use im_model::{EffectId, FileKind, MotorFile, read_text, write_atomically};
 use serde_json::Value;
@@ -70,7 +70,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let diagnosis = args.diagnosis.as_deref().map(read).transpose()?;
     open.extend(diagnosis.iter().flat_map(open_after));
     let are_rivals = !args.effect.is_empty() || diagnosis.as_ref().is_some_and(|d| !rivals(d).is_empty());
-    let noise = planning_noise(&motor, diagnosis.as_ref());
+    let sensing = Sensing::after(&motor, diagnosis.as_ref());
     open.sort_unstable();
     open.dedup();
     let mut out = stdout();
@@ -90,12 +90,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let current = args.max_current.unwrap_or(Limits::on(supply).current);
     let limits = Limits { supply, current, speed: args.max_speed, torque: args.max_torque };
     let safe_for = machines_after(&motor, diagnosis.as_ref(), &open);
-    let found = spinning("simulating manoeuvres", || propose(&motor, &open, noise, &limits, &safe_for))
+    let found = spinning("simulating manoeuvres", || propose(&motor, &open, sensing, &limits, &safe_for))
         .map_err(|e| refused(&args.motor, &e))?;
     let Some(best) = found.first() else {
         let synchronous = motor.rating.synchronous_speed_rad_s(motor.machine.pole_pairs());
         let unlimited = Limits { current: f64::INFINITY, speed: f64::INFINITY, ..limits };
-        let all = propose(&motor, &open, noise, &unlimited, &safe_for).unwrap_or_default();
+        let all = propose(&motor, &open, sensing, &unlimited, &safe_for).unwrap_or_default();
         // The one that goes least beyond.
         let needs = |p: &Proposal| [p.reaches.0 / rated, p.reaches.1 / synchronous];
         let beyond = |p: &Proposal| (needs(p)[0] / limits.current).max(needs(p)[1] / limits.speed);

@@ -5,7 +5,7 @@ use im_model::EffectId;
 use super::NextTest;
 use crate::diagnosis::{Diagnosis, Verdict};
 use crate::format::number;
-use crate::next_test::{Limits, Supply, WHY, propose};
+use crate::next_test::{Limits, Sensing, Supply, WHY, propose};
 use crate::worst_case::machines_after;
 
 impl NextTest {
@@ -26,14 +26,18 @@ impl NextTest {
         if open.is_empty() {
             return None;
         }
-        let noise = |k: &str, otherwise: f64| found.noise.get(k).copied().unwrap_or(otherwise);
-        let noise = (noise("i_alpha_A", 0.05), noise("omega_m_rad_s", 0.1));
         let as_json = found.to_json();
         let safe_for = machines_after(&found.refined, Some(&as_json), &open);
-        let best = propose(&found.refined, &open, noise, &Limits::on(Supply::of(None, Some(&as_json))), &safe_for)
-            .ok()?
-            .into_iter()
-            .next()?;
+        let best = propose(
+            &found.refined,
+            &open,
+            Sensing::after(&found.refined, Some(&as_json)),
+            &Limits::on(Supply::of(None, Some(&as_json))),
+            &safe_for,
+        )
+        .ok()?
+        .into_iter()
+        .next()?;
         let settles = best
             .detectable
             .iter()
