@@ -4,16 +4,18 @@
 //!     cargo run --release -p im-diagnose --example next_test -- next_test.svg
 
 use im_chart::{Panel, Series, panels};
-use im_diagnose::next_test::{Limits, propose};
+use im_diagnose::intake::LoadPlan;
+use im_diagnose::next_test::{Limits, Sensing, propose};
 use im_diagnose::worst_case::machines_after;
 use im_model::{EffectId, MotorFile};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let motor = MotorFile::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/motor.toml"))?;
     let open = [EffectId::CoulombFriction, EffectId::Windage];
-    // Noise of the sensors of that bench: 30 mA and 0.1 rad/s.
-    let found =
-        propose(&motor, &open, (0.03, 0.1), &Limits { torque: 0.5, ..Limits::default() }, &machines_after(&motor, None, &open))?;
+    // The sensors of that bench: 30 mA and 0.1 rad/s of noise, and a torque meter.
+    let sensing = Sensing { current_a: 0.03, speed_rad_s: 0.1, load: LoadPlan::Known };
+    let limits = Limits { torque: 0.5, ..Limits::default() };
+    let found = propose(&motor, &open, sensing, &limits, &machines_after(&motor, None, &open))?;
     for p in &found {
         let seen: Vec<String> = p.detectable.iter().map(|(e, size)| format!("{} from {size:.3}", e.name())).collect();
         println!("{:14} {:3.0}° apart; {} of its usual size", p.name, p.angle_deg, seen.join(", "));
