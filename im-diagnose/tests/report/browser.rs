@@ -148,9 +148,10 @@ fn pages_zoom_tell_values_overflow_nowhere_and_ask_for_nothing() {
                 (read.contains("rad/s | ") || *name == "without load") && read.contains("applied voltage α, V | "),
                 "{context}"
             );
-            // Within the window, and near the pointer.
+            // Within the window; near the pointer, on a narrow screen out of the way of the picture.
             let tip: Vec<f64> = f["tip"].as_array().unwrap().iter().filter_map(Value::as_f64).collect();
-            assert!(tip[0] >= 0.0 && tip[1] >= 0.0 && tip[2] < 400.0, "{context}");
+            let placed = if width == 400 { tip[2] > 40.0 } else { tip[2] < 400.0 };
+            assert!(tip[0] >= 0.0 && tip[1] >= 0.0 && placed, "{context}");
         }
     }
     std::fs::remove_dir_all(&dir).unwrap();
