@@ -220,7 +220,7 @@ fn noise_of(case: &Case) -> BTreeMap<String, f64> {
         let [all, squares] = sums.entry(c.name.clone()).or_default();
         (*all, *squares) = (*all + rows, *squares + rows * c.sigma * c.sigma);
     }
-    sums.into_iter().map(|(name, [rows, squares])| (name, (squares / rows).sqrt())).collect()
+    sums.into_iter().map(|(name, [rows, squares])| (name, (squares / rows.max(1.0)).sqrt())).collect()
 }
 
 /// ln(N/λ): by how much the cost of a formula must fall for one number more. The search asks λ times that of D; the covariance of a curve, which the

@@ -179,11 +179,14 @@ fn text_section(text: &mut String, format: &TextFormat, has_names: bool) {
     }
 }
 
+/// Units in brackets of what is no time and no quantity of a recording either.
+const NO_TIMES: [&str; 9] = ["W", "kW", "VA", "kVA", "var", "kvar", "VAr", "°C", "%"];
+
 fn time_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) -> Option<f64> {
     let rises = |s: &Seen<'_>| s.x.windows(2).all(|w| w[1] > w[0]);
-    let other_unit = |s: &Seen<'_>| s.unit.is_none() && s.name.ends_with([')', ']']);
-    let is = |quantity| move |s: &Seen<'_>| s.quantity == quantity && rises(s) && !other_unit(s);
-    // A current that rises from row to row is no time.
+    let inside = |s: &Seen<'_>| s.name.rsplit(['(', '[']).next().unwrap_or_default().trim_end_matches([')', ']']).to_owned();
+    let is = |quantity| move |s: &Seen<'_>| s.quantity == quantity && rises(s) && !NO_TIMES.contains(&inside(s).as_str());
+    // A current or a power that rises from row to row is no time.
     let chosen = [Some(Quantity::Time), None].into_iter().find_map(|q| seen.iter().position(is(q)));
     let Some(k) = chosen else {
         d.missing.push("[time]: no column advances from row to row; give sample_time_s (a table of steady states goes to im fit or im diagnose as --table)".to_owned());

@@ -189,6 +189,16 @@ fn the_instant_of_a_voltage_is_decided_by_the_fit() {
     assert!(text.contains("instant = \"sample\"") && said.contains("the model fits better so"), "{said}");
 }
 
+/// A table of a type test, given as a recording: what rises from row to row are a current and a power, and no time.
+#[test]
+fn a_table_is_sent_to_where_tables_go() {
+    let folder = Folder::new("no-time");
+    let rows: String = (0..300).map(|k| format!("400;{};{};1490\n", 5 + k, 1 + k)).collect();
+    let path = folder.put("last.csv", format!("U (V);I (A);P (kW);n (rpm)\n{rows}"));
+    let e = take(&path).unwrap_err().to_string();
+    assert!(e.contains("no column advances from row to row") && e.contains("as --table"), "{e}");
+}
+
 /// d and q in a drive's frame, with its angle in turns; and duty cycles beside the voltage of the link.
 #[test]
 fn turning_frames_and_duty_cycles_are_what_they_stand_for() {
