@@ -83,7 +83,10 @@ impl Proposal {
     }
 }
 
-/// Proposals within the limits, best first: no manoeuvre leaves them on any of the machines `safe_for`
+/// An effect that is found from so many times its largest usual size on is worth as little as one that is not.
+const NOT_SEEN: f64 = 1e3;
+
+/// Proposals within the limits that show something of what is open, best first: no manoeuvre leaves them on any of the machines `safe_for`
 /// ([`worst_case::machines`](crate::worst_case::machines)).
 ///
 /// `open` are the effects in question: rivals to be separated, or effects that the recordings so far could not show. `sensing` is what will be
@@ -107,9 +110,10 @@ pub fn propose(
     let shown: Vec<EffectId> = open.iter().copied().filter(|&e| proposals.iter().any(|p| shows(p, e))).collect();
     for p in &mut proposals {
         // Worth: how far below its usual size the worst open effect would still be found, and, of rivals, apart from the other.
-        let worst = p.detectable.iter().filter(|(e, _)| shown.contains(e)).map(|(_, x)| *x).fold(0.0, f64::max);
-        p.merit = if worst > 0.0 { p.angle_deg.to_radians().sin() / worst } else { 0.0 };
+        let worst = p.detectable.iter().filter(|(e, _)| shown.contains(e)).map(|(_, x)| x.min(NOT_SEEN)).fold(0.0, f64::max);
+        p.merit = p.angle_deg.to_radians().sin() / worst.max(1e-9);
     }
+    proposals.retain(|p| p.detectable.iter().any(|(_, size)| size.is_finite()));
     proposals.sort_by(|a, b| b.merit.total_cmp(&a.merit));
     Ok(proposals)
 }
@@ -295,14 +299,21 @@ mod tests {
 
     const PLAIN: Sensing = Sensing { current_a: 0.01, speed_rad_s: 0.1, load: LoadPlan::Known };
 
-    #[test]
-    fn a_short_test_of_what_drifts_says_why_it_suffices() {
+    fn motor() -> MotorFile {
         let named = machines::ALL[0];
         let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
-        let motor = MotorFile::new(named.name, machine, Rating::guess(machine.parameters(), named.pole_pairs));
-        let any = Limits { current: 20.0, speed: 2.0, ..Limits::default() };
+        MotorFile::new(named.name, machine, Rating::guess(machine.parameters(), named.pole_pairs))
+    }
+
+    fn any() -> Limits {
+        Limits { current: 20.0, speed: 2.0, ..Limits::default() }
+    }
+
+    #[test]
+    fn a_short_test_of_what_drifts_says_why_it_suffices() {
+        let motor = motor();
         let said = |e: EffectId| {
-            let all = propose(&motor, &[e], PLAIN, &any, &[]).unwrap();
+            let all = propose(&motor, &[e], PLAIN, &any(), &[]).unwrap();
             all.iter().map(|p| (p.detectable[0].1 < 1.0, p.why_so_short())).collect::<Vec<_>>()
         };
         let heating = said(EffectId::StatorHeating);
@@ -313,11 +324,8 @@ mod tests {
     /// A voltage gain and a current gain are the same in every recording; iron loss and main-flux saturation part wherever the flux moves.
     #[test]
     fn a_test_says_whether_it_tells_rivals_apart() {
-        let named = machines::ALL[0];
-        let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
-        let motor = MotorFile::new(named.name, machine, Rating::guess(machine.parameters(), named.pole_pairs));
-        let any = Limits { current: 20.0, speed: 2.0, ..Limits::default() };
-        let told = |rivals: [EffectId; 2]| propose(&motor, &rivals, PLAIN, &any, &[]).unwrap();
+        let motor = motor();
+        let told = |rivals: [EffectId; 2]| propose(&motor, &rivals, PLAIN, &any(), &[]).unwrap();
         let same = told([EffectId::VoltageGain, EffectId::CurrentSensorGain]);
         assert!(
             same.iter().all(|p| p.tells_apart().starts_with("It does not")),
@@ -332,18 +340,17 @@ mod tests {
     /// What a bench lacked in its recordings it lacks in the next one.
     #[test]
     fn a_test_is_planned_with_the_sensors_that_there_are() {
-        let named = machines::ALL[0];
-        let machine = Machine::base(named.parameters(), named.pole_pairs).unwrap();
-        let motor = MotorFile::new(named.name, machine, Rating::guess(machine.parameters(), named.pole_pairs));
+        let motor = motor();
         let after = |found: Value| Sensing::after(&motor, Some(&json!({"noise": {}, "loads": {"found": found}}))).load;
         assert_eq!(after(json!([])), LoadPlan::Known);
         assert_eq!(after(json!([{"recording": "a", "torque_nm": [1.0]}])), LoadPlan::Unknown);
         assert_eq!(after(json!([{"recording": "a", "omega_m_rad_s": [1.0]}])), LoadPlan::Unseen);
-        let any = Limits { current: 20.0, speed: 2.0, ..Limits::default() };
         let sees = |load| {
-            let all = propose(&motor, &[EffectId::Windage], Sensing { load, ..PLAIN }, &any, &[]).unwrap();
+            let all = propose(&motor, &[EffectId::Windage], Sensing { load, ..PLAIN }, &any(), &[]).unwrap();
             all.iter().any(|p| p.detectable.iter().any(|d| d.1 < 1.0))
         };
         assert!(sees(LoadPlan::Known) && !sees(LoadPlan::Unknown), "windage is no part of a load that nobody knows");
+        let none = propose(&motor, &[EffectId::Windage], Sensing { load: LoadPlan::Unknown, ..PLAIN }, &any(), &[]).unwrap();
+        assert!(none.is_empty(), "a test that shows nothing is none");
     }
 }

@@ -96,6 +96,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let synchronous = motor.rating.synchronous_speed_rad_s(motor.machine.pole_pairs());
         let unlimited = Limits { current: f64::INFINITY, speed: f64::INFINITY, ..limits };
         let all = propose(&motor, &open, sensing, &unlimited, &safe_for).unwrap_or_default();
+        if all.is_empty() {
+            let names: Vec<&str> = open.iter().map(|e| e.name()).collect();
+            return Err(Failure::Input(format!(
+                "no manoeuvre shows {}: with the sensors that there are, other values of the parameters imitate it",
+                names.join(", ")
+            )));
+        }
         // The one that goes least beyond.
         let needs = |p: &Proposal| [p.reaches.0 / rated, p.reaches.1 / synchronous];
         let beyond = |p: &Proposal| (needs(p)[0] / limits.current).max(needs(p)[1] / limits.speed);
@@ -137,12 +144,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     );
     write!(out, "{}", wrapped("             ", &worst))?;
     for (e, x) in &best.detectable {
-        let says = match *x {
-            x if x < 1.0 => format!("will be seen: smallest size found is {} of its largest usual one", rounded(x)),
-            x if x.is_finite() => format!("will not be seen: smallest size found is {} of its largest usual one", rounded(x)),
-            _ => "will not be seen: other values of the parameters imitate it".to_owned(),
+        let says = if *x < 1.0 { "will be seen" } else { "will not be seen" };
+        let why = if x.is_finite() {
+            format!("smallest size found is {} of its largest usual one", rounded(*x))
+        } else {
+            "other values of the parameters imitate it".to_owned()
         };
-        writeln!(out, "  {:<26} {says}", e.name())?;
+        writeln!(out, "  {:<26} {says}: {why}", e.name())?;
     }
     if let Some(why) = best.why_so_short() {
         write!(out, "{}", wrapped("  ", &why))?;

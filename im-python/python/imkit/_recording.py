@@ -189,14 +189,14 @@ def read_text(path: str | os.PathLike[str]) -> str:
 _COLUMNS = ("time", "speed", "load")
 
 
-def _is_file(mapping: Mapping[str, Any] | str | os.PathLike[str]) -> bool:
+def _is_file(mapping: Mapping[str, Any] | str | os.PathLike[str] | None) -> bool:
     """A text without a line's end and without an equals sign is the file's name."""
     return isinstance(mapping, os.PathLike) or (isinstance(mapping, str) and mapping != "" and not any(c in mapping for c in "\n="))
 
 
 def _text(mapping: Mapping[str, Any] | str | os.PathLike[str] | None) -> str | None:
     """The text of a ``recording.toml``."""
-    if mapping is not None and not isinstance(mapping, Mapping) and _is_file(mapping):
+    if _is_file(mapping):
         return read_text(mapping)
     if mapping is None or isinstance(mapping, str):
         return mapping
