@@ -228,7 +228,7 @@ fn proposal(
     let level = Options::default().significance.get() / machine.effects().ids().count() as f64;
     let context = ScoreContext::new(&fitted.machine, &fitted.starts, &experiments, &motor.rating, &free, level);
     let scores: Vec<Score> = open.par_iter().filter_map(|&e| context.score(e, None)).collect();
-    let detectable: Vec<(EffectId, f64)> = scores
+    let mut detectable: Vec<(EffectId, f64)> = scores
         .iter()
         .map(|s| {
             let info = &s.effect.parameters()[crate::search::score::strengths(s.effect)[0]];
@@ -237,6 +237,9 @@ fn proposal(
             (s.effect, if s.is_excited() { s.detectable / usual } else { f64::INFINITY })
         })
         .collect();
+    // Without a score it leaves no mark.
+    let scored = |e: EffectId| scores.iter().any(|s| s.effect == e);
+    detectable.extend(open.iter().filter(|e| !scored(**e)).map(|&e| (e, f64::INFINITY)));
     let samples = experiments.iter().map(Experiment::count).sum::<usize>() as f64;
     let (mut angle_deg, mut told_apart) = (90.0f64, 0.0f64);
     for (k, a) in scores.iter().enumerate() {
@@ -249,6 +252,9 @@ fn proposal(
             let needed = |s: &Score| (needed_to_tell_apart(angle.sin().powi(2), samples) / s.chi2_detectable).sqrt().max(1.0);
             told_apart = told_apart.max(needed(a) * detectable[k].1).max(needed(b) * detectable[l].1);
         }
+    }
+    if open.len() > scores.len() && open.len() > 1 {
+        told_apart = f64::INFINITY;
     }
     Some(Proposal {
         name,
