@@ -41,9 +41,9 @@ class Recording:
             from . import mat
 
             return cls._of_columns(os.path.basename(path), mat.columns_of(path), mapping)
-        if mapping is None or _is_file(mapping):
-            mapping = None if mapping is None else os.fspath(mapping)
-            return cls(_native.Recording.file(path, mapping), ("file", path, mapping))
+        file = _file_of(mapping)
+        if mapping is None or file is not None:
+            return cls(_native.Recording.file(path, file), ("file", path, file))
         columns = _native.Recording.file(path, None).read().arrays() or {}
         return cls._of_columns(os.path.basename(path), columns, mapping)
 
@@ -189,17 +189,20 @@ def read_text(path: str | os.PathLike[str]) -> str:
 _COLUMNS = ("time", "speed", "load")
 
 
-def _is_file(mapping: Mapping[str, Any] | str | os.PathLike[str] | None) -> bool:
-    """A text without a line's end and without an equals sign is the file's name."""
-    return isinstance(mapping, os.PathLike) or (isinstance(mapping, str) and mapping != "" and not any(c in mapping for c in "\n="))
+def _file_of(mapping: Mapping[str, Any] | str | os.PathLike[str] | None) -> str | None:
+    """The name of a file that holds the mapping: a path, or a text without a line's end and without an equals sign."""
+    if isinstance(mapping, os.PathLike):
+        return os.fspath(mapping)
+    return mapping if isinstance(mapping, str) and mapping != "" and not any(c in mapping for c in "\n=") else None
 
 
 def _text(mapping: Mapping[str, Any] | str | os.PathLike[str] | None) -> str | None:
     """The text of a ``recording.toml``."""
-    if _is_file(mapping):
-        return read_text(mapping)
-    if mapping is None or isinstance(mapping, str):
-        return mapping
+    if mapping is None:
+        return None
+    if isinstance(mapping, (str, os.PathLike)):
+        file = _file_of(mapping)
+        return str(mapping) if file is None else read_text(file)
     # One column may stand for its table: "speed": "n".
     whole = {key: {"column": value} if key in _COLUMNS and isinstance(value, str) else value for key, value in mapping.items()}
     return "".join(f"{key} = {_value(value)}\n" for key, value in whole.items())
