@@ -20,6 +20,8 @@ pub fn why(answer: &Diagnosis) {
     for s in &p.sets {
         println!("      set {:.3} D {:.1} k {} {:?}", s.probability, s.deviance, s.parameters, s.effects);
     }
+    let curves: Vec<&str> = answer.curves.iter().map(|e| e.name()).collect();
+    println!("      curves of no known form in the likeliest set: {curves:?}");
     for Stage { model: m, round: r, .. } in &answer.course.stages {
         println!(
             "      {:?} train {:.4} held out {:.4} D {:.0} of {}",
