@@ -147,14 +147,15 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         left = left.bent(&loop_, &found);
     } else if contested {
         left = left.bent(&loop_, &found);
-        let depth = if left.is_unexplained(1.0) { Depth::Beside } else { Depth::Whole };
+        // Where the form of what was found may be all that is wrong, a curve is that form, and replaces nothing.
+        let decided = left.is_unexplained(1.0) || left.is_form();
+        let depth = if decided { Depth::Beside } else { Depth::Whole };
         if let Some(likelier) = contest(&mut loop_, &course, sets, depth)? {
             let curves: Vec<EffectId> = likelier.effects.iter().copied().filter(|e| e.free_form().is_some()).collect();
             let found = &course.last().model.effects;
             let gives_way = |e| !likelier.effects.contains(e) || likelier.imitators.contains(e);
-            // A curve that takes no more than the form of what was found may err by is that form, and no other cause.
-            let replaced = found.is_empty() || (found.iter().any(gives_way) && !left.is_within_form());
-            let replace = !curves.is_empty() && replaced;
+            let replaced = found.is_empty() || found.iter().any(gives_way);
+            let replace = !curves.is_empty() && replaced && !left.is_form();
             left = left.contested(curves, replace);
         }
     }

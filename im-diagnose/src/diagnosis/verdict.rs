@@ -162,12 +162,17 @@ impl<'a> Left<'a> {
     /// Whether the last model is not as good as the sensors. Small effects are named only where what they leave is no more than noise, or than their
     /// forms may err by.
     fn is_more_than_noise(&self) -> bool {
-        self.error[1] - 1.0 > NEGLIGIBLE || (self.named && !self.is_within_form() && self.is_structured())
+        self.error[1] - 1.0 > NEGLIGIBLE || (self.named && !self.is_within_form(self.error[1], 1.0) && self.is_structured())
     }
 
-    /// Whether what is left is no more than the forms of effects err by that explain the rest.
-    pub(super) fn is_within_form(&self) -> bool {
-        self.error[1] - 1.0 <= SIZE_IN_SEARCH.powi(2) * (self.error[0] - 1.0)
+    /// Whether so much of χ²/N is no more than the forms of effects err by, within some standard deviations, that explain the rest.
+    fn is_within_form(&self, left: f64, deviations: f64) -> bool {
+        left - 1.0 <= (deviations * SIZE_IN_SEARCH).powi(2) * (self.error[0] - 1.0)
+    }
+
+    /// Whether the form of the effects may be all that is wrong: what is left is no larger than errors of form are, and looks like one.
+    pub(super) fn is_form(&self) -> bool {
+        self.is_within_form(self.error[1], 2.0) && self.is_within_form(self.bent, 1.0)
     }
 
     /// Whether the effects explain too little, whatever curves of no known form would.
@@ -238,8 +243,8 @@ pub(super) fn is_contested(course: &Course, left: &Left<'_>) -> bool {
 /// The verdict as far as effects and residual tests decide it.
 fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     let last = &course.last().model;
-    // A search that had to end while something was left has no answer: sets that it did not come to may be likelier.
-    let unfinished = course.cut_short && !last.effects.is_empty() && left.is_more_than_noise();
+    // A search that had to end while more was left than forms err by has no answer: sets that it did not come to may be likelier.
+    let unfinished = course.cut_short && !last.effects.is_empty() && left.is_more_than_noise() && !left.is_form();
     if left.is_unexplained(floor) || left.replace || unfinished {
         Some(Verdict::Unexplained)
     } else if last.effects.is_empty() {
