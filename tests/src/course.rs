@@ -24,11 +24,12 @@ pub fn why(answer: &Diagnosis) {
     println!("      curves of no known form in the likeliest set: {curves:?}");
     for Stage { model: m, round: r, .. } in &answer.course.stages {
         println!(
-            "      {:?} train {:.4} held out {:.4} D {:.0} of {}",
+            "      {:?} train {:.4} held out {:.4} D {:.0} + {:.0} of {}",
             m.effects,
             m.train(),
             m.holdout.unwrap_or(0.0),
-            m.deviance,
+            m.train_deviance,
+            m.deviance - m.train_deviance,
             m.fit.count
         );
         for (f, x) in m.fit.free.iter().zip(m.fit.values()) {
@@ -44,7 +45,12 @@ pub fn why(answer: &Diagnosis) {
         for t in &r.trials {
             let m = &t.model;
             let (name, seen, unseen) = (t.effect.name(), m.train(), m.holdout.unwrap_or(0.0));
-            println!("         try {name:<26} train {seen:.4} held out {unseen:.4} D {:.0} {:?}", m.deviance, t.refusal);
+            println!(
+                "         try {name:<26} train {seen:.4} held out {unseen:.4} D {:.0} + {:.0} {:?}",
+                m.train_deviance,
+                m.deviance - m.train_deviance,
+                t.refusal
+            );
         }
     }
     for l in answer.dependences.iter().take(3) {

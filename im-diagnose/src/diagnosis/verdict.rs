@@ -276,3 +276,27 @@ fn doubts(course: &Course, ranking: &[Candidate], left: &Left<'_>) -> Vec<Doubt>
     let hinted = hinted.min_by(|a, b| a.model.train().total_cmp(&b.model.train())).map(|t| Doubt::Hint(t.effect));
     missed.into_iter().chain(unexcited).chain(hinted).chain(undetermined(&first.fit).map(Doubt::Undetermined)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What effects leave is their form where it is as small as errors of form are and looks like one; a weak unknown cause is larger against what
+    /// there was, and of a strong one the bends leave more.
+    #[test]
+    fn an_error_of_form_is_small_and_looks_like_one() {
+        let left = |error, bent| Left {
+            error,
+            bent,
+            named: true,
+            held_out_missed: false,
+            dependences: &[],
+            of_tables: 0.0,
+            curves: Vec::new(),
+            replace: false,
+        };
+        assert!(left([97.3, 2.91], 1.43).is_form());
+        assert!(!left([2.62, 1.29], 1.01).is_form());
+        assert!(!left([97.3, 2.91], 2.25).is_form());
+    }
+}
