@@ -42,6 +42,7 @@ pub mod search;
 pub mod sources;
 pub mod statistics;
 pub mod steady_curve;
+mod table_balance;
 pub mod table_file;
 pub mod tables;
 pub mod uncertainty;

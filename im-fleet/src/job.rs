@@ -99,6 +99,18 @@ fn of_folder(path: &Path) -> Result<Vec<Job>, Refused> {
     Ok(jobs)
 }
 
+/// The folders of a fleet that make no job, and what is missing in each.
+///
+/// # Errors
+/// A folder cannot be read.
+pub fn passed_over(path: &Path, jobs: &[Job]) -> Result<Vec<(PathBuf, &'static str)>, FileError> {
+    let folders = if path.is_dir() { entries(path)? } else { Vec::new() };
+    let hidden = |p: &PathBuf| name(p).starts_with('.');
+    let without = folders.into_iter().filter(|p| p.is_dir() && !hidden(p)).filter(|p| jobs.iter().all(|j| j.unit != name(p)));
+    let why = |p: &PathBuf| if p.join("motor.toml").is_file() { "no recording" } else { "no motor.toml" };
+    Ok(without.map(|p| (p.clone(), why(&p))).collect())
+}
+
 /// A job with the recordings of a folder, if there are any.
 fn with_recordings(job: &Job, folder: &Path) -> Result<Option<Job>, FileError> {
     let is_recording = |p: &PathBuf| p.is_file() && p.extension().is_some_and(|e| ENDINGS.iter().any(|end| e == *end));
@@ -180,6 +192,7 @@ mod tests {
         fs::write(at("fleet.csv"), table).unwrap();
         assert_eq!(jobs(&at("fleet.csv")).unwrap(), folder);
         assert_eq!(folder.iter().map(Job::label).collect::<Vec<_>>(), ["a", "b 2026-01", "b 2026-02"]);
+        assert_eq!(passed_over(dir.path(), &folder).unwrap(), [(at("c"), "no motor.toml")]);
         for (wrong, says) in [("train", "parrot"), ("unit,", "units,")] {
             fs::write(at("wrong.csv"), table.replacen(wrong, says, 1)).unwrap();
             let e = jobs(&at("wrong.csv")).unwrap_err().to_string();

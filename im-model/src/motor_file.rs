@@ -96,6 +96,9 @@ pub struct Known {
 /// A wider tolerance says nothing.
 const WIDEST_TOLERANCE: f64 = 10.0;
 
+/// Part of the losses on a nameplate that the copper of the stator makes at least: less is a resistance in another unit.
+const LEAST_COPPER_SHARE: f64 = 0.02;
+
 /// By how much guesses by rules of thumb are off (0.5 to 2 times on the named machines; `nameplate.rs`), R_s, R_r, L_ls, L_lr, L_m, J.
 const BY_RULE: [f64; 6] = [1.0, 1.0, 1.0, 1.0, 1.0, 1.5];
 /// The same with the locked-rotor current or the breakdown torque.
@@ -191,7 +194,7 @@ impl MotorFile {
         if let Some(r) = resistance {
             BaseParameter::StatorResistance.bound().check("terminal_resistance_ohm", r.ohm)?;
             let most = 2.0 * plate.losses_w() / (3.0 * plate.line_current_rms_a * plate.line_current_rms_a);
-            Bound::Within(0.0, four_digits(most)).check("terminal_resistance_ohm", r.ohm)?;
+            Bound::Within(four_digits(LEAST_COPPER_SHARE * most), four_digits(most)).check("terminal_resistance_ohm", r.ohm)?;
             // Star or delta: the star-equivalent phase has half of what two terminals show.
             p.stator_resistance_ohm = 0.5 * r.ohm;
             tolerances[0] = if winding_c.is_some() { MEASURED } else { WARMER_IN_USE };
@@ -564,7 +567,8 @@ mod tests {
         let made = |ohm| MotorFile::from_nameplate("m", &plate, Some(TerminalResistance { ohm, at_c: Some(20.0) }));
         assert_eq!(made(2.7).unwrap().0.machine.parameters().stator_resistance_ohm, 1.35);
         let refused = made(270.0).unwrap_err().to_string();
-        assert!(refused.contains("terminal_resistance_ohm = 270 must be from 0 to 6.68"), "{refused}");
+        assert!(refused.contains("terminal_resistance_ohm = 270 must be from 0.1336 to 6.68"), "{refused}");
+        assert!(made(0.0027).is_err());
     }
 
     #[test]

@@ -209,8 +209,10 @@ def test_a_recording_keeps_what_it_was_made_from(motor, recording):
     assert np.array_equal(again.columns["omega_m_rad_s"], speed) and np.array_equal(kept.columns["omega_m_rad_s"], speed)
 
 
-def test_arrays_may_lack_a_speed_and_numbers_stand_for_arrays(recording):
+def test_arrays_may_lack_a_speed_and_numbers_stand_for_arrays(motor, recording):
     c = recording.columns
+    blind = imkit.Recording.from_arrays(t_s=c["t_s"], u_s=recording.u_s, i_s=recording.i_s, tau_load_nm=c["tau_load_Nm"])
+    assert imkit.fit(motor, blind).rms_in_sigma < 2.0
     made = imkit.Recording.from_arrays(t_s=c["t_s"], u_s=recording.u_s, i_s=recording.i_s, tau_load_nm=3.0)
     assert "omega_m_rad_s" not in made.columns and np.all(made.columns["tau_load_Nm"] == 3.0)
     with pytest.raises(imkit.InputError, match="i_s: an array of 2 dimensions"):

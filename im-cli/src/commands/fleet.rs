@@ -1,12 +1,13 @@
 //! `im fleet`: many motors, one table of verdicts.
 
+use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use im_diagnose::report::Meta;
 use im_diagnose::search::Significance;
-use im_fleet::job::jobs;
+use im_fleet::job::{jobs, passed_over};
 use im_fleet::row::{JobStatus, Row};
 use im_fleet::settings::Settings;
 use im_fleet::summary::Summary;
@@ -77,7 +78,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         writeln!(stdout(), "{}", with_work(summary.to_json(&rows), done))?;
         return Ok(());
     }
-    Ok(tell(args, &rows, &summary, done)?)
+    tell(args, &rows, &summary, done)?;
+    // What the run writes may lie in the fleet's own folder.
+    let own = fs::canonicalize(&args.out).ok();
+    for passed in passed_over(&args.fleet, &jobs)?.into_iter().filter(|(folder, _)| fs::canonicalize(folder).ok() != own) {
+        write!(stdout(), "{}", wrapped("! ", &format!("{}: passed over, as there is {} in it.", passed.0.display(), passed.1)))?;
+    }
+    Ok(())
 }
 
 fn with_work(mut summary: serde_json::Value, done: Done) -> serde_json::Value {

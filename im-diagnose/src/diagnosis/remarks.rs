@@ -15,13 +15,24 @@ const NEAR_SAMPLES: f64 = 0.1;
 /// Mean square of the residual, in σ², below which the noise was taken too large.
 const BELOW_NOISE: f64 = 0.8;
 
+/// A gain this near, relative, to a factor between conventions is suspicious.
+const NEAR_CONVENTION: f64 = 0.04;
+
+fn is_a_convention(gain: f64) -> bool {
+    [2f64, 3.0]
+        .iter()
+        .map(|n| n.sqrt())
+        .any(|f| (gain / f - 1.0).abs() < NEAR_CONVENTION || (gain * f - 1.0).abs() < NEAR_CONVENTION)
+}
+
 /// How far impedances and inertia may be from the motor file where no convention has been mistaken, as logarithms: √2 is 0.35.
 const AS_GIVEN: [f64; 2] = [0.15, 0.25];
 
 impl Diagnosis {
     /// What the user should check first, one sentence each.
     pub fn remarks(&self) -> Vec<String> {
-        let found = [self.search_cut_short(), self.delay_of_whole_samples(), self.error_below_noise()];
+        let found =
+            [self.search_cut_short(), self.delay_of_whole_samples(), self.gain_of_a_convention(), self.error_below_noise()];
         found.into_iter().flatten().chain(self.contradictions()).collect()
     }
 
@@ -62,6 +73,17 @@ impl Diagnosis {
         ))
     }
 
+    /// A gain that is the factor between two conventions, found or in the place of one that was: the mapping is likelier wrong than the sensor.
+    fn gain_of_a_convention(&self) -> Option<String> {
+        let gains = [EffectId::VoltageGain, EffectId::CurrentSensorGain];
+        let of = |e: &EffectId| 1.0 + self.refined.machine.get(ParameterId::Effect(*e, 0));
+        let gain = gains.iter().filter(|e| self.effects.contains(e)).map(of).find(|g| is_a_convention(*g))?;
+        Some(format!(
+            "Check the convention of voltage and current in the mapping first: a gain of {} is nearly √2 or √3 or its inverse, as when rms and peak, or line to line and phase, are taken for each other",
+            number(gain, 3)
+        ))
+    }
+
     /// An error clearly below what the noise alone makes.
     fn error_below_noise(&self) -> Option<String> {
         let last = self.steps.last()?;
@@ -70,7 +92,7 @@ impl Diagnosis {
             let why = if self.case.train.iter().all(|e| e.is_table()) {
                 "the instruments are better than the class that was taken, 0.5 % where no `class` is given in a table.toml"
             } else {
-                "the noise was taken too large, as with signals that were rounded, or a speed that is a difference of angles"
+                "the noise was taken too large, as with signals that were rounded, currents that a switched voltage makes rough, or a speed that is a difference of angles"
             };
             format!("An error of {} σ rms is less than the noise alone makes: {why}", number(least.sqrt(), 2))
         })
@@ -98,5 +120,18 @@ impl Diagnosis {
         self.steps.last().is_some_and(|s| s.train.chi2_per_sample < FITS)
             && mean.abs() < AS_GIVEN[0]
             && inertia.ln().abs() < AS_GIVEN[1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_a_convention;
+
+    #[test]
+    fn a_gain_between_two_conventions_is_told_from_one_of_a_sensor() {
+        for gain in [2f64.sqrt(), 0.5f64.sqrt(), 3f64.sqrt(), 0.58] {
+            assert!(is_a_convention(gain), "{gain}");
+        }
+        assert!([1.0, 1.1, 0.9, 0.8, 1.3, 2.0].iter().all(|g| !is_a_convention(*g)));
     }
 }

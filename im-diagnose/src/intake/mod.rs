@@ -228,7 +228,8 @@ fn guess(origin: Origin<'_>, label: &str, said: &Preface, motor: &MotorFile) -> 
     let sniffed = origin.sniff(label, said.text)?;
     let rows = origin.rows(label, sniffed.format)?;
     let all: Vec<usize> = (0..rows.names().len()).collect();
-    let table = RawTable::from_rows(rows, label, &all, draft::ROWS)?;
+    let mut table = RawTable::from_rows(rows, label, &all, draft::ROWS)?;
+    table.columns.iter_mut().for_each(|x| bridge(x));
     let is_number = |x: &&Vec<f64>| x.iter().any(|v| v.is_finite());
     if table.columns.iter().filter(is_number).count() < 2 {
         let found = "no two columns of numbers: this is no recording, or its lines of numbers were not found (say where they begin with \
@@ -245,6 +246,21 @@ fn guess(origin: Origin<'_>, label: &str, said: &Preface, motor: &MotorFile) -> 
     Ok((mapping, draft))
 }
 
+/// Fields that are no numbers in a column of numbers, to guess what it means: reading it says where they are.
+fn bridge(column: &mut [f64]) {
+    let numbers = column.iter().filter(|x| x.is_finite()).count();
+    let Some(mut last) = column.iter().copied().find(|x| x.is_finite()).filter(|_| 10 * numbers > 9 * column.len()) else {
+        return;
+    };
+    for x in column {
+        if x.is_finite() {
+            last = *x;
+        } else {
+            *x = last;
+        }
+    }
+}
+
 /// The files that are read for a path: its recordings and their mapping.
 ///
 /// # Errors
@@ -259,11 +275,16 @@ pub fn files(path: &Path, mapping: Option<&Path>) -> Result<Vec<PathBuf>, FileEr
     Ok(files)
 }
 
-/// What was noticed about recordings of one set-up: of offsets, only those that all of them show.
+/// What was noticed about recordings of one set-up: of offsets, only those that all of them show; no inertia or torque by a speed that one of them
+/// shows to be in another unit.
 pub fn findings<'a>(all: impl Iterator<Item = &'a Intake>) -> Vec<Finding> {
     let (mut found, steady): (Vec<Vec<Finding>>, Vec<bool>) = all.map(|i| (i.findings.clone(), i.steady)).unzip();
     quality::offset::keep_common(&mut found, &steady);
-    found.into_iter().flatten().collect()
+    let mut found: Vec<Finding> = found.into_iter().flatten().collect();
+    if found.iter().any(|f| f.kind == FindingKind::SpeedScale && f.severity == Severity::Serious) {
+        found.retain(|f| !matches!(f.kind, FindingKind::Inertia | FindingKind::LoadTorque));
+    }
+    found
 }
 
 /// How the names of recordings end; other names are read as well where a recording is asked for by its name.

@@ -108,7 +108,7 @@ pub(super) fn quantity(name: &str) -> Option<Quantity> {
         None
     } else if has(&["time", "zeit", "temps"]) || low == "t" {
         Some(Quantity::Time)
-    } else if has(&["torque", "moment", "load", "m_l"]) {
+    } else if has(&["torque", "moment", "load", "m_l"]) || name == "M" {
         Some(Quantity::Torque)
     } else if has(&["speed", "omega", "rpm", "drehzahl", "tacho", "encoder", "vitesse", "velocity"])
         || low == "n"

@@ -104,6 +104,10 @@ pub fn open<'a>(path: &Path, label: &'a str, format: TextFormat) -> Result<Rows<
             let (text, format) = parquet_as_text(file, label)?;
             (text, 0, format)
         }
+        Kind::Workbook => {
+            let reason = "a workbook or another archive, not a recording; save its sheet as CSV".to_owned();
+            return Err(FileError::new(label, None, None, Problem::Syntax { reason }));
+        }
         Kind::Text => (Box::new(file), bytes, format),
     };
     Rows::new(source, label, bytes, format)
@@ -118,6 +122,8 @@ pub enum Kind {
     Parquet,
     /// What `im-formats` reads.
     OtherPrograms,
+    /// A spreadsheet's own file, or another zip archive.
+    Workbook,
 }
 
 /// How a file is written, by its first bytes; it stands at its beginning afterwards.
@@ -131,6 +137,7 @@ pub fn kind_of(file: &mut File, path: &Path) -> std::io::Result<Kind> {
     Ok(match (first.starts_with(b"PAR1"), im_formats::format_of(&first, path)) {
         (true, _) => Kind::Parquet,
         (false, Some(_)) => Kind::OtherPrograms,
+        (false, None) if first.starts_with(b"PK\x03\x04") => Kind::Workbook,
         (false, None) => Kind::Text,
     })
 }

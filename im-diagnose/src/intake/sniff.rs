@@ -36,6 +36,7 @@ pub fn sniff(path: &Path, label: &str, said: TextSaid) -> Result<Sniffed, FileEr
     match raw::kind_of(&mut file, path).map_err(io)? {
         Kind::Parquet => return Ok(Sniffed::default()),
         Kind::OtherPrograms => return Ok(Sniffed { left_out: raw::other_programs(path, label)?.1, ..Sniffed::default() }),
+        Kind::Workbook => return raw::open(path, label, TextFormat::default()).map(|_| Sniffed::default()),
         Kind::Text => {}
     }
     let source = BufReader::new(AsUtf8::new(file).take(1 << 20));

@@ -44,7 +44,7 @@ pub enum TableKind {
 }
 
 /// One steady state.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SteadyRow {
     /// Phase voltage of the star-equivalent machine, V rms.
     pub phase_voltage_rms_v: f64,

@@ -25,7 +25,8 @@ pub use readings::{Readings, Resistance};
 pub use uncertainty::Estimate;
 
 use crate::intake::SteadyTable;
-use crate::tables::corrected;
+use crate::table_balance::faults;
+use crate::tables::{corrected, decided};
 use im_model::MotorFile;
 
 /// How the additional load loss was found.
@@ -123,6 +124,9 @@ pub struct LossesError(String);
 /// # Errors
 /// No rows under load and none without, or rows that no motor gives.
 pub fn segregate(motor: &MotorFile, tables: &[SteadyTable], resistance: Option<Resistance>) -> Result<Losses, LossesError> {
+    if let Some(fault) = decided(motor, tables).iter().flat_map(|t| faults(motor, t)).next() {
+        return Err(LossesError(format!("{}: {}. {}", fault.recording, fault.sentence, fault.advice)));
+    }
     // A speed that no machine has at no load leaves a slip that is none.
     let (tables, wrong_speed) = corrected(motor, tables).unwrap_or_else(|_| (tables.to_vec(), None));
     let readings = Readings::of(motor, &tables, resistance)?;

@@ -402,7 +402,8 @@ pub(crate) fn summary(s: &Story) -> Summary {
         } else if let Some(rival) = rival {
             let (name, its, own) = (short_effect_name(rival.effect), in_sigma(rival.model.train()), in_sigma(with));
             let unseen = rival.model.holdout.zip(model(k + 1).and_then(|m| m.holdout)).filter(|(rival, own)| rival > own);
-            words.push(if rival.model.train() >= with {
+            // Nothing is made of a difference that does not show.
+            words.push(if rival.model.train() >= 0.98 * with {
                 format!("refitted{nudged}, it leaves {own} rms in training, the next best ({name}) {its}")
             } else if k + 1 < d.effects.len() {
                 let all = in_sigma(train(d.effects.len()));

@@ -30,6 +30,13 @@ fn a_foreign_file_is_guessed_and_read_as_if_it_had_been_described() {
     assert_eq!(t.findings, []);
 }
 
+#[test]
+fn a_workbook_is_said_to_be_one() {
+    let folder = Folder::new("workbook");
+    let e = take(&folder.put("run.xlsx", b"PK\x03\x04\x14\x00\x06\x00rest")).unwrap_err().to_string();
+    assert!(e.contains("run.xlsx") && e.contains("save its sheet as CSV"), "{e}");
+}
+
 /// Another language and its letters in Latin-1, another separator, decimal commas, milliamperes, a line of units, phases in another order, a second sensor.
 #[test]
 fn a_spreadsheet_in_another_language_is_guessed() {

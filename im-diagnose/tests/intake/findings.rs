@@ -157,6 +157,11 @@ fn speed_in_another_unit_or_of_other_pole_pairs_is_named() {
     assert!(text.contains("unit = \"rpm\""), "{text}");
     let text = only("pairs", FindingKind::WrongPolePairs, |all| column(all, "n_rpm").iter_mut().for_each(|n| *n *= 2.0 / 3.0));
     assert!(text.contains("The machine has 3 pole pairs"), "{text}");
+    let text = only("turns", FindingKind::SpeedScale, |all| column(all, "n_rpm").iter_mut().for_each(|n| *n /= 60.0));
+    assert!(text.contains("serious") && text.contains("unit = \"Hz\""), "{text}");
+    let held = MAPPING.replace("column = \"n_rpm\"", "locked = true");
+    let text = with_mapping("held", FindingKind::DeadChannel, &held, |_| {});
+    assert!(text.contains("serious") && text.contains("said to be locked"), "{text}");
     let text = only("gain", FindingKind::SpeedScale, |all| column(all, "n_rpm").iter_mut().for_each(|n| *n *= 0.8));
     assert!(text.contains("Multiply its gain by 1.2"), "{text}");
 }
@@ -403,6 +408,40 @@ fn an_empty_field_is_a_gap_where_gaps_are_left_out() {
     assert_eq!(of(&t.findings, FindingKind::Gap).len(), 1, "{:?}", t.findings);
     let valid: Vec<bool> = (798..804).map(|k| t.experiment.channels[0].is_valid(k)).collect();
     assert_eq!(valid, [true, true, false, false, true, true]);
+}
+
+/// The slip is free, so that no impedance tells: beside its leakages a main inductance in mH is none.
+#[test]
+fn a_main_inductance_in_another_unit_stops_the_run() {
+    let folder = Folder::new("main-mh");
+    let path = folder.put("run.csv", csv(&columns()));
+    folder.put("run.recording.toml", MAPPING);
+    let mut machine = motor();
+    let mut p = *machine.machine.parameters();
+    p.magnetizing_inductance_h *= 1e3;
+    machine.machine = im_model::Machine::base(p, machine.machine.pole_pairs()).unwrap();
+    let t = read(&path, None, &machine).unwrap().remove(0);
+    let found = of(&t.findings, FindingKind::DifferentMachine);
+    assert!(found.iter().any(|f| f.stops() && f.advice.contains("in mH")), "{found:?}");
+}
+
+/// One field that is empty makes a column no less a speed: the draft names it, and reading says where it is empty.
+#[test]
+fn a_column_with_an_empty_field_is_still_guessed() {
+    let folder = Folder::new("empty-guess");
+    let text = csv(&columns());
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let speed = header.iter().position(|n| *n == "n_rpm").unwrap();
+    let holed = |(k, line): (usize, &str)| {
+        let mut fields: Vec<&str> = line.split(',').collect();
+        if k == 801 {
+            fields[speed] = "";
+        }
+        fields.join(",")
+    };
+    let text: Vec<String> = text.lines().enumerate().map(holed).collect();
+    let e = take(&folder.put("run.csv", text.join("\n") + "\n")).unwrap_err().to_string();
+    assert!(e.contains("run.csv:802: n_rpm is empty"), "{e}");
 }
 
 /// Columns that were exchanged, and an inductance of the motor file in another unit, leave an impedance that no guess is off by.

@@ -82,7 +82,7 @@ class Recording:
         for key, values in (("omega_m_rad_s", omega_m_rad_s), ("tau_load_Nm", tau_load_nm)):
             if values is not None:
                 columns[key] = _frames.numbers(_frames.whole(values, t.shape), key)
-        return cls._of_columns(name, columns, None)
+        return cls._of_columns(name, columns, None if "omega_m_rad_s" in columns else _without_speed("tau_load_Nm" in columns))
 
     @classmethod
     def _of_columns(
@@ -187,6 +187,16 @@ def read_text(path: str | os.PathLike[str]) -> str:
 
 
 _COLUMNS = ("time", "speed", "load")
+
+
+def _without_speed(has_load: bool) -> dict[str, Any]:
+    """Canonical columns of a recording whose speed was not measured."""
+    return {
+        "time": "t_s",
+        "voltage": {"alpha": "u_alpha_V", "beta": "u_beta_V", "instant": "held_from_row"},
+        "current": {"alpha": "i_alpha_A", "beta": "i_beta_A"},
+        "load": "tau_load_Nm" if has_load else {"unknown": True},
+    }
 
 
 def _file_of(mapping: Mapping[str, Any] | str | os.PathLike[str] | None) -> str | None:

@@ -1,6 +1,7 @@
 //! The recording against the motor file: order and sign of the phases, pole pairs, the speed's scale, another machine altogether.
 
 use std::f64::consts::{FRAC_PI_3, PI};
+use std::ops::RangeInclusive;
 
 use im_model::{Complex, MotorFile};
 
@@ -15,12 +16,18 @@ const BEYOND_GUESSES: f64 = 1.6;
 /// A turn of the current explains a misfit when it leaves no more of it than this share.
 const EXPLAINED: f64 = 0.4;
 
+/// So much faster than its field no machine turns: the speed is in another unit, or of something else.
+const ANOTHER_UNIT: f64 = 3.0;
+
+/// Magnetizing inductance over the sum of the leakages, of any machine.
+const MAIN_OVER_LEAKAGE: RangeInclusive<f64> = 0.5..=500.0;
+
 /// A speed below this share of the supply's is that of a machine that stands.
 const STANDS: f64 = 1e-3;
 
-/// What steady operation says against the motor file.
-pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding> {
-    let mut out = Vec::new();
+/// What steady operation says against the motor file; `locked` where the rotor is said to be.
+pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str, locked: bool) -> Vec<Finding> {
+    let mut out: Vec<Finding> = inductances(motor).into_iter().collect();
     let size = |s: &Steady| s.i.norm().max(s.against[1].norm());
     let largest = steady.iter().map(size).fold(0.0, f64::max);
     let loud: Vec<&Steady> = steady.iter().filter(|s| size(s) > 0.1 * largest && s.u.norm() > 0.0).collect();
@@ -100,7 +107,7 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding
     }
     if fits {
         let fits: Vec<ImpedanceFit> = all().map(|one| turned(one, 0.0)).collect();
-        out.extend(speed(&loud, motor, &fits));
+        out.extend(speed(&loud, motor, &fits, locked));
     }
     let unbalance = main.against[1].norm() / main.i.norm();
     let supply = main.against[0].norm() / main.u.norm().max(1e-12);
@@ -114,6 +121,23 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str) -> Vec<Finding
         out.push(Finding::new(FindingKind::Unbalance, Severity::Warning, text, advice).at(vec![main.rows.clone()]));
     }
     out
+}
+
+/// An inductance of the motor file that is a thousand times another is in another unit: no steady state would tell, as the slip is free.
+fn inductances(motor: &MotorFile) -> Option<Finding> {
+    let p = motor.machine.parameters();
+    let leakage = p.stator_leakage_inductance_h + p.rotor_leakage_inductance_h;
+    let ratio = p.magnetizing_inductance_h / leakage;
+    (!MAIN_OVER_LEAKAGE.contains(&ratio)).then(|| {
+        let text = format!(
+            "In the motor file the magnetizing inductance, {} H, is {} times both leakages, {} H; 5 to 60 times is usual",
+            number(p.magnetizing_inductance_h, 3),
+            number(ratio, 2),
+            number(leakage, 3)
+        );
+        let advice = "Is one of them in mH? All are in H.";
+        Finding::new(FindingKind::DifferentMachine, Severity::Serious, text, advice)
+    })
 }
 
 /// What to write where currents are multiples of the rated one: the impedance is as many times too large as the rated current has amperes, as
@@ -131,7 +155,7 @@ fn per_unit(main: &Steady, ratio: f64, motor: &MotorFile) -> Option<String> {
 }
 
 /// Sign, scale and pole pairs of the speed.
-fn speed(loud: &[&Steady], motor: &MotorFile, fits: &[ImpedanceFit]) -> Option<Finding> {
+fn speed(loud: &[&Steady], motor: &MotorFile, fits: &[ImpedanceFit], locked: bool) -> Option<Finding> {
     let n_p = f64::from(motor.machine.pole_pairs());
     // (shown, expected) electrical speeds over the supply's, where the machine is on the steep part of its curve.
     let seen: Vec<(f64, f64, &Steady)> = loud
@@ -149,8 +173,15 @@ fn speed(loud: &[&Steady], motor: &MotorFile, fits: &[ImpedanceFit]) -> Option<F
     let shows = number(at.omega_m.unwrap_or(0.0), 3);
     let should = number(expected * at.omega / n_p, 3);
     if seen.iter().all(|(shown, ..)| shown.abs() < STANDS) {
-        let text = format!("The speed stays at {shows} rad/s where supply frequency and current ask for {should} rad/s");
-        let advice = "Its sensor is dead or the wrong column is named: leave [speed] out, or name another.";
+        let (what, advice) = if locked {
+            (
+                "The rotor is said to be locked",
+                "Name the column of its speed in [speed], or leave [speed] out: the impedance is that of a rotor that turns.",
+            )
+        } else {
+            ("The speed stays at 0 rad/s", "Its sensor is dead or the wrong column is named: leave [speed] out, or name another.")
+        };
+        let text = format!("{what} where supply frequency and current ask for {should} rad/s");
         return Some(Finding::new(FindingKind::DeadChannel, Severity::Serious, text, advice).at(rows));
     }
     if seen.iter().all(|(f, ..)| *f < 0.0) && (factor.abs() - 1.0).abs() < 0.08 {
@@ -168,6 +199,8 @@ fn speed(loud: &[&Steady], motor: &MotorFile, fits: &[ImpedanceFit]) -> Option<F
         (30.0 / PI, "It is in rpm and read as rad/s: unit = \"rpm\" in [speed]."),
         (PI / 30.0, "It is in rad/s and read as rpm: unit = \"rad/s\" in [speed]."),
         (1.0 / (2.0 * PI), "It is in Hz: unit = \"Hz\" in [speed]."),
+        (1.0 / 60.0, "It is in Hz and read as rpm: unit = \"Hz\" in [speed]."),
+        (60.0, "It is in rpm and read as Hz: unit = \"rpm\" in [speed]."),
     ];
     if let Some((_, advice)) = causes.iter().find(|(f, _)| close(*f)) {
         let text = format!("The speed has another unit: {by_current}");
@@ -180,6 +213,11 @@ fn speed(loud: &[&Steady], motor: &MotorFile, fits: &[ImpedanceFit]) -> Option<F
         return Some(Finding::new(FindingKind::WrongPolePairs, Severity::Serious, text, advice).at(rows));
     }
     let text = format!("The speed's gain is off: {by_current}");
-    let advice = format!("Multiply its gain by {}, or calibrate it by a stretch of known speed.", number(1.0 / factor, 4));
-    Some(Finding::new(FindingKind::SpeedScale, Severity::Warning, text, advice).at(rows))
+    let advice = format!(
+        "Multiply its gain by {}, or calibrate it by a stretch of known speed. If the speed is right, the voltage is not what it is taken for: is it \
+         line to line, and read as that of the phases?",
+        number(1.0 / factor, 4)
+    );
+    let severity = if size > ANOTHER_UNIT { Severity::Serious } else { Severity::Warning };
+    Some(Finding::new(FindingKind::SpeedScale, severity, text, advice).at(rows))
 }

@@ -78,7 +78,8 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
     let u: Vec<Complex<f64>> = (0..n).map(|k| s.u(k)).collect();
     let i: Vec<Complex<f64>> = (0..n).map(|k| checked.i(s, k)).collect();
     let speed = if let SpeedTrace::Measured(w) = &s.speed { Some(&w.values[..]) } else { None };
-    let mut steady = steady::stretches(&u, &i, speed, dt);
+    let held = matches!(s.speed, SpeedTrace::Locked).then(|| vec![0.0; n]);
+    let mut steady = steady::stretches(&u, &i, speed.or(held.as_deref()), dt);
     steady.retain(|s| s.rows.clone().all(|k| checked.whole(k)));
     // A voltage held over a sample belongs to its middle.
     let half = match s.instant {
@@ -95,7 +96,7 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
         convention::check(&steady, &s.voltage_form, motor),
         time::check(s, &steady, motor),
         channels::check(s, &steady, motor),
-        machine::check(&steady, motor, &columns.join(", ")),
+        machine::check(&steady, motor, &columns.join(", "), held.is_some()),
     ];
     checked.findings.extend(found.into_iter().flatten());
     // What upsets voltage, current or speed upsets the balance of torques as well.
