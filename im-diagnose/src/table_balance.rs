@@ -90,10 +90,11 @@ fn torque(motor: &MotorFile, rows: &[&SteadyRow]) -> Option<Finding> {
         (-1.0, "The torque has the other sign: turn it."),
         (1.0 / 3.0, "The power is that of one phase: give that of all three."),
         (-1.0 / 3.0, "The torque has the other sign, and the power is that of one phase."),
-        (1.0 / 9.81, "The torque is 9.81 times too large, as if it had been turned from kgf m into Nm twice: check its unit."),
+        (
+            1.0 / 9.0,
+            "The torque is nine times too large: in lbf in, or turned from kgf m into Nm twice? Say its unit in [table].",
+        ),
         (9.81, "The torque is in kgf m: say so in [table]."),
-        (1.356, "The torque is in lbf ft: say so in [table]."),
-        (0.113, "The torque is in lbf in: say so in [table]."),
         (1e-2, "The torque is in Ncm: say so in [table]."),
         (1e-3, "The torque is in mNm, or the power in kW: say so in [table]."),
         (1e3, "The torque is in kNm, or the power in mW: say so in [table]."),
@@ -152,6 +153,7 @@ mod tests {
         for (advice, part) in [
             (torque(-1.0), "other sign"),
             (torque(9.81), "kgf m into Nm twice"),
+            (torque(1.0 / 9.81), "in kgf m: say"),
             (torque(1e-3), "in kNm"),
             (seen(&|r| r.active_power_w /= 3.0), "one phase"),
             (
