@@ -129,6 +129,12 @@ impl Found {
         }
     }
 
+    /// What noise usually leaves open at an instant of a curve (2 σ), in its unit.
+    pub fn usual_band(&self) -> Option<f64> {
+        let mut all: Vec<f64> = self.points().iter().map(|p| 2.0 * p[2]).collect();
+        (!all.is_empty()).then(|| median(&mut all))
+    }
+
     /// Least and largest value of a curve with what noise leaves open (± 2 σ), in its unit.
     pub fn range(&self) -> Option<(f64, f64)> {
         // Where nothing shows it, as before the supply is switched on, it may be anything.

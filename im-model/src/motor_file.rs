@@ -567,7 +567,7 @@ mod tests {
         let made = |ohm| MotorFile::from_nameplate("m", &plate, Some(TerminalResistance { ohm, at_c: Some(20.0) }));
         assert_eq!(made(2.7).unwrap().0.machine.parameters().stator_resistance_ohm, 1.35);
         let refused = made(270.0).unwrap_err().to_string();
-        assert!(refused.contains("terminal_resistance_ohm = 270 must be from 0.1336 to 6.68"), "{refused}");
+        assert!(refused.contains("terminal_resistance_ohm = 270 must be from 0.1337 to 6.68"), "{refused}");
         assert!(made(0.0027).is_err());
     }
 

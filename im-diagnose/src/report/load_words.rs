@@ -49,7 +49,8 @@ pub(crate) fn words(f: &FoundLoad) -> String {
             let unit = if matches!(f.found, Found::Speed(_)) { "rad/s" } else { "Nm" };
             let (low, high) = f.found.range().unwrap_or_default();
             let mean = quantity(f.found.mean().unwrap_or_default(), unit, 3);
-            format!("{}: {mean} on average, between {} and {}.", f.recording, quantity(low, unit, 3), quantity(high, unit, 3))
+            let [low, high, each] = [low, high, f.found.usual_band().unwrap_or_default()].map(|x| quantity(x, unit, 3));
+            format!("{}: {mean} on average, between {low} and {high}, each instant to ± {each}.", f.recording)
         }
         Found::Law { constant_nm, fan_nm_s2 } => {
             let constant = constant_nm.map(|x| format!("a constant torque of {}", quantity(x, "Nm", 3)));
