@@ -170,9 +170,9 @@ impl<'a> Left<'a> {
         left - 1.0 <= (deviations * SIZE_IN_SEARCH).powi(2) * (self.error[0] - 1.0)
     }
 
-    /// Whether the form of the effects may be all that is wrong: what is left is no larger than errors of form are, and looks like one.
+    /// Whether the form of the effects that were found may be all that is wrong: what is left is no larger than errors of form are, and looks like one.
     pub(super) fn is_form(&self) -> bool {
-        self.is_within_form(self.error[1], 2.0) && self.is_within_form(self.bent, 1.0)
+        self.named && self.is_within_form(self.error[1], 2.0) && self.is_within_form(self.bent, 1.0)
     }
 
     /// Whether the effects explain too little, whatever curves of no known form would.
