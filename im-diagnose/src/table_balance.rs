@@ -51,7 +51,7 @@ fn speed(motor: &MotorFile, rows: &[&SteadyRow]) -> Option<Finding> {
     ];
     let advice = units.iter().find(|(factor, _)| works(*factor)).map(|(_, advice)| (*advice).to_owned()).or_else(|| {
         let pairs = (1..=12u32).find(|&p| f64::from(p) != n_p && works(f64::from(p) / n_p))?;
-        Some(format!("Check the pole pairs of the motor file, {n_p}: {pairs} would fit."))
+        Some(format!("Check the pole pairs of the motor file, {n_p}, and its frequency: {pairs} pole pairs would fit."))
     })?;
     let of = |size: fn(f64, f64) -> f64, from: f64| number(speeds.iter().copied().fold(from, size), 3);
     let (least, most) = (of(f64::min, f64::INFINITY), of(f64::max, 0.0));
