@@ -1,11 +1,10 @@
 //! Tables of steady states that no machine makes: what goes in, what leaves at the shaft, and how fast it turns.
 
-use std::f64::consts::{PI, TAU};
-
 use im_model::MotorFile;
 
 use crate::format::number;
 use crate::intake::steady_table::{SteadyRow, SteadyTable, TableKind};
+use crate::intake::unit::SPEEDS_MISREAD;
 use crate::intake::{Finding, FindingKind, Severity};
 
 /// Speeds at which a machine works, as parts of the synchronous one.
@@ -24,14 +23,14 @@ const ONE_VOLTAGE: f64 = 0.9;
 const LOADED: f64 = 0.2;
 
 /// What stops a table: a speed in another unit, and a torque that the power contradicts.
-pub(crate) fn faults(motor: &MotorFile, t: &SteadyTable) -> Vec<Finding> {
+pub(crate) fn fault(motor: &MotorFile, t: &SteadyTable) -> Option<Finding> {
     let largest = t.rows.iter().map(|r| r.phase_voltage_rms_v).fold(0.0, f64::max);
     let rows: Vec<&SteadyRow> = t.rows.iter().filter(|r| !r.stands() && r.phase_voltage_rms_v > ONE_VOLTAGE * largest).collect();
     if t.kind == TableKind::Locked || rows.is_empty() {
-        return Vec::new();
+        return None;
     }
-    let found = speed(motor, &rows).or_else(|| torque(motor, &rows));
-    found.into_iter().map(|f| Finding { recording: t.name.clone(), ..f }).collect()
+    let found = speed(motor, &rows).or_else(|| torque(motor, &rows))?;
+    Some(Finding { recording: t.name.clone(), ..found })
 }
 
 /// A speed that is that of a machine at work in another unit, or with other pole pairs.
@@ -43,13 +42,9 @@ fn speed(motor: &MotorFile, rows: &[&SteadyRow]) -> Option<Finding> {
     if speeds.is_empty() || works(1.0) {
         return None;
     }
-    let units = [
-        (30.0 / PI, "It is in rad/s and read as rpm: say so in [table]."),
-        (PI / 30.0, "It is in rpm and read as rad/s: say so in [table]."),
-        (60.0, "It is in Hz and read as rpm: say so in [table]."),
-        (TAU, "It is in Hz and read as rad/s: say so in [table]."),
-    ];
-    let advice = units.iter().find(|(factor, _)| works(*factor)).map(|(_, advice)| (*advice).to_owned()).or_else(|| {
+    let misread = SPEEDS_MISREAD.iter().find(|(factor, ..)| works(1.0 / factor));
+    let misread = misread.map(|(_, is, read)| format!("It is in {is} and read as {read}: say so in [table]."));
+    let advice = misread.or_else(|| {
         let pairs = (1..=12u32).find(|&p| f64::from(p) != n_p && works(f64::from(p) / n_p))?;
         Some(format!("Check the pole pairs of the motor file, {n_p}, and its frequency: {pairs} pole pairs would fit."))
     })?;
@@ -121,6 +116,7 @@ fn usual(part: f64) -> bool {
 mod tests {
     use super::*;
     use im_model::machines::MOTULATOR_2_2_KW as M;
+    use std::f64::consts::PI;
 
     /// A load test of a machine with usual losses, as its columns are taken for what they are not.
     #[test]
@@ -145,7 +141,7 @@ mod tests {
             let mut rows: Vec<SteadyRow> = [0.0, 0.25, 0.5, 0.75, 1.0, 1.25].map(row).to_vec();
             rows.iter_mut().for_each(change);
             let t = SteadyTable { name: "load".into(), kind: TableKind::Load, class_percent: 0.5, rows };
-            faults(&motor, &t).first().map(|f| f.advice.clone()).unwrap_or_default()
+            fault(&motor, &t).map(|f| f.advice).unwrap_or_default()
         };
         assert_eq!(seen(&|_| {}), "");
         let torque = |by: f64| seen(&move |r| r.torque_nm = r.torque_nm.map(|t| by * t));

@@ -12,7 +12,7 @@ use crate::case::Case;
 use crate::format::number;
 use crate::intake::steady_table::{SteadyRow, SteadyTable, TableKind};
 use crate::intake::{Finding, FindingKind, Severity};
-use crate::table_balance::faults;
+use crate::table_balance::fault;
 
 /// The effects that a sinusoidal steady state shows.
 pub fn candidates() -> Vec<EffectId> {
@@ -33,7 +33,7 @@ const ROWS: usize = 5;
 /// What is wrong with tables before anything is fitted to them.
 pub fn look(motor: &MotorFile, tables: &[SteadyTable]) -> Vec<Finding> {
     let tables = &decided(motor, tables)[..];
-    let mut out: Vec<Finding> = tables.iter().flat_map(|t| look_at(motor, t).into_iter().chain(faults(motor, t))).collect();
+    let mut out: Vec<Finding> = tables.iter().flat_map(|t| look_at(motor, t).into_iter().chain(fault(motor, t))).collect();
     let count = tables.iter().map(|t| distinct(t).len()).sum::<usize>();
     if count < ROWS {
         let text = format!("{count} different rows in all do not determine a machine");

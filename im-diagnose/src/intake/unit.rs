@@ -1,6 +1,15 @@
 //! Units as they stand in the names of columns: `i1_mA`, `Speed (rpm)`, `u [kV]`.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
+
+/// Units of speed that are taken for each other: what is read over what is, the unit that it is in, and that it is read in.
+pub(crate) const SPEEDS_MISREAD: [(f64, &str, &str); 5] = [
+    (30.0 / PI, "rpm", "rad/s"),
+    (PI / 30.0, "rad/s", "rpm"),
+    (1.0 / TAU, "Hz", "rad/s"),
+    (1.0 / 60.0, "Hz", "rpm"),
+    (60.0, "rpm", "Hz"),
+];
 
 /// What is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -25,7 +25,7 @@ pub use readings::{Readings, Resistance};
 pub use uncertainty::Estimate;
 
 use crate::intake::SteadyTable;
-use crate::table_balance::faults;
+use crate::table_balance::fault;
 use crate::tables::{corrected, decided};
 use im_model::MotorFile;
 
@@ -124,7 +124,7 @@ pub struct LossesError(String);
 /// # Errors
 /// No rows under load and none without, or rows that no motor gives.
 pub fn segregate(motor: &MotorFile, tables: &[SteadyTable], resistance: Option<Resistance>) -> Result<Losses, LossesError> {
-    if let Some(fault) = decided(motor, tables).iter().flat_map(|t| faults(motor, t)).next() {
+    if let Some(fault) = decided(motor, tables).iter().find_map(|t| fault(motor, t)) {
         return Err(LossesError(format!("{}: {}. {}", fault.recording, fault.sentence, fault.advice)));
     }
     // A speed that no machine has at no load leaves a slip that is none.

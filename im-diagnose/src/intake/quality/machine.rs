@@ -8,6 +8,7 @@ use im_model::{Complex, MotorFile};
 use super::steady::{ImpedanceFit, Impedances, Steady};
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity};
+use crate::intake::unit::SPEEDS_MISREAD;
 
 /// Beyond this |ln(Z/Z_model)| the impedance does not fit: half or one and a half times, or thirty degrees.
 const MISFIT: f64 = 0.5;
@@ -195,16 +196,10 @@ fn speed(loud: &[&Steady], motor: &MotorFile, fits: &[ImpedanceFit], locked: boo
     let size = factor.abs();
     let close = |x: f64| (size / x - 1.0).abs() < 0.06;
     let pairs = (n_p / size).round();
-    let causes = [
-        (30.0 / PI, "It is in rpm and read as rad/s: unit = \"rpm\" in [speed]."),
-        (PI / 30.0, "It is in rad/s and read as rpm: unit = \"rad/s\" in [speed]."),
-        (1.0 / (2.0 * PI), "It is in Hz: unit = \"Hz\" in [speed]."),
-        (1.0 / 60.0, "It is in Hz and read as rpm: unit = \"Hz\" in [speed]."),
-        (60.0, "It is in rpm and read as Hz: unit = \"rpm\" in [speed]."),
-    ];
-    if let Some((_, advice)) = causes.iter().find(|(f, _)| close(*f)) {
+    if let Some((_, is, read)) = SPEEDS_MISREAD.iter().find(|(f, ..)| close(*f)) {
+        let advice = format!("It is in {is} and read as {read}: unit = \"{is}\" in [speed].");
         let text = format!("The speed has another unit: {by_current}");
-        return Some(Finding::new(FindingKind::SpeedScale, Severity::Serious, text, *advice).at(rows));
+        return Some(Finding::new(FindingKind::SpeedScale, Severity::Serious, text, advice).at(rows));
     }
     if (1.0..=12.0).contains(&pairs) && pairs != n_p && close(n_p / pairs) {
         let text = format!("The pole pairs do not fit: {by_current}, with the motor file's {n_p} pole pairs");
