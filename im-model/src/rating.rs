@@ -73,6 +73,7 @@ impl Rating {
             ScaleOf::Current => i,
             ScaleOf::Flux => self.rotor_flux_vs,
             ScaleOf::Torque => self.torque_nm,
+            ScaleOf::PerTorque => 1.0 / self.torque_nm,
             ScaleOf::TorquePerSpeedSquared => self.torque_nm / (w * w),
             ScaleOf::Conductance => i / self.phase_voltage_peak_v,
             ScaleOf::Speed => w,

@@ -123,6 +123,7 @@ fn measure(scale: ScaleOf) -> Option<&'static str> {
         ScaleOf::Current => "the rated phase current (peak)",
         ScaleOf::Flux => "the rated rotor flux",
         ScaleOf::Torque => "the rated torque",
+        ScaleOf::PerTorque => "one over the rated torque",
         ScaleOf::TorquePerSpeedSquared => "rated torque over squared synchronous speed",
         ScaleOf::Conductance => "rated current over rated voltage",
         ScaleOf::Speed => "the synchronous speed",

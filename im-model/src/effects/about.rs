@@ -28,6 +28,8 @@ pub enum ScaleOf {
     Flux,
     /// Rated torque, Nm.
     Torque,
+    /// One over the rated torque, 1/Nm.
+    PerTorque,
     /// Rated torque over squared synchronous speed, Nm s².
     TorquePerSpeedSquared,
     /// Rated current over rated voltage, S.

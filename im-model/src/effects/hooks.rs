@@ -116,6 +116,8 @@ pub enum Hook {
     braking_torque,
     shaft_torque,
     load_speed,
+    load_angle,
+    load_torque,
     rotor_inertia,
     reluctance,
     leakage,
@@ -229,6 +231,16 @@ pub trait Hooks<T: Scalar> {
     #[inline(always)]
     fn load_speed(&self, omega: T, _own: &[T]) -> T {
         omega
+    }
+    /// Angle of what the load torque acts on, rad.
+    #[inline(always)]
+    fn load_angle(&self, theta: T, _own: &[T]) -> T {
+        theta
+    }
+    /// Load: adds a torque that opposes positive rotation where the load is, at its angle, rad, Nm.
+    #[inline(always)]
+    fn load_torque(&self, torque: T, _load_angle: T) -> T {
+        torque
     }
     /// Inertia that turns with the rotor, kg m².
     #[inline(always)]

@@ -1,8 +1,8 @@
-//! Load-torque ripple: a torque fixed to the shaft angle, of order n and its second harmonic.
+//! Load-torque ripple: a torque fixed to the angle of the load's shaft, of order n and its second harmonic.
 //!
 //! τ = c₁ cos nθ + s₁ sin nθ + c₂ cos 2nθ + s₂ sin 2nθ
 
-use super::{About, Card, Operating, Place, SteadyState, effect};
+use super::{About, Card, Place, SteadyState, effect};
 use crate::error::Bound;
 
 effect! {
@@ -35,8 +35,8 @@ effect! {
     },
     hooks: {
         #[inline(always)]
-        fn braking_torque(&self, torque: T, at: &Operating<T>, _own: &[T]) -> T {
-            let (s, c) = (self.order * at.state.theta_m()).sin_cos();
+        fn load_torque(&self, torque: T, load_angle: T) -> T {
+            let (s, c) = (self.order * load_angle).sin_cos();
             let (s2, c2) = (T::from_f64(2.0) * s * c, c * c - s * s);
             torque + self.cosine_nm * c + self.sine_nm * s + self.second_cosine_nm * c2 + self.second_sine_nm * s2
         }

@@ -285,6 +285,8 @@ macro_rules! registry {
                 braking_torque [T] [at own];
                 shaft_torque [T] [at own];
                 load_speed [T] [own];
+                load_angle [T] [own];
+                load_torque [T] [load_angle: T];
                 rotor_inertia [T] [];
                 reluctance [(T, T)] [psi_m_squared: T];
                 leakage [Option<LeakageLaw<T>>] [inv_l: T];

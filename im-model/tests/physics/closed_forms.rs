@@ -4,7 +4,9 @@ use im_model::effects::ScaleOf;
 use im_model::machines::ALL;
 use im_model::simulation::{Scenario, Sensors, Simulation, VoltsPerHertz};
 use im_model::space_vector::unit;
-use im_model::{Bench, Complex, Effects, Held, Machine, Nameplate, Plant, PlantInput, Rating, State, machines, steady_state};
+use im_model::{
+    Bench, Complex, EffectId, Effects, Held, Machine, Nameplate, Plant, PlantInput, Rating, State, machines, steady_state,
+};
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 fn near(a: f64, b: f64, tolerance: f64) -> bool {
@@ -79,6 +81,7 @@ fn a_rating_measures_its_machine() {
             (ScaleOf::Current, i),
             (ScaleOf::Flux, r.rotor_flux_vs),
             (ScaleOf::Torque, r.torque_nm),
+            (ScaleOf::PerTorque, 1.0 / r.torque_nm),
             (ScaleOf::TorquePerSpeedSquared, r.torque_nm / synchronous.powi(2)),
             (ScaleOf::Conductance, i / r.phase_voltage_peak_v),
             (ScaleOf::Speed, synchronous),
@@ -279,5 +282,32 @@ fn the_constants_of_both_papers_belong_to_one_machine() {
 fn named_machines_are_distinguished() {
     for (k, a) in ALL.iter().enumerate() {
         assert!(!a.source.is_empty() && ALL[..k].iter().all(|b| a.name != b.name && a.source != b.source), "{}", a.name);
+    }
+}
+
+/// A coupling stiffens with the torque that it carries, and stores ∫τ dφ; what the load adds at its angle is there where the load is, behind the twist.
+#[test]
+fn a_soft_shaft_hardens_and_the_load_ripples_behind_it() {
+    let named = &machines::MOTULATOR_2_2_KW;
+    let (p, [f, w, h, ripple, order]) = (named.parameters(), [0.4, 120.0, 0.02, 1.5, 2.0]);
+    let mut e = Effects::default();
+    let s = &mut e.shaft_compliance;
+    (s.load_inertia_fraction, s.antiresonance_rad_s, s.damping_ratio, s.hardening_per_nm) = (f, w, 0.0, h);
+    (e.load_torque_ripple.sine_nm, e.load_torque_ripple.order) = (ripple, order);
+    let plant = Plant::new(&Machine::try_new(p, named.pole_pairs, e).unwrap());
+    let (stiffness, far) = (f * p.inertia_kg_m2 * w * w, f * p.inertia_kg_m2);
+    let at = |twist: f64| {
+        let mut x = State { theta_m: 0.7, ..State::default() };
+        x.extra.of_mut(EffectId::ShaftCompliance)[1] = twist;
+        (plant.evaluate(&x, &PlantInput::new(Complex::new(0.0, 0.0), 5.0)), plant.stored_energy(&x))
+    };
+    let spring = |twist: f64| stiffness * twist * (1.0 + h * stiffness * twist.abs());
+    for twist in [-0.3, -0.01, 0.02, 0.4] {
+        let (now, stored) = at(twist);
+        let load = 5.0 + ripple * (order * (0.7 - twist)).sin();
+        assert!(near(now.rates.omega_m, -spring(twist) / (p.inertia_kg_m2 - far), 1e-9), "{twist}");
+        assert!(near(now.rates.extra.of(EffectId::ShaftCompliance)[0], (spring(twist) - load) / far, 1e-9), "{twist}");
+        let work: f64 = (0..1000).map(|k| spring(twist * (f64::from(k) + 0.5) / 1000.0) * twist / 1000.0).sum();
+        assert!(near(stored - at(0.0).1, work, 1e-5), "{stored} {work}");
     }
 }
