@@ -144,12 +144,15 @@ const PARTS: [Part; 6] = [
 type Row = (String, Vec<String>);
 
 fn plus_minus(e: Estimate) -> String {
-    format!("{} ± {}", rounded(e.value), rounded(e.half_95))
+    if e.half_95.is_finite() { format!("{} ± {}", rounded(e.value), rounded(e.half_95)) } else { OPEN.into() }
 }
 
 fn percent(e: Estimate) -> String {
-    format!("{:.2} ± {:.2}", 100.0 * e.value, 100.0 * e.half_95)
+    if e.half_95.is_finite() { format!("{:.2} ± {:.2}", 100.0 * e.value, 100.0 * e.half_95) } else { OPEN.into() }
 }
+
+/// What the readings leave open.
+const OPEN: &str = "–";
 
 /// More than the noise of the instruments, in σ.
 const UNEXPLAINED: f64 = 2.0;

@@ -461,7 +461,7 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
     Intake {
         experiment,
         begin,
-        load: s.load,
+        load: if checked.load_is_guessed { LoadPlan::Unknown } else { s.load },
         start_s: s.start_s,
         findings: checked.findings,
         steady: checked.steady,

@@ -25,6 +25,11 @@ pub struct Samples {
 }
 
 impl Samples {
+    /// What was measured of the channel with these values.
+    pub fn of(&self, values: &[f64]) -> Vec<f64> {
+        values.iter().zip(&self.measured).filter(|(_, m)| **m).map(|(x, _)| *x).collect()
+    }
+
     /// Rows from one sample to the next, on average.
     pub fn distance(&self) -> f64 {
         self.measured.len() as f64 / self.measured.iter().filter(|m| **m).count().max(1) as f64

@@ -1,6 +1,6 @@
 //! Every fault is found where it was made, and none where there is none.
 
-use im_diagnose::intake::{FindingKind, Intake, Severity, findings, read};
+use im_diagnose::intake::{FindingKind, Intake, LoadPlan, Severity, findings, read};
 use im_model::MotorFile;
 
 use crate::simulated::{Folder, MAPPING, MOTOR, column, columns, csv, motor, of, start, take, taken};
@@ -358,6 +358,29 @@ fn a_channel_of_a_lower_rate_is_compared_at_its_samples() {
     }
     let t = taken("drawn voltage", &all, MAPPING);
     assert!(of(&t.findings, FindingKind::SlowChannel).iter().any(|f| f.severity == Severity::Warning), "{:?}", t.findings);
+}
+
+/// A torque drawn between samples 5 ms apart is not what acts there: where that may show in the speed the load is unknown, and else it is the load.
+#[test]
+fn a_load_that_is_known_now_and_then_is_not_known() {
+    let with_step = |step: f64| {
+        let mut all = columns();
+        let torque = column(&mut all, "T_Nm");
+        let sample = |j: usize| 0.02 * (1.7 * (j * j * j) as f64).sin() + if j > 70 { step } else { 0.0 };
+        for (k, x) in torque.iter_mut().enumerate() {
+            let (j, share) = (k / 25, (k % 25) as f64 / 25.0);
+            *x = sample(j) + share * (sample(j + 1) - sample(j));
+        }
+        taken("slow torque", &all, MAPPING)
+    };
+    let t = with_step(10.0);
+    let found = of(&t.findings, FindingKind::SlowChannel);
+    assert!(t.load == LoadPlan::Unknown && found.len() == 1, "{found:?}");
+    assert!(found[0].sentence.starts_with("T_Nm is sampled every 25 rows and drawn by straight lines in between"), "{found:?}");
+    // 10 Nm for half of 5 ms on 0.03 kg m².
+    assert!(found[0].sentence.contains("may move the speed by 0.83 rad/s, where its sensor's noise is 0.1"), "{found:?}");
+    let t = with_step(0.0);
+    assert!(t.load == LoadPlan::Known && of(&t.findings, FindingKind::SlowChannel).is_empty(), "{:?}", t.findings);
 }
 
 #[test]

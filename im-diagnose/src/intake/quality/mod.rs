@@ -32,6 +32,8 @@ pub struct Checked {
     pub findings: Vec<Finding>,
     /// Whether there are stretches of steady operation.
     pub steady: bool,
+    /// Whether the load between the samples of its sensor is a guess that the speed contradicts.
+    pub load_is_guessed: bool,
 }
 
 impl Checked {
@@ -90,7 +92,10 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
     steady.iter_mut().for_each(|s| s.u *= Complex::from_polar(1.0, half * s.omega));
     checked.steady = !steady.is_empty();
     let columns: Vec<&str> = (0..s.current.len()).map(|x| checked.current(s, x).column.as_str()).collect();
+    let guessed_load = time::guessed_load(s, motor.machine.parameters().inertia_kg_m2);
+    checked.load_is_guessed = guessed_load.is_some();
     let found = [
+        guessed_load.into_iter().collect(),
         time::clock(s, &u, motor).into_iter().collect(),
         slower_channels,
         convention::check(&steady, &s.voltage_form, motor),

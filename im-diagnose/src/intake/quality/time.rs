@@ -9,21 +9,20 @@ use super::steady::Steady;
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
 use crate::intake::resampled::{Samples, samples};
-use crate::intake::signals::Signals;
-use crate::intake::trace::Trace;
+use crate::intake::signals::{Signals, SpeedTrace};
+use crate::noise::white_sigma;
 
 /// Beyond a supply frequency this many times rated, or below the inverse of the second, the unit of time is in question.
 const FREQUENCIES: [f64; 2] = [20.0, 300.0];
 /// A sampling time this many times the leakage's leaves nothing of what is compared.
 const HOPELESS: f64 = 10.0;
 
-/// Channels that were sampled more slowly than the rows, one finding for all of which the same is to be said; of voltages and torque, those that are
-/// drawn between their samples.
+/// Channels that were sampled more slowly than the rows, one finding for all of which the same is to be said; of voltages, those that are drawn
+/// between their samples.
 pub fn slower<'a>(s: &Signals, measured: impl Iterator<Item = (&'a str, &'a Option<Samples>)>) -> Vec<Finding> {
     let mut groups: Vec<(String, Severity, Vec<&str>)> = Vec::new();
     let mut say = |name, samples: &Samples, severity| {
-        let between = if samples.drawn { "drawn by straight lines" } else { "held" };
-        let text = format!("sampled every {} rows and {between} in between", number(samples.distance(), 2));
+        let text = how(samples);
         match groups.iter_mut().find(|g| (&g.0, g.1) == (&text, severity)) {
             Some(g) => g.2.push(name),
             None => groups.push((text, severity, vec![name])),
@@ -35,9 +34,8 @@ pub fn slower<'a>(s: &Signals, measured: impl Iterator<Item = (&'a str, &'a Opti
         }
     }
     // A command is held until the next; what was sampled and drawn is not what acted.
-    let drives: Vec<&Trace> = s.voltage.iter().chain(&s.tau_load).collect();
-    let found: Vec<Option<Samples>> = drives.par_iter().map(|t| samples(&t.values).filter(|s| s.drawn)).collect();
-    for (t, samples) in drives.iter().zip(&found) {
+    let found: Vec<Option<Samples>> = s.voltage.par_iter().map(|t| samples(&t.values).filter(|s| s.drawn)).collect();
+    for (t, samples) in s.voltage.iter().zip(&found) {
         if let Some(samples) = samples {
             say(&t.column, samples, Severity::Warning);
         }
@@ -52,6 +50,40 @@ pub fn slower<'a>(s: &Signals, measured: impl Iterator<Item = (&'a str, &'a Opti
         if let [name] = names[..] { found.on(name) } else { found }
     };
     groups.into_iter().map(finding).collect()
+}
+
+/// How a channel was sampled.
+fn how(samples: &Samples) -> String {
+    let between = if samples.drawn { "drawn by straight lines" } else { "held" };
+    format!("sampled every {} rows and {between} in between", number(samples.distance(), 2))
+}
+
+/// A load torque that was sampled more slowly than the rows, where what acts between two samples, and is not known, may move the speed by more than
+/// the noise of its sensor: such a torque drives a model to errors that no effect has made.
+pub fn guessed_load(s: &Signals, inertia_kg_m2: f64) -> Option<Finding> {
+    let (SpeedTrace::Measured(speed), Some(load)) = (&s.speed, &s.tau_load) else { return None };
+    let slow = samples(&load.values)?;
+    let at = slow.of(&load.values);
+    let changes: Vec<f64> = if slow.drawn {
+        at.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect()
+    } else {
+        at.windows(2).map(|w| w[1] - w[0]).collect()
+    };
+    let largest = changes.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    // Of a step between two samples, half is missing, or too much, for as long as it takes from one to the next.
+    let moved = 0.5 * largest * slow.distance() * s.sample_time_s / inertia_kg_m2;
+    let noise = white_sigma(&samples(&speed.values).map_or_else(|| speed.values.clone(), |slow| slow.of(&speed.values)));
+    let text = format!(
+        "{} is {}: what acts between two samples is not known, and may move the speed by {} rad/s, where its sensor's noise is {}. The load is taken \
+         as unknown: the measured speed drives the electrical side. Inertia, friction and whatever else acts on the shaft are not determined by \
+         this recording",
+        load.column,
+        how(&slow),
+        number(moved, 2),
+        number(noise, 2)
+    );
+    let found = Finding::new(FindingKind::SlowChannel, Severity::Warning, text, "Record the torque at the rate of the currents.");
+    (moved > noise).then(|| found.on(&load.column))
 }
 
 /// Whether the clock can be that of the motor: against its supply and its time constants.
