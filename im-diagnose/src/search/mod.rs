@@ -483,7 +483,12 @@ impl Refinement {
 
     /// Whether every strength that the score predicts has a sign that the effect can have.
     pub fn possible(&self, effect: EffectId, predicted: &[f64]) -> bool {
-        score::possible(effect, predicted, |scale| self.unit_of(scale))
+        // How large it is predicted is another matter: slopes may lead too far.
+        let may_be_negative = |k: usize| {
+            let info = &effect.parameters()[k];
+            info.bound.check("", -0.1 * info.typical.0 * self.unit_of(info.scale)).is_ok()
+        };
+        strengths(effect).iter().zip(predicted).all(|(&k, x)| *x >= 0.0 || may_be_negative(k))
     }
 
     /// The machine with an effect switched off.

@@ -12,7 +12,7 @@ use std::ops::Range;
 use std::sync::OnceLock;
 
 use im_identify::offline::{Experiment, Free, Residuals, Thinned, effect_parameters, predict};
-use im_model::effects::{COEFFICIENTS, FreeForm, Role, ScaleOf};
+use im_model::effects::{COEFFICIENTS, FreeForm, Role};
 use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -472,11 +472,6 @@ impl<'a> ScoreContext<'a> {
         }
         let at = |(shape, sensitivity): (_, &mut Vec<f64>)| self.score_at(effect, shape, tried, sensitivity);
         let mut all: Vec<Score> = shapes.into_par_iter().zip(&mut sensitivity).filter_map(at).collect();
-        // A shape at which the effect would need a sign that it cannot have is none.
-        let unit = |scale| self.rating.unit_of(scale, self.machine.parameters(), self.machine.pole_pairs());
-        if all.iter().any(|s| possible(effect, &s.predicted, unit)) {
-            all.retain(|s| possible(effect, &s.predicted, unit));
-        }
         all.sort_by(|a, b| b.score.total_cmp(&a.score));
         let begun = if effect.about().resonant { RESONANCES } else { 1 };
         let seeds = all.iter().take(begun).map(|s| Seed { shape: s.shape.clone(), predicted: s.predicted.clone() }).collect();
@@ -586,15 +581,6 @@ pub fn closest(a: &Score, b: &Score) -> f64 {
 /// Indices of the strengths of an effect.
 pub fn strengths(effect: EffectId) -> Vec<usize> {
     effect.parameters().iter().enumerate().filter(|(_, p)| p.role == Role::Strength).map(|(k, _)| k).collect()
-}
-
-/// Whether an effect can have strengths of such signs; how large they are predicted is another matter, as slopes may lead too far.
-pub fn possible(effect: EffectId, predicted: &[f64], unit: impl Fn(ScaleOf) -> f64) -> bool {
-    let may_be_negative = |k: usize| {
-        let info = &effect.parameters()[k];
-        info.bound.check("", -0.1 * info.typical.0 * unit(info.scale)).is_ok()
-    };
-    strengths(effect).iter().zip(predicted).all(|(&k, x)| *x >= 0.0 || may_be_negative(k))
 }
 
 /// The shapes to try: the whole numbers of an order, and those of `lines` where others are possible; else the default, and the ends of the usual range of the leading shape parameter.

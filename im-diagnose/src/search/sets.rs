@@ -221,12 +221,10 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Whether the likeliest set leaves more than a fair part of the base model's excess, and than noise: beyond doubt, the mark of some effect is in
-    /// it, or it was not looked for.
+    /// Whether the likeliest set leaves more than a fair part of the base model's excess, and than noise: beyond doubt, the mark of some effect is in it.
     fn leaves_much(&self) -> bool {
         let best = self.best();
-        let is_marked = |s: &Score| s.log_p > NO_DOUBT;
-        self.is_far(&best) && (!self.is_expanded(&best) || self.known[&best].scores.iter().any(is_marked))
+        self.is_far(&best) && self.known[&best].scores.iter().any(|s| s.log_p > NO_DOUBT)
     }
 
     /// What a set leaves of χ²/N above noise, the larger of training and held-out recordings.
