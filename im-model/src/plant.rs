@@ -273,13 +273,13 @@ impl<T: Scalar> Plant<T> {
     #[inline(always)]
     fn operating<'a>(&'a self, x: &'a State<T>, currents: &'a Currents<T>, input: &'a PlantInput<T>) -> Operating<'a, T> {
         let (p, e, on, own) = (&self.parameters, &self.effects, self.on, &x.extra);
-        let recorded = x.load.beside(input.tau_load, e.load_speed(on, x.omega_m, own));
+        let load = x.load.beside(input.tau_load, e.load_speed(on, x.omega_m, own));
         Operating {
             state: x.base(),
             currents,
             parameters: p,
             input,
-            tau_load: e.load_torque(on, recorded, e.load_angle(on, x.theta_m, own)),
+            tau_load: e.load_torque(on, load, e.load_angle(on, x.theta_m, own)),
             r_s: e.stator_resistance(on, p.stator_resistance_ohm, own),
             r_r: e.rotor_resistance(on, p.rotor_resistance_ohm, own),
             n_p: self.n_p,

@@ -52,7 +52,7 @@ pub struct Operating<'a, T> {
     pub parameters: &'a TParameters<T>,
     /// Voltage and load torque.
     pub input: &'a PlantInput<T>,
-    /// Load torque: what the input says and what the law of the load adds, Nm.
+    /// Load torque: what the input says, and what the law of the load and effects at the load add, Nm.
     pub tau_load: T,
     /// Stator resistance at the present temperature, Ω.
     pub r_s: T,

@@ -88,6 +88,7 @@ effect! {
         }
 
         fn fastest_rate(&self, _rotor_inertia: f64) -> f64 {
+            // Of small swings: how far it swings, and stiffens, is not known beforehand.
             let rigid = 1.0 - self.load_inertia_fraction.value();
             self.antiresonance_rad_s.value() / Scalar::sqrt(rigid)
         }
