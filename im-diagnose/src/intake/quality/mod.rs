@@ -92,7 +92,8 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
     steady.iter_mut().for_each(|s| s.u *= Complex::from_polar(1.0, half * s.omega));
     checked.steady = !steady.is_empty();
     let columns: Vec<&str> = (0..s.current.len()).map(|x| checked.current(s, x).column.as_str()).collect();
-    let guessed_load = time::guessed_load(s, motor.machine.parameters().inertia_kg_m2);
+    let slow_speed = checked.samples.get(s.current.len()).and_then(Option::as_ref);
+    let guessed_load = time::guessed_load(s, slow_speed, motor.machine.parameters().inertia_kg_m2);
     checked.load_is_guessed = guessed_load.is_some();
     let found = [
         guessed_load.into_iter().collect(),

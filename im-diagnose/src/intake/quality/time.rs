@@ -60,7 +60,7 @@ fn how(samples: &Samples) -> String {
 
 /// A load torque that was sampled more slowly than the rows, where what acts between two samples, and is not known, may move the speed by more than
 /// the noise of its sensor: such a torque drives a model to errors that no effect has made.
-pub fn guessed_load(s: &Signals, inertia_kg_m2: f64) -> Option<Finding> {
+pub fn guessed_load(s: &Signals, slow_speed: Option<&Samples>, inertia_kg_m2: f64) -> Option<Finding> {
     let (SpeedTrace::Measured(speed), Some(load)) = (&s.speed, &s.tau_load) else { return None };
     let slow = samples(&load.values)?;
     let at = slow.of(&load.values);
@@ -72,7 +72,10 @@ pub fn guessed_load(s: &Signals, inertia_kg_m2: f64) -> Option<Finding> {
     let largest = changes.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     // Of a step between two samples, half is missing, or too much, for as long as it takes from one to the next.
     let moved = 0.5 * largest * slow.distance() * s.sample_time_s / inertia_kg_m2;
-    let noise = white_sigma(&samples(&speed.values).map_or_else(|| speed.values.clone(), |slow| slow.of(&speed.values)));
+    let noise = slow_speed.map_or_else(|| white_sigma(&speed.values), |slow| white_sigma(&slow.of(&speed.values)));
+    if moved <= noise {
+        return None;
+    }
     let text = format!(
         "{} is {}: what acts between two samples is not known, and may move the speed by {} rad/s, where its sensor's noise is {}. The load is taken \
          as unknown: the measured speed drives the electrical side. Inertia, friction and whatever else acts on the shaft are not determined by \
@@ -82,8 +85,8 @@ pub fn guessed_load(s: &Signals, inertia_kg_m2: f64) -> Option<Finding> {
         number(moved, 2),
         number(noise, 2)
     );
-    let found = Finding::new(FindingKind::SlowChannel, Severity::Warning, text, "Record the torque at the rate of the currents.");
-    (moved > noise).then(|| found.on(&load.column))
+    let advice = "Record the torque at the rate of the currents.";
+    Some(Finding::new(FindingKind::SlowChannel, Severity::Warning, text, advice).on(&load.column))
 }
 
 /// Whether the clock can be that of the motor: against its supply and its time constants.
