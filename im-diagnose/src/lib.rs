@@ -19,6 +19,7 @@
 pub mod case;
 pub mod consistency;
 pub mod diagnosis;
+pub mod electrical_side;
 pub mod fitted;
 pub mod form_error;
 pub mod format;
@@ -45,6 +46,7 @@ pub mod steady_curve;
 mod table_balance;
 pub mod table_file;
 pub mod tables;
+pub mod torque_column;
 pub mod uncertainty;
 pub mod validation;
 mod winding;

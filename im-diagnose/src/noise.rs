@@ -26,18 +26,20 @@ pub fn white_sigma(values: &[f64]) -> f64 {
 /// Part of a number that it may be off by because it is written in binary.
 const ROUNDING: f64 = 1e-9;
 
-/// Standard deviation of what a sensor's steps leave unknown: a reading in steps of q is off by q/√12. The step is the least difference between
-/// readings, where most of these have been read before; else there is none.
+/// Standard deviation of what a sensor's steps leave unknown: a reading in steps of q is off by q/√12. The step is what nine tenths of the
+/// differences between neighbouring readings reach, where most readings have been read before; else there is none. (The least difference is one that
+/// a single reading between the steps makes, such as a spike that was drawn over.)
 pub fn step_sigma(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let [Some(least), Some(most)] = [sorted.first(), sorted.last()] else { return 0.0 };
     let rounding = ROUNDING * least.abs().max(most.abs());
-    let steps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > rounding).collect();
+    let mut steps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > rounding).collect();
     if 2 * steps.len() > values.len() {
         return 0.0;
     }
-    steps.into_iter().reduce(f64::min).map_or(0.0, |step| step / 12f64.sqrt())
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 10).map_or(0.0, |step| step / 12f64.sqrt())
 }
 
 /// An autoregressive noise model: e_k = Σ a_j e_{k−j} + w_k.
@@ -220,6 +222,9 @@ mod tests {
         let coarse: Vec<f64> = (0..2000).map(|k| (ramp(k) / 0.7).round() * 0.7 + 1e-15 * (k % 5) as f64).collect();
         assert!((step_sigma(&coarse) - 0.7 / 12f64.sqrt()).abs() < 1e-9);
         assert!(white_sigma(&coarse) > 1e-3);
+        // A spike was drawn over.
+        let drawn = [&coarse[..], &[0.37; 3]].concat();
+        assert!((step_sigma(&drawn) - 0.7 / 12f64.sqrt()).abs() < 1e-9);
         let smooth: Vec<f64> = (0..2000).map(ramp).collect();
         assert_eq!([step_sigma(&smooth), step_sigma(&noise(3, 2000)), step_sigma(&[]), step_sigma(&[1.0; 9])], [0.0; 4]);
     }

@@ -1,5 +1,6 @@
 //! What to check before the answer is believed.
 
+use im_identify::offline::{Experiment, Load};
 use im_model::{EffectId, ParameterId};
 
 use super::{Diagnosis, Verdict};
@@ -18,6 +19,9 @@ const BELOW_NOISE: f64 = 0.8;
 /// A gain this near, relative, to a factor between conventions is suspicious.
 const NEAR_CONVENTION: f64 = 0.04;
 
+/// Effects that are a gain of one kind of signal: the terminals' voltage, all currents.
+const GAINS: [EffectId; 2] = [EffectId::VoltageGain, EffectId::CurrentSensorGain];
+
 fn is_a_convention(gain: f64) -> bool {
     [2f64, 3.0]
         .iter()
@@ -31,8 +35,13 @@ const AS_GIVEN: [f64; 2] = [0.15, 0.25];
 impl Diagnosis {
     /// What the user should check first, one sentence each.
     pub fn remarks(&self) -> Vec<String> {
-        let found =
-            [self.search_cut_short(), self.delay_of_whole_samples(), self.gain_of_a_convention(), self.error_below_noise()];
+        let found = [
+            self.search_cut_short(),
+            self.delay_of_whole_samples(),
+            self.gain_of_a_convention(),
+            self.scale_of_the_torque(),
+            self.error_below_noise(),
+        ];
         found.into_iter().flatten().chain(self.contradictions()).collect()
     }
 
@@ -75,13 +84,33 @@ impl Diagnosis {
 
     /// A gain that is the factor between two conventions, found or in the place of one that was: the mapping is likelier wrong than the sensor.
     fn gain_of_a_convention(&self) -> Option<String> {
-        let gains = [EffectId::VoltageGain, EffectId::CurrentSensorGain];
-        let of = |e: &EffectId| 1.0 + self.refined.machine.get(ParameterId::Effect(*e, 0));
-        let gain = gains.iter().filter(|e| self.effects.contains(e)).map(of).find(|g| is_a_convention(*g))?;
+        let gain = GAINS.iter().filter(|e| self.effects.contains(e)).map(|e| self.gain(*e)).find(|g| is_a_convention(*g))?;
         Some(format!(
             "Check the convention of voltage and current in the mapping first: a gain of {} is nearly √2 or √3 or its inverse, as when rms and peak, or line to line and phase, are taken for each other",
             number(gain, 3)
         ))
+    }
+
+    fn gain(&self, effect: EffectId) -> f64 {
+        1.0 + self.refined.machine.get(ParameterId::Effect(effect, 0))
+    }
+
+    /// Flux times current is torque: what looks like a gain of the voltage or of all currents may be one of the torque sensor as well, with all
+    /// impedances and the inertia scaled.
+    fn scale_of_the_torque(&self) -> Option<String> {
+        let of_either = |(e, rivals): (&EffectId, &Vec<EffectId>)| {
+            (GAINS.contains(e) && rivals.iter().any(|r| GAINS.contains(r))).then_some(*e)
+        };
+        let effect = self.effects.iter().zip(&self.alternatives).find_map(of_either)?;
+        let measured = |e: &Experiment| matches!(e.load, Load::Known) && e.tau_load.iter().any(|t| *t != 0.0);
+        self.case.train.iter().any(measured).then(|| {
+            let gain = self.gain(effect);
+            let scale = if effect == EffectId::VoltageGain { gain } else { gain.recip() };
+            let (part, way) = (number(100.0 * (scale - 1.0).abs(), 2), if scale > 1.0 { "much" } else { "little" });
+            format!(
+                "Check the scale of the torque sensor, too: one that reads {part} % too {way} looks the same in every recording"
+            )
+        })
     }
 
     /// An error clearly below what the noise alone makes.

@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 use super::curves::curve;
 use super::sections::parameter_warning;
 use super::story::{Story, summary};
+use crate::electrical_side::ElectricalSide;
 use crate::residuals::Errors;
 use crate::statistics::cosine;
 
@@ -13,7 +14,7 @@ impl Story<'_> {
     pub fn to_json(&self) -> Value {
         let said = summary(self);
         let mut all = self.d.to_json();
-        all["summary"] = json!({"cause": said.cause, "beside": said.beside, "sure": said.sure, "would_refute": said.refute});
+        all["summary"] = json!({"cause": said.cause, "beside": said.beside, "electrical_side": said.electrical, "sure": said.sure, "would_refute": said.refute});
         all["given"] = self.given.as_ref().map_or(
             Value::Null,
             |(train, holdout)| json!({"train": train.to_json(), "holdout": holdout.as_ref().map(Errors::to_json)}),
@@ -30,6 +31,7 @@ impl Story<'_> {
         }
         all["data_quality"] = json!(self.meta.quality);
         all["next_test"] = json!(self.meta.next_test);
+        all["electrical_side"] = self.meta.electrical_side.as_ref().map_or(Value::Null, ElectricalSide::to_json);
         all["run"] = json!({
             "program": self.meta.program, "command": self.meta.command, "seed": self.meta.seed, "made": self.meta.made,
             "read": self.meta.files, "files": self.used(),

@@ -4,6 +4,7 @@ use im_identify::offline::{Channel, Experiment, predict, start_on};
 use im_model::{EffectId, MotorFile, Prediction, State};
 use rayon::prelude::*;
 
+use super::electrical_words;
 use super::signals::SignalTable;
 use super::words::{effect_name, in_sigma, short_effect_name};
 use super::{Meta, Used};
@@ -271,6 +272,8 @@ pub(crate) struct Summary {
     pub cause: String,
     /// What has to be said beside it.
     pub beside: Option<String>,
+    /// What the electrical side alone says.
+    pub electrical: Vec<String>,
     /// How sure.
     pub sure: Vec<String>,
     /// What would refute it.
@@ -491,6 +494,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
     Summary {
         cause: sentence(&cause),
         beside: beside.map(|t| sentence(&t)),
+        electrical: s.meta.electrical_side.as_ref().map_or_else(Vec::new, electrical_words::words),
         sure: sure.iter().map(|t| sentence(t)).collect(),
         refute,
     }

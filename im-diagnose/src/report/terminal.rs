@@ -24,6 +24,9 @@ pub fn terminal(s: &Story, width: usize) -> String {
     out.gap();
     let a = summary(s);
     out.paragraph("", &a.beside.map_or(a.cause.clone(), |t| format!("{} {t}", a.cause)));
+    for t in &a.electrical {
+        out.paragraph("  ", t);
+    }
     for t in &d.remarks() {
         out.paragraph("  ! ", &sentence(t));
     }

@@ -42,6 +42,8 @@ pub struct Options {
     pub leading: usize,
     /// Most effects added.
     pub most_effects: usize,
+    /// Simulations of all recordings that the fits of a search may take; where effects of the library explain what is there, they take 50 to 1500.
+    pub most_work: f64,
     /// Effects considered; all of the library and the motor's own when empty.
     pub candidates: Vec<EffectId>,
     /// When curves that no formula gives are considered beside them.
@@ -63,7 +65,7 @@ pub enum Learning {
 impl Default for Options {
     fn default() -> Self {
         let (significance, learning) = (Significance::default(), Learning::Never);
-        Self { significance, leading: 5, most_effects: 6, candidates: Vec::new(), learning }
+        Self { significance, leading: 5, most_effects: 6, most_work: 3000.0, candidates: Vec::new(), learning }
     }
 }
 

@@ -36,9 +36,6 @@ const PATIENCE: usize = 3;
 /// In the place of an effect, another may stand that explains at least this part of what it does beside the same others.
 pub(super) const COMPARABLE: f64 = 0.5;
 
-/// Simulations of all recordings that the fits of a search may take; where effects of the library explain what is there, they take 50 to 1500.
-const MOST_WORK: f64 = 3000.0;
-
 /// D is taken anew where λ has changed by more than this part.
 const SETTLED: f64 = 0.1;
 
@@ -206,7 +203,7 @@ impl Search<'_> {
         let mut in_vain = 0;
         let mut best = self.best();
         while let Some(next) = self.next(in_vain) {
-            if self.spent > MOST_WORK {
+            if self.spent > self.loop_.options.most_work {
                 self.cut_short = true;
                 break;
             }

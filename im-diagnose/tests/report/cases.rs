@@ -120,6 +120,21 @@ pub fn held_out_missed() -> Diagnosis {
     answer_to([first, second, recording(&warm.unwrap(), "third.csv", 3, 0.0)], 1)
 }
 
+/// Saturation is missing, and the torque column is wrong: late by a first-order lag, and with another zero.
+pub fn torque_column_off(lag_s: f64, offset_nm: f64) -> Diagnosis {
+    let set = |k, v| (ParameterId::Effect(EffectId::MainFluxSaturation, k), v);
+    let late = |r: Recording| {
+        let part = 1.0 - (-r.sample_time_s / lag_s).exp();
+        let mut y = r.tau_load.iter().flatten().next().copied().unwrap_or_default();
+        let mut read = |x: f64| {
+            y += part * (x - y);
+            y + offset_nm
+        };
+        Recording { tau_load: r.tau_load.map(|t| t.into_iter().map(&mut read).collect()), ..r }
+    };
+    answer_to(recordings(&base().with(&[set(0, 0.5), set(1, 6.0)]).unwrap(), 0.0).map(late), 2)
+}
+
 /// Slotting, which the library does not hold.
 pub fn unexplained() -> Diagnosis {
     answer(&base(), 0.4)

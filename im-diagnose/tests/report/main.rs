@@ -2,4 +2,5 @@
 
 mod browser;
 mod cases;
+mod electrical;
 mod words;

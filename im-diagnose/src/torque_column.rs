@@ -1,0 +1,179 @@
+//! A torque column held against the torque that currents and speed ask for.
+//!
+//! J dω/dt = τ_e − D ω − τ_L:   where the measured speed drives the machine, this leaves τ_L without the column ([`load_torque`]), with J and D as
+//! given. A sensor that lags by T, with a wrong scale and zero, of a shaft whose J and D are others, reads
+//!
+//!   τ = o + g F_T[τ_L − δJ dω/dt − δD ω],   F_T: a first-order lag,
+//!
+//! linear in all but T. o, g ≠ 1 and T > 0 are each taken where the readings are likelier with it by BIC; as neighbouring residuals are alike, they
+//! count for as many as independent ones would.
+
+use im_identify::offline::{Experiment, Load, load_torque};
+use im_model::{Machine, State};
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use crate::noise::white_sigma;
+use crate::statistics::median;
+
+/// What is wrong with a torque column, as far as three faults of a sensor go.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TorqueColumn {
+    /// What it reads where there is no torque, Nm.
+    pub offset_nm: Option<f64>,
+    /// By what factor it reads too much.
+    pub scale: Option<f64>,
+    /// By how much it is late, s.
+    pub lag_s: Option<f64>,
+    /// Root mean square of what it is off by: as it is, and without these faults; Nm.
+    pub off_nm: [f64; 2],
+}
+
+/// Share of the mean square difference: faults that leave more than this are none.
+const EXPLAINED: f64 = 0.5;
+/// What is this many times less well known than usual is not.
+const LEAST_KNOWN: f64 = 10.0;
+/// Lags that are tried, s.
+const LAGS: (f64, f64) = (5e-4, 0.5);
+
+/// A recording: what the shaft asks for, its acceleration and speed, and what the column reads.
+struct Run {
+    sample_time_s: f64,
+    asked: [Vec<f64>; 3],
+    read: Vec<f64>,
+    /// Inverse variance of each row, 0 where nothing is known.
+    weight: Vec<f64>,
+}
+
+impl Run {
+    fn new(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> Option<Self> {
+        let Load::Unknown(shown) = &e.load else { return None };
+        let found = load_torque(machine, e, start)?;
+        let read = e.tau_load.clone();
+        let known = LEAST_KNOWN * median(&mut found.std_nm.clone());
+        let sigma = white_sigma(&read).max(f64::MIN_POSITIVE);
+        let is_known = |k: usize| found.torque_nm[k].is_finite() && found.std_nm[k] <= known;
+        let weight =
+            (0..e.len()).map(|k| if is_known(k) { (sigma.powi(2) + found.std_nm[k].powi(2)).recip() } else { 0.0 }).collect();
+        let torque = (0..e.len()).map(|k| if is_known(k) { found.torque_nm[k] } else { read[k] }).collect();
+        let [speed, acceleration] = [0, 1].map(|d| shown.smooth.iter().map(|w| w[d]).collect());
+        Some(Self { sample_time_s: e.sample_time_s, asked: [torque, acceleration, speed], read, weight })
+    }
+
+    /// What a sensor that lags makes of what is asked for.
+    fn late(&self, lag_s: f64) -> [Vec<f64>; 3] {
+        let part = 1.0 - (-self.sample_time_s / lag_s).exp();
+        let filtered = |x: &Vec<f64>| {
+            let mut y = x.first().copied().unwrap_or_default();
+            let mut step = |x: &f64| {
+                y += part * (x - y);
+                y
+            };
+            x.iter().map(&mut step).collect()
+        };
+        if lag_s > 0.0 { self.asked.each_ref().map(filtered) } else { self.asked.clone() }
+    }
+}
+
+/// Least squares of what is read, with or without an offset and a scale of its own.
+struct Fitted {
+    /// Of acceleration and speed, then of what has a size of its own.
+    sizes: DVector<f64>,
+    /// Weighted residuals per run, of the rows that count.
+    residuals: Vec<Vec<f64>>,
+    /// Sum of weights.
+    weights: f64,
+}
+
+impl Fitted {
+    fn new(runs: &[Run], lag_s: f64, with_offset: bool, with_scale: bool) -> Option<Self> {
+        let late: Vec<[Vec<f64>; 3]> = runs.iter().map(|r| r.late(lag_s)).collect();
+        let columns = 2 + usize::from(with_offset) + usize::from(with_scale);
+        let row = |x: &[Vec<f64>; 3], k: usize| {
+            let own = [with_offset.then_some(1.0), with_scale.then_some(x[0][k])];
+            DVector::from_iterator(columns, [x[1][k], x[2][k]].into_iter().chain(own.into_iter().flatten()))
+        };
+        let wanted = |r: &Run, x: &[Vec<f64>; 3], k: usize| r.read[k] - if with_scale { 0.0 } else { x[0][k] };
+        let counts = |r: &Run| (0..r.read.len()).filter(|k| r.weight[*k] > 0.0).collect::<Vec<_>>();
+        let (mut gram, mut b) = (DMatrix::zeros(columns, columns), DVector::zeros(columns));
+        for (r, x) in runs.iter().zip(&late) {
+            for k in counts(r) {
+                let a = row(x, k);
+                gram.ger(r.weight[k], &a, &a, 1.0);
+                b.axpy(r.weight[k] * wanted(r, x, k), &a, 1.0);
+            }
+        }
+        let sizes = gram.cholesky()?.solve(&b);
+        let off = |(r, x): (&Run, &[Vec<f64>; 3])| {
+            counts(r).into_iter().map(|k| (wanted(r, x, k) - row(x, k).dot(&sizes)) * r.weight[k].sqrt()).collect()
+        };
+        let residuals = runs.iter().zip(&late).map(off).collect();
+        let weights = runs.iter().flat_map(|r| &r.weight).sum();
+        Some(Self { sizes, residuals, weights })
+    }
+
+    /// Sum of squares.
+    fn left(&self) -> f64 {
+        self.residuals.iter().flatten().map(|x| x * x).sum()
+    }
+
+    /// Nm.
+    fn rms(&self) -> f64 {
+        (self.left() / self.weights).sqrt()
+    }
+
+    /// As many independent residuals would tell as much of a mean: N/(1 + 2 Σ ρ_k), the sum up to where the correlation is gone.
+    fn independent(&self) -> f64 {
+        let count: usize = self.residuals.iter().map(Vec::len).sum();
+        let left = self.left();
+        let alike = |k: usize| -> f64 {
+            let of = |r: &Vec<f64>| r.iter().zip(r.iter().skip(k)).map(|(a, b)| a * b).sum::<f64>();
+            self.residuals.iter().map(of).sum::<f64>() / left
+        };
+        let sum: f64 = (1..count / 4).map(alike).take_while(|r| *r > 0.0).sum();
+        (count as f64 / (1.0 + 2.0 * sum)).max(1.0)
+    }
+}
+
+impl TorqueColumn {
+    /// Of experiments that the measured speed drives, each with what its column reads as its load; `None` where no column reads anything.
+    pub(crate) fn of(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Option<Self> {
+        if experiments.iter().flat_map(|e| &e.tau_load).all(|t| *t == 0.0) {
+            return None;
+        }
+        let runs: Vec<Run> = experiments.iter().zip(starts).map(|(e, x)| Run::new(machine, e, x)).collect::<Option<_>>()?;
+        let as_it_is = Fitted::new(&runs, 0.0, false, false)?;
+        let lag = likeliest_lag(&runs)?;
+        // One measure of how many rows count, of the fit that leaves least.
+        let independent = Fitted::new(&runs, lag, true, true)?.independent();
+        let each = (0..8).filter_map(|k| {
+            let (offset, scale, late) = (k & 1 > 0, k & 2 > 0, k & 4 > 0);
+            let lag_s = late.then_some(lag);
+            let fitted = Fitted::new(&runs, lag_s.unwrap_or(0.0), offset, scale)?;
+            let faults = f64::from(u8::from(offset) + u8::from(scale) + u8::from(late));
+            let cost = independent * fitted.left().ln() + faults * independent.ln();
+            let off_nm = [as_it_is.rms(), fitted.rms()];
+            let offset_nm = offset.then(|| fitted.sizes[2]);
+            Some((cost, Self { offset_nm, scale: scale.then(|| fitted.sizes[2 + usize::from(offset)]), lag_s, off_nm }))
+        });
+        let best = each.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
+        let [before, after] = best.off_nm;
+        let none = Self { offset_nm: None, scale: None, lag_s: None, off_nm: [before; 2] };
+        Some(if after * after < EXPLAINED * before * before { best } else { none })
+    }
+}
+
+/// The lag that leaves least with offset and scale free: on a grid, then by golden section.
+fn likeliest_lag(runs: &[Run]) -> Option<f64> {
+    let left = |ln: f64| Fitted::new(runs, ln.exp(), true, true).map_or(f64::INFINITY, |f| f.left());
+    let (low, high) = (LAGS.0.ln(), LAGS.1.ln());
+    let step = (high - low) / 14.0;
+    let grid = (0..15).map(|k| low + step * f64::from(k));
+    let start = grid.map(|x| (x, left(x))).min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+    let (mut a, mut b) = (start - step, start + step);
+    for _ in 0..20 {
+        let (c, d) = (b - 0.618 * (b - a), a + 0.618 * (b - a));
+        if left(c) < left(d) { b = d } else { a = c }
+    }
+    Some((0.5 * (a + b)).exp())
+}
