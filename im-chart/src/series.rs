@@ -11,6 +11,8 @@ use crate::{COLOURS, MARGIN, WIDTH};
 pub enum Mark {
     /// Joined by a line, which breaks where a point is not a number.
     Line,
+    /// The same, dashed.
+    Dashes,
     /// Crosses, as poles are drawn.
     Cross,
 }
@@ -39,6 +41,11 @@ impl Series {
     /// Crosses.
     pub fn crosses(name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         Self { mark: Mark::Cross, ..Self::line(name, points) }
+    }
+
+    /// A dashed line.
+    pub fn dashed(name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        Self { mark: Mark::Dashes, ..Self::line(name, points) }
     }
 
     /// In this colour.
@@ -100,7 +107,7 @@ impl Area {
         for (k, s) in series.iter().enumerate() {
             let colour = s.colour.unwrap_or(COLOURS[k % COLOURS.len()]);
             match s.mark {
-                Mark::Line => self.line(svg, s, colour),
+                Mark::Line | Mark::Dashes => self.line(svg, s, colour),
                 Mark::Cross => {
                     for [x, y] in s.finite() {
                         let (u, v) = (self.across(x), self.down(y));
@@ -123,7 +130,8 @@ impl Area {
             let few = if along && part.len() > 4 * Self::COLUMNS as usize { &thinned(part, column)[..] } else { part };
             let d = path(few.iter().map(|p| [self.across(p[0]), self.down(p[1])]));
             let look = if s.is_pale(part[0][0]) { r#"stroke-opacity="0.3""# } else { r#"stroke-width="1.6""# };
-            let _ = writeln!(svg, r#"<path d="{d}" fill="none" stroke="{colour}" {look}/>"#);
+            let dashes = if s.mark == Mark::Dashes { r#" stroke-dasharray="6 3""# } else { "" };
+            let _ = writeln!(svg, r#"<path d="{d}" fill="none" stroke="{colour}" {look}{dashes}/>"#);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What the noise of a measured input does to the outputs.
 
-use im_identify::offline::{Experiment, predict};
+use im_identify::offline::{ChannelKind, Experiment, predict};
 use im_model::{Machine, State};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
@@ -34,6 +34,23 @@ pub fn torque_noise<R: Send>(
         change.iter().flatten().all(|x| x.is_finite()).then(|| seen(&change))
     };
     (0..DRAWS).into_par_iter().filter_map(draw).collect()
+}
+
+/// Mean square of what the noise of the measured speeds does to the currents of machines that are nudged towards them, in σ²: the largest of some
+/// recordings. 0 where none is nudged.
+pub fn nudge_noise(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> f64 {
+    let one = |(e, start): (&Experiment, &State<f64>)| {
+        let (speed, rate) = e.speed_nudge.as_ref()?;
+        let sigma = e.channels.iter().find(|c| c.kind == ChannelKind::Speed)?.sigma;
+        let mut chance = Xoshiro256PlusPlus::seed_from_u64(0);
+        let rough = speed.iter().map(|w| if chance.random::<bool>() { w + sigma } else { w - sigma }).collect();
+        let rougher = Experiment { speed_nudge: Some((rough, *rate)), ..e.clone() };
+        let change = difference(e, &predict(machine, e, start), &predict(machine, &rougher, start));
+        let currents = e.channels.iter().zip(&change).filter(|(c, _)| c.kind != ChannelKind::Speed);
+        let all: Vec<f64> = currents.flat_map(|(_, x)| x.iter().map(|x| x * x)).filter(|x| x.is_finite()).collect();
+        (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
+    };
+    experiments.par_iter().zip(starts).filter_map(one).reduce(|| 0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -72,5 +89,33 @@ mod tests {
         assert!((seen / wanted - 1.0).abs() < 0.3, "{seen} {wanted}");
         let exact = Experiment { tau_load: vec![3.0; n], ..e };
         assert!(torque_noise(&machine, &exact, &State::default(), |_| ()).is_empty());
+    }
+
+    /// What noise of the speed does to the currents of a nudged machine goes with its variance and with the rate.
+    #[test]
+    fn noise_of_the_speed_reaches_the_currents_of_a_nudged_machine() {
+        let machine = Machine::base(M.parameters(), M.pole_pairs).unwrap();
+        let (n, h) = (6000, 1e-4);
+        let u_s: Vec<Complex<f64>> = (0..n).map(|k| Complex::from_polar(300.0, 314.0 * h * k as f64)).collect();
+        let none = vec![Complex::new(0.0, 0.0); n];
+        let r = Recording {
+            name: "start".into(),
+            start_s: 0.0,
+            sample_time_s: h,
+            u_s,
+            i_s: none,
+            omega_m: vec![0.0; n],
+            tau_load: Some(vec![0.0; n]),
+        };
+        let seen = |sigma: f64, rate: f64| {
+            let mut e = Experiment::from_recording(&r, [1.0, 1.0], sigma);
+            let speed = predict(&machine, &e, &State::default())[2].clone();
+            e.speed_nudge = Some((speed, rate));
+            nudge_noise(&machine, &[e], &[State::default()])
+        };
+        let usual = seen(0.1, 30.0);
+        assert!(usual > 0.0 && (seen(0.2, 30.0) / usual / 4.0 - 1.0).abs() < 0.05, "{usual}");
+        assert!((seen(0.1, 7.5) / usual * 4.0 - 1.0).abs() < 0.5, "{usual} {}", seen(0.1, 7.5));
+        assert_eq!(nudge_noise(&machine, &[Experiment::from_recording(&r, [1.0, 1.0], 1.0)], &[State::default()]), 0.0);
     }
 }

@@ -27,7 +27,8 @@ pub fn any_nudged(experiments: &[Experiment]) -> bool {
 
 /// Copies of experiments with the speed nudged towards the measured one, where it is measured.
 pub fn nudged(experiments: &[Experiment]) -> Vec<Experiment> {
-    let with = |e: &Experiment| Experiment { speed_nudge: nudging(e).map(|c| (c.values.clone(), NUDGE_PER_S)), ..e.clone() };
+    let rate = |e: &Experiment| NUDGE_PER_S * e.nudge_part;
+    let with = |e: &Experiment| Experiment { speed_nudge: nudging(e).map(|c| (c.values.clone(), rate(e))), ..e.clone() };
     experiments.iter().map(with).collect()
 }
 

@@ -266,6 +266,7 @@ fn experiment(motor: &MotorFile, t: &SteadyTable, rows: &[SteadyRow], speed: Spe
         speed_nudge: None,
         warmth: warmth(motor, rows),
         inert: None,
+        nudge_part: 1.0,
         channels,
         start: Start::Rest,
     }

@@ -40,6 +40,7 @@ fn main() {
         speed_nudge: None,
         warmth: Vec::new(),
         inert: None,
+        nudge_part: 1.0,
         supply_frequency_hz: None,
         channels: vec![
             channel("i_alpha_A", current(0.0), 3, 0.05),

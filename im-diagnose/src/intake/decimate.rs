@@ -67,6 +67,7 @@ mod tests {
             speed_nudge: None,
             warmth: Vec::new(),
             inert: None,
+            nudge_part: 1.0,
             channels: vec![Channel {
                 name: "omega_m_rad_s".into(),
                 kind: ChannelKind::Speed,

@@ -454,6 +454,7 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         speed_nudge: None,
         warmth: Vec::new(),
         inert: None,
+        nudge_part: 1.0,
         supply_frequency_hz: None,
         channels,
         start: Start::Rest,

@@ -71,6 +71,7 @@ mod tests {
             speed_nudge: None,
             warmth: Vec::new(),
             inert: None,
+            nudge_part: 1.0,
             channels,
             start: Start::Rest,
         };

@@ -7,53 +7,63 @@ use crate::format::{number, quantity};
 use crate::localise::join;
 use crate::torque_column::TorqueColumn;
 
-/// The sentences of a page and of a terminal.
-pub(super) fn words(e: &ElectricalSide) -> Vec<String> {
+/// What is said where everything together is not explained.
+pub(super) struct Words {
+    /// The cause, where it is at the shaft.
+    pub cause: Option<String>,
+    /// What the currents say.
+    pub beside: String,
+    /// What would refute the cause.
+    pub refute: Option<String>,
+}
+
+/// As phrases.
+pub(super) fn words(e: &ElectricalSide) -> Words {
     let [before, after] = e.error.map(in_sigma);
-    let how = "With the load torque taken as unknown, so that the measured speed drives the machine,";
+    let how = "with the load torque taken as unknown, so that the measured speed drives the machine,";
     let sets = e.effects.iter().zip(&e.alternatives).map(|(effect, rivals)| {
         let all: Vec<String> = std::iter::once(effect).chain(rivals).map(|e| effect_name(*e)).collect();
         if all.len() > 1 { format!("either {}", all.join(" or ")) } else { all[0].clone() }
     });
-    let first = match e.verdict {
+    let beside = match e.verdict {
         Verdict::Unexplained => {
-            return vec![format!(
-                "{how} the currents are not explained either ({after} rms): what fails is not at the shaft alone."
-            )];
+            let beside =
+                format!("{how} the currents are not explained either ({after} rms): what fails is not at the shaft alone");
+            return Words { cause: None, beside, refute: None };
         }
-        Verdict::MissingEffects | Verdict::Confounded => {
-            format!(
-                "{how} the currents are explained: {} {} their error from {before} to {after} rms.",
-                join(&sets.collect::<Vec<_>>()),
-                if e.effects.len() == 1 { "brings" } else { "bring" }
-            )
-        }
-        Verdict::Adequate | Verdict::Inconclusive => {
-            format!("{how} nothing is seen to be missing in the currents ({after} rms).")
-        }
+        Verdict::MissingEffects | Verdict::Confounded => format!(
+            "{how} the currents are explained: {} {} their error from {before} to {after} rms",
+            join(&sets.collect::<Vec<_>>()),
+            if e.effects.len() == 1 { "brings" } else { "bring" }
+        ),
+        Verdict::Adequate | Verdict::Inconclusive => format!("{how} nothing is seen to be missing in the currents ({after} rms)"),
     };
-    let column = e.torque_column.as_ref().map_or_else(
-        || "What fails is at the shaft: its load, inertia, friction, or the sensor of the speed.".to_owned(),
-        column_words,
+    let (cause, refute) = e.torque_column.as_ref().map_or_else(
+        || ("its load, inertia, friction, or the sensor of the speed".to_owned(), None),
+        |c| (column_words(c), is_faulty(c).then(|| CORRECT.to_owned())),
     );
-    vec![first, column]
+    Words { cause: Some(format!("what fails is at the shaft: {cause}")), beside, refute }
+}
+
+const CORRECT: &str = "The same recordings with the torque column corrected (offset, gain, delay_s of [load] in a recording.toml): the error has to fall as far.";
+
+fn is_faulty(c: &TorqueColumn) -> bool {
+    c.offset_nm.is_some() || c.scale.is_some() || c.lag_s.is_some()
 }
 
 fn column_words(c: &TorqueColumn) -> String {
+    let [before, after] = c.off_nm.map(|x| quantity(x, "Nm", 2));
+    if !is_faulty(c) {
+        return format!(
+            "the torque column is off by {before} rms from what currents and speed ask for, and no zero, scale or lag of its sensor explains that"
+        );
+    }
     let offset = c.offset_nm.map(|x| format!("{} too {} at every load", quantity(x.abs(), "Nm", 2), much(x > 0.0)));
     let scale = c.scale.map(|x| format!("{} % too {}", number(100.0 * (x - 1.0).abs(), 2), much(x > 1.0)));
     let lag = c.lag_s.map(|t| format!("{} late", quantity(t, "s", 2)));
     let faults: Vec<String> = offset.into_iter().chain(scale).chain(lag).collect();
-    let [before, after] = c.off_nm.map(|x| quantity(x, "Nm", 2));
-    if faults.is_empty() {
-        return format!(
-            "What fails is at the shaft: the torque column is off by {before} rms from what currents and speed ask for, and no zero, scale or lag of \
-             its sensor explains that."
-        );
-    }
     format!(
-        "What fails is at the shaft: against what currents and speed ask for, the torque column reads {}. Without that, {after} rms of {before} are left. \
-         Check the sensor, correct the column (`offset`, `gain`, `delay_s` of [load] in the recording.toml), and run again.",
+        "against what currents and speed ask for, the torque column reads {}; without that, {after} rms of {before} are left",
         join(&faults)
     )
 }

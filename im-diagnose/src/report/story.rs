@@ -273,7 +273,7 @@ pub(crate) struct Summary {
     /// What has to be said beside it.
     pub beside: Option<String>,
     /// What the electrical side alone says.
-    pub electrical: Vec<String>,
+    pub electrical: Option<String>,
     /// How sure.
     pub sure: Vec<String>,
     /// What would refute it.
@@ -491,10 +491,15 @@ pub(crate) fn summary(s: &Story) -> Summary {
         _ => {}
     }
     let sentence = crate::format::sentence;
+    let alone = s.meta.electrical_side.as_ref().map(electrical_words::words);
+    let cause = alone.as_ref().and_then(|a| a.cause.clone()).unwrap_or(cause);
+    if let Some(more) = alone.as_ref().and_then(|a| a.refute.clone()) {
+        refute = vec![more];
+    }
     Summary {
         cause: sentence(&cause),
         beside: beside.map(|t| sentence(&t)),
-        electrical: s.meta.electrical_side.as_ref().map_or_else(Vec::new, electrical_words::words),
+        electrical: alone.map(|a| sentence(&a.beside)),
         sure: sure.iter().map(|t| sentence(t)).collect(),
         refute,
     }

@@ -23,10 +23,7 @@ pub fn terminal(s: &Story, width: usize) -> String {
     out.line(&format!("{} — {sign} {word}", s.title()));
     out.gap();
     let a = summary(s);
-    out.paragraph("", &a.beside.map_or(a.cause.clone(), |t| format!("{} {t}", a.cause)));
-    for t in &a.electrical {
-        out.paragraph("  ", t);
-    }
+    out.paragraph("", &[Some(a.cause), a.electrical, a.beside].into_iter().flatten().collect::<Vec<_>>().join(" "));
     for t in &d.remarks() {
         out.paragraph("  ! ", &sentence(t));
     }

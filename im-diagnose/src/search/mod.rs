@@ -23,6 +23,7 @@ use rayon::prelude::*;
 
 use crate::case::Case;
 use crate::form_error::marginal;
+use crate::input_noise::nudge_noise;
 use crate::residuals::{all_residuals, deviance, nudged};
 use score::{Score, ScoreContext, Seed, strengths};
 
@@ -75,6 +76,9 @@ const NOMINATED: usize = 6;
 /// Times that an unmeasured speed is found anew by the fitted machine at most, and the relative change of χ² that ends them.
 const SPEED_ROUNDS: usize = 5;
 const SPEED_SETTLED: f64 = 0.003;
+
+/// Mean square that the noise of a speed may make of the currents of a machine that is nudged towards it, σ²: it goes with the rate.
+const NUDGE_UNSEEN: f64 = 0.1;
 
 /// Part of the base model's excess of χ²/N that effects may leave: with more, they do not explain it.
 pub const UNEXPLAINED: f64 = 0.1;
@@ -167,6 +171,7 @@ impl Refinement {
         me.case.set_noise_from(&me.nudged, &me.left_by(&first.fit));
         me.smooth_speeds_by(&first.fit);
         me.nudge();
+        me.nudge_quietly(&first.fit);
         let mut model = me.model(&first.fit.machine, &first.fit.starts, &[], &FitOptions::near())?;
         // A speed that nobody measured moves with the machine that it is found by.
         for _ in 0..SPEED_ROUNDS {
@@ -215,6 +220,17 @@ impl Refinement {
     fn nudge(&mut self) {
         self.nudged = nudged(&self.case.train);
         self.held_out = nudged(self.case.holdout.as_slice()).pop();
+    }
+
+    /// Nudges less where the noise of the measured speed would be seen in the currents: what it makes of them would look like anything but noise.
+    fn nudge_quietly(&mut self, fit: &Fit) {
+        let seen = nudge_noise(&fit.machine, &self.nudged, &fit.starts);
+        if seen > NUDGE_UNSEEN {
+            for e in self.case.train.iter_mut().chain(&mut self.case.holdout) {
+                e.nudge_part *= NUDGE_UNSEEN / seen;
+            }
+            self.nudge();
+        }
     }
 
     /// Where the load is unknown, the torque of the fitted base model helps to tell the speed from the noise of its sensor; where the speed

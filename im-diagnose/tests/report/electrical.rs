@@ -21,7 +21,13 @@ fn a_wrong_torque_column_is_told_from_the_electrical_side() {
     let meta = Meta { electrical_side: Some(e), ..Meta::default() };
     let story = Story::new(&d, &meta);
     let text = terminal(&story, 100).split_whitespace().collect::<Vec<_>>().join(" ");
-    for words in ["the currents are explained: main-flux saturation brings their error", "too much at every load", "30 ms late"] {
+    for words in [
+        "What fails is at the shaft:",
+        "the currents are explained: main-flux saturation brings their error",
+        "too much at every load",
+        "30 ms late",
+        "The same recordings with the torque column corrected",
+    ] {
         assert!(text.contains(words), "{words}: {text}");
     }
     assert_eq!(story.to_json()["electrical_side"]["named"][0], "main_flux_saturation");

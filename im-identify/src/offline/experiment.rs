@@ -53,6 +53,8 @@ pub struct Experiment {
     /// An effect that the way of recording takes out: an inverter's between command and terminals, where the terminals were measured; the zero of a
     /// voltage sensor, where the command was recorded.
     pub inert: Option<EffectId>,
+    /// The part of the usual rate at which its speed may be nudged towards the measured one, 0 to 1: less where the noise of that would show.
+    pub nudge_part: f64,
     /// What was measured.
     pub channels: Vec<Channel>,
     /// How it starts.
@@ -108,6 +110,7 @@ impl Experiment {
             speed_nudge: None,
             warmth: Vec::new(),
             inert: None,
+            nudge_part: 1.0,
             channels: vec![
                 channel("i_alpha_A", current(0.0), r.i_s.iter().map(|i| i.re).collect(), sigma_current_a[0]),
                 channel(

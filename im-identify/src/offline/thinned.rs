@@ -284,6 +284,7 @@ fn every(run: &Experiment, stride: usize) -> Experiment {
         speed_nudge: run.speed_nudge.as_ref().map(|(w, rate)| (thin(w), *rate)),
         warmth: run.warmth.clone(),
         inert: run.inert,
+        nudge_part: run.nudge_part,
         channels: run.channels.iter().map(channel).collect(),
         start: run.start,
     };

@@ -27,6 +27,7 @@ fn a_table_of_steady_states_shows_the_circuit_and_gives_it_back() {
             speed_nudge: None,
             warmth: Vec::new(),
             inert: None,
+            nudge_part: 1.0,
             channels: kinds
                 .map(|(name, kind, sigma)| Channel { name: name.into(), kind, values: vec![0.0; rows.len()], valid: None, sigma })
                 .to_vec(),
@@ -96,6 +97,7 @@ pub(crate) fn shown(machine: &Machine<f64>, loads: &[f64], speed: Option<f64>) -
         speed_nudge: None,
         warmth: Vec::new(),
         inert: None,
+        nudge_part: 1.0,
         channels: kinds.map(channel).to_vec(),
         start: Start::Rest,
     };

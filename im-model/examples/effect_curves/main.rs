@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         };
         let label = |text: &str| if frame.log { format!("log₁₀ of {text}") } else { text.to_owned() };
         let panel =
-            Panel::new(label(frame.y_label), [Series::line("without", line(&without)), Series::line("with", line(&with))]);
+            Panel::new(label(frame.y_label), [Series::dashed("without", line(&without)), Series::line("with", line(&with))]);
         std::fs::write(format!("{folder}/{}.svg", effect.name()), panels(frame.caption, &label(frame.x_label), &[panel]))?;
     }
     Ok(())

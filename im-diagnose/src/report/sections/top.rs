@@ -16,8 +16,7 @@ pub(crate) fn top(s: &Story) -> Markup {
     html! {
         (head(&s.title(), Some(&format!("{sign} {word}"))))
         h1 { (a.cause) }
-        @if let Some(t) = &a.beside { p.say { (t) } }
-        @if !a.electrical.is_empty() { p.say { (a.electrical.join(" ")) } }
+        @for t in a.electrical.iter().chain(&a.beside) { p.say { (t) } }
         @for remark in s.d.remarks() { p.warn { "⚠ " (sentence(&remark)) } }
         dl.sure {
             (part("How sure", &a.sure))
