@@ -3,10 +3,12 @@
 //!
 //! Filters are words of a trial's group (strong, medium, weak, clean, coloured, pairs, triples, outside, ramp, steady, poor), effect names, or a
 //! machine (`m7`); a trial runs when it has them all, and none with a minus before it (`-outside`). `WHY=1` prints the course of each loop.
-//! `AGAIN=1` gives each refined motor back to the loop with the same recordings, and prints what is then found.
+//! `ALONE=1` asks the electrical side alone where nothing explains a trial. `AGAIN=1` gives each refined motor back to the loop with the same
+//! recordings, and prints what is then found.
 
 use std::convert::Infallible;
 
+use im_diagnose::electrical_side::ElectricalSide;
 use im_tests::campaign::{Finished, Outcome, Planned, plan, run_all, seeds, table};
 use im_tests::course::{again, why};
 
@@ -31,6 +33,9 @@ fn main() {
         }
         if let Some(answer) = answer.filter(|_| std::env::var("WHY").is_ok()) {
             why(answer);
+        }
+        if let Some(e) = answer.filter(|_| std::env::var("ALONE").is_ok()).and_then(ElectricalSide::after) {
+            println!("      electrical side: {} {:?} {:?} {:?}", e.verdict.name(), e.effects, e.error, e.torque_column);
         }
         if let Some(answer) = answer.filter(|_| std::env::var("AGAIN").is_ok()) {
             match again(&p.case, answer) {
