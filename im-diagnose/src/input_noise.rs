@@ -91,7 +91,7 @@ mod tests {
         assert!(torque_noise(&machine, &exact, &State::default(), |_| ()).is_empty());
     }
 
-    /// What noise of the speed does to the currents of a nudged machine goes with its variance and with the rate.
+    /// What noise of the speed does to the currents of a nudged machine goes with its variance, and falls at least as the rate does.
     #[test]
     fn noise_of_the_speed_reaches_the_currents_of_a_nudged_machine() {
         let machine = Machine::base(M.parameters(), M.pole_pairs).unwrap();
@@ -115,7 +115,7 @@ mod tests {
         };
         let usual = seen(0.1, 30.0);
         assert!(usual > 0.0 && (seen(0.2, 30.0) / usual / 4.0 - 1.0).abs() < 0.05, "{usual}");
-        assert!((seen(0.1, 7.5) / usual * 4.0 - 1.0).abs() < 0.5, "{usual} {}", seen(0.1, 7.5));
+        assert!((0.05..0.26).contains(&(seen(0.1, 7.5) / usual)), "{usual} {}", seen(0.1, 7.5));
         assert_eq!(nudge_noise(&machine, &[Experiment::from_recording(&r, [1.0, 1.0], 1.0)], &[State::default()]), 0.0);
     }
 }

@@ -6,7 +6,8 @@
 //!   τ = o + g F_T[τ_L − δJ dω/dt − δD ω],   F_T: a first-order lag,
 //!
 //! linear in all but T. o, g ≠ 1 and T > 0 are each taken where the readings are likelier with it by BIC; as neighbouring residuals are alike, they
-//! count for as many as independent ones would.
+//! count for as many as independent ones would. Where all of them leave more than a tenth of the mean square, the sensor is not blamed: a load that no
+//! column holds (a cam, cogging) looks a little like a lag.
 
 use im_identify::offline::{Experiment, Load, load_torque};
 use im_model::{Machine, State};
@@ -14,6 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use crate::noise::white_sigma;
+use crate::search::UNEXPLAINED;
 use crate::statistics::median;
 
 /// What is wrong with a torque column, as far as three faults of a sensor go.
@@ -29,10 +31,14 @@ pub struct TorqueColumn {
     pub off_nm: [f64; 2],
 }
 
-/// Share of the mean square difference: faults that leave more than this are none.
-const EXPLAINED: f64 = 0.5;
 /// What is this many times less well known than usual is not.
 const LEAST_KNOWN: f64 = 10.0;
+/// A column without noise is taken to be off by this part of its largest value, and of 1 Nm.
+const ROUNDING: f64 = 1e-6;
+/// Rows of a recording at most: of more, means are taken.
+const MOST_ROWS: usize = 20_000;
+/// Places at which the residuals of a recording are held against each other.
+const PLACES: usize = 2000;
 /// Lags that are tried, s.
 const LAGS: (f64, f64) = (5e-4, 0.5);
 
@@ -51,13 +57,17 @@ impl Run {
         let found = load_torque(machine, e, start)?;
         let read = e.tau_load.clone();
         let known = LEAST_KNOWN * median(&mut found.std_nm.clone());
-        let sigma = white_sigma(&read).max(f64::MIN_POSITIVE);
+        let largest = read.iter().fold(0.0, |most: f64, t| most.max(t.abs()));
+        let sigma = white_sigma(&read).max(ROUNDING * largest.max(1.0));
         let is_known = |k: usize| found.torque_nm[k].is_finite() && found.std_nm[k] <= known;
         let weight =
             (0..e.len()).map(|k| if is_known(k) { (sigma.powi(2) + found.std_nm[k].powi(2)).recip() } else { 0.0 }).collect();
         let torque = (0..e.len()).map(|k| if is_known(k) { found.torque_nm[k] } else { read[k] }).collect();
         let [speed, acceleration] = [0, 1].map(|d| shown.smooth.iter().map(|w| w[d]).collect());
-        Some(Self { sample_time_s: e.sample_time_s, asked: [torque, acceleration, speed], read, weight })
+        let stride = e.len().div_ceil(MOST_ROWS).max(1);
+        let [torque, acceleration, speed, read, weight] =
+            [torque, acceleration, speed, read, weight].map(|x: Vec<f64>| means(&x, stride));
+        Some(Self { sample_time_s: e.sample_time_s * stride as f64, asked: [torque, acceleration, speed], read, weight })
     }
 
     /// What a sensor that lags makes of what is asked for.
@@ -124,12 +134,14 @@ impl Fitted {
 
     /// As many independent residuals would tell as much of a mean: N/(1 + 2 Σ ρ_k), the sum up to where the correlation is gone.
     fn independent(&self) -> f64 {
-        let count: usize = self.residuals.iter().map(Vec::len).sum();
-        let left = self.left();
-        let alike = |k: usize| -> f64 {
+        let places: Vec<Vec<f64>> = self.residuals.iter().map(|r| means(r, r.len().div_ceil(PLACES).max(1))).collect();
+        let count: usize = places.iter().map(Vec::len).sum();
+        let products = |k: usize| -> f64 {
             let of = |r: &Vec<f64>| r.iter().zip(r.iter().skip(k)).map(|(a, b)| a * b).sum::<f64>();
-            self.residuals.iter().map(of).sum::<f64>() / left
+            places.iter().map(of).sum()
         };
+        let square = products(0);
+        let alike = |k: usize| products(k) / square;
         let sum: f64 = (1..count / 4).map(alike).take_while(|r| *r > 0.0).sum();
         (count as f64 / (1.0 + 2.0 * sum)).max(1.0)
     }
@@ -159,8 +171,13 @@ impl TorqueColumn {
         let best = each.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
         let [before, after] = best.off_nm;
         let none = Self { offset_nm: None, scale: None, lag_s: None, off_nm: [before; 2] };
-        Some(if after * after < EXPLAINED * before * before { best } else { none })
+        Some(if after * after < UNEXPLAINED * before * before { best } else { none })
     }
+}
+
+/// Means over so many values each.
+fn means(x: &[f64], stride: usize) -> Vec<f64> {
+    x.chunks(stride).map(|part| part.iter().sum::<f64>() / part.len() as f64).collect()
 }
 
 /// The lag that leaves least with offset and scale free: on a grid, then by golden section.

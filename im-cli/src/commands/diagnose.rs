@@ -70,7 +70,7 @@ impl Asked {
         let options = Options { significance: self.significance, learning, ..options };
         let what = if learning == Learning::Always { "fitting, scoring and learning" } else { "fitting and scoring" };
         let found = spinning(what, || diagnose(case, options)).map_err(|e| refused(&self.data.motor, &e))?;
-        let meta = of_this_run(Meta::of(&found, noticed), outputs);
+        let meta = of_this_run(spinning("looking at what is left", || Meta::of(&found, noticed)), outputs);
         Ok((found, meta))
     }
 

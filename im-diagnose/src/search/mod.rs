@@ -77,7 +77,7 @@ const NOMINATED: usize = 6;
 const SPEED_ROUNDS: usize = 5;
 const SPEED_SETTLED: f64 = 0.003;
 
-/// Mean square that the noise of a speed may make of the currents of a machine that is nudged towards it, σ²: it goes with the rate.
+/// Mean square that the noise of a speed may make of the currents of a machine that is nudged towards it, σ²: it falls at least as the rate does.
 const NUDGE_UNSEEN: f64 = 0.1;
 
 /// Part of the base model's excess of χ²/N that effects may leave: with more, they do not explain it.
