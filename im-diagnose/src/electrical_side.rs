@@ -3,12 +3,12 @@
 //! With the load torque taken as unknown the measured speed drives the machine, and the balance of torques is not used. Effects that explain the
 //! currents then are missing whatever is wrong at the shaft; what the balance asks of the load is held against the torque column.
 
-use im_identify::offline::{ChannelKind, Experiment, Load};
+use im_identify::offline::Experiment;
 use im_model::EffectId;
 use serde_json::{Value, json};
 
 use crate::case::Case;
-use crate::diagnosis::{Diagnosis, Verdict, diagnose};
+use crate::diagnosis::{Diagnosis, Step, Verdict, diagnose};
 use crate::search::Options;
 use crate::torque_column::TorqueColumn;
 
@@ -33,24 +33,22 @@ pub struct ElectricalSide {
 impl ElectricalSide {
     /// Asked where everything together is `unexplained`, and the speed was measured beside a load that was taken as known.
     pub fn after(d: &Diagnosis) -> Option<Self> {
-        let balances =
-            |e: &Experiment| matches!(e.load, Load::Known | Load::Law { .. }) && !e.is_table() && !e.speed_is_imposed();
-        let shown = |e: &Experiment| e.channels.iter().any(|c| c.kind == ChannelKind::Speed);
-        let mut all = d.case.train.iter().chain(&d.case.holdout);
-        if d.verdict != Verdict::Unexplained || !all.all(|e| balances(e) && shown(e)) {
+        let Case { motor, train, holdout } = &d.case;
+        if d.verdict != Verdict::Unexplained || train.iter().chain(holdout).any(Experiment::speed_is_imposed) {
             return None;
         }
         let driven = |e: &Experiment| e.clone().driven_by_speed();
-        let Case { motor, train, holdout } = &d.case;
         let case =
             Case { motor: motor.clone(), train: train.iter().map(driven).collect(), holdout: holdout.as_ref().map(driven) };
+        if !case.train.iter().chain(&case.holdout).all(Experiment::speed_is_imposed) {
+            return None;
+        }
         let found = diagnose(case, Options { most_work: MOST_WORK, ..Options::default() }).ok()?;
         let last = found.steps.last()?;
         let explained = found.verdict != Verdict::Unexplained;
         let torque_column = explained.then(|| TorqueColumn::of(&last.machine, &found.case.train, &last.starts)).flatten();
         let alternatives = if found.named().is_empty() { Vec::new() } else { found.alternatives.clone() };
-        let error =
-            [&found.steps[0], last].map(|s| s.holdout.iter().map(|e| e.chi2_per_sample).fold(s.train.chi2_per_sample, f64::max));
+        let error = [&found.steps[0], last].map(Step::error);
         Some(Self { verdict: found.verdict, effects: found.named().to_vec(), alternatives, error, torque_column })
     }
 

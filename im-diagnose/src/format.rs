@@ -26,6 +26,16 @@ fn trimmed(s: String) -> String {
     if s.contains('.') { s.trim_end_matches('0').trim_end_matches('.').to_owned() } else { s }
 }
 
+/// What is read where it is a factor of what is: "8 % too much".
+pub(crate) fn too_much(scale: f64) -> String {
+    format!("{} % too {}", number(100.0 * (scale - 1.0).abs(), 2), much(scale > 1.0))
+}
+
+/// After "too".
+pub(crate) fn much(more: bool) -> &'static str {
+    if more { "much" } else { "little" }
+}
+
 /// A power of ten as probabilities are written: 10⁻²⁶.
 pub fn power_of_ten(e: f64) -> String {
     format!("10{}", superscript(&format!("{}", e.round() as i32)))

@@ -12,6 +12,12 @@ use crate::residuals::difference;
 /// Draws of the noise: their mean square is right to a fifth.
 const DRAWS: u64 = 48;
 
+/// A signal with one draw of noise: σ more or less at every row.
+fn with_noise(values: &[f64], sigma: f64, seed: u64) -> Vec<f64> {
+    let mut chance = Xoshiro256PlusPlus::seed_from_u64(seed);
+    values.iter().map(|x| if chance.random::<bool>() { x + sigma } else { x - sigma }).collect()
+}
+
 /// What `seen` makes of the changes of the outputs of one recording, in σ, each under one draw of noise as rough as that of its load torque. The
 /// torque moves the speed by what it sums up to, slowly: sample by sample, this looks like anything but noise. Empty where no torque is measured,
 /// or without noise.
@@ -27,9 +33,7 @@ pub fn torque_noise<R: Send>(
     }
     let here = predict(machine, e, start);
     let draw = |seed: u64| {
-        let mut chance = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let mut rough = |t: &f64| if chance.random::<bool>() { t + sigma } else { t - sigma };
-        let tau_load = e.tau_load.iter().map(&mut rough).collect();
+        let tau_load = with_noise(&e.tau_load, sigma, seed);
         let change = difference(e, &here, &predict(machine, &Experiment { tau_load, ..e.clone() }, start));
         change.iter().flatten().all(|x| x.is_finite()).then(|| seen(&change))
     };
@@ -42,9 +46,7 @@ pub fn nudge_noise(machine: &Machine<f64>, experiments: &[Experiment], starts: &
     let one = |(e, start): (&Experiment, &State<f64>)| {
         let (speed, rate) = e.speed_nudge.as_ref()?;
         let sigma = e.channels.iter().find(|c| c.kind == ChannelKind::Speed)?.sigma;
-        let mut chance = Xoshiro256PlusPlus::seed_from_u64(0);
-        let rough = speed.iter().map(|w| if chance.random::<bool>() { w + sigma } else { w - sigma }).collect();
-        let rougher = Experiment { speed_nudge: Some((rough, *rate)), ..e.clone() };
+        let rougher = Experiment { speed_nudge: Some((with_noise(speed, sigma, 0), *rate)), ..e.clone() };
         let change = difference(e, &predict(machine, e, start), &predict(machine, &rougher, start));
         let currents = e.channels.iter().zip(&change).filter(|(c, _)| c.kind != ChannelKind::Speed);
         let all: Vec<f64> = currents.flat_map(|(_, x)| x.iter().map(|x| x * x)).filter(|x| x.is_finite()).collect();

@@ -6,10 +6,10 @@ use im_model::{EffectId, Machine, State};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use crate::statistics::median;
+use crate::statistics::{means, median};
 
 /// What is this many times less well known than usual is not.
-const LEAST_KNOWN: f64 = 10.0;
+pub(crate) const LEAST_KNOWN: f64 = 10.0;
 
 /// What was found of loads that no column holds, and what is not determined without them.
 #[derive(Clone, Debug, Default)]
@@ -113,11 +113,10 @@ fn found(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64
 /// As many points as a picture shows, each the mean over its rows: time, value and standard deviation.
 fn curve(sample_time_s: f64, values: &[f64], std: &[f64]) -> Vec<[f64; 3]> {
     let stride = values.len().div_ceil(POINTS).max(1);
-    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
-    let rows = values.chunks(stride).zip(std.chunks(stride)).enumerate();
+    let rows = values.chunks(stride).zip(means(values, stride).into_iter().zip(means(std, stride))).enumerate();
     // The middle of the rows that a point stands for.
     let time = |k: usize, n: usize| sample_time_s * (k as f64 * stride as f64 + 0.5 * (n as f64 - 1.0));
-    rows.map(|(k, (values, std))| [time(k, values.len()), mean(values), mean(std)]).collect()
+    rows.map(|(k, (of, (value, std)))| [time(k, of.len()), value, std]).collect()
 }
 
 impl Found {

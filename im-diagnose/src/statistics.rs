@@ -116,6 +116,11 @@ pub fn closest_of(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     if between.is_empty() { 0.0 } else { between.singular_values().max() }
 }
 
+/// The means of every so many values; of the last ones that are left.
+pub fn means(x: &[f64], stride: usize) -> Vec<f64> {
+    x.chunks(stride).map(|part| part.iter().sum::<f64>() / part.len() as f64).collect()
+}
+
 /// The median; zero of nothing. Sorts in part.
 pub fn median(x: &mut [f64]) -> f64 {
     if x.is_empty() {

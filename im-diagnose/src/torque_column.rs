@@ -14,9 +14,10 @@ use im_model::{Machine, State};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
+use crate::loads::LEAST_KNOWN;
 use crate::noise::white_sigma;
 use crate::search::UNEXPLAINED;
-use crate::statistics::median;
+use crate::statistics::{means, median};
 
 /// What is wrong with a torque column, as far as three faults of a sensor go.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -31,8 +32,6 @@ pub struct TorqueColumn {
     pub off_nm: [f64; 2],
 }
 
-/// What is this many times less well known than usual is not.
-const LEAST_KNOWN: f64 = 10.0;
 /// A column without noise is taken to be off by this part of its largest value, and of 1 Nm.
 const ROUNDING: f64 = 1e-6;
 /// Rows of a recording at most: of more, means are taken.
@@ -171,13 +170,9 @@ impl TorqueColumn {
         let best = each.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
         let [before, after] = best.off_nm;
         let none = Self { offset_nm: None, scale: None, lag_s: None, off_nm: [before; 2] };
-        Some(if after * after < UNEXPLAINED * before * before { best } else { none })
+        let is_noise = as_it_is.left() <= as_it_is.residuals.iter().map(Vec::len).sum::<usize>() as f64;
+        Some(if !is_noise && after * after < UNEXPLAINED * before * before { best } else { none })
     }
-}
-
-/// Means over so many values each.
-fn means(x: &[f64], stride: usize) -> Vec<f64> {
-    x.chunks(stride).map(|part| part.iter().sum::<f64>() / part.len() as f64).collect()
 }
 
 /// The lag that leaves least with offset and scale free: on a grid, then by golden section.
@@ -193,4 +188,58 @@ fn likeliest_lag(runs: &[Run]) -> Option<f64> {
         if left(c) < left(d) { b = d } else { a = c }
     }
     Some((0.5 * (a + b)).exp())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use im_model::machines::MOTULATOR_2_2_KW as M;
+    use im_model::{Bench, Complex, PlantInput, Recording};
+
+    /// A start with steps of the load, as it is recorded; `read` is what the torque column makes of the load.
+    fn of(read: impl Fn(f64) -> f64, locked: bool) -> Option<TorqueColumn> {
+        let machine = Machine::base(M.parameters(), M.pole_pairs).unwrap();
+        let (n, h) = (8000, 2e-4);
+        let mut bench = Bench::new(&machine, State::default(), h);
+        let mut r = Recording {
+            name: "start".into(),
+            start_s: 0.0,
+            sample_time_s: h,
+            u_s: Vec::new(),
+            i_s: Vec::new(),
+            omega_m: Vec::new(),
+            tau_load: Some(Vec::new()),
+        };
+        for k in 0..n {
+            let u = Complex::from_polar(300.0, 314.0 * h * k as f64);
+            let load = if k > n / 2 { 8.0 } else { 2.0 };
+            let mut input = PlantInput::new(u, load);
+            input.imposed_speed = locked.then_some([0.0; 2]);
+            let jitter = 0.01 * (k as f64 * 1.7).sin();
+            r.u_s.push(u);
+            r.i_s.push(bench.output().i_s);
+            r.omega_m.push(if locked { 0.0 } else { bench.output().omega_m + jitter });
+            r.tau_load.as_mut().unwrap().push(read(load));
+            bench.advance(&input);
+        }
+        let e = Experiment::from_recording(&r, [1.0, 1.0], 0.01).driven_by_speed();
+        TorqueColumn::of(&machine, &[e], &[State::default()])
+    }
+
+    #[test]
+    fn a_scale_is_found_and_a_right_column_has_no_fault() {
+        let found = of(|x| 1.08 * x, false).unwrap();
+        assert!((found.scale.unwrap() - 1.08).abs() < 0.01 && found.lag_s.is_none(), "{found:?}");
+        let right = of(|x| x, false).unwrap();
+        assert!(right.offset_nm.is_none() && right.scale.is_none() && right.lag_s.is_none(), "{right:?}");
+        assert!(right.off_nm[1] < 0.2, "{right:?}");
+    }
+
+    /// A locked rotor balances no torque, and a column of zeros is none.
+    #[test]
+    fn what_says_nothing_of_the_torque_gives_nothing() {
+        assert_eq!(of(|x| x, true), None);
+        assert_eq!(of(|_| 0.0, false), None);
+        assert!(of(|_| 5.0, false).is_some_and(|c| c.off_nm.iter().all(|x| x.is_finite())));
+    }
 }

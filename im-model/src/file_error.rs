@@ -201,21 +201,17 @@ impl fmt::Display for What<'_> {
                 f,
                 "{key} = {now_s} after {before_s}: time must advance from row to row; sort the rows, or write {key} with more digits"
             ),
-            // Less than a row is missing.
-            Problem::TimeUneven { step_s, usual_s } if (step_s / usual_s - 1.0).abs() < 0.9 => write!(
-                f,
-                "{key} advances by {} s here, by {} s elsewhere: the clock wavers or the sampling time changes; where the rows were \
-                 sampled evenly all the same, say sample_time_s in [time] of its recording.toml in place of the column, else resample it evenly",
-                rounded(*step_s),
-                rounded(*usual_s)
-            ),
-            Problem::TimeUneven { step_s, usual_s } => write!(
-                f,
-                "{key} advances by {} s here, by {} s elsewhere: rows are missing or the sampling time changes; cut the recording \
-                 there, resample it evenly, or leave short gaps out: gaps = \"leave_out\" in [time] of its recording.toml",
-                rounded(*step_s),
-                rounded(*usual_s)
-            ),
+            Problem::TimeUneven { step_s, usual_s } => {
+                let less_than_a_row = (step_s / usual_s - 1.0).abs() < 0.9;
+                let advice = if less_than_a_row {
+                    "the clock wavers or the sampling time changes; where the rows were sampled evenly all the same, say sample_time_s in \
+                     [time] of its recording.toml in place of the column, else resample it evenly"
+                } else {
+                    "rows are missing or the sampling time changes; cut the recording there, resample it evenly, or leave short gaps out: \
+                     gaps = \"leave_out\" in [time] of its recording.toml"
+                };
+                write!(f, "{key} advances by {} s here, by {} s elsewhere: {advice}", rounded(*step_s), rounded(*usual_s))
+            }
         }
     }
 }

@@ -359,6 +359,7 @@ mod tests {
             "run.csv:5: t_s advances by 0.0011 s here, by 0.0001 s elsewhere: rows are missing or the sampling time changes; cut the \
              recording there, resample it evenly, or leave short gaps out: gaps = \"leave_out\" in [time] of its recording.toml"
         );
+        assert!(bad("0.0003", "0.00034").contains("s elsewhere: the clock wavers"), "{}", bad("0.0003", "0.00034"));
         assert_eq!(error(""), "run.csv: the file is empty, expected a line of column names and rows of numbers below");
         assert!(error(&GOOD[..GOOD.find('\n').unwrap()]).contains("no rows under the header"));
         assert!(error("0,1,2,3,4,5,6\n1,1,2,3,4,5,6\n").starts_with("run.csv:1: the first line holds numbers"));

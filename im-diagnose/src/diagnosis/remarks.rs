@@ -4,7 +4,7 @@ use im_identify::offline::{Experiment, Load};
 use im_model::{EffectId, ParameterId};
 
 use super::{Diagnosis, Verdict};
-use crate::format::{number, quantity};
+use crate::format::{number, quantity, too_much};
 use crate::intake::quality::convention::impedance_ratios;
 use crate::intake::{Finding, FindingKind};
 use crate::knowledge::contradicted;
@@ -106,9 +106,9 @@ impl Diagnosis {
         self.case.train.iter().any(measured).then(|| {
             let gain = self.gain(effect);
             let scale = if effect == EffectId::VoltageGain { gain } else { gain.recip() };
-            let (part, way) = (number(100.0 * (scale - 1.0).abs(), 2), if scale > 1.0 { "much" } else { "little" });
             format!(
-                "Check the scale of the torque sensor, too: one that reads {part} % too {way} looks the same in every recording"
+                "Check the scale of the torque sensor, too: one that reads {} looks the same in every recording",
+                too_much(scale)
             )
         })
     }

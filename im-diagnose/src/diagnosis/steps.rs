@@ -27,7 +27,7 @@ pub struct Step {
 
 impl Step {
     /// The larger of training and held-out error, χ²/N.
-    pub(super) fn error(&self) -> f64 {
+    pub(crate) fn error(&self) -> f64 {
         self.holdout.as_ref().map_or(0.0, |e| e.chi2_per_sample).max(self.train.chi2_per_sample)
     }
 }

@@ -1,9 +1,9 @@
 //! What the electrical side alone says, in sentences.
 
-use super::words::{effect_name, in_sigma};
+use super::words::{in_sigma, sets_words};
 use crate::diagnosis::Verdict;
 use crate::electrical_side::ElectricalSide;
-use crate::format::{number, quantity};
+use crate::format::{much, quantity, too_much};
 use crate::localise::join;
 use crate::torque_column::TorqueColumn;
 
@@ -21,10 +21,6 @@ pub(super) struct Words {
 pub(super) fn words(e: &ElectricalSide) -> Words {
     let [before, after] = e.error.map(in_sigma);
     let how = "with the load torque taken as unknown, so that the measured speed drives the machine,";
-    let sets = e.effects.iter().zip(&e.alternatives).map(|(effect, rivals)| {
-        let all: Vec<String> = std::iter::once(effect).chain(rivals).map(|e| effect_name(*e)).collect();
-        if all.len() > 1 { format!("either {}", all.join(" or ")) } else { all[0].clone() }
-    });
     let beside = match e.verdict {
         Verdict::Unexplained => {
             let beside =
@@ -33,7 +29,7 @@ pub(super) fn words(e: &ElectricalSide) -> Words {
         }
         Verdict::MissingEffects | Verdict::Confounded => format!(
             "{how} the currents are explained: {} {} their error from {before} to {after} rms",
-            join(&sets.collect::<Vec<_>>()),
+            sets_words(&e.effects, &e.alternatives),
             if e.effects.len() == 1 { "brings" } else { "bring" }
         ),
         Verdict::Adequate | Verdict::Inconclusive => format!("{how} nothing is seen to be missing in the currents ({after} rms)"),
@@ -59,15 +55,10 @@ fn column_words(c: &TorqueColumn) -> String {
         );
     }
     let offset = c.offset_nm.map(|x| format!("{} too {} at every load", quantity(x.abs(), "Nm", 2), much(x > 0.0)));
-    let scale = c.scale.map(|x| format!("{} % too {}", number(100.0 * (x - 1.0).abs(), 2), much(x > 1.0)));
     let lag = c.lag_s.map(|t| format!("{} late", quantity(t, "s", 2)));
-    let faults: Vec<String> = offset.into_iter().chain(scale).chain(lag).collect();
+    let faults: Vec<String> = offset.into_iter().chain(c.scale.map(too_much)).chain(lag).collect();
     format!(
         "against what currents and speed ask for, the torque column reads {}; without that, {after} rms of {before} are left",
         join(&faults)
     )
-}
-
-fn much(more: bool) -> &'static str {
-    if more { "much" } else { "little" }
 }

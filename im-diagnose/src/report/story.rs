@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::electrical_words;
 use super::signals::SignalTable;
-use super::words::{effect_name, in_sigma, short_effect_name};
+use super::words::{effect_name, in_sigma, sets_words, short_effect_name};
 use super::{Meta, Used};
 use crate::diagnosis::{Candidate, Diagnosis, Doubt, Step, Verdict};
 use crate::format::{number, quantity};
@@ -335,18 +335,9 @@ pub(crate) fn summary(s: &Story) -> Summary {
             )
         }
         Verdict::Confounded => {
-            let sets: Vec<String> = d
-                .effects
-                .iter()
-                .zip(&d.alternatives)
-                .map(|(e, a)| {
-                    let all: Vec<String> = std::iter::once(e).chain(a).map(|e| effect_name(*e)).collect();
-                    if all.len() > 1 { format!("either {}", all.join(" or ")) } else { all[0].clone() }
-                })
-                .collect();
             format!(
                 "something is missing that these recordings do not let us name alone: {}. Adding {} {fall}",
-                join(&sets),
+                sets_words(&d.effects, &d.alternatives),
                 match (d.effects.len(), d.alternatives[0].len()) {
                     (1, 1) => "either",
                     (1, _) => "any one of them",

@@ -3,8 +3,18 @@
 use crate::diagnosis::{Diagnosis, ParameterChange};
 pub use crate::format::{effect_name, short_effect_name};
 use crate::format::{number, percent_change};
+use crate::localise::join;
 use crate::uncertainty::MachineQuantity;
-use im_model::{BaseParameter, ParameterId};
+use im_model::{BaseParameter, EffectId, ParameterId};
+
+/// Effects, each with its rivals: "A, either B or C".
+pub(super) fn sets_words(effects: &[EffectId], alternatives: &[Vec<EffectId>]) -> String {
+    let set = |(e, rivals): (&EffectId, &Vec<EffectId>)| {
+        let all: Vec<String> = std::iter::once(e).chain(rivals).map(|e| effect_name(*e)).collect();
+        if all.len() > 1 { format!("either {}", all.join(" or ")) } else { all[0].clone() }
+    };
+    join(&effects.iter().zip(alternatives).map(set).collect::<Vec<_>>())
+}
 
 /// A quantity's name, its symbol where it has one, and what it means.
 pub fn quantity_name(q: MachineQuantity) -> (String, String) {
