@@ -88,7 +88,7 @@ impl Run {
 struct Fitted {
     /// Of acceleration and speed, then of what has a size of its own.
     sizes: DVector<f64>,
-    /// Weighted residuals per run, of the rows that count.
+    /// Weighted residuals per run, of the rows that count, over the scale: at the shaft. A column that hardly moves explains nothing.
     residuals: Vec<Vec<f64>>,
     /// Sum of weights.
     weights: f64,
@@ -113,12 +113,13 @@ impl Fitted {
             }
         }
         let sizes = gram.cholesky()?.solve(&b);
+        let scale = if with_scale { sizes[columns - 1] } else { 1.0 };
         let off = |(r, x): (&Run, &[Vec<f64>; 3])| {
-            counts(r).into_iter().map(|k| (wanted(r, x, k) - row(x, k).dot(&sizes)) * r.weight[k].sqrt()).collect()
+            counts(r).into_iter().map(|k| (wanted(r, x, k) - row(x, k).dot(&sizes)) * r.weight[k].sqrt() / scale).collect()
         };
         let residuals = runs.iter().zip(&late).map(off).collect();
         let weights = runs.iter().flat_map(|r| &r.weight).sum();
-        Some(Self { sizes, residuals, weights })
+        Some(Self { sizes, residuals, weights }).filter(|f| f.left().is_finite())
     }
 
     /// Sum of squares.
@@ -240,6 +241,7 @@ mod tests {
     fn what_says_nothing_of_the_torque_gives_nothing() {
         assert_eq!(of(|x| x, true), None);
         assert_eq!(of(|_| 0.0, false), None);
-        assert!(of(|_| 5.0, false).is_some_and(|c| c.off_nm.iter().all(|x| x.is_finite())));
+        let constant = of(|_| 5.0, false);
+        assert!(constant.is_none_or(|c| c.scale.is_none() && c.off_nm.iter().all(|x| x.is_finite())), "{constant:?}");
     }
 }
