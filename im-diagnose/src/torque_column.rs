@@ -5,9 +5,9 @@
 //!
 //!   τ = o + g F_T[τ_L − δJ dω/dt − δD ω],   F_T: a first-order lag,
 //!
-//! linear in all but T. o, g ≠ 1 and T > 0 are each taken where the readings are likelier with it by BIC; as neighbouring residuals are alike, they
-//! count for as many as independent ones would. Where all of them leave more than a tenth of the mean square, the sensor is not blamed: a load that no
-//! column holds (a cam, cogging) looks a little like a lag.
+//! linear in all but T. Of o, g ≠ 1 and T > 0 as few are taken as leave no more than twice the mean square of all three, at the shaft (over g²: a
+//! column that does not move explains nothing): what is left is no noise, but what the electrical side may err by. Where they leave more than a tenth of
+//! what there was, the sensor is not blamed: a load that no column holds (a cam, cogging) looks a little like a lag.
 
 use im_identify::offline::{Experiment, Load, load_torque};
 use im_model::{Machine, State};
@@ -36,8 +36,8 @@ pub struct TorqueColumn {
 const ROUNDING: f64 = 1e-6;
 /// Rows of a recording at most: of more, means are taken.
 const MOST_ROWS: usize = 20_000;
-/// Places at which the residuals of a recording are held against each other.
-const PLACES: usize = 2000;
+/// Faults that leave no more than so many times the mean square that all leave do without the others.
+const AS_GOOD: f64 = 2.0;
 /// Lags that are tried, s.
 const LAGS: (f64, f64) = (5e-4, 0.5);
 
@@ -88,8 +88,8 @@ impl Run {
 struct Fitted {
     /// Of acceleration and speed, then of what has a size of its own.
     sizes: DVector<f64>,
-    /// Weighted residuals per run, of the rows that count, over the scale: at the shaft. A column that hardly moves explains nothing.
-    residuals: Vec<Vec<f64>>,
+    /// Sum of weighted squares of what is left, over the square of the scale: at the shaft.
+    left: f64,
     /// Sum of weights.
     weights: f64,
 }
@@ -114,36 +114,18 @@ impl Fitted {
         }
         let sizes = gram.cholesky()?.solve(&b);
         let scale = if with_scale { sizes[columns - 1] } else { 1.0 };
-        let off = |(r, x): (&Run, &[Vec<f64>; 3])| {
-            counts(r).into_iter().map(|k| (wanted(r, x, k) - row(x, k).dot(&sizes)) * r.weight[k].sqrt() / scale).collect()
+        let off = |(r, x): (&Run, &[Vec<f64>; 3])| -> f64 {
+            let square = |k: usize| r.weight[k] * (wanted(r, x, k) - row(x, k).dot(&sizes)).powi(2);
+            counts(r).into_iter().map(square).sum()
         };
-        let residuals = runs.iter().zip(&late).map(off).collect();
+        let left = runs.iter().zip(&late).map(off).sum::<f64>() / (scale * scale);
         let weights = runs.iter().flat_map(|r| &r.weight).sum();
-        Some(Self { sizes, residuals, weights }).filter(|f| f.left().is_finite())
-    }
-
-    /// Sum of squares.
-    fn left(&self) -> f64 {
-        self.residuals.iter().flatten().map(|x| x * x).sum()
+        left.is_finite().then_some(Self { sizes, left, weights })
     }
 
     /// Nm.
     fn rms(&self) -> f64 {
-        (self.left() / self.weights).sqrt()
-    }
-
-    /// As many independent residuals would tell as much of a mean: N/(1 + 2 Σ ρ_k), the sum up to where the correlation is gone.
-    fn independent(&self) -> f64 {
-        let places: Vec<Vec<f64>> = self.residuals.iter().map(|r| means(r, r.len().div_ceil(PLACES).max(1))).collect();
-        let count: usize = places.iter().map(Vec::len).sum();
-        let products = |k: usize| -> f64 {
-            let of = |r: &Vec<f64>| r.iter().zip(r.iter().skip(k)).map(|(a, b)| a * b).sum::<f64>();
-            places.iter().map(of).sum()
-        };
-        let square = products(0);
-        let alike = |k: usize| products(k) / square;
-        let sum: f64 = (1..count / 4).map(alike).take_while(|r| *r > 0.0).sum();
-        (count as f64 / (1.0 + 2.0 * sum)).max(1.0)
+        (self.left / self.weights).sqrt()
     }
 }
 
@@ -156,29 +138,28 @@ impl TorqueColumn {
         let runs: Vec<Run> = experiments.iter().zip(starts).map(|(e, x)| Run::new(machine, e, x)).collect::<Option<_>>()?;
         let as_it_is = Fitted::new(&runs, 0.0, false, false)?;
         let lag = likeliest_lag(&runs)?;
-        // One measure of how many rows count, of the fit that leaves least.
-        let independent = Fitted::new(&runs, lag, true, true)?.independent();
+        let all = Fitted::new(&runs, lag, true, true)?.left;
         let each = (0..8).filter_map(|k| {
             let (offset, scale, late) = (k & 1 > 0, k & 2 > 0, k & 4 > 0);
             let lag_s = late.then_some(lag);
             let fitted = Fitted::new(&runs, lag_s.unwrap_or(0.0), offset, scale)?;
-            let faults = f64::from(u8::from(offset) + u8::from(scale) + u8::from(late));
-            let cost = independent * fitted.left().ln() + faults * independent.ln();
+            let faults = u8::from(offset) + u8::from(scale) + u8::from(late);
             let off_nm = [as_it_is.rms(), fitted.rms()];
             let offset_nm = offset.then(|| fitted.sizes[2]);
-            Some((cost, Self { offset_nm, scale: scale.then(|| fitted.sizes[2 + usize::from(offset)]), lag_s, off_nm }))
+            let found = Self { offset_nm, scale: scale.then(|| fitted.sizes[2 + usize::from(offset)]), lag_s, off_nm };
+            (fitted.left <= AS_GOOD * all).then_some((faults, fitted.left, found))
         });
-        let best = each.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
+        let best = each.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))?.2;
         let [before, after] = best.off_nm;
         let none = Self { offset_nm: None, scale: None, lag_s: None, off_nm: [before; 2] };
-        let is_noise = as_it_is.left() <= as_it_is.residuals.iter().map(Vec::len).sum::<usize>() as f64;
+        let is_noise = as_it_is.left <= runs.iter().map(|r| r.read.len()).sum::<usize>() as f64;
         Some(if !is_noise && after * after < UNEXPLAINED * before * before { best } else { none })
     }
 }
 
 /// The lag that leaves least with offset and scale free: on a grid, then by golden section.
 fn likeliest_lag(runs: &[Run]) -> Option<f64> {
-    let left = |ln: f64| Fitted::new(runs, ln.exp(), true, true).map_or(f64::INFINITY, |f| f.left());
+    let left = |ln: f64| Fitted::new(runs, ln.exp(), true, true).map_or(f64::INFINITY, |f| f.left);
     let (low, high) = (LAGS.0.ln(), LAGS.1.ln());
     let step = (high - low) / 14.0;
     let grid = (0..15).map(|k| low + step * f64::from(k));
