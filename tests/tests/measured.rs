@@ -96,6 +96,23 @@ fn leakage_saturation_is_missing_from_the_direct_start() {
     assert!(off < 0.02, "{off}");
 }
 
+/// Locked rotor and no load tell little of a start, or of one another: a refit on some misses the others by 184 to 389 σ, where the motor as given is
+/// 9 to 72 σ off. What takes part of that back has explained nothing, and what takes nothing neither.
+#[test]
+#[ignore = "needs the recordings in ../shared, which cannot be copied"]
+fn what_a_refit_lost_is_not_explained_by_bringing_it_back() {
+    let dir = folder("direct_on_line_4kw");
+    let motor = MotorFile::read(format!("{FIXTURES}/motor.toml")).unwrap();
+    let [locked, free, start] =
+        ["Test_2_IM_Locked_Rotor", "Test_3_IM_No_Load", "Test_4_IM_Direct_Start"].map(|n| taken(&dir, n, &motor));
+    for (train, holdout) in [(vec![&locked], &free), (vec![&locked, &free], &start), (vec![&start], &locked)] {
+        let train: Vec<Intake> = train.into_iter().cloned().collect();
+        let d = diagnose(Case::from_intake(motor.clone(), train, Some(holdout.clone())), Options::default()).unwrap();
+        println!("{:?}: {:?}", d.verdict, d.effects);
+        assert_eq!((d.verdict, d.named()), (Verdict::Unexplained, &[][..]));
+    }
+}
+
 /// No-load, locked-rotor and load tables of a 1-kW machine: saturation, iron loss, and a speed sensor that shows too little.
 #[test]
 #[ignore = "needs the recordings in ../shared, which cannot be copied"]

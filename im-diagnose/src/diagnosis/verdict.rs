@@ -8,6 +8,7 @@ use super::Candidate;
 use super::steps::{Found, Step};
 use crate::form_error::{SIZE_IN_SEARCH, bent};
 use crate::residual_tests::{Dependence, held_out_log_p};
+use crate::residuals::errors;
 use crate::search::{Course, Model, NO_DOUBT, Refinement, Refusal, Round, Trial, UNEXPLAINED};
 use crate::statistics::log_p;
 
@@ -135,7 +136,7 @@ impl<'a> Left<'a> {
         let cost: f64 = tables().flat_map(|(e, x)| residuals(&fit.machine, e, x)).flatten().map(|r| r * r).sum();
         let count: usize = tables().map(|(e, _)| e.count()).sum();
         let freedom = count.saturating_sub(fit.free.len());
-        let error = [loop_.error_before(found.steps[0].error()), found.last().error()];
+        let error = [loop_.error_before(to_explain(loop_, found)), found.last().error()];
         Self {
             error,
             bent: error[1],
@@ -188,6 +189,16 @@ impl<'a> Left<'a> {
         let depends = self.dependences.first().is_some_and(|d| d.log_p > NO_DOUBT);
         depends || self.of_tables > NO_DOUBT || (self.named && self.held_out_missed)
     }
+}
+
+/// The larger of the training and held-out error of the refitted base model, χ²/N. A refit can lose the held-out recording, and to bring it back
+/// part of the way explains nothing: of that recording, no more is to be explained than the motor as given leaves.
+fn to_explain(loop_: &Refinement, found: &Found) -> f64 {
+    let (refitted, held) = (&found.steps[0], found.judged.holdout.as_slice());
+    let Some(unseen) = &refitted.holdout else { return refitted.error() };
+    let given = &loop_.case().motor.machine;
+    let as_given = errors(given, held, &loop_.starts(given, held));
+    unseen.chi2_per_sample.min(as_given.chi2_per_sample).max(refitted.train.chi2_per_sample)
 }
 
 /// [`Left::held_out_missed`], by more than what counts.
