@@ -22,6 +22,8 @@ pub enum FindingKind {
     Unbalance,
     /// A channel that does not move.
     DeadChannel,
+    /// A phase that does not conduct, in one direction or at all.
+    OpenPhase,
     /// Values that no sensor of this machine should show.
     OutOfRange,
     /// Rows missing in time.

@@ -3,6 +3,7 @@
 mod balance;
 mod channels;
 pub mod clip;
+mod conduction;
 pub mod convention;
 mod currents;
 mod machine;
@@ -64,6 +65,16 @@ impl Checked {
     }
 }
 
+/// What a phase is called: its column, where it has one.
+fn phase_name(s: &Signals, checked: &Checked, phase: usize) -> String {
+    let column = match &s.current_form {
+        CurrentForm::Phases(_) => Some(phase),
+        CurrentForm::TwoPhases(which, _) => which.iter().position(|w| *w == phase),
+        CurrentForm::AlphaBeta(_) | CurrentForm::Dq(_) => None,
+    };
+    column.map_or_else(|| format!("phase {}", ["a", "b", "c"][phase]), |x| checked.current(s, x).column.clone())
+}
+
 /// Checks a recording against itself and against the motor.
 pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
     let mut checked = currents::check(s);
@@ -102,6 +113,7 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
         convention::check(&steady, &s.voltage_form, motor),
         time::check(s, &steady, motor),
         channels::check(s, &steady, motor),
+        conduction::check(&i, s.start_s, dt, |phase| phase_name(s, &checked, phase)),
         machine::check(&steady, motor, &columns.join(", "), held.is_some()),
     ];
     checked.findings.extend(found.into_iter().flatten());
