@@ -11,24 +11,38 @@ use im_model::Complex;
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity};
 
-/// Part of the largest current of a stretch that is near zero: offsets of sensors are less.
+/// Part of the largest current of a period that is near zero: offsets of sensors are less.
 const NEAR_ZERO: f64 = 0.1;
-/// A phase that is near zero for this part of the time does not conduct: twice what dead time makes of a current that lingers there.
+/// A phase that is near zero for this part of the time does not conduct: dead time makes half of it, at little current.
 const IDLE: f64 = 0.3;
-/// Current vectors below this part of the largest say nothing.
+/// Part of what flows before, from which on a current counts as flowing.
 const FLOWS: f64 = 0.3;
-/// Sign changes of the current between the other two phases, a whole number of periods.
-const CHANGES: usize = 6;
+/// Periods, one after the other, in which a phase does not conduct. A field that turns back shows one.
+const PERIODS: usize = 3;
 /// Rows that a period has at least: fewer do not show how long a current is near zero.
 const LEAST_ROWS: usize = 12;
 
-/// What a phase does in a stretch.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Conducts {
-    Both,
-    OnlyNegative,
-    OnlyPositive,
-    Never,
+/// The directions in which a phase does not conduct, and the part of a period for which it is near zero.
+#[derive(Clone, Debug)]
+struct Period {
+    rows: Range<usize>,
+    /// Into the machine, and out of it.
+    lacks: [bool; 2],
+    idle: f64,
+}
+
+impl Period {
+    fn new(rows: Range<usize>, along: &[f64], i: &[Complex<f64>]) -> Self {
+        let largest = i[rows.clone()].iter().map(|i| i.norm()).fold(0.0, f64::max);
+        let flows: Vec<f64> = rows.clone().filter(|&k| i[k].norm() > FLOWS * largest).map(|k| along[k] / largest).collect();
+        let idle = flows.iter().filter(|x| x.abs() < NEAR_ZERO).count() as f64 / flows.len().max(1) as f64;
+        let lacks = [1.0, -1.0].map(|sign| !flows.iter().any(|x| sign * x > 2.0 * NEAR_ZERO));
+        Self { rows, lacks, idle }
+    }
+
+    fn fails(&self) -> bool {
+        self.idle > IDLE && self.lacks != [false, false]
+    }
 }
 
 /// The component of a current along a phase's axis, and across it.
@@ -37,84 +51,53 @@ fn seen_by(phase: usize, i: Complex<f64>) -> [f64; 2] {
     [turned.re, turned.im]
 }
 
-/// Stretches of a whole number of periods of the current that flows across a phase, which does not need that phase.
-fn stretches(across: &[f64], largest: f64) -> Vec<Range<usize>> {
-    let mut out = Vec::new();
-    let (mut begin, mut changes, mut sign) = (0, 0, 0.0);
+/// Periods of the current that flows across a phase, which does not need that phase.
+fn periods(across: &[f64]) -> Vec<Range<usize>> {
+    let mut changes = Vec::new();
+    let mut largest: f64 = 0.0;
     for (k, &x) in across.iter().enumerate() {
-        // A sign counts once the current has gone well beyond zero.
-        if x.abs() > FLOWS * largest && x.signum() != sign {
-            (changes, sign) = (changes + 1, x.signum());
-            if changes == 1 {
-                begin = k;
-            } else if changes == CHANGES + 1 {
-                out.push(begin..k);
-                (begin, changes) = (k, 1);
-            }
+        // A sign counts once the current flows the other way.
+        if x * largest <= 0.0 && x.abs() > FLOWS * largest.abs() {
+            changes.push(k);
+            largest = x;
+        } else if x * largest > largest * largest {
+            largest = x;
         }
     }
-    out
-}
-
-fn conducts(along: &[f64], i: &[Complex<f64>]) -> (Conducts, f64) {
-    let largest = i.iter().map(|i| i.norm()).fold(0.0, f64::max);
-    let flows = along.iter().zip(i).filter(|(_, i)| i.norm() > FLOWS * largest);
-    let [mut rows, mut idle, mut positive, mut negative] = [0.0; 4];
-    for (x, _) in flows {
-        rows += 1.0;
-        match x / largest {
-            x if x.abs() < NEAR_ZERO => idle += 1.0,
-            x if x > 0.0 => positive += 1.0,
-            _ => negative += 1.0,
-        }
-    }
-    let idle = idle / f64::max(rows, 1.0);
-    let none = |count: f64| count < 0.03 * rows;
-    let how = match (idle > IDLE, none(positive), none(negative)) {
-        (true, true, true) => Conducts::Never,
-        (true, true, false) => Conducts::OnlyNegative,
-        (true, false, true) => Conducts::OnlyPositive,
-        _ => Conducts::Both,
-    };
-    (how, idle)
+    let ends = changes.iter().step_by(2);
+    let all = ends.clone().zip(ends.skip(1)).map(|(a, b)| *a..*b);
+    all.filter(|p| p.len() >= LEAST_ROWS).collect()
 }
 
 /// Phases that do not conduct, `name`d, in a recording that begins at `start_s`.
 pub fn check(i: &[Complex<f64>], start_s: f64, sample_time_s: f64, name: impl Fn(usize) -> String) -> Vec<Finding> {
-    let largest = i.iter().map(|i| i.norm()).fold(0.0, f64::max);
-    (0..3)
-        .filter_map(|phase| {
-            let (along, across): (Vec<f64>, Vec<f64>) = i.iter().map(|i| seen_by(phase, *i)).map(|[a, b]| (a, b)).unzip();
-            let all = stretches(&across, 0.5 * largest).into_iter().filter(|s| s.len() >= CHANGES / 2 * LEAST_ROWS);
-            let all: Vec<_> = all.map(|s| (conducts(&along[s.clone()], &i[s.clone()]), s)).collect();
-            // The last way in which it fails is the one to name; what came before it may be another.
-            let ((how, idle), last) = all.iter().rev().find(|((how, _), _)| *how != Conducts::Both)?;
-            let first = all.iter().find(|((h, _), _)| h == how).map_or(last.start, |(_, s)| s.start);
-            let from_s = start_s + first as f64 * sample_time_s;
-            let (part, which) = match how {
-                Conducts::OnlyNegative => ("never positive", "the upper switch of that phase does not close"),
-                Conducts::OnlyPositive => ("never negative", "the lower switch of that phase does not close"),
-                _ => ("no more than that in between", "the phase is open"),
-            };
-            let text = format!(
-                "The current of {} is near zero for {} % of the time from {} s on, and {part}: {which}",
-                name(phase),
-                number(100.0 * idle, 2),
-                number(from_s, 3)
-            );
-            let advice = if first > 0 && from_s > start_s + 0.1 * (i.len() as f64 * sample_time_s) {
-                format!(
-                    "No model of a whole machine follows that: use what comes before, to_s = {} under [time].",
-                    number(from_s, 3)
-                )
-            } else {
-                "No model of a whole machine follows that: record again once it is mended.".to_owned()
-            };
-            let mut found = Finding::new(FindingKind::OpenPhase, Severity::Serious, text, advice).on(&name(phase));
-            found.value = Some(*idle);
-            Some(found.at(vec![first..last.end]))
-        })
-        .collect()
+    let of_phase = |phase: usize| -> Option<Finding> {
+        let (along, across): (Vec<f64>, Vec<f64>) = i.iter().map(|i| seen_by(phase, *i)).map(|[a, b]| (a, b)).unzip();
+        let all: Vec<Period> = periods(&across).into_iter().map(|p| Period::new(p, &along, i)).collect();
+        let alike = |w: &[Period]| w.iter().all(|p| p.fails() && p.lacks == w[0].lacks);
+        let failing = all.windows(PERIODS).find(|w| alike(w))?;
+        let (lacks, first) = (failing[0].lacks, failing[0].rows.start);
+        let same: Vec<&Period> = all.iter().filter(|p| p.fails() && p.lacks == lacks && p.rows.start >= first).collect();
+        let idle = same.iter().map(|p| p.idle).sum::<f64>() / same.len() as f64;
+        let (shown, which) = match lacks {
+            [true, true] => ("does not flow in between", "the phase is open"),
+            [true, false] => ("is never positive", "its upper switch does not close"),
+            _ => ("is never negative", "its lower switch does not close"),
+        };
+        let from_s = start_s + first as f64 * sample_time_s;
+        let (part, from) = (number(100.0 * idle, 2), number(from_s, 3));
+        let text =
+            format!("The current of {} is near zero for {part} % of the time from {from} s on and {shown}: {which}", name(phase));
+        let advice = if first > i.len() / 10 {
+            format!("No whole machine does that: use what comes before, to_s = {from} under [time].")
+        } else {
+            "No whole machine does that: record again once it is mended.".to_owned()
+        };
+        let mut found = Finding::new(FindingKind::OpenPhase, Severity::Serious, text, advice).on(&name(phase));
+        found.value = Some(idle);
+        Some(found.at(same.iter().map(|p| p.rows.clone()).collect()))
+    };
+    (0..3).filter_map(of_phase).collect()
 }
 
 #[cfg(test)]
@@ -151,12 +134,13 @@ mod tests {
             let found = found(&currents(passes));
             assert!(found.len() == 1 && found[0].sentence.contains(said), "{found:?}");
             assert!(found[0].sentence.contains("phase a") && found[0].advice.contains("to_s"), "{found:?}");
-            // Within the three periods of a stretch.
-            assert!((2400..3700).contains(&found[0].rows[0].start), "{found:?}");
+            // Within a period.
+            assert!((2900..3300).contains(&found[0].rows[0].start), "{found:?}");
         }
     }
 
-    /// A healthy machine: with an offset, with a constant in the beginning, at standstill, and where nothing flows.
+    /// A healthy machine: with an offset, with a constant in the beginning, at standstill, where nothing flows, and where the field stands across a
+    /// phase for long and turns back.
     #[test]
     fn what_conducts_is_left_alone() {
         let healthy = currents(|_| true);
@@ -164,7 +148,9 @@ mod tests {
         let decaying: Vec<_> = healthy.iter().enumerate().map(|(k, i)| i + 10.0 * (-(k as f64) * 1e-3).exp()).collect();
         let still = vec![Complex::new(0.0, 5.0); 5000];
         let late: Vec<_> = vec![Complex::new(0.0, 0.0); 5000].into_iter().chain(healthy.clone()).collect();
-        for i in [healthy, offset, decaying, still, late, Vec::new()] {
+        let angle = |k: i32| (0.01 * (f64::from(k - 5000).abs() - 4000.0).max(0.0)) + 0.25 * TAU;
+        let turning_back: Vec<_> = (0..10_000).map(|k| Complex::from_polar(10.0, angle(k))).collect();
+        for i in [healthy, offset, decaying, still, late, turning_back, Vec::new()] {
             assert!(found(&i).is_empty(), "{:?}", found(&i));
         }
     }
