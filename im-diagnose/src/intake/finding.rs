@@ -12,7 +12,7 @@ pub enum FindingKind {
     ClippedSensor,
     /// A second sensor takes the place of the first.
     RedundantSensor,
-    /// Single rows that no machine can have made.
+    /// Rows that no machine can have made.
     Glitch,
     /// Phase currents that do not sum to zero.
     CurrentSum,

@@ -268,6 +268,44 @@ fn dead_missing_offset_and_out_of_range_channels_are_named() {
     assert!(text.contains("i1_A, i2_A, i3_A reach ") && text.contains("Are they in mA? Say unit = \"mA\""), "{text}");
 }
 
+/// An encoder that shows nothing for 20 ms, one that loses its counts, and single readings.
+#[test]
+fn a_speed_that_leaps_is_no_shafts() {
+    let stop = |from: usize, to: usize| {
+        let text = only("leap", FindingKind::Glitch, |all| column(all, "n_rpm")[from..to].fill(0.0));
+        (text.contains("serious"), text)
+    };
+    let (serious, text) = stop(2000, 2100);
+    assert!(serious && text.contains("at 0.4 s, and 1 times more") && text.contains("to_s = 0.4"), "{text}");
+    assert!(stop(2000, 3000).0);
+    let (serious, text) = stop(2000, 2001);
+    assert!(!serious && text.contains("spikes = true"), "{text}");
+    let repaired = MAPPING.replace("column = \"n_rpm\"", "column = \"n_rpm\"\nspikes = true");
+    let mut all = columns();
+    column(&mut all, "n_rpm")[2000] = 0.0;
+    assert_eq!(taken("spike", &all, &repaired).findings, []);
+    // A coarse encoder, in steps of 100 rpm.
+    let mut all = columns();
+    column(&mut all, "n_rpm").iter_mut().for_each(|n| *n = 100.0 * (*n / 100.0).round());
+    assert!(of(&taken("coarse", &all, MAPPING).findings, FindingKind::Glitch).is_empty());
+}
+
+/// The upper switch of a phase stays open from 0.3 s on: a note of it comes before a healthy machine is fitted to that.
+#[test]
+fn an_open_switch_stops_the_run() {
+    let text = only("open", FindingKind::OpenPhase, |all| {
+        for k in 1500..all[0].1.len() {
+            let i = column(all, "i1_A")[k];
+            if i > 0.0 {
+                column(all, "i1_A")[k] = 0.0;
+                column(all, "i2_A")[k] += 0.5 * i;
+                column(all, "i3_A")[k] += 0.5 * i;
+            }
+        }
+    });
+    assert!(text.contains("serious") && text.contains("i1_A") && text.contains("never positive"), "{text}");
+}
+
 #[test]
 fn currents_that_do_not_sum_to_zero_are_named() {
     let text = only("sum", FindingKind::CurrentSum, |all| column(all, "i3_A").iter_mut().for_each(|i| *i *= 0.8));

@@ -6,6 +6,7 @@ pub mod clip;
 mod conduction;
 pub mod convention;
 mod currents;
+mod leaps;
 mod machine;
 pub mod offset;
 pub mod steady;
@@ -106,14 +107,16 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
     let slow_speed = checked.samples.get(s.current.len()).and_then(Option::as_ref);
     let guessed_load = time::guessed_load(s, slow_speed, motor.machine.parameters().inertia_kg_m2);
     checked.load_is_guessed = guessed_load.is_some();
+    let leaps = if let SpeedTrace::Measured(w) = &s.speed { leaps::check(w, slow_speed, s, motor) } else { None };
     let found = [
+        leaps.into_iter().collect(),
         guessed_load.into_iter().collect(),
         time::clock(s, &u, motor).into_iter().collect(),
         slower_channels,
         convention::check(&steady, &s.voltage_form, motor),
         time::check(s, &steady, motor),
         channels::check(s, &steady, motor),
-        conduction::check(&i, s.start_s, dt, |phase| phase_name(s, &checked, phase)),
+        conduction::check(&u, &i, s.start_s, dt, |phase| phase_name(s, &checked, phase)),
         machine::check(&steady, motor, &columns.join(", "), held.is_some()),
     ];
     checked.findings.extend(found.into_iter().flatten());

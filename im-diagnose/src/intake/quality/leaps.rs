@@ -1,0 +1,58 @@
+//! A speed that leaps: its sensor drops out, loses counts, or shows single readings that are none.
+//!
+//! What the inertia cannot do between two samples, the shaft has not done.
+
+use im_model::MotorFile;
+
+use crate::format::number;
+use crate::intake::finding::{Finding, FindingKind, Severity};
+use crate::intake::resampled::Samples;
+use crate::intake::signals::Signals;
+use crate::intake::trace::Trace;
+
+/// In rated torques, what no motor and load give a shaft: three times a large breakdown torque, should the motor file's inertia be three times too large.
+const TORQUES: f64 = 30.0;
+/// A leap is at least this part of the synchronous speed: less may be the step of a coarse sensor.
+const LEAST: f64 = 0.2;
+
+/// A leap of the speed, from one sample to the next.
+struct Leap {
+    /// Row of the sample before, and of the one after.
+    rows: [usize; 2],
+    by: f64,
+}
+
+/// The leaps of a measured speed; `slow`: its samples, where these are fewer than the rows.
+pub fn check(t: &Trace, slow: Option<&Samples>, s: &Signals, motor: &MotorFile) -> Option<Finding> {
+    let rating = &motor.rating;
+    let synchronous = std::f64::consts::TAU * rating.electrical_frequency_hz / f64::from(motor.machine.pole_pairs());
+    let fastest = TORQUES * rating.torque_nm / motor.machine.parameters().inertia_kg_m2;
+    let measured = (0..s.len()).filter(|&k| slow.is_none_or(|s| s.measured[k]) && s.filled.get(k) != Some(&true));
+    let rows: Vec<usize> = measured.collect();
+    let leap = |w: &[usize]| {
+        let (rows, by) = ([w[0], w[1]], t.values[w[1]] - t.values[w[0]]);
+        let time_s = (w[1] - w[0]) as f64 * s.sample_time_s;
+        (by.abs() > (LEAST * synchronous).max(fastest * time_s)).then_some(Leap { rows, by })
+    };
+    let leaps: Vec<Leap> = rows.windows(2).filter_map(leap).collect();
+    let first = leaps.first()?;
+    // A single reading: there and back.
+    let back = |w: &[Leap]| w[0].rows[1] == w[1].rows[0] && (w[0].by + w[1].by).abs() < 0.5 * w[0].by.abs();
+    let single = leaps.len().is_multiple_of(2) && leaps.chunks_exact(2).all(back);
+    let at_s = number(s.time_s(first.rows[1]), 4);
+    let [from, to] = first.rows.map(|k| number(t.values[k], 3));
+    let more = if leaps.len() > 1 { format!(", and {} times more", leaps.len() - 1) } else { String::new() };
+    let text = format!(
+        "The speed {} leaps from {from} to {to} rad/s between two samples at {at_s} s{more}: no shaft of this inertia does",
+        t.column
+    );
+    let (severity, advice) = if single {
+        (Severity::Warning, "If single readings are wrong, say spikes = true in [speed].".to_owned())
+    } else {
+        let rest =
+            format!("leave [speed] out, use what comes before, to_s = {at_s} under [time], or check the motor's inertia_kg_m2");
+        (Severity::Serious, format!("Its sensor drops out or loses counts: {rest}."))
+    };
+    let rows = leaps.iter().map(|l| l.rows[0]..l.rows[1] + 1).collect();
+    Some(Finding::new(FindingKind::Glitch, severity, text, advice).on(&t.column).at(rows))
+}
