@@ -276,7 +276,7 @@ fn a_speed_that_leaps_is_no_shafts() {
         (text.contains("serious"), text)
     };
     let (serious, text) = stop(2000, 2100);
-    assert!(serious && text.contains("at 0.4 s, and 1 times more") && text.contains("to_s = 0.4"), "{text}");
+    assert!(serious && text.contains("at 0.4 s, and once more") && text.contains("to_s = 0.4"), "{text}");
     assert!(stop(2000, 3000).0);
     let (serious, text) = stop(2000, 2001);
     assert!(!serious && text.contains("spikes = true"), "{text}");
@@ -288,6 +288,23 @@ fn a_speed_that_leaps_is_no_shafts() {
     let mut all = columns();
     column(&mut all, "n_rpm").iter_mut().for_each(|n| *n = 100.0 * (*n / 100.0).round());
     assert!(of(&taken("coarse", &all, MAPPING).findings, FindingKind::Glitch).is_empty());
+}
+
+#[test]
+fn single_readings_far_off_are_said_with_the_key_that_replaces_them() {
+    let spiked = |all: &mut Vec<(&'static str, Vec<f64>)>| {
+        for k in [400, 1400, 2400] {
+            column(all, "i2_A")[k] += 400.0;
+        }
+    };
+    // Of three phases, whose sum shows such rows, they are left out.
+    let two = MAPPING.replace("c = \"i3_A\"\n", "");
+    let text = with_mapping("readings", FindingKind::Glitch, &two, spiked);
+    assert!(text.contains("i2_A has 3 single readings") && text.contains("spikes = true"), "{text}");
+    let mut all = columns();
+    spiked(&mut all);
+    let repaired = two.replace("b = \"i2_A\"", "b = { column = \"i2_A\", spikes = true }");
+    assert_eq!(taken("replaced", &all, &repaired).findings, []);
 }
 
 /// The upper switch of a phase stays open from 0.3 s on: a note of it comes before a healthy machine is fitted to that.

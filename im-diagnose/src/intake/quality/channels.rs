@@ -10,7 +10,8 @@ use super::steady::Steady;
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity, ranges};
 use crate::intake::load_plan::LoadPlan;
-use crate::intake::mapping::VoltageForm;
+use crate::intake::mapping::{CurrentForm, VoltageForm};
+use crate::intake::repair::remove_spikes;
 use crate::intake::signals::{Signals, SpeedTrace};
 use crate::intake::trace::Trace;
 use crate::intake::unit::UNITS;
@@ -51,6 +52,10 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
     }
     let currents: Vec<&Trace> = s.current.iter().map(|c| &c.main).collect();
     out.extend(range(currents.iter().copied(), "current", "A", rated[1], BEYOND[1]));
+    // Of three phases the sum shows them, and their rows are left out.
+    if !matches!(s.current_form, CurrentForm::Phases(_)) {
+        out.extend(currents.iter().filter_map(|t| single_readings(t)));
+    }
     out.extend(offset::check(voltages, &currents, steady, p.stator_resistance_ohm));
     along_one_axis(s, &mut out);
     match &s.speed {
@@ -98,6 +103,25 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
         out.push(Finding::new(FindingKind::MissingLoad, Severity::Note, text, advice));
     }
     out
+}
+
+/// Single readings that are farther off their neighbours than half of all that the others show.
+fn single_readings(t: &Trace) -> Option<Finding> {
+    let mut calm = t.values.clone();
+    remove_spikes(&mut calm);
+    let most = calm.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let far: Vec<usize> = (0..calm.len()).filter(|&k| (t.values[k] - calm[k]).abs() > 0.5 * most).collect();
+    let peak = far.iter().fold(0.0, |m: f64, &k| m.max(t.values[k].abs()));
+    let text = format!(
+        "{} has {} single readings far off their neighbours, up to {} A where the others reach {} A",
+        t.column,
+        far.len(),
+        number(peak, 3),
+        number(most, 3)
+    );
+    let advice = format!("Say {{ column = \"{}\", spikes = true }} for it in [current]: they are then replaced.", t.column);
+    let found = Finding::new(FindingKind::Glitch, Severity::Warning, text, advice).on(&t.column);
+    (!far.is_empty() && most > 0.0).then(|| found.at(far.iter().map(|&k| k..k + 1).collect()))
 }
 
 /// A test at standstill along one axis: nothing is applied to the other, and next to nothing flows there.

@@ -41,7 +41,11 @@ pub fn check(t: &Trace, slow: Option<&Samples>, s: &Signals, motor: &MotorFile) 
     let single = leaps.len().is_multiple_of(2) && leaps.chunks_exact(2).all(back);
     let at_s = number(s.time_s(first.rows[1]), 4);
     let [from, to] = first.rows.map(|k| number(t.values[k], 3));
-    let more = if leaps.len() > 1 { format!(", and {} times more", leaps.len() - 1) } else { String::new() };
+    let more = match leaps.len() {
+        1 => String::new(),
+        2 => ", and once more".to_owned(),
+        n => format!(", and {} times more", n - 1),
+    };
     let text = format!(
         "The speed {} leaps from {from} to {to} rad/s between two samples at {at_s} s{more}: no shaft of this inertia does",
         t.column
