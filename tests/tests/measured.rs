@@ -20,8 +20,13 @@ fn folder(name: &str) -> PathBuf {
     Path::new(SHARED).join(name)
 }
 
-fn taken(folder: &Path, name: &str, motor: &MotorFile) -> Intake {
-    mapped(folder, FIXTURES, name, motor)
+/// A 4-kW machine with its rotor locked, without load, and in a direct-on-line start.
+fn laboratory() -> (MotorFile, [Intake; 3]) {
+    let dir = folder("direct_on_line_4kw");
+    let motor = MotorFile::read(format!("{FIXTURES}/motor.toml")).unwrap();
+    let tests = ["Test_2_IM_Locked_Rotor", "Test_3_IM_No_Load", "Test_4_IM_Direct_Start"];
+    let taken = tests.map(|n| mapped(&dir, FIXTURES, n, &motor));
+    (motor, taken)
 }
 
 fn mapped(folder: &Path, fixtures: &str, name: &str, motor: &MotorFile) -> Intake {
@@ -61,10 +66,7 @@ fn fundamental(x: &[Complex<f64>], sample_time_s: f64) -> Complex<f64> {
 #[test]
 #[ignore = "needs the recordings in ../shared, which cannot be copied"]
 fn leakage_saturation_is_missing_from_the_direct_start() {
-    let dir = folder("direct_on_line_4kw");
-    let motor = MotorFile::read(format!("{FIXTURES}/motor.toml")).unwrap();
-    let [locked, free, start] =
-        ["Test_2_IM_Locked_Rotor", "Test_3_IM_No_Load", "Test_4_IM_Direct_Start"].map(|n| taken(&dir, n, &motor));
+    let (motor, [locked, free, start]) = laboratory();
 
     // What an engineer has before: parameters from the two steady tests.
     let (_, before) =
@@ -101,10 +103,7 @@ fn leakage_saturation_is_missing_from_the_direct_start() {
 #[test]
 #[ignore = "needs the recordings in ../shared, which cannot be copied"]
 fn what_a_refit_lost_is_not_explained_by_bringing_it_back() {
-    let dir = folder("direct_on_line_4kw");
-    let motor = MotorFile::read(format!("{FIXTURES}/motor.toml")).unwrap();
-    let [locked, free, start] =
-        ["Test_2_IM_Locked_Rotor", "Test_3_IM_No_Load", "Test_4_IM_Direct_Start"].map(|n| taken(&dir, n, &motor));
+    let (motor, [locked, free, start]) = laboratory();
     for (train, holdout) in [(vec![&locked], &free), (vec![&locked, &free], &start), (vec![&start], &locked)] {
         let train: Vec<Intake> = train.into_iter().cloned().collect();
         let d = diagnose(Case::from_intake(motor.clone(), train, Some(holdout.clone())), Options::default()).unwrap();

@@ -28,10 +28,10 @@ pub(super) fn earlier(x: &[f64], late: f64) -> Vec<f64> {
 /// So many times the usual distance of a sample from the middle of its neighbours is a spike.
 const SPIKE: f64 = 12.0;
 
-/// Single samples that are far off the median of five around them: which, and that median.
-pub(super) fn spikes(x: &[f64]) -> Vec<(usize, f64)> {
+/// Puts the median of five in the place of single samples that are far off it.
+pub(super) fn remove_spikes(x: &mut [f64]) {
     if x.len() < 5 {
-        return Vec::new();
+        return;
     }
     let median = |w: &[f64]| {
         let mut w = [w[0], w[1], w[2], w[3], w[4]];
@@ -39,18 +39,14 @@ pub(super) fn spikes(x: &[f64]) -> Vec<(usize, f64)> {
         w[2]
     };
     let middles: Vec<f64> = x.windows(5).map(median).collect();
-    let off: Vec<f64> = x[2..].iter().zip(&middles).map(|(x, m)| (x - m).abs()).collect();
+    let mut off: Vec<f64> = x[2..].iter().zip(&middles).map(|(x, m)| (x - m).abs()).collect();
     let at = (off.len() * 9) / 10;
     // Nine in ten are usual: on a smooth signal most samples are the median themselves.
     let usual = *off.clone().select_nth_unstable_by(at, f64::total_cmp).1;
-    let far = off.iter().zip(middles).enumerate().filter(|(_, (off, _))| **off > SPIKE * usual);
-    far.map(|(k, (_, middle))| (k + 2, middle)).collect()
-}
-
-/// Puts the median in their place.
-pub(super) fn remove_spikes(x: &mut [f64]) {
-    for (k, middle) in spikes(x) {
-        x[k] = middle;
+    for (k, (off, middle)) in off.drain(..).zip(middles).enumerate() {
+        if off > SPIKE * usual {
+            x[k + 2] = middle;
+        }
     }
 }
 

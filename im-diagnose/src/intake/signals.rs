@@ -221,6 +221,19 @@ impl Signals {
     pub fn time_s(&self, k: usize) -> f64 {
         self.start_s + k as f64 * self.sample_time_s
     }
+
+    /// A time for `to_s` that ends the recording before row `k`, s: of those after the row before it, that with the fewest digits.
+    pub fn end_before(&self, k: usize) -> String {
+        let t = self.time_s(k);
+        let cut = |decimals: usize| {
+            let unit = 10f64.powi(decimals as i32);
+            // What a sum of sampling times is off by is no digit.
+            ((t * unit + 1e-6).floor() / unit, decimals)
+        };
+        let after = |(x, _): &(f64, usize)| *x > t - 0.99 * self.sample_time_s;
+        let (x, decimals) = (0..12).map(cut).find(after).unwrap_or((t, 12));
+        format!("{x:.decimals$}")
+    }
 }
 
 /// From a turning frame into the stationary one.

@@ -278,6 +278,11 @@ fn a_speed_that_leaps_is_no_shafts() {
     let (serious, text) = stop(2000, 2100);
     assert!(serious && text.contains("at 0.4 s, and once more") && text.contains("to_s = 0.4"), "{text}");
     assert!(stop(2000, 3000).0);
+    // What comes before, as the advice has it, is a good recording.
+    let mut all = columns();
+    column(&mut all, "n_rpm")[2000..2100].fill(0.0);
+    let before = MAPPING.replace("column = \"t_s\"", "column = \"t_s\"\nto_s = 0.4");
+    assert_eq!(taken("before", &all, &before).findings, []);
     let (serious, text) = stop(2000, 2001);
     assert!(!serious && text.contains("spikes = true"), "{text}");
     let repaired = MAPPING.replace("column = \"n_rpm\"", "column = \"n_rpm\"\nspikes = true");

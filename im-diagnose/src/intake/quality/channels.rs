@@ -28,7 +28,7 @@ pub fn check(s: &Signals, steady: &[Steady], motor: &MotorFile) -> Vec<Finding> 
     let n_p = f64::from(motor.machine.pole_pairs());
     let magnetizing = r.rotor_flux_vs / p.magnetizing_inductance_h;
     let active = r.torque_nm / (1.5 * n_p * r.rotor_flux_vs.max(1e-9));
-    let rated = [r.phase_voltage_peak_v, magnetizing.hypot(active), 2.0 * PI * r.electrical_frequency_hz / n_p];
+    let rated = [r.phase_voltage_peak_v, magnetizing.hypot(active), r.synchronous_speed_rad_s(motor.machine.pole_pairs())];
     let duty = matches!(s.voltage_form, VoltageForm::Duty(..));
     let voltages = if duty { &[][..] } else { &s.voltage[..] };
     out.extend(range(voltages.iter(), "voltage", "V", rated[0], BEYOND[0]));
@@ -111,17 +111,18 @@ fn single_readings(t: &Trace) -> Option<Finding> {
     remove_spikes(&mut calm);
     let most = calm.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let far: Vec<usize> = (0..calm.len()).filter(|&k| (t.values[k] - calm[k]).abs() > 0.5 * most).collect();
+    if far.is_empty() || most == 0.0 {
+        return None;
+    }
     let peak = far.iter().fold(0.0, |m: f64, &k| m.max(t.values[k].abs()));
+    let (count, peak, most) = (far.len(), number(peak, 3), number(most, 3));
     let text = format!(
-        "{} has {} single readings far off their neighbours, up to {} A where the others reach {} A",
-        t.column,
-        far.len(),
-        number(peak, 3),
-        number(most, 3)
+        "{} has {count} single readings far off their neighbours, up to {peak} A where the others reach {most} A",
+        t.column
     );
     let advice = format!("Say {{ column = \"{}\", spikes = true }} for it in [current]: they are then replaced.", t.column);
-    let found = Finding::new(FindingKind::Glitch, Severity::Warning, text, advice).on(&t.column);
-    (!far.is_empty() && most > 0.0).then(|| found.at(far.iter().map(|&k| k..k + 1).collect()))
+    let rows = far.into_iter().map(|k| k..k + 1).collect();
+    Some(Finding::new(FindingKind::Glitch, Severity::Warning, text, advice).on(&t.column).at(rows))
 }
 
 /// A test at standstill along one axis: nothing is applied to the other, and next to nothing flows there.

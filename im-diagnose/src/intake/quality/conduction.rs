@@ -33,9 +33,11 @@ struct Period {
 }
 
 impl Period {
-    fn new(rows: Range<usize>, along: &[f64], i: &[Complex<f64>]) -> Self {
-        let largest = i[rows.clone()].iter().map(|i| i.norm()).fold(0.0, f64::max);
-        let flows: Vec<f64> = rows.clone().filter(|&k| i[k].norm() > FLOWS * largest).map(|k| along[k] / largest).collect();
+    /// Of a current as a phase sees it: along its axis, and across.
+    fn new(rows: Range<usize>, i: &[Complex<f64>]) -> Self {
+        let i = &i[rows.clone()];
+        let largest = i.iter().map(|i| i.norm()).fold(0.0, f64::max);
+        let flows: Vec<f64> = i.iter().filter(|i| i.norm() > FLOWS * largest).map(|i| i.re / largest).collect();
         let idle = flows.iter().filter(|x| x.abs() < NEAR_ZERO).count() as f64 / flows.len().max(1) as f64;
         let lacks = [1.0, -1.0].map(|sign| !flows.iter().any(|x| sign * x > 2.0 * NEAR_ZERO));
         Self { rows, lacks, idle }
@@ -46,17 +48,11 @@ impl Period {
     }
 }
 
-/// The component of a space vector along a phase's axis, and across it.
-fn seen_by(phase: usize, x: Complex<f64>) -> [f64; 2] {
-    let turned = x * Complex::from_polar(1.0, -TAU * phase as f64 / 3.0);
-    [turned.re, turned.im]
-}
-
 /// Periods of the current that flows across a phase, which does not need that phase.
-fn periods(across: &[f64]) -> Vec<Range<usize>> {
+fn periods(across: impl Iterator<Item = f64>) -> Vec<Range<usize>> {
     let mut changes = Vec::new();
     let mut largest: f64 = 0.0;
-    for (k, &x) in across.iter().enumerate() {
+    for (k, x) in across.enumerate() {
         // A sign counts once the current flows the other way.
         if x * largest <= 0.0 && x.abs() > FLOWS * largest.abs() {
             changes.push(k);
@@ -70,24 +66,23 @@ fn periods(across: &[f64]) -> Vec<Range<usize>> {
     all.filter(|p| p.len() >= LEAST_ROWS).collect()
 }
 
-/// Phases that do not conduct, `name`d, in a recording that begins at `start_s`.
+/// Phases that do not conduct, `name`d, with the time that ends the recording `before` a row.
 pub fn check(
     u: &[Complex<f64>],
     i: &[Complex<f64>],
-    start_s: f64,
-    sample_time_s: f64,
     name: impl Fn(usize) -> String,
+    before: impl Fn(usize) -> String,
 ) -> Vec<Finding> {
     let of_phase = |phase: usize| -> Option<Finding> {
-        let (along, across): (Vec<f64>, Vec<f64>) = i.iter().map(|i| seen_by(phase, *i)).map(|[a, b]| (a, b)).unzip();
-        let all: Vec<Period> = periods(&across).into_iter().map(|p| Period::new(p, &along, i)).collect();
+        let axis = Complex::from_polar(1.0, -TAU * phase as f64 / 3.0);
+        let seen: Vec<Complex<f64>> = i.iter().map(|i| i * axis).collect();
+        let all: Vec<Period> = periods(seen.iter().map(|i| i.im)).into_iter().map(|p| Period::new(p, &seen)).collect();
         let alike = |w: &[Period]| w.iter().all(|p| p.fails() && p.lacks == w[0].lacks);
         let failing = all.windows(PERIODS).find(|w| alike(w))?;
         let (lacks, first) = (failing[0].lacks, failing[0].rows.start);
         let same: Vec<&Period> = all.iter().filter(|p| p.fails() && p.lacks == lacks && p.rows.start >= first).collect();
-        let [applied, across] = [0, 1]
-            .map(|axis| -> f64 { same.iter().flat_map(|p| &u[p.rows.clone()]).map(|u| seen_by(phase, *u)[axis].powi(2)).sum() });
-        if applied < FLOWS * FLOWS * across {
+        let applied = || same.iter().flat_map(|p| &u[p.rows.clone()]).map(|u| u * axis);
+        if applied().map(|u| u.re * u.re).sum::<f64>() < FLOWS * FLOWS * applied().map(|u| u.im * u.im).sum::<f64>() {
             return None;
         }
         let idle = same.iter().map(|p| p.idle).sum::<f64>() / same.len() as f64;
@@ -96,16 +91,14 @@ pub fn check(
             [true, false] => ("is never positive", "its upper switch does not close"),
             _ => ("is never negative", "its lower switch does not close"),
         };
-        let from_s = start_s + first as f64 * sample_time_s;
-        let (part, from) = (number(100.0 * idle, 2), number(from_s, 3));
-        let text =
-            format!("The current of {} is near zero for {part} % of the time from {from} s on and {shown}: {which}", name(phase));
+        let (name, part, from) = (name(phase), number(100.0 * idle, 2), before(first));
+        let text = format!("The current of {name} is near zero for {part} % of the time from {from} s on and {shown}: {which}");
         let advice = if first > i.len() / 10 {
             format!("No whole machine does that: use what comes before, to_s = {from} under [time].")
         } else {
             "No whole machine does that: record again once it is mended.".to_owned()
         };
-        let mut found = Finding::new(FindingKind::OpenPhase, Severity::Serious, text, advice).on(&name(phase));
+        let mut found = Finding::new(FindingKind::OpenPhase, Severity::Serious, text, advice).on(&name);
         found.value = Some(idle);
         Some(found.at(same.iter().map(|p| p.rows.clone()).collect()))
     };
@@ -134,7 +127,7 @@ mod tests {
 
     fn found(i: &[Complex<f64>]) -> Vec<Finding> {
         let u: Vec<_> = (0..i.len()).map(|k| Complex::from_polar(300.0, TAU * 50.0 * DT * k as f64)).collect();
-        check(&u, i, 0.0, DT, |p| format!("phase {}", ["a", "b", "c"][p]))
+        check(&u, i, |p| format!("phase {}", ["a", "b", "c"][p]), |k| (DT * k as f64).to_string())
     }
 
     #[test]
@@ -157,7 +150,7 @@ mod tests {
         let sine = |k: u32| Complex::new(0.0, (TAU * 50.0 * DT * f64::from(k)).sin());
         let i: Vec<_> = (0..5000).map(|k| 5.0 * sine(k)).collect();
         let u: Vec<_> = (0..5000).map(|k| 40.0 * sine(k)).collect();
-        assert!(check(&u, &i, 0.0, DT, |_| String::new()).is_empty());
+        assert!(check(&u, &i, |_| String::new(), |_| String::new()).is_empty());
     }
 
     /// A healthy machine: with an offset, with a constant in the beginning, at standstill, where nothing flows, and where the field stands across a

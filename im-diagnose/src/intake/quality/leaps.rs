@@ -25,7 +25,7 @@ struct Leap {
 /// The leaps of a measured speed; `slow`: its samples, where these are fewer than the rows.
 pub fn check(t: &Trace, slow: Option<&Samples>, s: &Signals, motor: &MotorFile) -> Option<Finding> {
     let rating = &motor.rating;
-    let synchronous = std::f64::consts::TAU * rating.electrical_frequency_hz / f64::from(motor.machine.pole_pairs());
+    let synchronous = rating.synchronous_speed_rad_s(motor.machine.pole_pairs());
     let fastest = TORQUES * rating.torque_nm / motor.machine.parameters().inertia_kg_m2;
     let measured = (0..s.len()).filter(|&k| slow.is_none_or(|s| s.measured[k]) && s.filled.get(k) != Some(&true));
     let rows: Vec<usize> = measured.collect();
@@ -39,7 +39,7 @@ pub fn check(t: &Trace, slow: Option<&Samples>, s: &Signals, motor: &MotorFile) 
     // A single reading: there and back.
     let back = |w: &[Leap]| w[0].rows[1] == w[1].rows[0] && (w[0].by + w[1].by).abs() < 0.5 * w[0].by.abs();
     let single = leaps.len().is_multiple_of(2) && leaps.chunks_exact(2).all(back);
-    let at_s = number(s.time_s(first.rows[1]), 4);
+    let at_s = s.end_before(first.rows[1]);
     let [from, to] = first.rows.map(|k| number(t.values[k], 3));
     let more = match leaps.len() {
         1 => String::new(),

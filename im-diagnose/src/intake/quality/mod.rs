@@ -116,7 +116,7 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
         convention::check(&steady, &s.voltage_form, motor),
         time::check(s, &steady, motor),
         channels::check(s, &steady, motor),
-        conduction::check(&u, &i, s.start_s, dt, |phase| phase_name(s, &checked, phase)),
+        conduction::check(&u, &i, |phase| phase_name(s, &checked, phase), |k| s.end_before(k)),
         machine::check(&steady, motor, &columns.join(", "), held.is_some()),
     ];
     checked.findings.extend(found.into_iter().flatten());
