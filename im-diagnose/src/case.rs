@@ -1,8 +1,9 @@
 //! What is to be explained: a motor as its papers give it, recordings to learn from, and one held out.
 
-use im_identify::offline::{Experiment, Start, guess_start, start_on};
-use im_model::{EffectId, Machine, MotorFile, Recording, State};
+use std::collections::BTreeMap;
 
+use im_identify::offline::{Channel, Experiment, Start, guess_start, start_on};
+use im_model::{EffectId, Machine, MotorFile, Recording, State};
 use rayon::prelude::*;
 
 use crate::intake::mapping::Begin;
@@ -123,33 +124,25 @@ impl Case {
 
     /// Sets the noise of every channel from the data: the median over the recordings that have it.
     pub fn estimate_noise(&mut self) {
-        let names: Vec<String> =
-            self.train.iter().chain(&self.holdout).flat_map(|e| e.channels.iter().map(|c| c.name.clone())).collect();
-        for name in names {
-            let mut found: Vec<f64> = self
-                .train
-                .iter()
-                .chain(&self.holdout)
-                .filter(|e| !e.is_table())
-                .flat_map(|e| &e.channels)
-                .filter(|c| c.name == name)
-                .map(valid_values)
-                .map(|values| white_sigma(&values).max(step_sigma(&values)))
-                .collect();
-            if found.is_empty() {
-                // A table has no roughness: what its instruments are good for is said with it.
-                continue;
-            }
-            found.sort_by(f64::total_cmp);
-            let sigma = found[found.len() / 2].max(1e-9);
-            let sampled = self.train.iter_mut().chain(&mut self.holdout).filter(|e| !e.is_table());
-            for c in sampled.flat_map(|e| &mut e.channels).filter(|c| c.name == name) {
-                c.sigma = sigma;
-            }
+        // A table has no roughness: what its instruments are good for is said with it.
+        let sampled = self.train.iter().chain(&self.holdout).filter(|e| !e.is_table());
+        let channels: Vec<&Channel> = sampled.flat_map(|e| &e.channels).collect();
+        let rough = |c: &&Channel| {
+            let values = valid_values(c);
+            (c.name.clone(), white_sigma(&values).max(step_sigma(&values)))
+        };
+        let rough: Vec<(String, f64)> = channels.par_iter().map(rough).collect();
+        let mut found: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+        rough.into_iter().for_each(|(name, sigma)| found.entry(name).or_default().push(sigma));
+        found.values_mut().for_each(|all| all.sort_by(f64::total_cmp));
+        let sampled = self.train.iter_mut().chain(&mut self.holdout).filter(|e| !e.is_table());
+        for c in sampled.flat_map(|e| &mut e.channels) {
+            let all = &found[&c.name];
+            c.sigma = all[all.len() / 2].max(1e-9);
         }
     }
 }
 
-fn valid_values(c: &im_identify::offline::Channel) -> Vec<f64> {
+fn valid_values(c: &Channel) -> Vec<f64> {
     c.values.iter().enumerate().filter(|(k, _)| c.is_valid(*k)).map(|(_, v)| *v).collect()
 }

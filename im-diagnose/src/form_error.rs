@@ -14,7 +14,7 @@ use std::ops::Range;
 use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Thinned, predict, smoothness};
 use im_model::effects::Role;
 use im_model::{BaseParameter, Complex, EffectId, Machine, ParameterId, State, TParameters};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use rayon::prelude::*;
 
 use crate::noise::sensor_whiteners;
@@ -28,6 +28,9 @@ pub const SIZE_IN_SEARCH: f64 = 0.1;
 
 /// Rows that are enough to find how much of each change is in a residual.
 const ROWS: usize = 30_000;
+
+/// Rows that are multiplied at once: as many as stay in the nearest memory.
+const ROWS_AT_ONCE: usize = 512;
 
 /// Fewest values per unknown: a table of steady states is too short to tell errors of form from noise.
 const LEAST_ROWS: usize = 10;
@@ -168,10 +171,10 @@ impl<'a> Around<'a> {
         let thinned =
             |c: &Change| -> Vec<f64> { whiten(c).iter().flatten().flat_map(|x| x.iter().step_by(stride).copied()).collect() };
         let columns: Vec<Vec<f64>> = (0..self.changes()).into_par_iter().map(|k| thinned(&self.change(k))).collect();
-        let r = DVector::from_vec(thinned(&self.sums));
-        let all = DMatrix::from_vec(r.len(), columns.len(), columns.concat());
-        let mut normal = all.tr_mul(&all) * stride as f64;
-        let mut b = all.tr_mul(&r) * stride as f64;
+        let r = thinned(&self.sums);
+        let (mut normal, mut b) = products(&columns, &r);
+        normal *= stride as f64;
+        b *= stride as f64;
         // The parameters move by logarithms: one that the data do not determine stays within a factor of a few.
         for k in 0..columns.len() {
             normal[(k, k)] += 1.0;
@@ -188,13 +191,27 @@ impl<'a> Around<'a> {
     /// What is left with changes of such sizes.
     fn left(&self, sizes: &DVector<f64>) -> Change {
         let mut taken: Change = self.thinned.runs().iter().map(|e| vec![vec![0.0; e.len()]; e.channels.len()]).collect();
-        for (k, size) in sizes.iter().enumerate() {
+        for (k, size) in sizes.iter().enumerate().filter(|(_, size)| **size != 0.0) {
             add(&mut taken, *size, &self.change(k));
         }
         let mut left = self.residuals.clone();
         add(&mut left, -1.0, &self.thinned.at_every_row(&taken));
         left
     }
+}
+
+/// XᵀX and Xᵀr.
+fn products(columns: &[Vec<f64>], r: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
+    let of_rows = |begin: usize| {
+        let rows = begin..(begin + ROWS_AT_ONCE).min(r.len());
+        let across = DMatrix::from_fn(columns.len(), rows.len(), |k, row| columns[k][begin + row]);
+        let b = &across * DVectorView::from_slice(&r[rows], across.ncols());
+        (&across * across.transpose(), b)
+    };
+    let begins: Vec<usize> = (0..r.len()).step_by(ROWS_AT_ONCE).collect();
+    let parts: Vec<_> = begins.into_par_iter().map(of_rows).collect();
+    let nothing = (DMatrix::zeros(columns.len(), columns.len()), DVector::zeros(columns.len()));
+    parts.into_iter().fold(nothing, |(gram, b), (more_gram, more_b)| (gram + more_gram, b + more_b))
 }
 
 fn values(change: &Change) -> usize {
@@ -245,7 +262,8 @@ pub fn marginal(
     let alone = normal.view((0, 0), (p, p)).clone_owned().cholesky().map(|c| c.solve(&b.rows(0, p)));
     let (Some(sizes), Some(alone)) = (normal.cholesky().map(|c| c.solve(&b)), alone) else { return as_it_is };
     let alone = alone.resize_vertically(sizes.len(), 0.0);
-    as_it_is + (with(&sizes) - with(&alone)).min(0.0)
+    let (with, alone) = rayon::join(|| with(&sizes), || with(&alone));
+    as_it_is + (with - alone).min(0.0)
 }
 
 /// The mean squared residual of each experiment, in σ², with the curves of the effects bent as the data ask for, by two standard deviations at

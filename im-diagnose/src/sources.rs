@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use im_identify::offline::{Experiment, FitError};
 use im_model::{BaseParameter, FileError, Known, Machine, MotorFile, ParameterId, Plant};
+use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::case::Case;
@@ -209,10 +210,10 @@ impl Sources {
             }
             return self.tables(motor).map(with_temperatures);
         }
-        let mut train = Vec::new();
-        for source in &self.train {
-            train.extend(source.recordings(&motor)?);
-        }
+        let read = || self.train.par_iter().map(|s| s.recordings(&motor)).collect::<Vec<_>>();
+        let (train, holdout) = rayon::join(read, || self.holdout.as_ref().map(|s| s.recording(&motor)));
+        // Of several that cannot be read, the first is said.
+        let train: Vec<Intake> = train.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
         let mut earlier = train.iter().enumerate().map(|(k, t)| (t, &train[..k]));
         if let Some((t, other)) =
             earlier.find_map(|(t, all)| Some((t, all.iter().find(|o| same_rows(&o.experiment, &t.experiment))?)))
@@ -222,7 +223,7 @@ impl Sources {
                 t.experiment.name, other.experiment.name
             )));
         }
-        let holdout = self.holdout.as_ref().map(|s| s.recording(&motor)).transpose()?;
+        let holdout = holdout.transpose()?;
         if let Some(held) = &holdout
             && let Some(same) = train.iter().find(|t| same_rows(&t.experiment, &held.experiment))
         {

@@ -20,7 +20,7 @@ pub fn threshold(freedom: usize, p: f64) -> f64 {
     ChiSquared::new(freedom as f64).map_or(f64::INFINITY, |d| d.inverse_cdf(1.0 - p))
 }
 
-/// An orthonormal basis of columns, by modified Gram-Schmidt. In single precision it takes half of the memory; sums are in double.
+/// An orthonormal basis of columns, by Gram-Schmidt. In single precision it takes half of the memory; sums are in double.
 pub struct Basis<S = f64> {
     directions: Vec<Vec<S>>,
 }
@@ -33,6 +33,9 @@ impl<S> Default for Basis<S> {
 
 /// A column that lies so far in the span of others, or nearer than ten roundings, holds nothing beside them.
 const ROUNDING: f64 = 1e-9;
+
+/// Rows that all directions pass before the next ones: so many stay in the nearest memory.
+const BLOCK: usize = 1024;
 
 impl<S: RealField + Copy + Into<f64>> Basis<S> {
     /// Of some columns.
@@ -53,11 +56,9 @@ impl<S: RealField + Copy + Into<f64>> Basis<S> {
         let mut coordinates = vec![0.0; self.rank()];
         // Twice is enough for orthogonality to rounding.
         for _ in 0..2 {
-            for (k, x) in coordinates.iter_mut().enumerate() {
-                let along = self.along(k, 0, &column);
-                self.add(k, -along, &mut column);
-                *x += along;
-            }
+            let along = self.along(0, &column);
+            self.take(&along, &mut column);
+            coordinates.iter_mut().zip(along).for_each(|(x, along)| *x += along);
         }
         let norm = dot(&column, &column).sqrt();
         if norm > ROUNDING.max(10.0 * S::default_epsilon().into()) * before {
@@ -67,25 +68,39 @@ impl<S: RealField + Copy + Into<f64>> Basis<S> {
         coordinates
     }
 
-    /// A direction times a column that is zero but for the rows from `begin` on.
-    pub fn along(&self, direction: usize, begin: usize, column: &[f64]) -> f64 {
+    /// Each direction times a column that is zero but for the rows from `begin` on.
+    pub fn along(&self, begin: usize, column: &[f64]) -> Vec<f64> {
         // Sums that do not wait for one another.
-        let mut sums = [0.0; 8];
-        let (q, x) = (self.directions[direction][begin..][..column.len()].chunks(8), column.chunks(8));
-        for (q, x) in q.zip(x) {
-            sums.iter_mut().zip(q.iter().zip(x)).for_each(|(sum, (q, x))| *sum += (*q).into() * x);
+        let mut sums = vec![[0.0; 8]; self.rank()];
+        for (block, x) in column.chunks(BLOCK).enumerate() {
+            let rows = begin + block * BLOCK..begin + block * BLOCK + x.len();
+            for (direction, sums) in self.directions.iter().zip(&mut sums) {
+                for (q, x) in direction[rows.clone()].chunks(8).zip(x.chunks(8)) {
+                    sums.iter_mut().zip(q.iter().zip(x)).for_each(|(sum, (q, x))| *sum += (*q).into() * x);
+                }
+            }
         }
-        sums.iter().sum()
+        sums.iter().map(|s| s.iter().sum()).collect()
     }
 
-    /// Adds a direction times a factor to a column.
-    pub fn add(&self, direction: usize, times: f64, to: &mut [f64]) {
-        to.iter_mut().zip(self.in_steps(direction, 1)).for_each(|(x, q)| *x += times * q);
+    /// Takes each direction times a factor from a column.
+    pub fn take(&self, times: &[f64], from: &mut [f64]) {
+        for (block, x) in from.chunks_mut(BLOCK).enumerate() {
+            let rows = block * BLOCK..block * BLOCK + x.len();
+            for (direction, times) in self.directions.iter().zip(times) {
+                x.iter_mut().zip(&direction[rows.clone()]).for_each(|(x, q)| *x -= times * (*q).into());
+            }
+        }
     }
 
-    /// The rows of a direction, in steps of so many.
-    pub fn in_steps(&self, direction: usize, stride: usize) -> impl Iterator<Item = f64> {
-        self.directions[direction].iter().step_by(stride).map(|q| (*q).into())
+    /// Every so many rows of each direction.
+    pub fn in_steps(&self, stride: usize) -> Self {
+        Self { directions: self.directions.iter().map(|q| q.iter().step_by(stride).copied().collect()).collect() }
+    }
+
+    /// The directions.
+    fn into_columns(self) -> Vec<Vec<f64>> {
+        self.directions.into_iter().map(|q| q.into_iter().map(Into::into).collect()).collect()
     }
 }
 
@@ -99,7 +114,7 @@ pub fn complement(columns: impl IntoIterator<Item = Vec<f64>>, rows: usize) -> V
     let mut basis: Basis = Basis::of(columns);
     let spanned = basis.rank();
     (0..rows).for_each(|k| drop(basis.push((0..rows).map(|i| if i == k { 1.0 } else { 0.0 }).collect())));
-    (spanned..basis.rank()).map(|k| basis.in_steps(k, 1).collect()).collect()
+    basis.into_columns().split_off(spanned)
 }
 
 /// Cosine of the angle between two signatures, without sign.
@@ -111,8 +126,8 @@ pub fn cosine(a: &[f64], b: &[f64]) -> f64 {
 /// Largest cosine of the principal angles between two spans of columns.
 pub fn closest_of(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     let [a, b] = [a, b].map(|columns| Basis::<f64>::of(columns.iter().cloned()));
-    let of_b: Vec<Vec<f64>> = (0..b.rank()).map(|j| b.in_steps(j, 1).collect()).collect();
-    let between = DMatrix::from_fn(a.rank(), b.rank(), |i, j| a.along(i, 0, &of_b[j]));
+    let along: Vec<f64> = b.into_columns().iter().flat_map(|b| a.along(0, b)).collect();
+    let between = DMatrix::from_vec(a.rank(), along.len() / a.rank().max(1), along);
     if between.is_empty() { 0.0 } else { between.singular_values().max() }
 }
 
@@ -163,7 +178,7 @@ mod tests {
             let coordinates: Vec<Vec<f64>> = columns.iter().map(|c| basis.push(c.clone())).collect();
             for (c, x) in columns.iter().zip(&coordinates) {
                 let mut left = c.clone();
-                x.iter().enumerate().for_each(|(k, x)| basis.add(k, -x, &mut left));
+                basis.take(x, &mut left);
                 prop_assert!(left.iter().all(|x| x.abs() < 1e-7));
             }
             let rest = complement(columns.clone(), 6);

@@ -151,13 +151,24 @@ const LEAST_EXPLAINED_SHARE: f64 = 1e-3;
 /// A change of the outputs of more than so many times the residual is too large for a secant.
 const FAR: f64 = 4.0;
 
+/// Rows of a signature that are enough to compare effects by.
+const SKETCH: usize = 4000;
+
+/// A part of a size that is next to nothing: what changes the outputs no less than half as much has no slope there. A load behind a spring swings
+/// however little of the inertia it has.
+const NOTHING: f64 = 1e-3;
+
 /// The residual of a fit, and what the slopes of the present parameters span.
+#[derive(Default)]
 struct Projection {
     basis: Basis<f32>,
     /// Of every slope, in the basis.
     coordinates: Vec<Vec<f64>>,
     /// Projected.
     residual: Vec<f64>,
+    /// Every so many rows of the basis.
+    stride: usize,
+    sketch: Basis<f32>,
 }
 
 /// A column that is zero but for the rows from `begin` on, and what of it lies in the span of a [`Projection`].
@@ -192,18 +203,18 @@ impl Column {
 }
 
 impl Projection {
-    fn new(residual: Vec<f64>) -> Self {
-        Self { basis: Basis::default(), coordinates: Vec::new(), residual }
+    /// One more slope: before there is a residual.
+    fn push(&mut self, slope: Vec<f64>) {
+        self.coordinates.push(self.basis.push(slope));
     }
 
-    /// Takes out one more slope.
-    fn push(&mut self, slope: Vec<f64>) {
-        let before = self.basis.rank();
-        self.coordinates.push(self.basis.push(slope));
-        for k in before..self.basis.rank() {
-            let along = self.basis.along(k, 0, &self.residual);
-            self.basis.add(k, -along, &mut self.residual);
-        }
+    /// Of this residual.
+    fn of(mut self, mut residual: Vec<f64>) -> Self {
+        let along = self.basis.along(0, &residual);
+        self.basis.take(&along, &mut residual);
+        self.stride = (residual.len() / SKETCH).max(1);
+        self.sketch = self.basis.in_steps(self.stride);
+        Self { residual, ..self }
     }
 
     /// A slope in the basis.
@@ -214,22 +225,34 @@ impl Projection {
     }
 
     fn column(&self, begin: usize, values: Vec<f64>) -> Column {
-        let onto = (0..self.basis.rank()).map(|k| self.basis.along(k, begin, &values)).collect();
+        let onto = self.basis.along(begin, &values);
         Column { begin, values, onto }
     }
 
-    /// The rows of (Pg)x, in steps of `stride`.
-    fn projected(&self, columns: &[(&Column, f64)], stride: usize) -> Vec<f64> {
-        let mut out = vec![0.0; self.residual.len().div_ceil(stride)];
+    /// The rows of (Pg)x.
+    fn projected(&self, columns: &[(&Column, f64)]) -> Vec<f64> {
+        let mut out = vec![0.0; self.residual.len()];
         for (c, x) in columns {
-            let first = c.begin.next_multiple_of(stride);
-            let values = c.values.get(first - c.begin..).unwrap_or_default();
-            out[first / stride..].iter_mut().zip(values.chunks(stride)).for_each(|(out, v)| *out += x * v[0]);
+            out[c.rows()].iter_mut().zip(&c.values).for_each(|(out, v)| *out += x * v);
         }
-        for k in 0..self.basis.rank() {
-            let along: f64 = columns.iter().map(|(c, x)| x * c.onto[k]).sum();
-            out.iter_mut().zip(self.basis.in_steps(k, stride)).for_each(|(out, q)| *out -= along * q);
+        self.basis.take(&self.onto(columns), &mut out);
+        out
+    }
+
+    /// (Qᵀg)x.
+    fn onto(&self, columns: &[(&Column, f64)]) -> Vec<f64> {
+        (0..self.basis.rank()).map(|k| columns.iter().map(|(c, x)| x * c.onto[k]).sum()).collect()
+    }
+
+    /// Every so many rows of (Pg)x.
+    fn sketched(&self, columns: &[(&Column, f64)]) -> Vec<f64> {
+        let mut out = vec![0.0; self.residual.len().div_ceil(self.stride)];
+        for (c, x) in columns {
+            let first = c.begin.next_multiple_of(self.stride);
+            let values = c.values.get(first - c.begin..).unwrap_or_default().iter().step_by(self.stride);
+            out[first / self.stride..].iter_mut().zip(values).for_each(|(out, v)| *out += x * v);
         }
+        self.sketch.take(&self.onto(columns), &mut out);
         out
     }
 
@@ -306,11 +329,11 @@ impl<'a> ScoreContext<'a> {
     ) -> Self {
         let residuals = all_residuals(machine, starts, experiments);
         let whiteners = whiteners(experiments, &residuals);
-        let mut white = Projection::new(column(&residuals, &whiteners));
-        let mut plain = Projection::new(strung(&residuals));
+        let (mut white, mut plain) = (Projection::default(), Projection::default());
         for slope in slopes(machine, starts, experiments, free) {
             rayon::join(|| white.push(column(&slope, &whiteners)), || plain.push(strung(&slope)));
         }
+        let (white, plain) = (white.of(column(&residuals, &whiteners)), plain.of(strung(&residuals)));
         let count: usize = experiments.iter().map(Experiment::count).sum();
         let raw_rms = (residuals.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count as f64).sqrt();
         let variance = (dot(&white.residual, &white.residual) / count as f64).max(1.0);
@@ -400,15 +423,20 @@ impl<'a> ScoreContext<'a> {
         &self.whiteners
     }
 
-    /// The signature of strength `k` per unit, at a shape, whitened and plain; `sensitivity` (zero: not known) is what is known of it before, and after.
+    /// The signature of strength `k` per unit, at a shape, whitened and plain; `sensitivity` (zero: not known; infinite: there is none) is what is
+    /// known of it before, and after.
     fn secant(&self, effect: EffectId, k: usize, shape: &[(usize, f64)], sensitivity: &mut f64) -> Option<[Vec<f64>; 2]> {
         let info = &effect.parameters()[k];
         let unit = self.rating.unit_of(info.scale, self.machine.parameters(), self.machine.pole_pairs());
         let usual = (info.typical.0 * info.typical.1).sqrt() * unit;
+        if sensitivity.is_infinite() {
+            return None;
+        }
         // Far beyond the residual the secant is not the slope any more.
         let wanted = self.raw_rms.max(1.0);
         let mut size = if usual * *sensitivity > FAR * wanted { wanted / *sensitivity } else { usual };
         let count: usize = self.experiments.iter().map(Experiment::count).sum();
+        let mut begun = None;
         for _ in 0..8 {
             let mut set: Vec<(ParameterId, f64)> = shape.iter().map(|&(i, v)| (ParameterId::Effect(effect, i), v)).collect();
             set.push((ParameterId::Effect(effect, k), size));
@@ -420,6 +448,11 @@ impl<'a> ScoreContext<'a> {
             let rms = (d.iter().flatten().flatten().map(|x| x * x).sum::<f64>() / count as f64).sqrt();
             *sensitivity = rms / size;
             if rms > FAR * wanted {
+                let (first, change) = *begun.get_or_insert((size, rms));
+                if size < NOTHING * first && rms > 0.5 * change {
+                    *sensitivity = f64::INFINITY;
+                    return None;
+                }
                 size *= (wanted / rms).max(0.01);
                 continue;
             }
@@ -501,7 +534,7 @@ impl<'a> ScoreContext<'a> {
         let signatures = if effect.free_form().is_some() {
             self.tangents(effect)?
         } else {
-            let secants = strengths.iter().zip(sensitivity).map(|(&k, s)| self.secant(effect, k, &shape, s));
+            let secants = strengths.par_iter().zip(sensitivity).map(|(&k, s)| self.secant(effect, k, &shape, s));
             secants.collect::<Option<Vec<_>>>()?
         };
         let (white, plain): (Vec<_>, Vec<_>) = signatures.into_iter().map(|[w, p]| (w, p)).unzip();
@@ -523,7 +556,7 @@ impl<'a> ScoreContext<'a> {
         let plain: Vec<&Column> = used.iter().map(|&k| &every_plain[k]).collect();
         if let Some((_, sizes, _)) = self.plain.solved(&plain, smooth.as_ref()) {
             let taken: Vec<(&Column, f64)> = plain.into_iter().zip(sizes.iter().copied()).collect();
-            let taken = self.plain.projected(&taken, 1);
+            let taken = self.plain.projected(&taken);
             let left: Vec<f64> = self.plain.residual.iter().zip(taken).map(|(r, t)| r - t).collect();
             let fall = self.deviance - self.deviance_of(&left);
             if fall > gain {
@@ -544,8 +577,7 @@ impl<'a> ScoreContext<'a> {
         let size = |k: usize| used.iter().position(|u| *u == run * strengths.len() + k).map_or(0.0, |p| x[p]);
         // In nine of ten recordings beyond the threshold.
         let least = (threshold(n, self.level / tried as f64).sqrt() + 1.3).powi(2);
-        let stride = (self.white.residual.len() / 4000).max(1);
-        let decimated = |of: Vec<(&Column, f64)>| self.white.projected(&of, stride);
+        let direction = |k: usize| self.white.sketched(&all_of(k).map(|c| (&columns[c], 1.0)).collect::<Vec<_>>());
         let instead = |gone: &Replaceable| self.instead(gone, effect, &shape, &columns);
         let instead = self.replaceable.iter().filter_map(instead).collect();
         Some(Score {
@@ -561,8 +593,8 @@ impl<'a> ScoreContext<'a> {
             detectable: (least * self.variance / seen).sqrt(),
             chi2_detectable: least,
             shape,
-            signature: decimated(used.iter().zip(&x).map(|(&k, &x)| (&columns[k], x)).collect()),
-            directions: (0..strengths.len()).map(|k| decimated(all_of(k).map(|c| (&columns[c], 1.0)).collect())).collect(),
+            signature: self.white.sketched(&used.iter().zip(&x).map(|(&k, &x)| (&columns[k], x)).collect::<Vec<_>>()),
+            directions: (0..strengths.len()).map(direction).collect(),
             sensitivity: Vec::new(),
             instead,
         })
