@@ -295,6 +295,37 @@ fn a_speed_that_leaps_is_no_shafts() {
     assert!(of(&taken("coarse", &all, MAPPING).findings, FindingKind::Glitch).is_empty());
 }
 
+/// A sensor or a logger that stops, and what looks like it.
+#[test]
+fn a_noisy_signal_that_stays_at_one_value_has_stopped() {
+    let stopped = |all: &mut Vec<(&'static str, Vec<f64>)>, name: &str, from: usize, to: usize| {
+        let x = column(all, name);
+        let last = x[from];
+        x[from..to].fill(last);
+    };
+    for to in [2200, 3000] {
+        let text = only("stopped", FindingKind::Glitch, |all| stopped(all, "n_rpm", 2000, to));
+        assert!(text.contains("serious") && text.contains("n_rpm stays at") && text.contains("to_s = 0.4"), "{text}");
+    }
+    // From the first row on: what comes after is good.
+    let text = only("late", FindingKind::Glitch, |all| {
+        column(all, "n_rpm")[0] = 500.0;
+        stopped(all, "n_rpm", 0, 1000);
+    });
+    assert!(text.contains("n_rpm stays at") && text.contains("from_s = 0.2"), "{text}");
+    let two = MAPPING.replace("c = \"i3_A\"\n", "");
+    let text = with_mapping("logger", FindingKind::Glitch, &two, |all| stopped(all, "i2_A", 2000, 2100));
+    assert!(text.contains("serious") && text.contains("i2_A stays at"), "{text}");
+    let glitches = |change: &dyn Fn(&mut f64)| {
+        let mut all = columns();
+        column(&mut all, "n_rpm").iter_mut().for_each(change);
+        of(&taken("alike", &all, MAPPING).findings, FindingKind::Glitch).len()
+    };
+    // In steps, with and without hold; and zero where a drive does not look.
+    assert_eq!(glitches(&|n| *n = 20.0 * (*n / 20.0).round()), 0);
+    assert_eq!(glitches(&|n| *n = if n.abs() < 30.0 { 0.0 } else { *n }), 0);
+}
+
 #[test]
 fn single_readings_far_off_are_said_with_the_key_that_replaces_them() {
     let spiked = |all: &mut Vec<(&'static str, Vec<f64>)>| {

@@ -6,7 +6,6 @@ use im_model::MotorFile;
 
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity};
-use crate::intake::resampled::Samples;
 use crate::intake::signals::Signals;
 use crate::intake::trace::Trace;
 
@@ -22,13 +21,11 @@ struct Leap {
     by: f64,
 }
 
-/// The leaps of a measured speed; `slow`: its samples, where these are fewer than the rows.
-pub fn check(t: &Trace, slow: Option<&Samples>, s: &Signals, motor: &MotorFile) -> Option<Finding> {
+/// The leaps of a speed, measured at `rows`.
+pub fn check(t: &Trace, rows: &[usize], s: &Signals, motor: &MotorFile) -> Option<Finding> {
     let rating = &motor.rating;
     let synchronous = rating.synchronous_speed_rad_s(motor.machine.pole_pairs());
     let fastest = TORQUES * rating.torque_nm / motor.machine.parameters().inertia_kg_m2;
-    let measured = (0..s.len()).filter(|&k| slow.is_none_or(|s| s.measured[k]) && s.filled.get(k) != Some(&true));
-    let rows: Vec<usize> = measured.collect();
     let leap = |w: &[usize]| {
         let (rows, by) = ([w[0], w[1]], t.values[w[1]] - t.values[w[0]]);
         let time_s = (w[1] - w[0]) as f64 * s.sample_time_s;

@@ -6,6 +6,7 @@ pub mod clip;
 mod conduction;
 pub mod convention;
 mod currents;
+mod frozen;
 mod leaps;
 mod machine;
 pub mod offset;
@@ -20,6 +21,7 @@ use super::mapping::{CurrentForm, Instant};
 use super::resampled::{Samples, samples};
 use super::signals::{Signals, SpeedTrace};
 use super::trace::Trace;
+use frozen::Of;
 
 /// What the checks leave of the currents.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -76,6 +78,11 @@ fn phase_name(s: &Signals, checked: &Checked, phase: usize) -> String {
     column.map_or_else(|| format!("phase {}", ["a", "b", "c"][phase]), |x| checked.current(s, x).column.clone())
 }
 
+/// The rows at which a channel was measured; `slow`: its samples, where these are fewer than the rows.
+fn measured_rows(slow: Option<&Samples>, s: &Signals) -> Vec<usize> {
+    (0..s.len()).filter(|&k| slow.is_none_or(|s| s.measured[k]) && s.filled.get(k) != Some(&true)).collect()
+}
+
 /// Checks a recording against itself and against the motor.
 pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
     let mut checked = currents::check(s);
@@ -107,9 +114,19 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
     let slow_speed = checked.samples.get(s.current.len()).and_then(Option::as_ref);
     let guessed_load = time::guessed_load(s, slow_speed, motor.machine.parameters().inertia_kg_m2);
     checked.load_is_guessed = guessed_load.is_some();
-    let leaps = if let SpeedTrace::Measured(w) = &s.speed { leaps::check(w, slow_speed, s, motor) } else { None };
+    let measured_speed = if let SpeedTrace::Measured(w) = &s.speed { Some(w) } else { None };
+    let of_current = |x: usize| {
+        let mut rows = measured_rows(checked.samples[x].as_ref(), s);
+        rows.retain(|&k| checked.valid.get(x).is_none_or(|v| v[k]));
+        frozen::check(checked.current(s, x), Of::Current, &rows, s)
+    };
+    // A speed that has stopped leaps when it comes back.
+    let of_speed = |w: &Trace| {
+        let rows = measured_rows(slow_speed, s);
+        frozen::check(w, Of::Speed, &rows, s).or_else(|| leaps::check(w, &rows, s, motor))
+    };
     let found = [
-        leaps.into_iter().collect(),
+        measured_speed.and_then(of_speed).into_iter().chain((0..s.current.len()).filter_map(of_current)).collect(),
         guessed_load.into_iter().collect(),
         time::clock(s, &u, motor).into_iter().collect(),
         slower_channels,
