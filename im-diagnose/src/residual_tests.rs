@@ -99,15 +99,13 @@ const NAMED: [Variable; 5] = [Variable::Flux, Variable::Current, Variable::Speed
 pub fn dependences(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment]) -> Vec<Dependence> {
     let raw = all_residuals(machine, starts, experiments);
     let noise = sensor_whiteners(experiments, &raw, 1);
-    let mut series = Series::default();
-    for ((e, x), (raw, noise)) in experiments.iter().zip(starts).zip(raw.iter().zip(&noise)) {
-        if e.is_table() {
-            continue;
-        }
+    let of_run = |((e, x), (raw, noise)): ((&Experiment, &State<f64>), (&Vec<Vec<f64>>, &Vec<Whitener>))| {
         let white: Vec<Vec<f64>> = raw.iter().zip(noise).map(|(r, w)| w.apply(r)).collect();
-        series.add(machine, e, x, raw, &white);
-    }
-    series.find()
+        (!e.is_table()).then(|| Series::of(machine, e, x, raw, &white))
+    };
+    let runs = experiments.par_iter().zip(starts).zip(raw.par_iter().zip(&noise));
+    let runs: Vec<Series> = runs.filter_map(of_run).collect();
+    runs.into_iter().fold(Series::default(), Series::followed_by).find()
 }
 
 /// −log₁₀ of the probability that the noise which sampled training recordings show leaves so much of a held-out one; each with where it starts.
@@ -162,11 +160,11 @@ struct Series {
 }
 
 impl Series {
-    fn add(&mut self, machine: &Machine<f64>, e: &Experiment, start: &State<f64>, raw: &[Vec<f64>], white: &[Vec<f64>]) {
+    /// Of one run.
+    fn of(machine: &Machine<f64>, e: &Experiment, start: &State<f64>, raw: &[Vec<f64>], white: &[Vec<f64>]) -> Self {
         let speed = e.channels.iter().position(|c| c.kind == ChannelKind::Speed);
         let mut bench = Bench::new(machine, *start, e.sample_time_s);
-        let before = self.raw.len();
-        self.runs.push(before..before + e.len());
+        let mut me = Self { runs: std::iter::once(0..e.len()).collect(), ..Self::default() };
         for k in 0..e.len() {
             let x = *bench.state();
             let currents = bench.plant().currents(&x);
@@ -177,7 +175,7 @@ impl Series {
                 let i = e.current_vector(k, value).unwrap_or_default() * direction;
                 [i.re, i.im, speed.filter(|&c| e.channels[c].is_valid(k)).map_or(0.0, value)]
             };
-            self.variables.push([
+            me.variables.push([
                 psi.norm(),
                 currents.i_s.norm(),
                 x.omega_m,
@@ -185,11 +183,23 @@ impl Series {
                 e.sample_time_s * k as f64,
             ]);
             let i = currents.i_s;
-            self.angles.push([unit(x.theta_m), if i.norm() > 1e-9 { i / i.norm() } else { Complex::new(1.0, 0.0) }]);
-            self.raw.push(turned(raw, true));
-            self.white.push(turned(white, false));
+            me.angles.push([unit(x.theta_m), if i.norm() > 1e-9 { i / i.norm() } else { Complex::new(1.0, 0.0) }]);
+            me.raw.push(turned(raw, true));
+            me.white.push(turned(white, false));
             bench.advance(&e.input(k, bench.plant()));
         }
+        me
+    }
+
+    /// With more runs.
+    fn followed_by(mut self, next: Self) -> Self {
+        let before = self.raw.len();
+        self.runs.extend(next.runs.into_iter().map(|r| before + r.start..before + r.end));
+        self.variables.extend(next.variables);
+        self.angles.extend(next.angles);
+        self.raw.extend(next.raw);
+        self.white.extend(next.white);
+        self
     }
 
     fn find(&self) -> Vec<Dependence> {

@@ -105,42 +105,38 @@ impl<'a> Story<'a> {
         let train = d.case.train.iter().enumerate().map(|(k, e)| (e, Some(k), starts(&|m| m.starts[k])));
         let held_out = d.case.holdout.iter().map(|h| (h, None, starts(&|m| m.holdout_start.unwrap_or_default())));
         let recordings: Vec<_> = train.chain(held_out).collect();
-        let views: Vec<View> = recordings
-            .into_par_iter()
-            .map(|(e, number, starts)| {
-                let experiment = judged(e, &last.machine, &starts[starts.len() - 1], UNSTABLE);
-                let nudged = experiment.speed_nudge.is_some();
-                let predictions = models.iter().zip(&starts).map(|(m, x)| predict(&m.machine, &experiment, x)).collect();
-                let start = starts[starts.len() - 1];
-                View {
-                    experiment,
-                    held_out: number.is_none(),
-                    number,
-                    nudged,
-                    predictions,
-                    start,
-                    band: Vec::new(),
-                    with_parameters: false,
-                }
-            })
-            .collect();
+        let view = |(e, number, starts): (&Experiment, Option<usize>, Vec<State<f64>>)| {
+            let experiment = judged(e, &last.machine, &starts[starts.len() - 1], UNSTABLE);
+            let nudged = experiment.speed_nudge.is_some();
+            let predictions = models.iter().zip(&starts).map(|(m, x)| predict(&m.machine, &experiment, x)).collect();
+            let start = starts[starts.len() - 1];
+            View {
+                experiment,
+                held_out: number.is_none(),
+                number,
+                nudged,
+                predictions,
+                start,
+                band: Vec::new(),
+                with_parameters: false,
+            }
+        };
         // Where a model fails is looked for with the speed nudged, so that one error does not hide behind another.
         let nudged_runs = nudged(&d.case.train);
         let course = [&d.course.first().model, &d.course.last().model];
-        let names: &[(&str, &str)] = if models.len() > 1 {
+        let names: &[(&'static str, &'static str)] = if models.len() > 1 {
             &[("base model", "base"), ("refined model", "refined")]
         } else {
             &[("refitted model", "refined")]
         };
-        let shown = names
-            .par_iter()
-            .zip(course.par_iter())
-            .map(|(&(name, class), m)| Shown {
-                name,
-                class,
-                place: localise(&Signals::of(&m.fit.machine, &nudged_runs, &m.fit.starts)),
-            })
-            .collect();
+        let shown = |(&(name, class), m): (&(&'static str, &'static str), &&Model)| {
+            let place = localise(&Signals::of(&m.fit.machine, &nudged_runs, &m.fit.starts));
+            Shown { name, class, place }
+        };
+        let (views, shown) = rayon::join(
+            || recordings.into_par_iter().map(view).collect::<Vec<View>>(),
+            || names.par_iter().zip(course.par_iter()).map(shown).collect(),
+        );
         let (tables, views): (Vec<View>, Vec<View>) = views.into_iter().partition(|v| v.experiment.is_table());
         let of = |held_out: bool| {
             let all = views.iter().chain(&tables).filter(|v| v.held_out == held_out);
@@ -148,12 +144,12 @@ impl<'a> Story<'a> {
         };
         let as_given = |e: &[Experiment]| {
             let MotorFile { machine, rating, .. } = &d.case.motor;
-            let starts: Vec<State<f64>> = e.iter().map(|e| start_on(machine, e, rating)).collect();
+            let starts: Vec<State<f64>> = e.par_iter().map(|e| start_on(machine, e, rating)).collect();
             errors(machine, e, &starts)
         };
         let (train, held) = (of(false), of(true));
-        let given = as_given(&train);
-        let given = given.chi2_per_sample.is_finite().then(|| (given, (!held.is_empty()).then(|| as_given(&held))));
+        let (given, unseen) = rayon::join(|| as_given(&train), || (!held.is_empty()).then(|| as_given(&held)));
+        let given = given.chi2_per_sample.is_finite().then_some((given, unseen));
         Self { d, meta, given, shown, views, tables }
     }
 

@@ -39,9 +39,10 @@ pub struct Written {
 impl Files {
     /// Of a story.
     pub fn of(story: &Story) -> Self {
+        let (report, diagnosis) = rayon::join(|| html(story), || format!("{:#}\n", story.to_json()));
         Self {
-            report: html(story),
-            diagnosis: format!("{:#}\n", story.to_json()),
+            report,
+            diagnosis,
             data_quality: format!("{:#}\n", json!({"schema": 1, "data_quality": story.meta.quality})),
             motor: story.d.refined.clone(),
         }

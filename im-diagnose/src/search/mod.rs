@@ -340,19 +340,23 @@ impl Refinement {
     fn weighed(&self, mut fit: Fit, effects: &[EffectId]) -> Model {
         // A search keeps models by the hundred; what one leaves can be had again.
         let left = std::mem::take(&mut fit.residuals);
-        // What is known beforehand is part of both.
-        let train_deviance = deviance(&self.nudged, &left) + fit.prior_cost;
+        let by_training = || deviance(&self.nudged, &left) + fit.prior_cost;
         let effects = effects.to_vec();
         let Some(h) = &self.held_out else {
+            let train_deviance = by_training();
             return Model { effects, deviance: train_deviance, train_deviance, fit, holdout: None, holdout_start: None };
         };
-        let start = start_on(&fit.machine, h, &self.rating);
-        let mut unseen = residuals(&fit.machine, h, &start);
+        let of_held_out = || {
+            let start = start_on(&fit.machine, h, &self.rating);
+            (residuals(&fit.machine, h, &start), start)
+        };
+        let (train_deviance, (mut unseen, start)) = rayon::join(by_training, of_held_out);
         // A model may run away on what it was not fitted to: that is a large error, and no infinite one.
         unseen.iter_mut().flatten().for_each(|r| *r = if r.is_nan() { RAN_AWAY } else { r.clamp(-RAN_AWAY, RAN_AWAY) });
         let holdout = Some(unseen.iter().flatten().map(|r| r * r).sum::<f64>() / h.count() as f64);
         let all: Vec<&Experiment> = self.nudged.iter().chain([h]).collect();
         let both: Vec<&Vec<Vec<f64>>> = left.iter().chain([&unseen]).collect();
+        // What is known beforehand is part of both.
         let deviance = deviance(&all, &both) + fit.prior_cost;
         Model { effects, deviance, train_deviance, fit, holdout, holdout_start: Some(start) }
     }
