@@ -40,12 +40,19 @@ pub(super) struct Judged {
 }
 
 impl Judged {
-    fn new(loop_: &Refinement, machine: &Machine<f64>, starts: &[State<f64>], factor: f64) -> Self {
+    /// By a machine from its starts; where it is not known how the held-out recording starts, that is found.
+    fn new(
+        loop_: &Refinement,
+        machine: &Machine<f64>,
+        starts: &[State<f64>],
+        holdout_start: Option<State<f64>>,
+        factor: f64,
+    ) -> Self {
         let case = loop_.case();
         let seen = || case.train.par_iter().zip(starts).map(|(e, x)| judged(e, machine, x, factor)).collect();
         let unseen = |h: &Experiment| {
-            let start = loop_.starts(machine, &nudged(std::slice::from_ref(h)))[0];
-            judged(h, machine, &start, factor)
+            let found = || loop_.starts(machine, &nudged(std::slice::from_ref(h)))[0];
+            judged(h, machine, &holdout_start.unwrap_or_else(found), factor)
         };
         let (train, holdout) = rayon::join(seen, || case.holdout.as_ref().map(unseen));
         Self { train, holdout }
@@ -78,10 +85,10 @@ fn step(loop_: &Refinement, model: &Model, (machine, starts): (Machine<f64>, Vec
 pub(super) fn steps(loop_: &Refinement, course: &Course) -> (Vec<Step>, Judged) {
     let last = &course.last().model;
     // A first, generous look: what the final model can be fitted on without nudging; then the strict one, with that fit.
-    let refit = Judged::new(loop_, &last.fit.machine, &last.fit.starts, 100.0);
+    let refit = Judged::new(loop_, &last.fit.machine, &last.fit.starts, last.holdout_start, 100.0);
     let fits: Vec<_> = course.stages.par_iter().map(|s| refitted(loop_, &s.model, &refit)).collect();
     let (machine, starts) = &fits[fits.len() - 1];
-    let judged = Judged::new(loop_, machine, starts, UNSTABLE);
+    let judged = Judged::new(loop_, machine, starts, None, UNSTABLE);
     let steps = course.stages.par_iter().zip(fits).map(|(s, fit)| step(loop_, &s.model, fit, &judged)).collect();
     (steps, judged)
 }
