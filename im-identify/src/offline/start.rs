@@ -63,13 +63,10 @@ pub fn start_on(machine: &Machine<f64>, e: &Experiment, rating: &Rating) -> Stat
             return start;
         }
         let e = std::slice::from_ref(e);
-        let thinned = Thinned::of(e);
-        // Where the shaft stands shows in every turn: the steps in which it was looked for are enough.
-        let (e, steps) = if angle { (thinned.runs(), Thinned::whole(thinned.runs())) } else { (e, thinned.clone()) };
         let Ok(mut room) = Room::of(machine, e, &free) else { return start };
         let mut here = Point::new(machine, vec![start]);
         let effort = Effort { iterations: 20, tolerance: 1e-6, every_row: EveryRow::Never };
-        if descend(&mut here, &mut room, &steps, &free, fraction, &effort).is_ok() { here.starts[0] } else { start }
+        if descend(&mut here, &mut room, &Thinned::of(e), &free, fraction, &effort).is_ok() { here.starts[0] } else { start }
     };
     let moving = if matches!(e.start, Start::Estimated(_)) {
         fitted(given, false, (MEMORY_S / (e.sample_time_s * e.len() as f64)).min(1.0))
