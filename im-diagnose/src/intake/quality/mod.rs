@@ -21,7 +21,7 @@ use super::mapping::{CurrentForm, Instant};
 use super::resampled::{Samples, samples};
 use super::signals::{Signals, SpeedTrace};
 use super::trace::Trace;
-use frozen::Of;
+use crate::localise::Quantity;
 
 /// What the checks leave of the currents.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -118,12 +118,12 @@ pub fn check(s: &Signals, motor: &MotorFile) -> Checked {
     let of_current = |x: usize| {
         let mut rows = measured_rows(checked.samples[x].as_ref(), s);
         rows.retain(|&k| checked.valid.get(x).is_none_or(|v| v[k]));
-        frozen::check(checked.current(s, x), Of::Current, &rows, s)
+        frozen::check(checked.current(s, x), Quantity::Current, &rows, s)
     };
     // A speed that has stopped leaps when it comes back.
     let of_speed = |w: &Trace| {
         let rows = measured_rows(slow_speed, s);
-        frozen::check(w, Of::Speed, &rows, s).or_else(|| leaps::check(w, &rows, s, motor))
+        frozen::check(w, Quantity::Speed, &rows, s).or_else(|| leaps::check(w, &rows, s, motor))
     };
     let found = [
         measured_speed.and_then(of_speed).into_iter().chain((0..s.current.len()).filter_map(of_current)).collect(),
