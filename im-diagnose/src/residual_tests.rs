@@ -99,12 +99,12 @@ const NAMED: [Variable; 5] = [Variable::Flux, Variable::Current, Variable::Speed
 pub fn dependences(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment]) -> Vec<Dependence> {
     let raw = all_residuals(machine, starts, experiments);
     let noise = sensor_whiteners(experiments, &raw, 1);
-    let of_run = |((e, x), (raw, noise)): ((&Experiment, &State<f64>), (&Vec<Vec<f64>>, &Vec<Whitener>))| {
-        let white: Vec<Vec<f64>> = raw.iter().zip(noise).map(|(r, w)| w.apply(r)).collect();
-        (!e.is_table()).then(|| Series::of(machine, e, x, raw, &white))
+    let of_run = |k: usize| {
+        let white: Vec<Vec<f64>> = raw[k].iter().zip(&noise[k]).map(|(r, w)| w.apply(r)).collect();
+        Series::of(machine, &experiments[k], &starts[k], &raw[k], &white)
     };
-    let runs = experiments.par_iter().zip(starts).zip(raw.par_iter().zip(&noise));
-    let runs: Vec<Series> = runs.filter_map(of_run).collect();
+    let sampled = (0..experiments.len()).into_par_iter().filter(|&k| !experiments[k].is_table());
+    let runs: Vec<Series> = sampled.map(of_run).collect();
     runs.into_iter().fold(Series::default(), Series::followed_by).find()
 }
 
