@@ -283,6 +283,8 @@ fn a_speed_that_leaps_is_no_shafts() {
     column(&mut all, "n_rpm")[2000..2100].fill(0.0);
     let before = MAPPING.replace("column = \"t_s\"", "column = \"t_s\"\nto_s = 0.4");
     assert_eq!(taken("before", &all, &before).findings, []);
+    let late = only("late", FindingKind::Glitch, |all| column(all, "n_rpm")[..500].iter_mut().for_each(|n| *n += 1000.0));
+    assert!(late.contains("from_s = 0.1"), "{late}");
     let (serious, text) = stop(2000, 2001);
     assert!(!serious && text.contains("spikes = true"), "{text}");
     let repaired = MAPPING.replace("column = \"n_rpm\"", "column = \"n_rpm\"\nspikes = true");
