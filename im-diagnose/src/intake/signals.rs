@@ -234,6 +234,16 @@ impl Signals {
         let (x, decimals) = (0..12).map(cut).find(after).unwrap_or((t, 12));
         format!("{x:.decimals$}")
     }
+
+    /// What to use where everything from row `k` on is wrong, for advice.
+    pub fn part_before(&self, k: usize) -> String {
+        format!("use what comes before, to_s = {} under [time]", self.end_before(k))
+    }
+
+    /// The same where everything before row `k` is.
+    pub fn part_after(&self, k: usize) -> String {
+        format!("use what comes after, from_s = {} under [time]", self.end_before(k))
+    }
 }
 
 /// From a turning frame into the stationary one.

@@ -426,12 +426,12 @@ impl<'a> ScoreContext<'a> {
     /// The signature of strength `k` per unit, at a shape, whitened and plain; `sensitivity` (zero: not known; infinite: there is none) is what is
     /// known of it before, and after.
     fn secant(&self, effect: EffectId, k: usize, shape: &[(usize, f64)], sensitivity: &mut f64) -> Option<[Vec<f64>; 2]> {
-        let info = &effect.parameters()[k];
-        let unit = self.rating.unit_of(info.scale, self.machine.parameters(), self.machine.pole_pairs());
-        let usual = (info.typical.0 * info.typical.1).sqrt() * unit;
         if sensitivity.is_infinite() {
             return None;
         }
+        let info = &effect.parameters()[k];
+        let unit = self.rating.unit_of(info.scale, self.machine.parameters(), self.machine.pole_pairs());
+        let usual = (info.typical.0 * info.typical.1).sqrt() * unit;
         // Far beyond the residual the secant is not the slope any more.
         let wanted = self.raw_rms.max(1.0);
         let mut size = if usual * *sensitivity > FAR * wanted { wanted / *sensitivity } else { usual };

@@ -41,8 +41,8 @@ pub fn check(t: &Trace, quantity: Quantity, rows: &[usize], s: &Signals) -> Opti
         }
         at += run.len();
     }
-    let first = first?;
-    let (value, places) = (number(x[first.start], 4), ranges(&frozen).len());
+    let (first, frozen) = (first?, ranges(&frozen));
+    let (value, places) = (number(x[first.start], 4), frozen.len());
     let duration_s = number((rows[first.end - 1] - rows[first.start]) as f64 * s.sample_time_s, 3);
     let at_s = s.end_before(rows[first.start]);
     let more = if places > 1 { format!(", and in {} places more", places - 1) } else { String::new() };
@@ -52,9 +52,9 @@ pub fn check(t: &Trace, quantity: Quantity, rows: &[usize], s: &Signals) -> Opti
         quantity.unit()
     );
     let part = match rows.get(first.end) {
-        Some(&after) if first.start == 0 => format!("after, from_s = {}", s.end_before(after)),
-        _ => format!("before, to_s = {at_s}"),
+        Some(&after) if first.start == 0 => s.part_after(after),
+        _ => s.part_before(rows[first.start]),
     };
-    let advice = format!("Use what comes {part} under [time], or another recording.");
-    Some(Finding::new(FindingKind::Glitch, Severity::Serious, text, advice).on(&t.column).at(ranges(&frozen)))
+    let advice = format!("If it cannot be recorded again, {part}.");
+    Some(Finding::new(FindingKind::Glitch, Severity::Serious, text, advice).on(&t.column).at(frozen))
 }

@@ -52,8 +52,8 @@ pub fn check(t: &Trace, rows: &[usize], s: &Signals, motor: &MotorFile) -> Optio
     } else {
         // Of two parts the longer one.
         let after = leaps.len() == 1 && 2 * first.rows[1] < s.len();
-        let part = if after { format!("after, from_s = {at_s}") } else { format!("before, to_s = {at_s}") };
-        let rest = format!("leave [speed] out, use what comes {part} under [time], or check the motor's inertia_kg_m2");
+        let part = if after { s.part_after(first.rows[1]) } else { s.part_before(first.rows[1]) };
+        let rest = format!("leave [speed] out, {part}, or check the motor's inertia_kg_m2");
         (Severity::Serious, format!("Its sensor drops out or loses counts: {rest}."))
     };
     let rows = leaps.iter().map(|l| l.rows[0]..l.rows[1] + 1).collect();
