@@ -47,7 +47,7 @@ impl ElectricalSide {
         let last = found.steps.last()?;
         let explained = found.verdict != Verdict::Unexplained;
         let torque_column = explained.then(|| TorqueColumn::of(&last.machine, &found.case.train, &last.starts)).flatten();
-        let alternatives = if found.named().is_empty() { Vec::new() } else { found.alternatives.clone() };
+        let alternatives = found.named().iter().map(|e| found.rivals(*e).to_vec()).collect();
         let error = [&found.steps[0], last].map(Step::error);
         Some(Self { verdict: found.verdict, effects: found.named().to_vec(), alternatives, error, torque_column })
     }

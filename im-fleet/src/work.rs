@@ -174,7 +174,7 @@ fn of_diagnosis(blank: Row, d: &Diagnosis) -> Row {
         status: JobStatus::Diagnosed,
         verdict: d.verdict.name().into(),
         effects: names(named),
-        rivals: d.alternatives.iter().take(named.len()).map(|a| names(a)).collect(),
+        rivals: named.iter().map(|e| names(d.rivals(*e))).collect(),
         base_rms_in_sigma: rms(first.train.chi2_per_sample),
         rms_in_sigma: rms(last.train.chi2_per_sample),
         holdout_rms_in_sigma: last.holdout.as_ref().and_then(|h| rms(h.chi2_per_sample)),

@@ -100,7 +100,7 @@ pub const BEYOND: f64 = 1e300;
 pub const SURE: f64 = 0.9;
 
 impl Outcome {
-    /// Whether exactly what was hidden was named. A gain of the voltage and one of all currents are the same at every terminal: where both are
+    /// Whether exactly what was hidden was named, or of it what the library has a name for. A gain of the voltage and one of all currents are the same at every terminal: where both are
     /// hidden, that of the currents is both.
     pub fn exact(&self) -> bool {
         let [voltage, currents] = [EffectKind::VoltageGain, EffectKind::CurrentSensorGain].map(|k| k.name().to_owned());
@@ -112,7 +112,12 @@ impl Outcome {
             v.sort_unstable();
             v
         };
-        shown(&self.hidden) == shown(&self.named)
+        let known = |h: &&String| EffectId::from_name(h).is_some();
+        let mut nameable: Vec<String> = self.hidden.iter().filter(known).cloned().collect();
+        if nameable.is_empty() {
+            nameable.clone_from(&self.hidden);
+        }
+        shown(&nameable) == shown(&self.named)
     }
 
     /// Whether a hidden effect was named, or is among the rivals of one named, first.
@@ -168,7 +173,7 @@ pub fn run_knowing(case: &TrialCase, knowledge: Knowledge) -> Result<(Outcome, D
     let outcome = Outcome {
         verdict: diagnosis.verdict,
         named: names(diagnosis.named()),
-        alternatives: diagnosis.alternatives.iter().take(diagnosis.named().len()).map(|a| names(a)).collect(),
+        alternatives: diagnosis.named().iter().map(|e| names(diagnosis.rivals(*e))).collect(),
         probabilities: diagnosis.named().iter().map(probability).collect(),
         change: if hidden.is_empty() { 0.0 } else { change.min(BEYOND) },
         holdout: (error(&diagnosis.steps[0]), error(last)),
@@ -222,8 +227,8 @@ impl Finished {
 }
 
 /// The rows of the table.
-pub const GROUPS: [&str; 11] =
-    ["strong", "medium", "weak", "clean", "coloured", "pairs", "triples", "outside", "ramp", "steady", "poor"];
+pub const GROUPS: [&str; 12] =
+    ["strong", "medium", "weak", "clean", "coloured", "pairs", "triples", "outside", "ramp", "steady", "poor", "beside"];
 
 /// Seeds as a command line names them: a number of them from 0, or `FIRST..END`.
 pub fn seeds(argument: &str) -> Option<Range<u64>> {
@@ -235,9 +240,10 @@ pub fn seeds(argument: &str) -> Option<Range<u64>> {
 
 /// The whole campaign: single effects of three strengths, machines of all sizes, clean runs with white and coloured noise, pairs, triples,
 /// effects outside the library, and excitation that shows less: one ramp from rest to a constant speed ("ramp"), and nothing but the steady
-/// state, of effects that have frequencies of their own there ("steady") and of those that only change the fundamental ("poor").
+/// state, of effects that have frequencies of their own there ("steady") and of those that only change the fundamental ("poor"); last a strong
+/// effect of the library with a medium one outside it ("beside").
 pub fn plan(seeds: Range<u64>) -> Vec<Planned> {
-    let library: Vec<EffectKind> = EffectKind::ALL.iter().copied().filter(|k| k.in_library()).collect();
+    let (library, outside): (Vec<EffectKind>, Vec<EffectKind>) = EffectKind::ALL.iter().partition(|k| k.in_library());
     let quick: Vec<EffectKind> = library.iter().copied().filter(|k| !k.is_thermal()).collect();
     let strengths = [("strong", Strength::Strong), ("medium", Strength::Medium), ("weak", Strength::Weak)];
     let mut out = Vec::new();
@@ -274,6 +280,11 @@ pub fn plan(seeds: Range<u64>) -> Vec<Planned> {
                 case.excitation = excitation;
                 add(group, kind.name().into(), case);
             }
+        }
+        for (k, &kind) in quick.iter().enumerate() {
+            let cause = outside[(k + 5 * seed as usize) % outside.len()];
+            let two = [(kind, Strength::Strong), (cause, Strength::Medium)];
+            add("beside", format!("{} + {}", kind.name(), cause.name()), TrialCase::new(machine(k, 11), &two, 800 + seed));
         }
     }
     out

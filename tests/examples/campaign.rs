@@ -1,7 +1,7 @@
 //! The hidden-effect campaign: `campaign [SEEDS] [FILTER…]` prints one line per trial, and a table. SEEDS is a number of them from 0, or
 //! `FIRST..END`.
 //!
-//! Filters are words of a trial's group (strong, medium, weak, clean, coloured, pairs, triples, outside, ramp, steady, poor), effect names, or a
+//! Filters are words of a trial's group (strong, medium, weak, clean, coloured, pairs, triples, outside, ramp, steady, poor, beside), effect names, or a
 //! machine (`m7`); a trial runs when it has them all, and none with a minus before it (`-outside`). `WHY=1` prints the course of each loop.
 //! `ALONE=1` asks the electrical side alone where nothing explains a trial. `AGAIN=1` gives each refined motor back to the loop with the same
 //! recordings, and prints what is then found.

@@ -1,5 +1,6 @@
 //! The answer: verdict, effects, rivals, errors before and after, and the files that carry it.
 
+mod beside_unknown;
 mod json;
 mod ranking;
 pub(crate) mod remarks;
@@ -72,6 +73,8 @@ pub struct Diagnosis {
     pub effects: Vec<EffectId>,
     /// For each, those that explain the data as well.
     pub alternatives: Vec<Vec<EffectId>>,
+    /// Under `unexplained`, those that are there beside the unknown cause.
+    pub beside_unknown: Vec<EffectId>,
     /// All candidates, best first.
     pub ranking: Vec<Candidate>,
     /// The refitted base model, then one step per effect.
@@ -108,10 +111,15 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    /// The effects that the machine is said to have: none where what is left shows that the library does not hold the cause, as those of the
-    /// refined model may then only imitate it.
+    /// The effects that the machine is said to have: where what is left shows that the library does not hold the cause, those that explain what there is
+    /// to see where they act, as the others may only imitate it.
     pub fn named(&self) -> &[EffectId] {
-        if self.verdict == Verdict::Unexplained { &[] } else { &self.effects }
+        if self.verdict == Verdict::Unexplained { &self.beside_unknown } else { &self.effects }
+    }
+
+    /// Effects that explain the data as well in the place of one of the refined model.
+    pub fn rivals(&self, effect: EffectId) -> &[EffectId] {
+        self.effects.iter().zip(&self.alternatives).find(|(e, _)| **e == effect).map_or(&[], |(_, rivals)| rivals)
     }
 }
 
@@ -137,6 +145,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     }
     let mut found = Found::new(&loop_, &course);
     let mut left = Left::new(&loop_, &course, &found);
+    let mut likelier = None;
     let contested = is_contested(&course, &left);
     if learning == Learning::Always || (learning == Learning::Unexplained && contested) {
         if let Some(with) = with_curves(&mut loop_, &course, sets)? {
@@ -150,7 +159,8 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         // Where the form of what was found may be all that is wrong, a curve is that form, and replaces nothing.
         let decided = left.is_unexplained(1.0) || left.is_form();
         let depth = if decided { Depth::Beside } else { Depth::Whole };
-        if let Some(likelier) = contest(&mut loop_, &course, sets, depth)? {
+        likelier = contest(&mut loop_, &course, sets, depth)?;
+        if let Some(likelier) = &likelier {
             let curves: Vec<EffectId> = likelier.effects.iter().copied().filter(|e| e.free_form().is_some()).collect();
             let found = &course.last().model.effects;
             let gives_way = |e| !likelier.effects.contains(e) || likelier.imitators.contains(e);
@@ -160,6 +170,12 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         }
     }
     let last = &course.last().model;
+    let mut there = Vec::new();
+    if contested && !left.is_form() {
+        there = beside_unknown::there(&loop_, last);
+        there.retain(|e| likelier.as_ref().is_none_or(|l| l.effects.contains(e)));
+        left = left.beside_unknown(&there, &last.effects);
+    }
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.
     let floor = if caused(&course, &left) { 1.0 } else { found.last().train.chi2_per_sample.max(1.0) };
     let (steps, judged) = if floor > 1.05 {
@@ -171,6 +187,9 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     let residual_cause = residual_cause(&course, &left);
     let ranking = ranking(&loop_, &course, significance.get(), residual_cause.as_ref().and_then(|r| r.suspect));
     let (verdict, doubts) = verdict(&course, &ranking, &left, floor);
+    let alternatives = course.alternatives();
+    let alone = last.effects.iter().zip(&alternatives).filter(|(_, rivals)| verdict == Verdict::Unexplained && rivals.is_empty());
+    let beside_unknown = alone.map(|(e, _)| *e).filter(|e| e.free_form().is_none() && there.contains(e)).collect();
     let last_step = &steps[steps.len() - 1];
     let Step { machine, starts, holdout_start, effects, .. } = last_step;
     let case = loop_.case();
@@ -193,7 +212,8 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         verdict,
         doubts,
         effects: last.effects.clone(),
-        alternatives: course.alternatives(),
+        alternatives,
+        beside_unknown,
         ranking,
         steps,
         parameters,

@@ -125,8 +125,8 @@ pub(super) struct Left<'a> {
     of_tables: f64,
     /// Curves of no known form with which the recordings are likelier than with the effects of the library alone.
     pub(super) curves: Vec<EffectId>,
-    /// Whether these count for more than some effect that was found, or none was.
-    replace: bool,
+    /// Whether these count for more than some effect that was found, or none was; or one leaves too much where it acts.
+    imitated: bool,
 }
 
 impl<'a> Left<'a> {
@@ -145,7 +145,7 @@ impl<'a> Left<'a> {
             dependences: &found.dependences,
             of_tables: if freedom == 0 { 0.0 } else { log_p(cost, freedom) },
             curves: Vec::new(),
-            replace: false,
+            imitated: false,
         }
     }
 
@@ -157,7 +157,13 @@ impl<'a> Left<'a> {
 
     /// The same where curves of no known form make the recordings likelier.
     pub(super) fn contested(self, curves: Vec<EffectId>, replace: bool) -> Self {
-        Self { curves, replace, ..self }
+        Self { curves, imitated: replace, ..self }
+    }
+
+    /// The same where only some of the effects found are known to be no imitation of an unknown cause.
+    pub(super) fn beside_unknown(self, there: &[EffectId], found: &[EffectId]) -> Self {
+        let imitates = |e: &EffectId| e.free_form().is_none() && !there.contains(e);
+        Self { imitated: self.imitated || found.iter().any(imitates), ..self }
     }
 
     /// Whether the last model is not as good as the sensors. Small effects are named only where what they leave is no more than noise, or than their
@@ -256,7 +262,7 @@ fn verdict_of(course: &Course, left: &Left<'_>, floor: f64) -> Option<Verdict> {
     let last = &course.last().model;
     // A search that had to end while more was left than forms err by has no answer: sets that it did not come to may be likelier.
     let unfinished = course.cut_short && !last.effects.is_empty() && left.is_more_than_noise() && !left.is_form();
-    if left.is_unexplained(floor) || left.replace || unfinished {
+    if left.is_unexplained(floor) || left.imitated || unfinished {
         Some(Verdict::Unexplained)
     } else if last.effects.is_empty() {
         None
@@ -304,7 +310,7 @@ mod tests {
             dependences: &[],
             of_tables: 0.0,
             curves: Vec::new(),
-            replace: false,
+            imitated: false,
         };
         assert!(left([97.3, 2.91], 1.43).is_form());
         assert!(!left([2.62, 1.29], 1.01).is_form());

@@ -278,6 +278,11 @@ impl Refinement {
         &self.nudged
     }
 
+    /// The held-out recording, nudged alike.
+    pub fn held_out(&self) -> Option<&Experiment> {
+        self.held_out.as_ref()
+    }
+
     /// The machine's own measure of a scale.
     pub fn unit_of(&self, scale: im_model::effects::ScaleOf) -> f64 {
         self.rating.unit_of(scale, self.base.parameters(), self.base.pole_pairs())
