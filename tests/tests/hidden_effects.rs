@@ -52,6 +52,18 @@ fn what_a_curve_explains_better_is_not_named() {
     }
 }
 
+/// What the library does not hold does not hide what it does: an effect that explains what there is to see where it acts is named beside it, and nothing
+/// that only imitates the rest.
+#[test]
+fn what_explains_where_it_acts_is_named_beside_an_unknown_cause() {
+    for (kind, cause) in
+        [(EffectKind::VoltageDelay, EffectKind::EccentricEncoder), (EffectKind::CurrentSensorOffset, EffectKind::RotorSlotting)]
+    {
+        let (o, d) = run(&TrialCase::new(0, &[(kind, Strength::Strong), (cause, Strength::Medium)], 866)).unwrap();
+        assert_eq!((o.verdict.name(), &o.named[..]), ("unexplained", &[kind.name().to_owned()][..]), "{:?}", d.effects);
+    }
+}
+
 /// White-noise thresholds would find an effect in nearly every such run.
 #[test]
 fn coloured_noise_is_no_effect() {

@@ -61,3 +61,43 @@ fn left_of(experiments: &[Experiment], without: &[Vec<Vec<f64>>], with: &[Vec<Ve
     }
     if before > 0.0 { after / before } else { f64::INFINITY }
 }
+
+#[cfg(test)]
+mod tests {
+    use im_model::{Complex, Recording};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn experiment(rows: usize) -> Experiment {
+        let recording = Recording {
+            name: "run".into(),
+            start_s: 0.0,
+            sample_time_s: 1e-3,
+            u_s: vec![Complex::new(0.0, 0.0); rows],
+            i_s: vec![Complex::new(0.0, 0.0); rows],
+            omega_m: vec![0.0; rows],
+            tau_load: None,
+        };
+        Experiment::from_recording(&recording, [1.0; 2], 1.0)
+    }
+
+    proptest! {
+        /// An effect of the first half that leaves a part of itself there leaves the square of that part, whatever is left of the second half.
+        #[test]
+        fn what_is_left_elsewhere_says_nothing(part in 0.0..0.9f64, size in 50.0..500.0f64, elsewhere in -1e3..1e3f64) {
+            let e = experiment(20);
+            let half = |first: f64| (0..20).map(|k| if k < 10 { first } else { elsewhere }).collect::<Vec<f64>>();
+            let channels = |first: f64| vec![e.channels.iter().map(|_| half(first)).collect::<Vec<_>>()];
+            let left = left_of(std::slice::from_ref(&e), &channels(size), &channels(part * size));
+            prop_assert!((left - part * part).abs() < 1e-3, "{left}");
+        }
+    }
+
+    #[test]
+    fn what_explains_nothing_leaves_everything() {
+        let e = experiment(4);
+        let same = vec![vec![vec![3.0; 4]; e.channels.len()]];
+        assert!(left_of(std::slice::from_ref(&e), &same, &same).is_infinite());
+    }
+}

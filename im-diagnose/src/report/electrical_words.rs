@@ -1,6 +1,6 @@
 //! What the electrical side alone says, in sentences.
 
-use super::words::{in_sigma, sets_words};
+use super::words::{effect_name, in_sigma, sets_words};
 use crate::diagnosis::Verdict;
 use crate::electrical_side::ElectricalSide;
 use crate::format::{much, quantity, too_much};
@@ -23,8 +23,13 @@ pub(super) fn words(e: &ElectricalSide) -> Words {
     let how = "with the load torque taken as unknown, so that the measured speed drives the machine,";
     let beside = match e.verdict {
         Verdict::Unexplained => {
+            let there = match e.effects.len() {
+                0 => String::new(),
+                1 => format!("; {} is there all the same", effect_name(e.effects[0])),
+                _ => format!("; {} are there all the same", sets_words(&e.effects, &e.alternatives)),
+            };
             let beside =
-                format!("{how} the currents are not explained either ({after} rms): what fails is not at the shaft alone");
+                format!("{how} the currents are not explained either ({after} rms): what fails is not at the shaft alone{there}");
             return Words { cause: None, beside, refute: None };
         }
         Verdict::MissingEffects | Verdict::Confounded => format!(

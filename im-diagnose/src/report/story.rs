@@ -360,15 +360,14 @@ pub(crate) fn summary(s: &Story) -> Summary {
     };
     let beside = match d.verdict {
         Verdict::Unexplained if !d.effects.is_empty() && after < before => {
-            let imitates = if d.effects.len() == 1 { "it may" } else { "they may" };
-            Some(format!("adding {} {fall}; beside an unknown cause {imitates} only imitate it", names(&d.effects)))
+            Some(format!("adding {} {fall}; {}", names(&d.effects), beside_unknown_words(d)))
         }
         Verdict::MissingEffects | Verdict::Confounded => rest(d),
         _ => None,
     };
     sure.extend(likelihood(d));
-    // Beside an unknown cause nothing speaks for one effect.
-    for (k, &e) in d.named().iter().enumerate() {
+    // Nothing speaks for an effect that may only imitate an unknown cause.
+    for (k, &e) in d.effects.iter().enumerate().filter(|(_, e)| d.named().contains(e)) {
         let Some(Stage { round, .. }) = d.course.stages.get(k) else { continue };
         let mut words: Vec<String> = Vec::new();
         if let Some(score) = round.scores.iter().find(|x| x.effect == e) {
@@ -519,8 +518,26 @@ fn doubts(s: &Story) -> Vec<String> {
     all
 }
 
+/// What is known of effects beside an unknown cause.
+fn beside_unknown_words(d: &Diagnosis) -> String {
+    let (there, other): (Vec<EffectId>, Vec<EffectId>) = d.effects.iter().partition(|e| d.named().contains(e));
+    if there.is_empty() {
+        let they = if other.len() == 1 { "it" } else { "they" };
+        return format!("beside an unknown cause {they} may only imitate it");
+    }
+    let (are, act) = if there.len() == 1 { ("is", "it acts") } else { ("are", "they act") };
+    let other = if other.is_empty() { String::new() } else { format!("; {} may only imitate that cause", names(&other)) };
+    format!(
+        "{} {are} there whatever the unknown cause is, as less than a tenth (mean square) is left where {act}{other}",
+        names(&there)
+    )
+}
+
 /// How sure the data are of the effects named, among the sets tried.
 fn likelihood(d: &Diagnosis) -> Option<String> {
+    if d.verdict == Verdict::Unexplained {
+        return None;
+    }
     let posterior = &d.course.posterior;
     let own = posterior.set(d.named()).filter(|s| !s.effects.is_empty())?;
     let next = posterior.likely().find(|s| !s.is(&own.effects));

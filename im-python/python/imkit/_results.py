@@ -157,7 +157,7 @@ class Diagnosis(_Result):
 
     @property
     def named(self) -> list[str]:
-        """Effects that the machine is said to have: none under ``unexplained``."""
+        """Effects that the machine is said to have: under ``unexplained`` those that do not imitate the unknown cause."""
         return self._answer["named"]
 
     @property

@@ -40,8 +40,7 @@ fn sure_without_shape(d: &Diagnosis) -> Option<String> {
         _ => None,
     };
     // One with a rival is not certain.
-    let alone: Vec<EffectId> =
-        d.named().iter().copied().filter(|e| d.rivals(*e).is_empty()).collect();
+    let alone: Vec<EffectId> = d.named().iter().copied().filter(|e| d.rivals(*e).is_empty()).collect();
     let mut shapeless: Vec<EffectId> = d.parameters.iter().filter_map(of).filter(|e| alone.contains(e)).collect();
     shapeless.dedup();
     let names: Vec<String> = shapeless.iter().map(|e| short_effect_name(*e)).collect();
