@@ -54,9 +54,9 @@ impl Diagnosis {
 
     /// A search that had to end: nothing of the library leads on.
     fn search_cut_short(&self) -> Option<String> {
-        self.course.cut_short.then(|| {
-            "The search ended at its bound of work, with sets of effects untried that may be likelier: effects of the library explain little here. Check the channels, their units and the motor as given first".to_owned()
-        })
+        let untried = "The search ended at its bound of work, with sets of effects untried that may be likelier";
+        let little = ": effects of the library explain little here. Check the channels, their units and the motor as given first";
+        self.course.cut_short.then(|| format!("{untried}{}", if self.named().is_empty() { little } else { "" }))
     }
 
     /// A delay of half a sample or a whole one, found or, where the library does not explain the recordings, suggested: the recording's `instant`
