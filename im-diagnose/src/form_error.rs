@@ -266,24 +266,12 @@ pub fn marginal(
     as_it_is + (with - alone).min(0.0)
 }
 
-/// The mean squared residual of each experiment, in σ², with the curves of the effects bent as the data ask for, by two standard deviations at
-/// most.
-pub fn bent(
-    machine: &Machine<f64>,
-    starts: &[State<f64>],
-    experiments: &[Experiment],
-    free: &[Free],
-    ratio_std: f64,
-) -> Vec<f64> {
+/// The residuals, in σ, with the curves of the effects bent as the data ask for, by two standard deviations at most.
+pub fn bent(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], free: &[Free], ratio_std: f64) -> Change {
     let around = Around::new(machine, starts, experiments, free, ratio_std);
-    let mean_square = |run: &Vec<Vec<f64>>| {
-        let n: usize = run.iter().map(Vec::len).sum();
-        run.iter().flatten().map(|r| r * r).sum::<f64>() / n.max(1) as f64
-    };
-    let left = |sizes: &DVector<f64>| around.left(sizes).iter().map(mean_square).collect::<Vec<f64>>();
     let nothing = DVector::zeros(around.changes());
     if around.is_short() {
-        return left(&nothing);
+        return around.left(&nothing);
     }
     let (normal, b) = around.normal(machine, free, Change::clone);
     let bends = around.bends();
@@ -294,7 +282,7 @@ pub fn bent(
         stiff.cholesky().map(|c| c.solve(&b))
     };
     let mild = |sizes: &DVector<f64>| SIZE * sizes.rows(bends.start, bends.len()).amax() <= 2.0 * SIZE_IN_SEARCH;
-    let Some(mut mildly) = at(0.0) else { return left(&nothing) };
+    let Some(mut mildly) = at(0.0) else { return around.left(&nothing) };
     if !bends.is_empty() && !mild(&mildly) {
         let (mut low, mut high) = (0.0, (1.0 + normal.diagonal().amax()).ln());
         mildly = nothing;
@@ -306,7 +294,7 @@ pub fn bent(
             }
         }
     }
-    left(&mildly)
+    around.left(&mildly)
 }
 
 /// The currents of a change turned by a right angle.
@@ -431,7 +419,8 @@ mod tests {
             e.channels[2].values = (0..n).map(|k| here[2][k] + 1e-3 * part * at(k) * explained[k]).collect();
             let missed =
                 im_identify::offline::residuals(&machine, &e, &start)[2].iter().map(|r| r * r).sum::<f64>() / (3 * n) as f64;
-            bent(&machine, &starts, std::slice::from_ref(&e), &[], 0.1)[0] / missed
+            let left = bent(&machine, &starts, std::slice::from_ref(&e), &[], 0.1);
+            left.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / (3 * n) as f64 / missed
         });
         assert!(shares[0] < 1e-3 && shares[1] > 1e-3 && shares[1] < 0.5, "{shares:?}");
     }

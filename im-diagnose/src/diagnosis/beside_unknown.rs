@@ -6,47 +6,74 @@
 //!
 //! $$ \frac{\sum_k |r_k^\circ - r_k|^2\,(|r_k|^2 - n_k)}{\sum_k |r_k^\circ - r_k|^2\,(|r_k^\circ|^2 - n_k)}. $$
 
-use im_identify::offline::{ChannelKind, Experiment, FitOptions, residuals};
-use im_model::EffectId;
+use std::ops::Range;
+
+use im_identify::offline::{ChannelKind, Experiment, FitOptions, Residuals, residuals};
+use im_model::{EffectId, State};
 use rayon::prelude::*;
 
-use crate::residuals::{all_residuals, mean_square};
+use crate::form_error::bent;
+use crate::residuals::all_residuals;
 use crate::search::{Model, Refinement, UNEXPLAINED};
 
-/// Those effects of a model that leave less, where they act, than what counts as unexplained: in training, and held out.
-pub(super) fn there(loop_: &Refinement, model: &Model) -> Vec<EffectId> {
-    let left = |e: &&EffectId| left_where_it_acts(loop_, model, **e).is_some_and(|left| left < UNEXPLAINED);
-    model.effects.par_iter().filter(left).copied().collect()
+/// Those effects of a model that leave less, where they act, than what counts as unexplained: in training, and held out. Where its `form` may be all that
+/// is wrong, what errors of form may have made does not count.
+pub(super) fn there(loop_: &Refinement, model: &Model, form: bool) -> Vec<EffectId> {
+    let recordings: Vec<Experiment> = loop_.nudged().iter().chain(loop_.held_out()).cloned().collect();
+    let (machine, starts) = (&model.fit.machine, starts(model));
+    let with = all_residuals(machine, &starts, &recordings);
+    let left = if form {
+        let free = loop_.free(machine, &model.effects, &recordings);
+        bent(machine, &starts, &recordings, &free, loop_.case().motor.leakage_ratio_std())
+    } else {
+        with.clone()
+    };
+    let after = After { recordings, with, left };
+    let is_there = |e: &&EffectId| after.left_where_it_acts(loop_, model, **e).is_some_and(|left| left < UNEXPLAINED);
+    model.effects.par_iter().filter(is_there).copied().collect()
 }
 
-/// The larger of training and held-out recordings; nothing where no fit without the effect is to be had.
-fn left_where_it_acts(loop_: &Refinement, model: &Model, effect: EffectId) -> Option<f64> {
-    let others: Vec<EffectId> = model.effects.iter().copied().filter(|&e| e != effect).collect();
-    let machine = model.fit.machine.without([effect]).ok()?;
-    let without = loop_.model(&machine, &model.fit.starts, &others, &FitOptions::quick()).ok()?;
-    let seen = loop_.nudged();
-    let of = |m: &Model| all_residuals(&m.fit.machine, &m.fit.starts, seen);
-    let in_training = left_of(seen, &of(&without), &of(model));
-    let Some(h) = loop_.held_out() else { return Some(in_training) };
-    let after = residuals(&model.fit.machine, h, &model.holdout_start?);
-    let held_out = left_of(std::slice::from_ref(h), &[without_effect(loop_, h, &without)?], &[after]);
-    Some(in_training.max(held_out))
+/// The training recordings, then the held-out one, and what a model leaves of them.
+struct After {
+    recordings: Vec<Experiment>,
+    /// The residuals.
+    with: Residuals,
+    /// Those of them that count.
+    left: Residuals,
 }
 
-/// What is left of the held-out recording without the effect. A refit can lose it, and to bring it back explains nothing: no more than the motor as
-/// given leaves.
-fn without_effect(loop_: &Refinement, h: &Experiment, without: &Model) -> Option<Vec<Vec<f64>>> {
-    let given = &loop_.case().motor.machine;
-    let start = loop_.starts(given, std::slice::from_ref(h))[0];
-    let (machine, x) = (&without.fit.machine, without.holdout_start?);
-    let is_lost = mean_square(given, h, &start) < mean_square(machine, h, &x);
-    Some(if is_lost { residuals(given, h, &start) } else { residuals(machine, h, &x) })
+impl After {
+    /// The larger part of training and held-out recordings; nothing where no fit without the effect is to be had.
+    fn left_where_it_acts(&self, loop_: &Refinement, model: &Model, effect: EffectId) -> Option<f64> {
+        let others: Vec<EffectId> = model.effects.iter().copied().filter(|&e| e != effect).collect();
+        let machine = model.fit.machine.without([effect]).ok()?;
+        let without = loop_.model(&machine, &model.fit.starts, &others, &FitOptions::quick()).ok()?;
+        let mut before = all_residuals(&without.fit.machine, &starts(&without), &self.recordings);
+        let seen = loop_.nudged().len();
+        if let (Some(lost), Some(h)) = (before.get_mut(seen), loop_.held_out()) {
+            // A refit can lose the held-out recording, and to bring it back explains nothing: no more than the motor as given leaves.
+            let given = &loop_.case().motor.machine;
+            let as_given = residuals(given, h, &loop_.starts(given, std::slice::from_ref(h))[0]);
+            let size = |left: &[Vec<f64>]| left.iter().flatten().map(|r| r * r).sum::<f64>();
+            if size(&as_given) < size(lost) {
+                *lost = as_given;
+            }
+        }
+        let of =
+            |k: Range<usize>| part_left(&self.recordings[k.clone()], &before[k.clone()], &self.with[k.clone()], &self.left[k]);
+        let in_training = of(0..seen);
+        Some(if loop_.held_out().is_some() { in_training.max(of(seen..before.len())) } else { in_training })
+    }
 }
 
-/// The part that is left of recordings, from their residuals without and with the effect; infinite where it explains nothing.
-fn left_of(experiments: &[Experiment], without: &[Vec<Vec<f64>>], with: &[Vec<Vec<f64>>]) -> f64 {
+fn starts(model: &Model) -> Vec<State<f64>> {
+    model.fit.starts.iter().copied().chain(model.holdout_start).collect()
+}
+
+/// The part of recordings that is left, from their residuals without and with the effect and those that count; infinite where it explains nothing.
+fn part_left(experiments: &[Experiment], without: &[Vec<Vec<f64>>], with: &[Vec<Vec<f64>>], left: &[Vec<Vec<f64>>]) -> f64 {
     let (mut before, mut after) = (0.0, 0.0);
-    for ((e, without), with) in experiments.iter().zip(without).zip(with) {
+    for (e, ((without, with), left)) in experiments.iter().zip(without.iter().zip(with).zip(left)) {
         // The currents count together: where their vector points to is no matter.
         for speed in [true, false] {
             let of_kind = |c: &usize| (e.channels[*c].kind == ChannelKind::Speed) == speed;
@@ -55,7 +82,7 @@ fn left_of(experiments: &[Experiment], without: &[Vec<Vec<f64>>], with: &[Vec<Ve
                 let valid = || channels.iter().copied().filter(|&c| e.channels[c].is_valid(k));
                 let change: f64 = valid().map(|c| (without[c][k] - with[c][k]).powi(2)).sum();
                 before += change * valid().map(|c| without[c][k].powi(2) - 1.0).sum::<f64>();
-                after += change * valid().map(|c| with[c][k].powi(2) - 1.0).sum::<f64>();
+                after += change * valid().map(|c| left[c][k].powi(2) - 1.0).sum::<f64>();
             }
         }
     }
@@ -89,7 +116,8 @@ mod tests {
             let e = experiment(20);
             let half = |first: f64| (0..20).map(|k| if k < 10 { first } else { elsewhere }).collect::<Vec<f64>>();
             let channels = |first: f64| vec![e.channels.iter().map(|_| half(first)).collect::<Vec<_>>()];
-            let left = left_of(std::slice::from_ref(&e), &channels(size), &channels(part * size));
+            let with = channels(part * size);
+            let left = part_left(std::slice::from_ref(&e), &channels(size), &with, &with);
             prop_assert!((left - part * part).abs() < 1e-3, "{left}");
         }
     }
@@ -98,6 +126,6 @@ mod tests {
     fn what_explains_nothing_leaves_everything() {
         let e = experiment(4);
         let same = vec![vec![vec![3.0; 4]; e.channels.len()]];
-        assert!(left_of(std::slice::from_ref(&e), &same, &same).is_infinite());
+        assert!(part_left(std::slice::from_ref(&e), &same, &same, &same).is_infinite());
     }
 }

@@ -231,9 +231,11 @@ fn bent_error(loop_: &Refinement, found: &Found) -> f64 {
     let ratio_std = loop_.case().motor.leakage_ratio_std();
     let each = bent(machine, &starts, &all, &loop_.free(machine, effects, &all), ratio_std);
     let (seen, unseen) = each.split_at(train.len());
-    let count = |e: &Experiment| e.count() as f64;
-    let seen: f64 = seen.iter().zip(train).map(|(x, e)| x * count(e)).sum::<f64>() / train.iter().map(count).sum::<f64>();
-    unseen.first().map_or(seen, |u| seen.max(*u))
+    let mean_square = |left: &[Vec<Vec<f64>>], of: &[Experiment]| {
+        let count: usize = of.iter().map(Experiment::count).sum();
+        left.iter().flatten().flatten().map(|r| r * r).sum::<f64>() / count.max(1) as f64
+    };
+    mean_square(seen, train).max(mean_square(unseen, found.judged.holdout.as_slice()))
 }
 
 /// Part of the excess that an effect which is not added takes off, from which on what is left is no noise.
