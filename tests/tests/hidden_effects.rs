@@ -1,7 +1,9 @@
 //! A short hidden-effect campaign: what the tool must get right on data it has not seen. The long one is `im verify`'s.
 
 use im_diagnose::diagnosis::diagnose;
+use im_diagnose::format::effect_name;
 use im_diagnose::loads::Found;
+use im_diagnose::report::{Meta, Story, terminal};
 use im_diagnose::search::Options;
 use im_model::effects::CustomId;
 use im_model::{EffectId, ParameterId};
@@ -61,6 +63,10 @@ fn what_explains_where_it_acts_is_named_beside_an_unknown_cause() {
     {
         let (o, d) = run(&TrialCase::new(0, &[(kind, Strength::Strong), (cause, Strength::Medium)], 866)).unwrap();
         assert_eq!((o.verdict.name(), &o.named[..]), ("unexplained", &[kind.name().to_owned()][..]), "{:?}", d.effects);
+        let (meta, name) = (Meta::default(), effect_name(EffectId::from_name(kind.name()).unwrap()));
+        let said = terminal(&Story::new(&d, &meta), 100).to_lowercase().split_whitespace().collect::<Vec<_>>().join(" ");
+        let cause = format!("{name} is missing, and beside it something that the library of effects does not hold");
+        assert!(said.contains(&cause) && said.contains(&format!("{name} is there whatever the unknown cause is")), "{said}");
     }
 }
 

@@ -345,7 +345,12 @@ pub(crate) fn summary(s: &Story) -> Summary {
             let found = main_dependence(d).map_or("it shows no simple dependence".into(), dependence_words);
             let better = ["explains it better than the library", "explain it better than the library"];
             let curves = curves_words(d, "", better).map_or_else(String::new, |w| format!("; {w}"));
-            format!("something is missing that the library of effects does not hold: {found}{curves}")
+            let there = d.named();
+            let missing = match there.len() {
+                0 => "something is missing".to_owned(),
+                n => format!("{} {} missing, and beside {} something", names(there), is(n), if n == 1 { "it" } else { "them" }),
+            };
+            format!("{missing} that the library of effects does not hold: {found}{curves}")
         }
         Verdict::Inconclusive => {
             let (error, but) = (in_sigma(after), doubts(s).join("; "));
