@@ -14,10 +14,10 @@ use rayon::prelude::*;
 
 use crate::form_error::bent;
 use crate::residuals::all_residuals;
-use crate::search::{Model, Refinement, UNEXPLAINED};
+use crate::search::{COMPARABLE, Model, Refinement, UNEXPLAINED};
 
 /// Those effects of a model that leave less, where they act, than what counts as unexplained: in training, and held out. Where its `form` may be all that
-/// is wrong, what errors of form may have made does not count.
+/// is wrong, what errors of form may have made does not count; elsewhere an effect may be a part of a cause that leaves as much as it explains.
 pub(super) fn there(loop_: &Refinement, model: &Model, form: bool) -> Vec<EffectId> {
     let recordings: Vec<Experiment> = loop_.nudged().iter().chain(loop_.held_out()).cloned().collect();
     let (machine, starts) = (&model.fit.machine, starts(model));
@@ -29,7 +29,8 @@ pub(super) fn there(loop_: &Refinement, model: &Model, form: bool) -> Vec<Effect
         with.clone()
     };
     let after = After { recordings, with, left };
-    let is_there = |e: &&EffectId| after.left_where_it_acts(loop_, model, **e).is_some_and(|left| left < UNEXPLAINED);
+    let explains = |l: &PartLeft| l.where_it_acts < UNEXPLAINED && (form || l.altogether < COMPARABLE * (1.0 - l.altogether));
+    let is_there = |e: &&EffectId| after.left_by(loop_, model, **e).is_some_and(|parts| parts.iter().all(explains));
     model.effects.par_iter().filter(is_there).copied().collect()
 }
 
@@ -43,8 +44,8 @@ struct After {
 }
 
 impl After {
-    /// The larger part of training and held-out recordings; nothing where no fit without the effect is to be had.
-    fn left_where_it_acts(&self, loop_: &Refinement, model: &Model, effect: EffectId) -> Option<f64> {
+    /// Of the training recordings, and of the held-out one if there is one; nothing where no fit without the effect is to be had.
+    fn left_by(&self, loop_: &Refinement, model: &Model, effect: EffectId) -> Option<Vec<PartLeft>> {
         let others: Vec<EffectId> = model.effects.iter().copied().filter(|&e| e != effect).collect();
         let machine = model.fit.machine.without([effect]).ok()?;
         let without = loop_.model(&machine, &model.fit.starts, &others, &FitOptions::quick()).ok()?;
@@ -61,8 +62,8 @@ impl After {
         }
         let of =
             |k: Range<usize>| part_left(&self.recordings[k.clone()], &before[k.clone()], &self.with[k.clone()], &self.left[k]);
-        let in_training = of(0..seen);
-        Some(if loop_.held_out().is_some() { in_training.max(of(seen..before.len())) } else { in_training })
+        let kinds = [0..seen, seen..before.len()];
+        Some(kinds.into_iter().filter(|k| !k.is_empty()).map(of).collect())
     }
 }
 
@@ -70,9 +71,17 @@ fn starts(model: &Model) -> Vec<State<f64>> {
     model.fit.starts.iter().copied().chain(model.holdout_start).collect()
 }
 
-/// The part of recordings that is left, from their residuals without and with the effect and those that count; infinite where it explains nothing.
-fn part_left(experiments: &[Experiment], without: &[Vec<Vec<f64>>], with: &[Vec<Vec<f64>>], left: &[Vec<Vec<f64>>]) -> f64 {
-    let (mut before, mut after) = (0.0, 0.0);
+/// The part of recordings that an effect leaves; infinite where it explains nothing.
+#[derive(Debug)]
+struct PartLeft {
+    where_it_acts: f64,
+    altogether: f64,
+}
+
+/// From residuals without and with the effect, and those that count.
+fn part_left(experiments: &[Experiment], without: &[Vec<Vec<f64>>], with: &[Vec<Vec<f64>>], left: &[Vec<Vec<f64>>]) -> PartLeft {
+    // By how much it changes a row, and all rows alike.
+    let (mut before, mut after) = ([0.0; 2], [0.0; 2]);
     for (e, ((without, with), left)) in experiments.iter().zip(without.iter().zip(with).zip(left)) {
         // The currents count together: where their vector points to is no matter.
         for speed in [true, false] {
@@ -81,12 +90,16 @@ fn part_left(experiments: &[Experiment], without: &[Vec<Vec<f64>>], with: &[Vec<
             for k in 0..e.len() {
                 let valid = || channels.iter().copied().filter(|&c| e.channels[c].is_valid(k));
                 let change: f64 = valid().map(|c| (without[c][k] - with[c][k]).powi(2)).sum();
-                before += change * valid().map(|c| without[c][k].powi(2) - 1.0).sum::<f64>();
-                after += change * valid().map(|c| left[c][k].powi(2) - 1.0).sum::<f64>();
+                let excess = |r: &[Vec<f64>]| valid().map(|c| r[c][k].powi(2) - 1.0).sum::<f64>();
+                for (kind, weight) in [change, 1.0].into_iter().enumerate() {
+                    before[kind] += weight * excess(without);
+                    after[kind] += weight * excess(left);
+                }
             }
         }
     }
-    if before > 0.0 { after / before } else { f64::INFINITY }
+    let part = |kind: usize| if before[kind] > 0.0 { after[kind] / before[kind] } else { f64::INFINITY };
+    PartLeft { where_it_acts: part(0), altogether: part(1) }
 }
 
 #[cfg(test)]
@@ -118,7 +131,7 @@ mod tests {
             let channels = |first: f64| vec![e.channels.iter().map(|_| half(first)).collect::<Vec<_>>()];
             let with = channels(part * size);
             let left = part_left(std::slice::from_ref(&e), &channels(size), &with, &with);
-            prop_assert!((left - part * part).abs() < 1e-3, "{left}");
+            prop_assert!((left.where_it_acts - part * part).abs() < 1e-3, "{left:?}");
         }
     }
 
@@ -126,6 +139,6 @@ mod tests {
     fn what_explains_nothing_leaves_everything() {
         let e = experiment(4);
         let same = vec![vec![vec![3.0; 4]; e.channels.len()]];
-        assert!(part_left(std::slice::from_ref(&e), &same, &same, &same).is_infinite());
+        assert!(part_left(std::slice::from_ref(&e), &same, &same, &same).where_it_acts.is_infinite());
     }
 }

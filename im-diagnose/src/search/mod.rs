@@ -30,8 +30,8 @@ use score::{Score, ScoreContext, Seed, strengths};
 pub use course::{Course, Refusal, Round, Stage, Trial};
 pub use posterior::{Posterior, Weighed};
 use sets::least_dispersion;
-pub(crate) use sets::needed_to_tell_apart;
 pub use sets::{Answer, Sets};
+pub(crate) use sets::{COMPARABLE, needed_to_tell_apart};
 pub use significance::Significance;
 
 /// What the loop may do.
