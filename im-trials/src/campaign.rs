@@ -100,8 +100,8 @@ pub const BEYOND: f64 = 1e300;
 pub const SURE: f64 = 0.9;
 
 impl Outcome {
-    /// Whether exactly what was hidden was named, or of it what the library has a name for. A gain of the voltage and one of all currents are the same at every terminal: where both are
-    /// hidden, that of the currents is both.
+    /// Whether exactly what was hidden was named, or of it what the library has a name for. A gain of the voltage and one of all currents are
+    /// the same at every terminal: where both are hidden, that of the currents is both.
     pub fn exact(&self) -> bool {
         let [voltage, currents] = [EffectKind::VoltageGain, EffectKind::CurrentSensorGain].map(|k| k.name().to_owned());
         let shown = |v: &[String]| {

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::form_error::bent;
 use crate::residuals::all_residuals;
-use crate::search::{COMPARABLE, Model, Refinement, UNEXPLAINED};
+use crate::search::{COMPARABLE, Model, Refinement, UNEXPLAINED, without};
 
 /// Those effects of a model that leave less, where they act, than what counts as unexplained: in training, and held out. Where its `form` may be all that
 /// is wrong, what errors of form may have made does not count; elsewhere an effect may be a part of a cause that leaves as much as it explains.
@@ -28,7 +28,9 @@ pub(super) fn there(loop_: &Refinement, model: &Model, form: bool) -> Vec<Effect
     } else {
         with.clone()
     };
-    let after = After { recordings, with, left };
+    let given = &loop_.case().motor.machine;
+    let as_given = loop_.held_out().map(|h| residuals(given, h, &loop_.starts(given, std::slice::from_ref(h))[0]));
+    let after = After { recordings, with, left, as_given };
     let explains = |l: &PartLeft| l.where_it_acts < UNEXPLAINED && (form || l.altogether < COMPARABLE * (1.0 - l.altogether));
     let is_there = |e: &&EffectId| after.left_by(loop_, model, **e).is_some_and(|parts| parts.iter().all(explains));
     model.effects.par_iter().filter(is_there).copied().collect()
@@ -41,23 +43,23 @@ struct After {
     with: Residuals,
     /// Those of them that count.
     left: Residuals,
+    /// What the motor as given leaves of the held-out one.
+    as_given: Option<Vec<Vec<f64>>>,
 }
 
 impl After {
     /// Of the training recordings, and of the held-out one if there is one; nothing where no fit without the effect is to be had.
     fn left_by(&self, loop_: &Refinement, model: &Model, effect: EffectId) -> Option<Vec<PartLeft>> {
-        let others: Vec<EffectId> = model.effects.iter().copied().filter(|&e| e != effect).collect();
+        let others = without(&model.effects, effect);
         let machine = model.fit.machine.without([effect]).ok()?;
-        let without = loop_.model(&machine, &model.fit.starts, &others, &FitOptions::quick()).ok()?;
-        let mut before = all_residuals(&without.fit.machine, &starts(&without), &self.recordings);
+        let before = loop_.model(&machine, &model.fit.starts, &others, &FitOptions::quick()).ok()?;
+        let mut before = all_residuals(&before.fit.machine, &starts(&before), &self.recordings);
         let seen = loop_.nudged().len();
-        if let (Some(lost), Some(h)) = (before.get_mut(seen), loop_.held_out()) {
+        if let (Some(lost), Some(as_given)) = (before.get_mut(seen), &self.as_given) {
             // A refit can lose the held-out recording, and to bring it back explains nothing: no more than the motor as given leaves.
-            let given = &loop_.case().motor.machine;
-            let as_given = residuals(given, h, &loop_.starts(given, std::slice::from_ref(h))[0]);
             let size = |left: &[Vec<f64>]| left.iter().flatten().map(|r| r * r).sum::<f64>();
-            if size(&as_given) < size(lost) {
-                *lost = as_given;
+            if size(as_given) < size(lost) {
+                lost.clone_from(as_given);
             }
         }
         let of =

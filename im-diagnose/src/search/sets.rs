@@ -125,7 +125,7 @@ pub(super) fn sorted(effects: &[EffectId]) -> Set {
     set
 }
 
-pub(super) fn without(effects: &[EffectId], one: EffectId) -> Vec<EffectId> {
+pub(crate) fn without(effects: &[EffectId], one: EffectId) -> Vec<EffectId> {
     effects.iter().copied().filter(|&e| e != one).collect()
 }
 
