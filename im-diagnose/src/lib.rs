@@ -40,6 +40,7 @@ pub mod report;
 pub mod residual_tests;
 pub mod residuals;
 pub mod search;
+mod shaft_lines;
 pub mod sources;
 pub mod statistics;
 pub mod steady_curve;

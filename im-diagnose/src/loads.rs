@@ -6,6 +6,7 @@ use im_model::{EffectId, Machine, State};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use crate::shaft_lines::{Run, orders};
 use crate::statistics::{means, median};
 
 /// What is this many times less well known than usual is not.
@@ -42,7 +43,12 @@ impl Loads {
         let column = |points: &[[f64; 3]], c: usize| points.iter().map(|p| p[c]).collect::<Vec<f64>>();
         let one = |f: &FoundLoad| match &f.found {
             Found::Curve(points) => {
-                json!({"recording": f.recording, "t_s": column(points, 0), "torque_nm": column(points, 1), "std_nm": column(points, 2)})
+                let lines: Vec<Value> =
+                    f.lines.iter().map(|l| json!({"per_turn": l.per_turn, "torque_nm": l.torque_nm})).collect();
+                json!({
+                    "recording": f.recording, "t_s": column(points, 0), "torque_nm": column(points, 1), "std_nm": column(points, 2),
+                    "lines": lines,
+                })
             }
             Found::Speed(points) => json!({
                 "recording": f.recording, "t_s": column(points, 0), "omega_m_rad_s": column(points, 1), "std_rad_s": column(points, 2)
@@ -65,6 +71,17 @@ pub struct FoundLoad {
     pub recording: String,
     /// What was found.
     pub found: Found,
+    /// What repeats with the turning shaft in a torque that was found, strongest first.
+    pub lines: Vec<Line>,
+}
+
+/// A part of a load torque that repeats with the angle of the rotor.
+#[derive(Clone, Copy, Debug)]
+pub struct Line {
+    /// How often, per turn.
+    pub per_turn: f64,
+    /// Amplitude, Nm.
+    pub torque_nm: f64,
 }
 
 /// What stands in place of a load torque that was not measured.
@@ -86,14 +103,19 @@ pub enum Found {
 /// Rows of a curve at most.
 const POINTS: usize = 600;
 
+/// Lines of a load at most.
+const LINES: usize = 3;
+
 /// The loads of all experiments that do not know theirs; `starts` are the states at their first rows.
 fn found(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Vec<FoundLoad> {
     let one = |(e, x): (&Experiment, &State<f64>)| {
         let fitted = |size: Size, value: f64| (size == Size::Fitted).then_some(value);
+        let mut repeats = Vec::new();
         let found = match e.load {
             Load::Known => return None,
             Load::Unknown(_) => {
                 let found = load_torque(machine, e, x)?;
+                repeats = lines(Run::new(machine, e, x, &found.torque_nm));
                 Found::Curve(curve(e.sample_time_s, &found.torque_nm, &found.std_nm))
             }
             Load::Unseen(_) => {
@@ -104,10 +126,17 @@ fn found(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64
                 Found::Law { constant_nm: fitted(constant, x.load.constant_nm), fan_nm_s2: fitted(fan, x.load.fan_nm_s2) }
             }
         };
-        Some(FoundLoad { recording: e.name.clone(), found })
+        Some(FoundLoad { recording: e.name.clone(), found, lines: repeats })
     };
     let all: Vec<Option<FoundLoad>> = experiments.par_iter().zip(starts).map(one).collect();
     all.into_iter().flatten().collect()
+}
+
+/// What stands out of a torque over the angle of the rotor.
+fn lines(torque: Run) -> Vec<Line> {
+    let runs = [torque];
+    let all = orders(&runs).into_iter().take(LINES);
+    all.map(|per_turn| Line { per_turn, torque_nm: runs[0].amplitude(per_turn) }).collect()
 }
 
 /// As many points as a picture shows, each the mean over its rows: time, value and standard deviation.

@@ -9,7 +9,9 @@ use im_model::effects::CustomId;
 use im_model::{EffectId, ParameterId};
 use im_tests::campaign::{Knowledge, case_of, plan, run, run_knowing};
 use im_tests::course::again;
-use im_tests::hidden::{EffectKind, Excitation, Noise, Strength, TrialCase, simulate};
+use im_tests::hidden::drive::Playback;
+use im_tests::hidden::run::record;
+use im_tests::hidden::{EffectKind, Excitation, Noise, Part, Sampling, Strength, TrialCase, simulate};
 use im_tests::own_effect::SaturatedSensorsEffect;
 
 /// One strong effect at a time, on machines from small to large: named, and nothing else beside it.
@@ -249,4 +251,43 @@ fn a_refined_motor_has_nothing_more_to_find() {
     assert!(o.exact(), "{:?} {:?}", o.verdict, o.named);
     let second = again(&planned.case, &d).unwrap();
     assert!(second.named().is_empty(), "{:?} {:?}", second.verdict, second.named());
+}
+
+/// Started on the mains, with a belt on its shaft that turns 0.54 times with each turn: most of what is missed is the start, and the belt, which goes on
+/// all the time, is found beside it.
+#[test]
+fn a_belt_is_found_beside_a_start_on_the_mains() {
+    const PER_TURN: f64 = 0.54;
+    let case = TrialCase::new(
+        2,
+        &[(EffectKind::LoadTorqueRipple, Strength::Medium), (EffectKind::SpeedSensorLag, Strength::Strong)],
+        4100,
+    );
+    let machine = case.true_machine();
+    let sample_s = 2e-4;
+    let rows = 12_500;
+    let on_the_mains = |part: Part, angle_rad: f64, load: f64| {
+        let omega = machine.rated_electrical_rad_s();
+        // Half a sample later is the mean over the row; off for the first 50 ms.
+        let at =
+            |k: usize| (omega * sample_s * (k as f64 + 0.5) + angle_rad, if k < 250 { 0.0 } else { machine.rated_voltage_v });
+        let alpha: Vec<f64> = (0..rows).map(at).map(|(phi, u)| u * phi.cos()).collect();
+        let beta: Vec<f64> = (0..rows).map(at).map(|(phi, u)| u * phi.sin()).collect();
+        let load: Vec<f64> = (0..rows).map(|k| if k < rows / 2 { 0.0 } else { load * machine.rated_torque_nm }).collect();
+        let mut outfit = case.outfit_for(part);
+        if let Some(ripple) = &mut outfit.plant.ripple {
+            ripple.order = PER_TURN;
+        }
+        let noise = case.noise_source(part);
+        record(&machine, &outfit, &mut Playback { alpha_v: &alpha, beta_v: &beta }, &load, sample_s, Some(noise))
+    };
+    let mut trial = simulate(&TrialCase { sampling: Some(Sampling { sample_s, duration_s: 0.01 }), ..case.clone() });
+    trial.train = vec![on_the_mains(Part::Train1, 0.3, 0.3), on_the_mains(Part::Train2, 1.9, 0.6)];
+    trial.holdout = on_the_mains(Part::Holdout, 2.8, 0.45);
+    let d = diagnose(case_of(&trial), Options::default()).unwrap();
+    for e in [EffectId::LoadTorqueRipple, EffectId::SpeedSensorLag] {
+        assert!(d.named().contains(&e), "{:?} {:?}", d.verdict, d.named());
+    }
+    let order = d.refined.machine.effects().load_torque_ripple.order;
+    assert!((order - PER_TURN).abs() < 0.005, "{order}");
 }

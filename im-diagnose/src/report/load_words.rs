@@ -3,8 +3,8 @@
 use im_model::MotorFile;
 
 use super::words::short_effect_name;
-use crate::format::quantity;
-use crate::loads::{Found, FoundLoad, Loads};
+use crate::format::{number, quantity};
+use crate::loads::{Found, FoundLoad, Line, Loads};
 use crate::localise::join;
 
 impl Loads {
@@ -50,7 +50,11 @@ pub(crate) fn words(f: &FoundLoad) -> String {
             let (low, high) = f.found.range().unwrap_or_default();
             let mean = quantity(f.found.mean().unwrap_or_default(), unit, 3);
             let [low, high, each] = [low, high, f.found.usual_band().unwrap_or_default()].map(|x| quantity(x, unit, 3));
-            format!("{}: {mean} on average, between {low} and {high}, each instant to ± {each}.", f.recording)
+            let line = |l: &Line| format!("{} times per turn with {}", number(l.per_turn, 3), quantity(l.torque_nm, "Nm", 2));
+            let lines: Vec<String> = f.lines.iter().map(line).collect();
+            let repeats =
+                if lines.is_empty() { String::new() } else { format!(" Part of it repeats with the shaft: {}.", join(&lines)) };
+            format!("{}: {mean} on average, between {low} and {high}, each instant to ± {each}.{repeats}", f.recording)
         }
         Found::Law { constant_nm, fan_nm_s2 } => {
             let constant = constant_nm.map(|x| format!("a constant torque of {}", quantity(x, "Nm", 3)));

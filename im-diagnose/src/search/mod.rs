@@ -5,7 +5,6 @@
 //! `course`: the way from the base model to the likeliest set, step by step for the report.
 
 mod course;
-mod lines;
 mod neighbours;
 mod posterior;
 pub mod score;

@@ -6,8 +6,9 @@ use im_model::{Bound, EffectId, Machine, ParameterId, State};
 use rayon::prelude::*;
 
 use super::Model;
-use super::score::{Instead, Score};
+use super::score::{Instead, Score, free_order};
 use super::sets::{COMPARABLE, Known, Search, Set, WINDOW, sorted, with, without};
+use crate::shaft_lines::same_order;
 
 /// A refit may gain more than slopes predict: where they predict this part of what it must gain to be the likeliest, it is tried.
 const PREDICTED: f64 = 0.25;
@@ -198,16 +199,18 @@ impl Search<'_> {
         scores.iter().flat_map(|s| s.instead.iter().filter_map(move |i| exchange(s, i))).collect()
     }
 
-    /// The same set from other shapes of its resonances, and from elsewhere: each may lead to another minimum.
+    /// The same set from other shapes of those of its effects that have many minima, and from elsewhere: each may lead to another.
     fn restarts(&self, model: &Model) -> Vec<Proposal> {
         let others = self.elsewhere(model).map(|m| (m, model.fit.starts.clone())).collect::<Vec<_>>();
         let others = (!others.is_empty()).then(|| Proposal { effects: model.effects.clone(), starts: others });
-        let resonant = model.effects.iter().filter(|e| e.about().resonant);
-        resonant
+        let many_minima = model.effects.iter().filter(|e| e.about().resonant || free_order(**e).is_some());
+        many_minima
             .filter_map(|&e| {
                 let machine = self.loop_.without(&model.fit.machine, e)?;
                 let score = self.loop_.score_beside(&machine, &model.fit.starts, &without(&model.effects, e), e)?;
-                self.proposal(model, [machine], model.effects.clone(), &score)
+                let order = |k| model.fit.machine.get(ParameterId::Effect(e, k));
+                let there = free_order(e).is_some_and(|k| score.shape.iter().any(|s| s.0 == k && same_order(s.1, order(k))));
+                if there { None } else { self.proposal(model, [machine], model.effects.clone(), &score) }
             })
             .chain(others)
             .collect()

@@ -11,15 +11,15 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use im_identify::offline::{Experiment, Free, Residuals, Thinned, effect_parameters, predict};
+use im_identify::offline::{ChannelKind, Experiment, Free, Residuals, Thinned, effect_parameters, predict};
 use im_model::effects::{COEFFICIENTS, FreeForm, Role};
 use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::lines;
 use crate::noise::{Whitener, whiteners};
 use crate::residuals::{all_residuals, deviance, difference, slopes};
+use crate::shaft_lines::{self, Run, same_order};
 use crate::statistics::{Basis, closest_of, complement, dot, log_p, threshold};
 
 /// Score of one effect at its best shape.
@@ -93,6 +93,9 @@ pub struct Seed {
     /// The sizes, one per strength.
     pub predicted: Vec<f64>,
 }
+
+/// Lines of the residual at most whose order an effect is tried at.
+const MOST_LINES: usize = 3;
 
 /// Shapes of a resonance that a refit begins at.
 const RESONANCES: usize = 3;
@@ -409,13 +412,15 @@ impl<'a> ScoreContext<'a> {
     }
 
     /// Orders, per turn of the rotor, of lines in the residual.
-    fn lines(&self) -> Vec<f64> {
-        let found = || {
-            let white = |(r, w): (&Vec<Vec<f64>>, &Vec<Whitener>)| r.iter().zip(w).map(|(r, w)| w.apply(r)).collect();
-            let innovations: Vec<Vec<Vec<f64>>> = self.residuals.iter().zip(&self.whiteners).map(white).collect();
-            lines::orders(&self.machine, self.starts, self.experiments, &innovations)
-        };
-        self.lines.get_or_init(found).clone()
+    fn lines(&self) -> &[f64] {
+        self.lines.get_or_init(|| {
+            let runs = self.experiments.par_iter().zip(self.starts).zip(&self.residuals).filter(|((e, _), _)| !e.is_table());
+            let of_speed = runs.filter_map(|((e, x), r)| {
+                let c = e.channels.iter().position(|c| c.kind == ChannelKind::Speed)?;
+                Some(Run::new(&self.machine, e, x, &r[c]))
+            });
+            shaft_lines::orders(&of_speed.collect::<Vec<_>>())
+        })
     }
 
     /// The noise models.
@@ -615,8 +620,19 @@ pub fn strengths(effect: EffectId) -> Vec<usize> {
     effect.parameters().iter().enumerate().filter(|(_, p)| p.role == Role::Strength).map(|(k, _)| k).collect()
 }
 
-/// The shapes to try: the whole numbers of an order, and those of `lines` where others are possible; else the default, and the ends of the usual range of the leading shape parameter.
-fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating, lines: impl Fn() -> Vec<f64>) -> Vec<Vec<(usize, f64)>> {
+/// The parameter of an effect that is an order and need not be whole.
+pub(super) fn free_order(effect: EffectId) -> Option<usize> {
+    effect.parameters().iter().position(|p| p.role == Role::Order && !matches!(p.bound, Bound::Whole(..)))
+}
+
+/// The shapes to try: the whole numbers of an order, and the first of `lines` where others are possible; else the default, and the ends of the usual range
+/// of the leading shape parameter.
+fn shapes<'a>(
+    effect: EffectId,
+    machine: &Machine<f64>,
+    rating: &Rating,
+    lines: impl Fn() -> &'a [f64],
+) -> Vec<Vec<(usize, f64)>> {
     let unit = |k: usize| {
         let info = &effect.parameters()[k];
         rating.unit_of(info.scale, machine.parameters(), machine.pole_pairs())
@@ -624,8 +640,10 @@ fn shapes(effect: EffectId, machine: &Machine<f64>, rating: &Rating, lines: impl
     let present = |k: usize| machine.get(ParameterId::Effect(effect, k));
     if let Some((k, order)) = effect.parameters().iter().enumerate().find(|(_, p)| p.role == Role::Order) {
         let (least, most) = (order.typical.0.round() as u32, order.typical.1.round() as u32);
-        let lines = if matches!(order.bound, Bound::Whole(..)) { Vec::new() } else { lines() };
-        return (least..=most).map(f64::from).chain(lines).map(|n| vec![(k, n)]).collect();
+        let whole: Vec<f64> = (least..=most).map(f64::from).collect();
+        let lines = if free_order(effect).is_some() { lines() } else { &[] };
+        let between = lines.iter().copied().filter(|o| !whole.iter().any(|w| same_order(*w, *o))).take(MOST_LINES);
+        return whole.iter().copied().chain(between).map(|n| vec![(k, n)]).collect();
     }
     let lead = effect.parameters().iter().position(|p| p.role == Role::Shape && p.typical.0 > 0.0);
     let Some(k) = lead else { return vec![vec![]] };

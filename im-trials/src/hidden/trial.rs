@@ -124,17 +124,22 @@ impl TrialCase {
     }
 
     /// As the machine stands when a recording begins: nobody turns its shaft back to where it was.
-    fn outfit_for(&self, part: Part) -> Outfit {
+    pub fn outfit_for(&self, part: Part) -> Outfit {
         let start_angle_rad = self.chance(&format!("angle {part:?}")).between(0.0, TAU);
         Outfit { start_angle_rad, ..self.outfit() }
+    }
+
+    /// The noise of the sensors in a recording.
+    pub fn noise_source(&self, part: Part) -> NoiseSource {
+        let [current, speed, load] = self.sigmas();
+        NoiseSource::new(&self.noise, current, speed, load, self.chance(&format!("noise {part:?}")))
     }
 
     /// Simulates one recording.
     pub fn recording(&self, part: Part) -> Table {
         let machine = self.true_machine();
         let manoeuvre = self.manoeuvre(part);
-        let [current, speed, load] = self.sigmas();
-        let noise = NoiseSource::new(&self.noise, current, speed, load, self.chance(&format!("noise {part:?}")));
+        let noise = self.noise_source(part);
         let mut drive = manoeuvre.drive();
         let sample_s = manoeuvre.sample_s;
         let mut table = record(&machine, &self.outfit_for(part), drive.as_mut(), &manoeuvre.load_nm, sample_s, Some(noise));
