@@ -29,6 +29,9 @@ pub struct Steady {
 const WINDOW_S: f64 = 0.1;
 const PERIODS: f64 = 2.0;
 const ROWS: usize = 40;
+/// By what part of itself the flux may change in a second. Of a machine without current it falls with the rotor's time constant, two seconds at most: it
+/// has the voltage of a running machine then, and no current.
+const FLUX_CHANGE: f64 = 0.2;
 
 /// Finds stretches in which frequency, current and speed stay as they are.
 pub fn stretches(u: &[Complex<f64>], i: &[Complex<f64>], speed: Option<&[f64]>, dt: f64) -> Vec<Steady> {
@@ -55,7 +58,8 @@ fn one(rows: Range<usize>, u: &[Complex<f64>], i: &[Complex<f64>], speed: Option
     let half = rows.len() / 2;
     let (first, second) = (rows.start..rows.start + half, rows.start + half..rows.end);
     let omega = turn(rows.clone());
-    if (turn(first.clone()) - turn(second.clone())).abs() > 0.03 * omega.abs() {
+    let omegas = [turn(first.clone()), turn(second.clone())];
+    if (omegas[0] - omegas[1]).abs() > 0.03 * omega.abs() {
         return None;
     }
     let per_period = 2.0 * PI / (omega.abs() * dt);
@@ -71,9 +75,15 @@ fn one(rows: Range<usize>, u: &[Complex<f64>], i: &[Complex<f64>], speed: Option
     let periods_in_half = (periods / 2.0).floor();
     let part = (periods_in_half * per_period).round() as usize;
     // Both sequences: the phases may be exchanged.
-    let size = |r: Range<usize>| phasor(i, r.clone(), omega).norm().hypot(phasor(i, r, -omega).norm());
-    let (a, b) = (size(whole.start..whole.start + part), size(whole.end - part..whole.end));
+    let size = |x: &[Complex<f64>], r: Range<usize>| phasor(x, r.clone(), omega).norm().hypot(phasor(x, r, -omega).norm());
+    let halves = [whole.start..whole.start + part, whole.end - part..whole.end];
+    let [a, b] = halves.clone().map(|r| size(i, r));
     if (a - b).abs() > 0.05 * (a + b) {
+        return None;
+    }
+    let [a, b] = [0, 1].map(|k| size(u, halves[k].clone()) / omegas[k].abs());
+    let apart_s = (whole.len() - part) as f64 * dt;
+    if (a - b).abs() > 0.5 * FLUX_CHANGE * apart_s * (a + b) {
         return None;
     }
     let mean = |r: Range<usize>| speed.map(|w| w[r.clone()].iter().sum::<f64>() / r.len() as f64);
@@ -145,4 +155,26 @@ fn t_circuit(p: &TParameters<f64>, slip: f64, omega: f64) -> Complex<f64> {
     let rotor = p.rotor_resistance_ohm / slip + j * omega * p.rotor_leakage_inductance_h;
     let main = j * omega * p.magnetizing_inductance_h;
     p.stator_resistance_ohm + j * omega * p.stator_leakage_inductance_h + main * rotor / (main + rotor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 0.5 s at 50 Hz and 10 kHz; the voltage falls with a time constant.
+    fn found(time_constant_s: f64) -> usize {
+        let turned = |k: usize, size: f64| Complex::from_polar(size, 2.0 * PI * 50.0 * k as f64 * 1e-4);
+        let u: Vec<_> = (0..5000).map(|k| turned(k, 180.0 * (-(k as f64) * 1e-4 / time_constant_s).exp())).collect();
+        let i: Vec<_> = (0..5000).map(|k| turned(k, 1.0)).collect();
+        stretches(&u, &i, None, 1e-4).len()
+    }
+
+    /// A drive that takes the current of the flux away leaves a voltage without a current for as long as the rotor keeps its flux.
+    #[test]
+    fn a_flux_that_dies_away_is_no_steady_operation() {
+        assert_eq!(found(f64::INFINITY), 5);
+        for time_constant_s in [0.1, 0.4, 2.0] {
+            assert_eq!(found(time_constant_s), 0, "{time_constant_s} s");
+        }
+    }
 }
