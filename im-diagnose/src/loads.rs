@@ -44,7 +44,7 @@ impl Loads {
         let one = |f: &FoundLoad| match &f.found {
             Found::Curve(points) => {
                 let lines: Vec<Value> =
-                    f.lines.iter().map(|l| json!({"per_turn": l.per_turn, "torque_nm": l.torque_nm})).collect();
+                    f.lines.iter().map(|l| json!({"per_turn": l.per_turn, "hz": l.hz, "torque_nm": l.torque_nm})).collect();
                 json!({
                     "recording": f.recording, "t_s": column(points, 0), "torque_nm": column(points, 1), "std_nm": column(points, 2),
                     "lines": lines,
@@ -71,7 +71,7 @@ pub struct FoundLoad {
     pub recording: String,
     /// What was found.
     pub found: Found,
-    /// What repeats with the turning shaft in a torque that was found, strongest first.
+    /// What repeats with the turning shaft in a torque that was found, largest first.
     pub lines: Vec<Line>,
 }
 
@@ -80,6 +80,8 @@ pub struct FoundLoad {
 pub struct Line {
     /// How often, per turn.
     pub per_turn: f64,
+    /// How often in a second, at the mean speed.
+    pub hz: f64,
     /// Amplitude, Nm.
     pub torque_nm: f64,
 }
@@ -115,7 +117,7 @@ fn found(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64
             Load::Known => return None,
             Load::Unknown(_) => {
                 let found = load_torque(machine, e, x)?;
-                repeats = lines(Run::new(machine, e, x, &found.torque_nm));
+                repeats = lines(Run::new(machine, e, x, &found.torque_nm), e.len() as f64 * e.sample_time_s);
                 Found::Curve(curve(e.sample_time_s, &found.torque_nm, &found.std_nm))
             }
             Load::Unseen(_) => {
@@ -132,11 +134,14 @@ fn found(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64
     all.into_iter().flatten().collect()
 }
 
-/// What stands out of a torque over the angle of the rotor.
-fn lines(torque: Run) -> Vec<Line> {
+/// What stands out of a torque over the angle of the rotor, largest first.
+fn lines(torque: Run, duration_s: f64) -> Vec<Line> {
     let runs = [torque];
-    let all = orders(&runs).into_iter().take(LINES);
-    all.map(|per_turn| Line { per_turn, torque_nm: runs[0].amplitude(per_turn) }).collect()
+    let turns_per_s = runs[0].turns() / duration_s;
+    let line = |per_turn: f64| Line { per_turn, hz: per_turn * turns_per_s, torque_nm: runs[0].amplitude(per_turn) };
+    let mut all: Vec<Line> = orders(&runs).into_iter().take(LINES).map(line).collect();
+    all.sort_by(|a, b| b.torque_nm.total_cmp(&a.torque_nm));
+    all
 }
 
 /// As many points as a picture shows, each the mean over its rows: time, value and standard deviation.

@@ -7,7 +7,7 @@ use im_diagnose::report::{Meta, Story, terminal};
 use im_diagnose::search::Options;
 use im_model::effects::CustomId;
 use im_model::{EffectId, ParameterId};
-use im_tests::campaign::{Knowledge, case_of, plan, run, run_knowing};
+use im_tests::campaign::{Knowledge, case_knowing, case_of, plan, run, run_knowing};
 use im_tests::course::again;
 use im_tests::hidden::drive::Playback;
 use im_tests::hidden::run::record;
@@ -260,7 +260,7 @@ fn a_belt_is_found_beside_a_start_on_the_mains() {
     const PER_TURN: f64 = 0.54;
     let case = TrialCase::new(
         2,
-        &[(EffectKind::LoadTorqueRipple, Strength::Medium), (EffectKind::SpeedSensorLag, Strength::Strong)],
+        &[(EffectKind::LoadTorqueRipple, Strength::Strong), (EffectKind::SpeedSensorLag, Strength::Strong)],
         4100,
     );
     let machine = case.true_machine();
@@ -290,4 +290,11 @@ fn a_belt_is_found_beside_a_start_on_the_mains() {
     }
     let order = d.refined.machine.effects().load_torque_ripple.order;
     assert!((order - PER_TURN).abs() < 0.005, "{order}");
+
+    // Without the load torque no effect of the shaft is named; the torque that is found shows the belt.
+    let d = diagnose(case_knowing(&trial, Knowledge::WithoutLoad), Options::default()).unwrap();
+    assert!(!d.effects.contains(&EffectId::LoadTorqueRipple), "{:?}", d.effects);
+    for run in &d.loads.found {
+        assert!(run.lines.iter().any(|l| (l.per_turn - PER_TURN).abs() < 0.01), "{}: {:?}", run.recording, run.lines);
+    }
 }

@@ -50,7 +50,10 @@ pub(crate) fn words(f: &FoundLoad) -> String {
             let (low, high) = f.found.range().unwrap_or_default();
             let mean = quantity(f.found.mean().unwrap_or_default(), unit, 3);
             let [low, high, each] = [low, high, f.found.usual_band().unwrap_or_default()].map(|x| quantity(x, unit, 3));
-            let line = |l: &Line| format!("{} times per turn with {}", number(l.per_turn, 3), quantity(l.torque_nm, "Nm", 2));
+            let line = |l: &Line| {
+                let [per_turn, hz] = [l.per_turn, l.hz].map(|x| number(x, 3));
+                format!("{per_turn} times per turn ({hz} Hz) with {}", quantity(l.torque_nm, "Nm", 2))
+            };
             let lines: Vec<String> = f.lines.iter().map(line).collect();
             let repeats =
                 if lines.is_empty() { String::new() } else { format!(" Part of it repeats with the shaft: {}.", join(&lines)) };
