@@ -154,7 +154,7 @@ fn quick(signal: &[f64], turned: &[f64]) -> Vec<f64> {
 fn calm(signal: &[f64]) -> Vec<f64> {
     let middle = median(&mut signal.to_vec());
     let far = CALM * 1.4826 * median(&mut signal.iter().map(|x| (x - middle).abs()).collect::<Vec<_>>());
-    signal.iter().map(|x| (x - middle).clamp(-far, far)).collect()
+    signal.iter().map(|x| (x - middle).max(-far).min(far)).collect()
 }
 
 /// A spectrum over the mean that its neighbourhood has, as the median of exponentials tells.

@@ -640,10 +640,11 @@ fn shapes<'a>(
     let present = |k: usize| machine.get(ParameterId::Effect(effect, k));
     if let Some((k, order)) = effect.parameters().iter().enumerate().find(|(_, p)| p.role == Role::Order) {
         let (least, most) = (order.typical.0.round() as u32, order.typical.1.round() as u32);
-        let whole: Vec<f64> = (least..=most).map(f64::from).collect();
+        let whole = (least..=most).map(f64::from);
         let lines = if free_order(effect).is_some() { lines() } else { &[] };
-        let between = lines.iter().copied().filter(|o| !whole.iter().any(|w| same_order(*w, *o))).take(MOST_LINES);
-        return whole.iter().copied().chain(between).map(|n| vec![(k, n)]).collect();
+        // A torque at twice the supply's frequency stands near a whole number, too, and turns with no shaft.
+        let between = lines.iter().copied().filter(|o| !same_order(*o, o.round())).take(MOST_LINES);
+        return whole.chain(between).map(|n| vec![(k, n)]).collect();
     }
     let lead = effect.parameters().iter().position(|p| p.role == Role::Shape && p.typical.0 > 0.0);
     let Some(k) = lead else { return vec![vec![]] };
