@@ -17,7 +17,8 @@ use crate::residuals::all_residuals;
 use crate::search::{COMPARABLE, Model, Refinement, UNEXPLAINED, without};
 
 /// Those effects of a model that leave less, where they act, than what counts as unexplained: in training, and held out. Where its `form` may be all that
-/// is wrong, what errors of form may make does not count, with the effect and without: these explain what a small effect beside a large one imitates. Elsewhere an effect may be a part of a cause that leaves as much as it explains.
+/// is wrong, what errors of form may make does not count, with the effect and without: these explain what a small effect beside a large one imitates.
+/// Elsewhere an effect may be a part of a cause that leaves as much as it explains.
 pub(super) fn there(loop_: &Refinement, model: &Model, form: bool) -> Vec<EffectId> {
     let recordings: Vec<Experiment> = loop_.nudged().iter().chain(loop_.held_out()).cloned().collect();
     let (machine, starts) = (&model.fit.machine, starts(model));

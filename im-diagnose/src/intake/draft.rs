@@ -599,7 +599,7 @@ const BREAKDOWN: f64 = 0.4;
 fn impedances(steady: &steady::Steady, motor: &MotorFile) -> (Complex<f64>, steady::Impedances) {
     let z = steady.u / steady.i;
     let z = if steady.omega < 0.0 { z.conj() } else { z };
-    (z, steady::Impedances::of(&motor.machine, steady.u.norm(), steady.omega.abs(), steady.growth))
+    (z, steady::Impedances::of(&motor.machine, steady.u.norm(), steady))
 }
 
 /// Whether a column counts the lines of an encoder.

@@ -142,8 +142,7 @@ pub fn check(steady: &[Steady], form: &VoltageForm, motor: &MotorFile) -> Vec<Fi
     // With the phase of U/I known the slip follows, and with it the size.
     let size = |leads: f64| {
         let z = z * Complex::from_polar(1.0, -leads);
-        ratio_at_angle(motor, z, omega)
-            .unwrap_or_else(|| Impedances::of(&motor.machine, expected, omega, main.growth).fit(z).ratio)
+        ratio_at_angle(motor, z, omega).unwrap_or_else(|| Impedances::of(&motor.machine, expected, main).fit(z).ratio)
     };
     // Voltages turn where what was read as phases is line to line, or the other way.
     let may_turn = |c: &Cause| match form {

@@ -46,8 +46,7 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str, locked: bool) 
         );
         return out;
     }
-    let models: Vec<Impedances> =
-        loud.iter().map(|s| Impedances::of(&motor.machine, s.u.norm(), s.omega.abs(), s.growth)).collect();
+    let models: Vec<Impedances> = loud.iter().map(|s| Impedances::of(&motor.machine, s.u.norm(), s)).collect();
     let turned = |(s, model): (&Steady, &Impedances), by: f64| {
         // In the negative sequence everything is mirrored.
         let z = s.u / s.i * Complex::from_polar(1.0, by);
@@ -77,7 +76,7 @@ pub fn check(steady: &[Steady], motor: &MotorFile, columns: &str, locked: bool) 
                 .at(vec![main.rows.clone()]),
             ),
             _ => {
-                let fit = turned((main, &Impedances::of(&motor.machine, main.u.norm(), main.omega.abs(), main.growth)), 0.0);
+                let fit = turned((main, &Impedances::of(&motor.machine, main.u.norm(), main)), 0.0);
                 let per_unit = per_unit(main, fit.ratio, motor);
                 let far = fit.off > BEYOND_GUESSES;
                 let severity = if far || per_unit.is_some() { Severity::Serious } else { Severity::Warning };

@@ -119,8 +119,9 @@ const SLIPS: usize = 240;
 const SLIPS_WITH_EFFECTS: usize = 60;
 
 impl Impedances {
-    /// At ω rad/s, a phase voltage, V peak, and its growth, 1/s, which machines with effects are taken without.
-    pub fn of(machine: &Machine<f64>, voltage_peak_v: f64, omega: f64, growth: f64) -> Self {
+    /// At the frequency of steady operation, a phase voltage, V peak, and the growth there, which machines with effects are taken without.
+    pub fn of(machine: &Machine<f64>, voltage_peak_v: f64, steady: &Steady) -> Self {
+        let (omega, growth) = (steady.omega.abs(), steady.growth);
         let linear = machine.effects().active().next().is_none();
         let count = if linear { SLIPS } else { SLIPS_WITH_EFFECTS };
         // From a hundred-thousandth of slip to plugging, generating and motoring.
@@ -180,7 +181,7 @@ mod tests {
         assert_eq!(all.len(), 5);
         for s in all {
             assert!((s.growth / growth - 1.0).abs() < 1e-3, "{}", s.growth);
-            let fit = |growth| Impedances::of(&machine, s.u.norm(), omega, growth).fit(s.u / s.i);
+            let fit = |growth| Impedances::of(&machine, s.u.norm(), &Steady { growth, ..s.clone() }).fit(s.u / s.i);
             assert!(fit(s.growth).off < 0.1 && fit(0.0).off > 1.6, "{:?} {:?}", fit(s.growth), fit(0.0));
         }
     }
