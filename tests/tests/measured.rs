@@ -160,10 +160,10 @@ fn the_sensors_of_a_drive_are_found_in_its_own_log() {
     let runs = ["load_step", "speed_step"].map(|n| mapped(&dir, DRIVE_LOG, n, &motor));
     let d = diagnose(Case::from_intake(motor, runs.to_vec(), None), Options::default()).unwrap();
     println!("{:?}: {:?}, {:?}", d.verdict, d.effects, d.alternatives);
+    // They are there whatever the slots and harmonics are that the library does not hold.
     for e in [EffectId::SpeedSensorLag, EffectId::CurrentSensorOffset, EffectId::CurrentSensorGain] {
-        assert!(d.effects.contains(&e), "{e:?}: {:?}", d.effects);
+        assert!(d.named().contains(&e), "{e:?}: {:?}", d.named());
     }
-    assert!(d.named().contains(&EffectId::SpeedSensorLag), "{:?}", d.named());
     let machine = &d.refined.machine;
     let lag = machine.effects().speed_sensor_lag.time_constant_s;
     assert!((lag / 0.024 - 1.0).abs() < 0.2, "{lag} s");

@@ -1,10 +1,15 @@
 //! Effects that are there beside a cause that the library does not hold.
 //!
-//! How much an unknown cause leaves says nothing of an effect that acts elsewhere. What is left where the effect acts does: one that is there explains
-//! what there is to see, one that only imitates has another form than the cause and leaves part of it. With the residual $r_k$ of row k, in σ, and
-//! $r_k^\circ$ without the effect, all else refitted, of $n_k$ readings, the part that is left is
+//! What an unknown cause leaves elsewhere, or of another kind, says nothing of an effect. What it leaves in the place of what the effect changes does: one
+//! that is there changes everything by as much as is missing; one that only imitates has the size that a cause of another form asks for on average, too small
+//! here and too large there. With the residual $r$, in σ, and $r^\circ$ without the effect, all else refitted, $d = r^\circ - r$ and the periods w of the rated
+//! supply, the part that is left is
 //!
-//! $$ \frac{\sum_k |r_k^\circ - r_k|^2\,(|r_k|^2 - n_k)}{\sum_k |r_k^\circ - r_k|^2\,(|r_k^\circ|^2 - n_k)}. $$
+//! $$ \frac{\sum_w (d_w \cdot r_w)^2 / |d_w|^2 - 1}{\sum_w (d_w \cdot r_w^\circ)^2 / |d_w|^2 - 1}. $$
+//!
+//! Where the form of what was found may be all that is wrong, all that is left where the effect acts is left by it: with $n_k$ readings in row k the part is
+//!
+//! $$ \frac{\sum_k |d_k|^2\,(|r_k|^2 - n_k)}{\sum_k |d_k|^2\,(|r_k^\circ|^2 - n_k)}. $$
 
 use std::ops::Range;
 
@@ -14,20 +19,20 @@ use rayon::prelude::*;
 
 use crate::form_error::bent;
 use crate::residuals::all_residuals;
-use crate::search::{COMPARABLE, Model, Refinement, UNEXPLAINED, without};
+use crate::search::{Model, Refinement, UNEXPLAINED, without};
 
 /// Those effects of a model that leave less, where they act, than what counts as unexplained: in training, and held out. Where its `form` may be all that
 /// is wrong, what errors of form may make does not count, with the effect and without: these explain what a small effect beside a large one imitates.
-/// Elsewhere an effect may be a part of a cause that leaves as much as it explains.
 pub(super) fn there(loop_: &Refinement, model: &Model, form: bool) -> Vec<EffectId> {
     let recordings: Vec<Experiment> = loop_.nudged().iter().chain(loop_.held_out()).cloned().collect();
     let (machine, starts) = (&model.fit.machine, starts(model));
     let with = Missed::of(loop_, machine, &starts, &model.effects, &recordings, form);
-    let given = &loop_.case().motor.machine;
-    let as_given = loop_.held_out().map(|h| residuals(given, h, &loop_.starts(given, std::slice::from_ref(h))[0]));
-    let after = After { recordings, with, as_given, form };
-    let explains = |l: &PartLeft| l.where_it_acts < UNEXPLAINED && (form || l.altogether < COMPARABLE * (1.0 - l.altogether));
-    let is_there = |e: &&EffectId| after.left_by(loop_, model, **e).is_some_and(|parts| parts.iter().all(explains));
+    let motor = &loop_.case().motor;
+    let as_given =
+        loop_.held_out().map(|h| residuals(&motor.machine, h, &loop_.starts(&motor.machine, std::slice::from_ref(h))[0]));
+    let period_s = (!form).then_some(1.0 / motor.rating.electrical_frequency_hz);
+    let after = After { recordings, with, as_given, period_s };
+    let is_there = |e: &&EffectId| after.left_by(loop_, model, **e).is_some_and(|parts| parts.iter().all(|&p| p < UNEXPLAINED));
     model.effects.par_iter().filter(is_there).copied().collect()
 }
 
@@ -37,8 +42,9 @@ struct After {
     with: Missed,
     /// What the motor as given leaves of the held-out one.
     as_given: Option<Vec<Vec<f64>>>,
-    /// Whether its form may be all that is wrong.
-    form: bool,
+    /// Beside another cause, a period of the rated supply: what is left is asked for what the effect changes within each. Where the form may be all that
+    /// is wrong, everything counts that is left in a row.
+    period_s: Option<f64>,
 }
 
 /// What a machine leaves.
@@ -69,11 +75,12 @@ impl Missed {
 
 impl After {
     /// Of the training recordings, and of the held-out one if there is one; nothing where no fit without the effect is to be had.
-    fn left_by(&self, loop_: &Refinement, model: &Model, effect: EffectId) -> Option<Vec<PartLeft>> {
+    fn left_by(&self, loop_: &Refinement, model: &Model, effect: EffectId) -> Option<Vec<f64>> {
         let others = without(&model.effects, effect);
         let machine = model.fit.machine.without([effect]).ok()?;
         let before = loop_.model(&machine, &model.fit.starts, &others, &FitOptions::quick()).ok()?;
-        let mut before = Missed::of(loop_, &before.fit.machine, &starts(&before), &others, &self.recordings, self.form);
+        let mut before =
+            Missed::of(loop_, &before.fit.machine, &starts(&before), &others, &self.recordings, self.period_s.is_none());
         let seen = loop_.nudged().len();
         for lost in [&mut before.plain, &mut before.counts] {
             if let (Some(lost), Some(as_given)) = (lost.get_mut(seen), &self.as_given) {
@@ -85,7 +92,7 @@ impl After {
             }
         }
         let kinds = [0..seen, seen..self.recordings.len()].into_iter().filter(|k| !k.is_empty());
-        Some(kinds.map(|k| part_left(&self.recordings, k, &before, &self.with)).collect())
+        Some(kinds.map(|k| part_left(&self.recordings, k, &before, &self.with, self.period_s)).collect())
     }
 }
 
@@ -93,40 +100,42 @@ fn starts(model: &Model) -> Vec<State<f64>> {
     model.fit.starts.iter().copied().chain(model.holdout_start).collect()
 }
 
-/// The part of recordings that an effect leaves; infinite where it explains nothing.
-#[derive(Debug)]
-struct PartLeft {
-    where_it_acts: f64,
-    altogether: f64,
-}
-
-/// Of some of the recordings, from what is missed without and with the effect.
-fn part_left(recordings: &[Experiment], of: Range<usize>, without: &Missed, with: &Missed) -> PartLeft {
-    // By how much it changes a row, and all rows alike.
-    let (mut before, mut after) = ([0.0; 2], [0.0; 2]);
+/// The part of some of the recordings that an effect leaves where it acts; infinite where it explains nothing.
+fn part_left(recordings: &[Experiment], of: Range<usize>, without: &Missed, with: &Missed, period_s: Option<f64>) -> f64 {
+    let (mut before, mut after) = (0.0, 0.0);
     for n in of {
         let e = &recordings[n];
+        let rows = period_s.map_or(1, |t| ((t / e.sample_time_s).round() as usize).clamp(1, e.len().max(1)));
         // The currents count together: where their vector points to is no matter.
         for speed in [true, false] {
             let of_kind = |c: &usize| (e.channels[*c].kind == ChannelKind::Speed) == speed;
             let channels: Vec<usize> = (0..e.channels.len()).filter(of_kind).collect();
-            for k in 0..e.len() {
-                let valid = || channels.iter().copied().filter(|&c| e.channels[c].is_valid(k));
-                let change: f64 = valid().map(|c| (without.plain[n][c][k] - with.plain[n][c][k]).powi(2)).sum();
-                let excess = |m: &Missed| valid().map(|c| m.counts[n][c][k].powi(2) - 1.0).sum::<f64>();
-                for (kind, weight) in [change, 1.0].into_iter().enumerate() {
-                    before[kind] += weight * excess(without);
-                    after[kind] += weight * excess(with);
+            for first in (0..e.len()).step_by(rows) {
+                let window = first..(first + rows).min(e.len());
+                let readings = || {
+                    window.clone().flat_map(|k| channels.iter().map(move |&c| (c, k))).filter(|&(c, k)| e.channels[c].is_valid(k))
+                };
+                let change = |c: usize, k: usize| without.plain[n][c][k] - with.plain[n][c][k];
+                let changed: f64 = readings().map(|(c, k)| change(c, k).powi(2)).sum();
+                if changed == 0.0 {
+                    continue;
                 }
+                let excess = |m: &Missed| match period_s {
+                    Some(_) => readings().map(|(c, k)| change(c, k) * m.counts[n][c][k]).sum::<f64>().powi(2) / changed - 1.0,
+                    None => changed * readings().map(|(c, k)| m.counts[n][c][k].powi(2) - 1.0).sum::<f64>(),
+                };
+                before += excess(without);
+                after += excess(with);
             }
         }
     }
-    let part = |kind: usize| if before[kind] > 0.0 { after[kind] / before[kind] } else { f64::INFINITY };
-    PartLeft { where_it_acts: part(0), altogether: part(1) }
+    if before > 0.0 { after / before } else { f64::INFINITY }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use im_model::{Complex, Recording};
     use proptest::prelude::*;
 
@@ -145,7 +154,9 @@ mod tests {
         Experiment::from_recording(&recording, [1.0; 2], 1.0)
     }
 
-    fn of(plain: Residuals) -> Missed {
+    /// The same of every channel.
+    fn of_channels(e: &Experiment, rows: Vec<f64>) -> Missed {
+        let plain: Residuals = vec![e.channels.iter().map(|_| rows.clone()).collect()];
         Missed { counts: plain.clone(), plain }
     }
 
@@ -155,16 +166,32 @@ mod tests {
         fn what_is_left_elsewhere_says_nothing(part in 0.0..0.9f64, size in 50.0..500.0f64, elsewhere in -1e3..1e3f64) {
             let e = experiment(20);
             let half = |first: f64| (0..20).map(|k| if k < 10 { first } else { elsewhere }).collect::<Vec<f64>>();
-            let missed = |first: f64| of(vec![e.channels.iter().map(|_| half(first)).collect::<Vec<_>>()]);
-            let left = part_left(std::slice::from_ref(&e), 0..1, &missed(size), &missed(part * size));
-            prop_assert!((left.where_it_acts - part * part).abs() < 1e-3, "{left:?}");
+            let missed = |first: f64| of_channels(&e, half(first));
+            for period_s in [None, Some(5e-3)] {
+                let left = part_left(std::slice::from_ref(&e), 0..1, &missed(size), &missed(part * size), period_s);
+                prop_assert!((left - part * part).abs() < 1e-3, "{left}");
+            }
+        }
+
+        /// In periods of 20 rows an effect changes the fundamental by as much, or by `wrong` too much and too little in turn. A harmonic beside it is
+        /// another matter.
+        #[test]
+        fn within_a_period_only_what_the_effect_changes_counts(wrong in 0.0..0.9f64, size in 50.0..500.0f64, harmonic in 0.0..1e3f64) {
+            let e = experiment(80);
+            let wave = |order: f64, k: usize| (order * TAU * k as f64 / 20.0).cos();
+            let rows = |of: &dyn Fn(usize) -> f64| of_channels(&e, (0..80).map(|k| of(k) + harmonic * wave(5.0, k)).collect());
+            let off = |k: usize| if k / 20 % 2 == 0 { wrong } else { -wrong };
+            let without = rows(&|k| size * (1.0 + off(k)) * wave(1.0, k));
+            let with = rows(&|k| size * off(k) * wave(1.0, k));
+            let left = part_left(std::slice::from_ref(&e), 0..1, &without, &with, Some(0.02));
+            prop_assert!((left - wrong * wrong / (1.0 + wrong * wrong)).abs() < 1e-3, "{left}");
         }
     }
 
     #[test]
     fn what_explains_nothing_leaves_everything() {
         let e = experiment(4);
-        let same = of(vec![vec![vec![3.0; 4]; e.channels.len()]]);
-        assert!(part_left(std::slice::from_ref(&e), 0..1, &same, &same).where_it_acts.is_infinite());
+        let same = of_channels(&e, vec![3.0; 4]);
+        assert!(part_left(std::slice::from_ref(&e), 0..1, &same, &same, None).is_infinite());
     }
 }

@@ -30,7 +30,7 @@ pub use course::{Course, Refusal, Round, Stage, Trial};
 pub use posterior::{Posterior, Weighed};
 use sets::least_dispersion;
 pub use sets::{Answer, Sets};
-pub(crate) use sets::{COMPARABLE, needed_to_tell_apart, without};
+pub(crate) use sets::{needed_to_tell_apart, without};
 pub use significance::Significance;
 
 /// What the loop may do.

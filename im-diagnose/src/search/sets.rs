@@ -34,7 +34,7 @@ const ODDS: f64 = 10.0;
 const PATIENCE: usize = 3;
 
 /// In the place of an effect, another may stand that explains at least this part of what it does beside the same others.
-pub(crate) const COMPARABLE: f64 = 0.5;
+pub(super) const COMPARABLE: f64 = 0.5;
 
 /// D is taken anew where λ has changed by more than this part.
 const SETTLED: f64 = 0.1;
