@@ -54,7 +54,7 @@ impl Diagnosis {
 
     /// A search that had to end: nothing of the library leads on.
     fn search_cut_short(&self) -> Option<String> {
-        let untried = "The search ended at its bound of work, with sets of effects untried that may be likelier";
+        let untried = "The search ended with sets of effects untried that may be likelier";
         let little = ": effects of the library explain little here. Check the channels, their units and the motor as given first";
         self.course.cut_short.then(|| format!("{untried}{}", if self.named().is_empty() { little } else { "" }))
     }

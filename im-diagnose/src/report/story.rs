@@ -530,10 +530,10 @@ fn beside_unknown_words(d: &Diagnosis) -> String {
         let they = if other.len() == 1 { "it" } else { "they" };
         return format!("beside an unknown cause {they} may only imitate it");
     }
-    let (are, act) = if there.len() == 1 { ("is", "it acts") } else { ("are", "they act") };
+    let (are, change) = if there.len() == 1 { ("is", "it changes") } else { ("are", "they change") };
     let other = if other.is_empty() { String::new() } else { format!("; {} may only imitate that cause", names(&other)) };
     format!(
-        "{} {are} there whatever the unknown cause is, as less than a tenth (mean square) is left where {act}{other}",
+        "{} {are} there whatever the unknown cause is, as less than a tenth (mean square) is left of what {change}{other}",
         names(&there)
     )
 }

@@ -59,7 +59,7 @@ pub struct Course {
     pub stages: Vec<Stage>,
     /// How sure the data are.
     pub posterior: Posterior,
-    /// The search ended at its bound of work: sets that it did not come to may be likelier.
+    /// The search ended at its bound of work, or where the library leads no further: sets that it did not come to may be likelier.
     pub cut_short: bool,
 }
 

@@ -115,7 +115,7 @@ pub(super) struct Search<'a> {
     pub(super) each_tried: bool,
     /// Simulations of all recordings that its fits have taken.
     pub(super) spent: f64,
-    /// It ended at its bound of work.
+    /// It ended before it was through.
     pub(super) cut_short: bool,
 }
 
@@ -198,24 +198,32 @@ impl From<Search<'_>> for Sets {
 }
 
 impl Search<'_> {
-    /// Expands the likeliest sets, until no other comes near.
+    /// Expands the likeliest sets, until no other comes near. Where the library explains little, what it adds to that only imitates: the search
+    /// ends, as it does at its bound of work.
     fn run(&mut self) -> Result<(), FitError> {
         let mut in_vain = 0;
         let mut best = self.best();
         while let Some(next) = self.next(in_vain) {
-            if self.spent > self.loop_.options.most_work {
+            if self.spent > self.loop_.options.most_work || (in_vain >= PATIENCE && self.is_far(&best)) {
                 self.cut_short = true;
                 break;
             }
             if self.polish(&self.best())? || self.polish(&next)? {
                 continue;
             }
+            let before = self.least_excess();
             self.expand(&next);
             let now = self.best();
-            in_vain = if now == best { in_vain + 1 } else { 0 };
+            let led_on = if self.is_far(&now) { self.least_excess() < (1.0 - UNEXPLAINED) * before } else { now != best };
+            in_vain = if led_on { 0 } else { in_vain + 1 };
             best = now;
         }
         Ok(())
+    }
+
+    /// What the set that leaves least leaves.
+    fn least_excess(&self) -> f64 {
+        self.known.values().map(|k| k.model.error() - 1.0).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether the likeliest set leaves more than a fair part of the base model's excess, and than noise: beyond doubt, the mark of some effect is in it.
