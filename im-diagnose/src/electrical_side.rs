@@ -3,13 +3,15 @@
 //! With the load torque taken as unknown the measured speed drives the machine, and the balance of torques is not used. Effects that explain the
 //! currents then are missing whatever is wrong at the shaft; what the balance asks of the load is held against the torque column.
 
-use im_identify::offline::Experiment;
+use im_identify::offline::{Experiment, Load};
 use im_model::EffectId;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::case::Case;
 use crate::diagnosis::{Diagnosis, Step, Verdict, diagnose};
-use crate::search::Options;
+use crate::loads::Found;
+use crate::search::{Options, UNEXPLAINED};
 use crate::torque_column::TorqueColumn;
 
 /// Simulations that its search may take: what takes more is as a rule not explained.
@@ -26,8 +28,41 @@ pub struct ElectricalSide {
     pub alternatives: Vec<Vec<EffectId>>,
     /// χ²/N of the refitted base model and of the last one, the larger of training and held-out recordings.
     pub error: [f64; 2],
-    /// The torque column against what currents and speed ask for, where the currents are explained.
+    /// The torque column against what currents and speed ask for, where there is one and the currents are explained.
     pub torque_column: Option<TorqueColumn>,
+    /// Where no column holds the load: the torque that currents and speed ask for in its place.
+    pub load: Option<AskedLoad>,
+}
+
+/// A load torque that currents and speed ask for, of all recordings together.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AskedLoad {
+    /// Mean, Nm.
+    pub mean_nm: f64,
+    /// Least, Nm.
+    pub least_nm: f64,
+    /// Largest, Nm.
+    pub most_nm: f64,
+    /// It was said that there is none.
+    pub none_was_said: bool,
+}
+
+impl AskedLoad {
+    /// Said where the load alone is more than what counts as unexplained of what is missed.
+    fn of(d: &Diagnosis, found: &Diagnosis) -> Option<Self> {
+        let error = |d: &Diagnosis| d.steps.last().map_or(f64::INFINITY, Step::error);
+        if error(found) > UNEXPLAINED * error(d) {
+            return None;
+        }
+        let all: Vec<&Found> = found.loads.found.iter().map(|f| &f.found).collect();
+        let means: Vec<f64> = all.iter().filter_map(|f| f.mean()).collect();
+        let ranges = || all.iter().filter_map(|f| f.range());
+        let [least_nm, most_nm] =
+            [ranges().map(|r| r.0).fold(f64::INFINITY, f64::min), ranges().map(|r| r.1).fold(f64::NEG_INFINITY, f64::max)];
+        let none_was_said = d.case.train.iter().chain(&d.case.holdout).all(|e| e.load == Load::Known);
+        let mean_nm = means.iter().sum::<f64>() / means.len() as f64;
+        (least_nm <= most_nm).then_some(Self { mean_nm, least_nm, most_nm, none_was_said })
+    }
 }
 
 impl ElectricalSide {
@@ -46,10 +81,13 @@ impl ElectricalSide {
         let found = diagnose(case, Options { most_work: MOST_WORK, ..Options::default() }).ok()?;
         let last = found.steps.last()?;
         let explained = found.verdict != Verdict::Unexplained;
-        let torque_column = explained.then(|| TorqueColumn::of(&last.machine, &found.case.train, &last.starts)).flatten();
+        let has_column = train.iter().chain(holdout).any(|e| e.load == Load::Known && e.tau_load.iter().any(|t| *t != 0.0));
+        let column = || TorqueColumn::of(&last.machine, &found.case.train, &last.starts);
+        let torque_column = (explained && has_column).then(column).flatten();
+        let load = if has_column { None } else { AskedLoad::of(d, &found) };
         let alternatives = found.named().iter().map(|e| found.rivals(*e).to_vec()).collect();
         let error = [&found.steps[0], last].map(Step::error);
-        Some(Self { verdict: found.verdict, effects: found.named().to_vec(), alternatives, error, torque_column })
+        Some(Self { verdict: found.verdict, effects: found.named().to_vec(), alternatives, error, torque_column, load })
     }
 
     /// As it stands in `diagnosis.json`.
@@ -61,6 +99,41 @@ impl ElectricalSide {
             "alternatives": self.effects.iter().zip(&self.alternatives).map(|(e, a)| (e.name().to_owned(), json!(names(a)))).collect::<serde_json::Map<_, _>>(),
             "rms_in_sigma": self.error.map(f64::sqrt),
             "torque_column": self.torque_column,
+            "load": self.load,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use im_model::simulation::{Scenario, Simulation};
+    use im_model::{MotorFile, Recording};
+
+    use super::*;
+
+    const MOTOR: &str = "[machine]\nname = \"m\"\npole_pairs = 2\n[machine.parameters]\nstator_resistance_ohm = 1.5\nrotor_resistance_ohm = 0.9\n\
+        stator_leakage_inductance_h = 0.004\nrotor_leakage_inductance_h = 0.004\nmagnetizing_inductance_h = 0.156\ninertia_kg_m2 = 0.03\n\
+        viscous_friction_nm_s_per_rad = 0.002\n[machine.rating]\ntorque_nm = 26.0\nelectrical_frequency_hz = 50.0\n\
+        phase_voltage_peak_v = 326.6\nrotor_flux_vs = 0.95\n";
+    const SCENARIO: &str = "[scenario]\nname = \"start\"\nduration_s = 0.8\nsample_time_s = 2e-4\n[mains]\nvoltage_peak_v = 326.6\n\
+        frequency_hz = 50\nclosing_s = 0.02\n[load]\ntorque_nm = [[0, 0], [0.35, 0], [0.35, 10], [0.55, 10], [0.55, 20]]\n[sensors]\n\
+        current_noise_a = 0.05\nspeed_noise_rad_s = 0.1\nseed = 1\n";
+
+    /// A load that was said not to be there is asked for by currents and speed.
+    #[test]
+    fn a_load_that_was_denied_is_found() {
+        let motor = MotorFile::parse(MOTOR, "motor.toml").unwrap();
+        let scenario = Scenario::parse(SCENARIO, "scenario.toml", Path::new("")).unwrap();
+        let run = Simulation::new(&motor.machine, &scenario).run().unwrap().recording;
+        let denied = Recording { tau_load: Some(vec![0.0; run.u_s.len()]), ..run };
+        let d = diagnose(Case::new(motor, &[denied], None), Options { most_work: MOST_WORK, ..Options::default() }).unwrap();
+        assert_eq!(d.verdict, Verdict::Unexplained);
+        let alone = ElectricalSide::after(&d).unwrap();
+        let load = alone.load.expect("a load");
+        assert!(load.none_was_said && alone.torque_column.is_none(), "{alone:?}");
+        // No load, 10 and 20 Nm, the last without end: 10 Nm or so in the mean.
+        assert!((5.0..12.0).contains(&load.mean_nm) && load.most_nm > 19.0, "{load:?}");
     }
 }

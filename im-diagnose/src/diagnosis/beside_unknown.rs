@@ -106,10 +106,12 @@ fn part_left(recordings: &[Experiment], of: Range<usize>, without: &Missed, with
     for n in of {
         let e = &recordings[n];
         let rows = period_s.map_or(1, |t| ((t / e.sample_time_s).round() as usize).clamp(1, e.len().max(1)));
-        // The currents count together: where their vector points to is no matter.
-        for speed in [true, false] {
-            let of_kind = |c: &usize| (e.channels[*c].kind == ChannelKind::Speed) == speed;
-            let channels: Vec<usize> = (0..e.channels.len()).filter(of_kind).collect();
+        // What the effect changes is one thing, in currents and speed. Of all that is left the currents count together: where their vector points to is
+        // no matter.
+        let (speeds, currents): (Vec<usize>, Vec<usize>) =
+            (0..e.channels.len()).partition(|&c| e.channels[c].kind == ChannelKind::Speed);
+        let groups = if period_s.is_some() { vec![[currents, speeds].concat()] } else { vec![currents, speeds] };
+        for channels in groups {
             for first in (0..e.len()).step_by(rows) {
                 let window = first..(first + rows).min(e.len());
                 let readings = || {

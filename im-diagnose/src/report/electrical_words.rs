@@ -2,7 +2,7 @@
 
 use super::words::{effect_name, in_sigma, sets_words};
 use crate::diagnosis::Verdict;
-use crate::electrical_side::ElectricalSide;
+use crate::electrical_side::{AskedLoad, ElectricalSide};
 use crate::format::{much, quantity, too_much};
 use crate::localise::join;
 use crate::torque_column::TorqueColumn;
@@ -28,8 +28,10 @@ pub(super) fn words(e: &ElectricalSide) -> Words {
                 1 => format!("; {} is there all the same", effect_name(e.effects[0])),
                 _ => format!("; {} are there all the same", sets_words(&e.effects, &e.alternatives)),
             };
-            let beside =
-                format!("{how} the currents are not explained either ({after} rms): what fails is not at the shaft alone{there}");
+            let load = e.load.map_or_else(String::new, |l| format!("; they ask for {}", load_words(l)));
+            let beside = format!(
+                "{how} the currents are not explained either ({after} rms): what fails is not at the shaft alone{there}{load}"
+            );
             return Words { cause: None, beside, refute: None };
         }
         Verdict::MissingEffects | Verdict::Confounded => format!(
@@ -39,11 +41,18 @@ pub(super) fn words(e: &ElectricalSide) -> Words {
         ),
         Verdict::Adequate | Verdict::Inconclusive => format!("{how} nothing is seen to be missing in the currents ({after} rms)"),
     };
+    let of_load = || e.load.map_or_else(String::new, |l| format!("; currents and speed ask for {}", load_words(l)));
     let (cause, refute) = e.torque_column.as_ref().map_or_else(
-        || ("its load, inertia, friction, or the sensor of the speed".to_owned(), None),
+        || (format!("its load, inertia, friction, or the sensor of the speed{}", of_load()), None),
         |c| (column_words(c), is_faulty(c).then(|| CORRECT.to_owned())),
     );
     Words { cause: Some(format!("what fails is at the shaft: {cause}")), beside, refute }
+}
+
+fn load_words(l: AskedLoad) -> String {
+    let [mean, least, most] = [l.mean_nm, l.least_nm, l.most_nm].map(|x| quantity(x, "Nm", 2));
+    let none = if l.none_was_said { ", and it was said that there is none" } else { "" };
+    format!("a load torque of {mean} on average, between {least} and {most}{none}")
 }
 
 const CORRECT: &str = "The same recordings with the torque column corrected (offset, gain, delay_s of [load] in a recording.toml): the error has to fall as far.";
