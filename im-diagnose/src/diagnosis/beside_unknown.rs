@@ -17,12 +17,12 @@ use im_identify::offline::{ChannelKind, Experiment, FitOptions, Residuals, resid
 use im_model::{EffectId, Machine, State};
 use rayon::prelude::*;
 
-use crate::form_error::bent;
+use crate::form_error::{SIZE_IN_SEARCH, bent};
 use crate::residuals::all_residuals;
 use crate::search::{Model, Refinement, UNEXPLAINED, without};
 
-/// Those effects of a model that leave less, where they act, than what counts as unexplained: in training, and held out. Where its `form` may be all that
-/// is wrong, what errors of form may make does not count, with the effect and without: these explain what a small effect beside a large one imitates.
+/// Those effects of a model that leave no more of what they change than two standard deviations of errors of form, in training and held out. Where its
+/// `form` may be all that is wrong, it is less than what counts as unexplained of all where they act, and what errors of form may make does not count, with the effect and without: these explain what a small effect beside a large one imitates.
 pub(super) fn there(loop_: &Refinement, model: &Model, form: bool) -> Vec<EffectId> {
     let recordings: Vec<Experiment> = loop_.nudged().iter().chain(loop_.held_out()).cloned().collect();
     let (machine, starts) = (&model.fit.machine, starts(model));
@@ -32,7 +32,9 @@ pub(super) fn there(loop_: &Refinement, model: &Model, form: bool) -> Vec<Effect
         loop_.held_out().map(|h| residuals(&motor.machine, h, &loop_.starts(&motor.machine, std::slice::from_ref(h))[0]));
     let period_s = (!form).then_some(1.0 / motor.rating.electrical_frequency_hz);
     let after = After { recordings, with, as_given, period_s };
-    let is_there = |e: &&EffectId| after.left_by(loop_, model, **e).is_some_and(|parts| parts.iter().all(|&p| p < UNEXPLAINED));
+    // Of one size in every period, as far as forms err.
+    let most = if form { UNEXPLAINED } else { (2.0 * SIZE_IN_SEARCH).powi(2) };
+    let is_there = |e: &&EffectId| after.left_by(loop_, model, **e).is_some_and(|parts| parts.iter().all(|&p| p < most));
     model.effects.par_iter().filter(is_there).copied().collect()
 }
 
