@@ -184,7 +184,7 @@ mod tests {
             let e = experiment(80);
             let wave = |order: f64, k: usize| (order * TAU * k as f64 / 20.0).cos();
             let rows = |of: &dyn Fn(usize) -> f64| of_channels(&e, (0..80).map(|k| of(k) + harmonic * wave(5.0, k)).collect());
-            let off = |k: usize| if k / 20 % 2 == 0 { wrong } else { -wrong };
+            let off = |k: usize| if (k / 20).is_multiple_of(2) { wrong } else { -wrong };
             let without = rows(&|k| size * (1.0 + off(k)) * wave(1.0, k));
             let with = rows(&|k| size * off(k) * wave(1.0, k));
             let left = part_left(std::slice::from_ref(&e), 0..1, &without, &with, Some(0.02));
