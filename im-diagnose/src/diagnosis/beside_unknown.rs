@@ -22,7 +22,8 @@ use crate::residuals::all_residuals;
 use crate::search::{Model, Refinement, UNEXPLAINED, without};
 
 /// Those effects of a model that leave no more of what they change than two standard deviations of errors of form, in training and held out. Where its
-/// `form` may be all that is wrong, it is less than what counts as unexplained of all where they act, and what errors of form may make does not count, with the effect and without: these explain what a small effect beside a large one imitates.
+/// `form` may be all that is wrong, it is less than what counts as unexplained of all where they act, and what errors of form may make does not count,
+/// with the effect and without: these explain what a small effect beside a large one imitates.
 pub(super) fn there(loop_: &Refinement, model: &Model, form: bool) -> Vec<EffectId> {
     let recordings: Vec<Experiment> = loop_.nudged().iter().chain(loop_.held_out()).cloned().collect();
     let (machine, starts) = (&model.fit.machine, starts(model));

@@ -223,7 +223,7 @@ impl Search<'_> {
 
     /// What the set that leaves least leaves.
     fn least_excess(&self) -> f64 {
-        self.known.values().map(|k| k.model.error() - 1.0).fold(f64::INFINITY, f64::min)
+        self.known.keys().map(|s| self.excess(s)).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether the likeliest set leaves more than a fair part of the base model's excess, and than noise: beyond doubt, the mark of some effect is in it.
