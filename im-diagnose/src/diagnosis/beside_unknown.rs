@@ -6,92 +6,54 @@
 //! supply, the part that is left is
 //!
 //! $$ \frac{\sum_w (d_w \cdot r_w)^2 / |d_w|^2 - 1}{\sum_w (d_w \cdot r_w^\circ)^2 / |d_w|^2 - 1}. $$
-//!
-//! Where the form of what was found may be all that is wrong, all that is left where the effect acts is left by it: with $n_k$ readings in row k the part is
-//!
-//! $$ \frac{\sum_k |d_k|^2\,(|r_k|^2 - n_k)}{\sum_k |d_k|^2\,(|r_k^\circ|^2 - n_k)}. $$
 
 use std::ops::Range;
 
-use im_identify::offline::{ChannelKind, Experiment, FitOptions, Residuals, residuals};
-use im_model::{EffectId, Machine, State};
+use im_identify::offline::{Experiment, FitOptions, Residuals, residuals};
+use im_model::{EffectId, State};
 use rayon::prelude::*;
 
-use crate::form_error::{SIZE_IN_SEARCH, bent};
+use crate::form_error::SIZE_IN_SEARCH;
 use crate::residuals::all_residuals;
-use crate::search::{Model, Refinement, UNEXPLAINED, without};
+use crate::search::{Model, Refinement, without};
 
-/// Those effects of a model that leave no more of what they change than two standard deviations of errors of form, in training and held out. Where its
-/// `form` may be all that is wrong, it is less than what counts as unexplained of all where they act, and what errors of form may make does not count,
-/// with the effect and without: these explain what a small effect beside a large one imitates.
-pub(super) fn there(loop_: &Refinement, model: &Model, form: bool) -> Vec<EffectId> {
+/// Of one size in every period, as far as forms err: two standard deviations of them.
+const MOST_LEFT: f64 = (2.0 * SIZE_IN_SEARCH) * (2.0 * SIZE_IN_SEARCH);
+
+/// Those effects of a model that leave no more of what they change than errors of form may, in training and held out.
+pub(super) fn there(loop_: &Refinement, model: &Model) -> Vec<EffectId> {
     let recordings: Vec<Experiment> = loop_.nudged().iter().chain(loop_.held_out()).cloned().collect();
-    let (machine, starts) = (&model.fit.machine, starts(model));
-    let with = Missed::of(loop_, machine, &starts, &model.effects, &recordings, form);
+    let with = all_residuals(&model.fit.machine, &starts(model), &recordings);
     let motor = &loop_.case().motor;
     let as_given =
         loop_.held_out().map(|h| residuals(&motor.machine, h, &loop_.starts(&motor.machine, std::slice::from_ref(h))[0]));
-    let period_s = (!form).then_some(1.0 / motor.rating.electrical_frequency_hz);
-    let after = After { recordings, with, as_given, period_s };
-    // Of one size in every period, as far as forms err.
-    let most = if form { UNEXPLAINED } else { (2.0 * SIZE_IN_SEARCH).powi(2) };
-    let is_there = |e: &&EffectId| after.left_by(loop_, model, **e).is_some_and(|parts| parts.iter().all(|&p| p < most));
+    let after = After { recordings, with, as_given, period_s: 1.0 / motor.rating.electrical_frequency_hz };
+    let is_there = |e: &&EffectId| after.left_by(loop_, model, **e).is_some_and(|parts| parts.iter().all(|&p| p < MOST_LEFT));
     model.effects.par_iter().filter(is_there).copied().collect()
 }
 
 /// The training recordings, then the held-out one, and what a model leaves of them.
 struct After {
     recordings: Vec<Experiment>,
-    with: Missed,
+    with: Residuals,
     /// What the motor as given leaves of the held-out one.
     as_given: Option<Vec<Vec<f64>>>,
-    /// Beside another cause, a period of the rated supply: what is left is asked for what the effect changes within each. Where the form may be all that
-    /// is wrong, everything counts that is left in a row.
-    period_s: Option<f64>,
-}
-
-/// What a machine leaves.
-struct Missed {
-    /// The residuals.
-    plain: Residuals,
-    /// Those of them that count.
-    counts: Residuals,
-}
-
-impl Missed {
-    fn of(
-        loop_: &Refinement,
-        machine: &Machine<f64>,
-        starts: &[State<f64>],
-        effects: &[EffectId],
-        recordings: &[Experiment],
-        form: bool,
-    ) -> Self {
-        let plain = all_residuals(machine, starts, recordings);
-        let bent_curves = || {
-            let free = loop_.free(machine, effects, recordings);
-            bent(machine, starts, recordings, &free, loop_.case().motor.leakage_ratio_std())
-        };
-        Self { counts: if form { bent_curves() } else { plain.clone() }, plain }
-    }
+    /// A period of the rated supply, s.
+    period_s: f64,
 }
 
 impl After {
     /// Of the training recordings, and of the held-out one if there is one; nothing where no fit without the effect is to be had.
     fn left_by(&self, loop_: &Refinement, model: &Model, effect: EffectId) -> Option<Vec<f64>> {
-        let others = without(&model.effects, effect);
         let machine = model.fit.machine.without([effect]).ok()?;
-        let before = loop_.model(&machine, &model.fit.starts, &others, &FitOptions::quick()).ok()?;
-        let mut before =
-            Missed::of(loop_, &before.fit.machine, &starts(&before), &others, &self.recordings, self.period_s.is_none());
+        let before = loop_.model(&machine, &model.fit.starts, &without(&model.effects, effect), &FitOptions::quick()).ok()?;
+        let mut before = all_residuals(&before.fit.machine, &starts(&before), &self.recordings);
         let seen = loop_.nudged().len();
-        for lost in [&mut before.plain, &mut before.counts] {
-            if let (Some(lost), Some(as_given)) = (lost.get_mut(seen), &self.as_given) {
-                // A refit can lose the held-out recording, and to bring it back explains nothing: no more than the motor as given leaves.
-                let size = |left: &[Vec<f64>]| left.iter().flatten().map(|r| r * r).sum::<f64>();
-                if size(as_given) < size(lost) {
-                    lost.clone_from(as_given);
-                }
+        if let (Some(lost), Some(as_given)) = (before.get_mut(seen), &self.as_given) {
+            // A refit can lose the held-out recording, and to bring it back explains nothing: no more than the motor as given leaves.
+            let size = |left: &[Vec<f64>]| left.iter().flatten().map(|r| r * r).sum::<f64>();
+            if size(as_given) < size(lost) {
+                lost.clone_from(as_given);
             }
         }
         let kinds = [0..seen, seen..self.recordings.len()].into_iter().filter(|k| !k.is_empty());
@@ -103,32 +65,26 @@ fn starts(model: &Model) -> Vec<State<f64>> {
     model.fit.starts.iter().copied().chain(model.holdout_start).collect()
 }
 
-/// The part of some of the recordings that an effect leaves where it acts; infinite where it explains nothing.
-fn part_left(recordings: &[Experiment], of: Range<usize>, without: &Missed, with: &Missed, period_s: Option<f64>) -> f64 {
+/// The part of what an effect changes in some of the recordings that it leaves; infinite where it explains nothing.
+fn part_left(recordings: &[Experiment], of: Range<usize>, without: &Residuals, with: &Residuals, period_s: f64) -> f64 {
     let (mut before, mut after) = (0.0, 0.0);
     for n in of {
         let e = &recordings[n];
-        let rows = period_s.map_or(1, |t| ((t / e.sample_time_s).round() as usize).clamp(1, e.len().max(1)));
-        // What the effect changes is one thing, in currents and speed. Of all that is left the currents count together: where their vector points to is
-        // no matter.
-        let (speeds, currents): (Vec<usize>, Vec<usize>) =
-            (0..e.channels.len()).partition(|&c| e.channels[c].kind == ChannelKind::Speed);
-        let groups = if period_s.is_some() { vec![[currents, speeds].concat()] } else { vec![currents, speeds] };
-        for channels in groups {
-            for first in (0..e.len()).step_by(rows) {
-                let window = first..(first + rows).min(e.len());
-                let readings = || {
-                    window.clone().flat_map(|k| channels.iter().map(move |&c| (c, k))).filter(|&(c, k)| e.channels[c].is_valid(k))
-                };
-                let change = |c: usize, k: usize| without.plain[n][c][k] - with.plain[n][c][k];
-                let changed: f64 = readings().map(|(c, k)| change(c, k).powi(2)).sum();
-                if changed == 0.0 {
-                    continue;
-                }
-                let excess = |m: &Missed| match period_s {
-                    Some(_) => readings().map(|(c, k)| change(c, k) * m.counts[n][c][k]).sum::<f64>().powi(2) / changed - 1.0,
-                    None => changed * readings().map(|(c, k)| m.counts[n][c][k].powi(2) - 1.0).sum::<f64>(),
-                };
+        let (without, with) = (&without[n], &with[n]);
+        let rows = ((period_s / e.sample_time_s).round() as usize).clamp(1, e.len().max(1));
+        for first in (0..e.len()).step_by(rows) {
+            let window = first..(first + rows).min(e.len());
+            // What the effect changes is one thing, in currents and speed.
+            let readings = || {
+                (0..e.channels.len())
+                    .flat_map(|c| window.clone().map(move |k| (c, k)))
+                    .filter(|&(c, k)| e.channels[c].is_valid(k))
+            };
+            let change = |c: usize, k: usize| without[c][k] - with[c][k];
+            let changed: f64 = readings().map(|(c, k)| change(c, k).powi(2)).sum();
+            if changed > 0.0 {
+                let excess =
+                    |left: &[Vec<f64>]| readings().map(|(c, k)| change(c, k) * left[c][k]).sum::<f64>().powi(2) / changed - 1.0;
                 before += excess(without);
                 after += excess(with);
             }
@@ -160,9 +116,8 @@ mod tests {
     }
 
     /// The same of every channel.
-    fn of_channels(e: &Experiment, rows: Vec<f64>) -> Missed {
-        let plain: Residuals = vec![e.channels.iter().map(|_| rows.clone()).collect()];
-        Missed { counts: plain.clone(), plain }
+    fn of_channels(e: &Experiment, rows: Vec<f64>) -> Residuals {
+        vec![e.channels.iter().map(|_| rows.clone()).collect()]
     }
 
     proptest! {
@@ -172,10 +127,8 @@ mod tests {
             let e = experiment(20);
             let half = |first: f64| (0..20).map(|k| if k < 10 { first } else { elsewhere }).collect::<Vec<f64>>();
             let missed = |first: f64| of_channels(&e, half(first));
-            for period_s in [None, Some(5e-3)] {
-                let left = part_left(std::slice::from_ref(&e), 0..1, &missed(size), &missed(part * size), period_s);
-                prop_assert!((left - part * part).abs() < 1e-3, "{left}");
-            }
+            let left = part_left(std::slice::from_ref(&e), 0..1, &missed(size), &missed(part * size), 5e-3);
+            prop_assert!((left - part * part).abs() < 1e-3, "{left}");
         }
 
         /// In periods of 20 rows an effect changes the fundamental by as much, or by `wrong` too much and too little in turn. A harmonic beside it is
@@ -188,7 +141,7 @@ mod tests {
             let off = |k: usize| if (k / 20).is_multiple_of(2) { wrong } else { -wrong };
             let without = rows(&|k| size * (1.0 + off(k)) * wave(1.0, k));
             let with = rows(&|k| size * off(k) * wave(1.0, k));
-            let left = part_left(std::slice::from_ref(&e), 0..1, &without, &with, Some(0.02));
+            let left = part_left(std::slice::from_ref(&e), 0..1, &without, &with, 0.02);
             prop_assert!((left - wrong * wrong / (1.0 + wrong * wrong)).abs() < 1e-3, "{left}");
         }
     }
@@ -197,6 +150,6 @@ mod tests {
     fn what_explains_nothing_leaves_everything() {
         let e = experiment(4);
         let same = of_channels(&e, vec![3.0; 4]);
-        assert!(part_left(std::slice::from_ref(&e), 0..1, &same, &same, None).is_infinite());
+        assert!(part_left(std::slice::from_ref(&e), 0..1, &same, &same, 2e-3).is_infinite());
     }
 }
