@@ -6,54 +6,87 @@
 //! supply, the part that is left is
 //!
 //! $$ \frac{\sum_w (d_w \cdot r_w)^2 / |d_w|^2 - 1}{\sum_w (d_w \cdot r_w^\circ)^2 / |d_w|^2 - 1}. $$
+//!
+//! Where the form of what was found may be all that is wrong, what errors of form may make of $r$ and $r^\circ$ is taken out of them: these explain what a
+//! small effect beside a large one imitates.
 
 use std::ops::Range;
 
 use im_identify::offline::{Experiment, FitOptions, Residuals, residuals};
-use im_model::{EffectId, State};
+use im_model::{EffectId, Machine, State};
 use rayon::prelude::*;
 
-use crate::form_error::SIZE_IN_SEARCH;
+use crate::form_error::{SIZE_IN_SEARCH, bent};
 use crate::residuals::all_residuals;
-use crate::search::{Model, Refinement, without};
+use crate::search::{Model, Refinement, UNEXPLAINED, without};
 
-/// Of one size in every period, as far as forms err: two standard deviations of them.
-const MOST_LEFT: f64 = (2.0 * SIZE_IN_SEARCH) * (2.0 * SIZE_IN_SEARCH);
-
-/// Those effects of a model that leave no more of what they change than errors of form may, in training and held out.
-pub(super) fn there(loop_: &Refinement, model: &Model) -> Vec<EffectId> {
+/// Those effects of a model that leave no more of what they change than two standard deviations of errors of form, in training and held out. Where its
+/// `form` may be all that is wrong, no other cause is known to be there, and it is less than what counts as unexplained.
+pub(super) fn there(loop_: &Refinement, model: &Model, form: bool) -> Vec<EffectId> {
     let recordings: Vec<Experiment> = loop_.nudged().iter().chain(loop_.held_out()).cloned().collect();
-    let with = all_residuals(&model.fit.machine, &starts(model), &recordings);
+    let with = Missed::of(loop_, &model.fit.machine, &starts(model), &model.effects, &recordings, form);
     let motor = &loop_.case().motor;
     let as_given =
         loop_.held_out().map(|h| residuals(&motor.machine, h, &loop_.starts(&motor.machine, std::slice::from_ref(h))[0]));
-    let after = After { recordings, with, as_given, period_s: 1.0 / motor.rating.electrical_frequency_hz };
-    let is_there = |e: &&EffectId| after.left_by(loop_, model, **e).is_some_and(|parts| parts.iter().all(|&p| p < MOST_LEFT));
+    let after = After { recordings, with, as_given, period_s: 1.0 / motor.rating.electrical_frequency_hz, form };
+    let most = if form { UNEXPLAINED } else { (2.0 * SIZE_IN_SEARCH).powi(2) };
+    let is_there = |e: &&EffectId| after.left_by(loop_, model, **e).is_some_and(|parts| parts.iter().all(|&p| p < most));
     model.effects.par_iter().filter(is_there).copied().collect()
 }
 
 /// The training recordings, then the held-out one, and what a model leaves of them.
 struct After {
     recordings: Vec<Experiment>,
-    with: Residuals,
+    with: Missed,
     /// What the motor as given leaves of the held-out one.
     as_given: Option<Vec<Vec<f64>>>,
     /// A period of the rated supply, s.
     period_s: f64,
+    /// Whether the form of what was found may be all that is wrong.
+    form: bool,
+}
+
+/// What a machine leaves.
+struct Missed {
+    /// The residuals.
+    plain: Residuals,
+    /// Those of them that count.
+    counts: Residuals,
+}
+
+impl Missed {
+    fn of(
+        loop_: &Refinement,
+        machine: &Machine<f64>,
+        starts: &[State<f64>],
+        effects: &[EffectId],
+        recordings: &[Experiment],
+        form: bool,
+    ) -> Self {
+        let plain = all_residuals(machine, starts, recordings);
+        let bent_curves = || {
+            let free = loop_.free(machine, effects, recordings);
+            bent(machine, starts, recordings, &free, loop_.case().motor.leakage_ratio_std())
+        };
+        Self { counts: if form { bent_curves() } else { plain.clone() }, plain }
+    }
 }
 
 impl After {
     /// Of the training recordings, and of the held-out one if there is one; nothing where no fit without the effect is to be had.
     fn left_by(&self, loop_: &Refinement, model: &Model, effect: EffectId) -> Option<Vec<f64>> {
+        let others = without(&model.effects, effect);
         let machine = model.fit.machine.without([effect]).ok()?;
-        let before = loop_.model(&machine, &model.fit.starts, &without(&model.effects, effect), &FitOptions::quick()).ok()?;
-        let mut before = all_residuals(&before.fit.machine, &starts(&before), &self.recordings);
+        let before = loop_.model(&machine, &model.fit.starts, &others, &FitOptions::quick()).ok()?;
+        let mut before = Missed::of(loop_, &before.fit.machine, &starts(&before), &others, &self.recordings, self.form);
         let seen = loop_.nudged().len();
-        if let (Some(lost), Some(as_given)) = (before.get_mut(seen), &self.as_given) {
-            // A refit can lose the held-out recording, and to bring it back explains nothing: no more than the motor as given leaves.
-            let size = |left: &[Vec<f64>]| left.iter().flatten().map(|r| r * r).sum::<f64>();
-            if size(as_given) < size(lost) {
-                lost.clone_from(as_given);
+        for lost in [&mut before.plain, &mut before.counts] {
+            if let (Some(lost), Some(as_given)) = (lost.get_mut(seen), &self.as_given) {
+                // A refit can lose the held-out recording, and to bring it back explains nothing: no more than the motor as given leaves.
+                let size = |left: &[Vec<f64>]| left.iter().flatten().map(|r| r * r).sum::<f64>();
+                if size(as_given) < size(lost) {
+                    lost.clone_from(as_given);
+                }
             }
         }
         let kinds = [0..seen, seen..self.recordings.len()].into_iter().filter(|k| !k.is_empty());
@@ -66,11 +99,10 @@ fn starts(model: &Model) -> Vec<State<f64>> {
 }
 
 /// The part of what an effect changes in some of the recordings that it leaves; infinite where it explains nothing.
-fn part_left(recordings: &[Experiment], of: Range<usize>, without: &Residuals, with: &Residuals, period_s: f64) -> f64 {
+fn part_left(recordings: &[Experiment], of: Range<usize>, without: &Missed, with: &Missed, period_s: f64) -> f64 {
     let (mut before, mut after) = (0.0, 0.0);
     for n in of {
         let e = &recordings[n];
-        let (without, with) = (&without[n], &with[n]);
         let rows = ((period_s / e.sample_time_s).round() as usize).clamp(1, e.len().max(1));
         for first in (0..e.len()).step_by(rows) {
             let window = first..(first + rows).min(e.len());
@@ -80,11 +112,11 @@ fn part_left(recordings: &[Experiment], of: Range<usize>, without: &Residuals, w
                     .flat_map(|c| window.clone().map(move |k| (c, k)))
                     .filter(|&(c, k)| e.channels[c].is_valid(k))
             };
-            let change = |c: usize, k: usize| without[c][k] - with[c][k];
+            let change = |c: usize, k: usize| without.plain[n][c][k] - with.plain[n][c][k];
             let changed: f64 = readings().map(|(c, k)| change(c, k).powi(2)).sum();
             if changed > 0.0 {
-                let excess =
-                    |left: &[Vec<f64>]| readings().map(|(c, k)| change(c, k) * left[c][k]).sum::<f64>().powi(2) / changed - 1.0;
+                let left = |m: &Missed| readings().map(|(c, k)| change(c, k) * m.counts[n][c][k]).sum::<f64>();
+                let excess = |m: &Missed| left(m).powi(2) / changed - 1.0;
                 before += excess(without);
                 after += excess(with);
             }
@@ -116,8 +148,9 @@ mod tests {
     }
 
     /// The same of every channel.
-    fn of_channels(e: &Experiment, rows: Vec<f64>) -> Residuals {
-        vec![e.channels.iter().map(|_| rows.clone()).collect()]
+    fn of_channels(e: &Experiment, rows: Vec<f64>) -> Missed {
+        let plain: Residuals = vec![e.channels.iter().map(|_| rows.clone()).collect()];
+        Missed { counts: plain.clone(), plain }
     }
 
     proptest! {

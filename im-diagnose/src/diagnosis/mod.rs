@@ -173,8 +173,9 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
     let mut there = Vec::new();
     // A table is too short to tell errors of form from noise.
     if contested && !loop_.nudged().iter().all(Experiment::is_table) {
-        there = beside_unknown::there(&loop_, last);
-        there.retain(|e| left.is_form() || likelier.as_ref().is_none_or(|l| l.effects.contains(e)));
+        let form = left.is_form();
+        there = beside_unknown::there(&loop_, last, form);
+        there.retain(|e| form || likelier.as_ref().is_none_or(|l| l.effects.contains(e)));
         left = left.beside_unknown(&there, &last.effects);
     }
     // Coloured noise is rougher than white noise of the same size is taken to be: where nothing in the residual has a cause, it is the noise.

@@ -154,9 +154,19 @@ pub fn torques_balance(experiments: &[Experiment]) -> bool {
 
 /// Those of [`effect_parameters`] that such experiments depend on.
 pub fn effect_parameters_in(effect: EffectId, machine: &Machine<f64>, rating: &Rating, experiments: &[Experiment]) -> Vec<Free> {
-    let idle = effect.about().place == Place::Mechanics && !torques_balance(experiments);
-    if idle { Vec::new() } else { effect_parameters(effect, machine, rating) }
+    if torques_balance(experiments) {
+        return effect_parameters(effect, machine, rating);
+    }
+    if effect.about().place == Place::Mechanics {
+        return Vec::new();
+    }
+    let mut free = effect_parameters(effect, machine, rating);
+    // A common factor of the currents is one of all impedances, where no torque says how large they are.
+    free.retain(|f| f.id() != Some(COMMON_CURRENT_GAIN));
+    free
 }
+
+const COMMON_CURRENT_GAIN: ParameterId = ParameterId::Effect(EffectId::CurrentSensorGain, 0);
 
 /// The strength and shape parameters of an effect, scaled to the machine; and an order that is no whole number, near where it is.
 pub fn effect_parameters(effect: EffectId, machine: &Machine<f64>, rating: &Rating) -> Vec<Free> {

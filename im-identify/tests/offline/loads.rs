@@ -117,3 +117,23 @@ fn effects_on_the_shaft_are_not_fitted_where_no_torque_is_balanced() {
     let count = |e: &[Experiment]| effect_parameters_in(EffectId::CoulombFriction, &truth(), &rating, e).len();
     assert!(count(std::slice::from_ref(&unknown)) == 0 && count(&[unknown, known]) > 0);
 }
+
+#[test]
+fn a_common_gain_of_the_currents_is_not_fitted_where_no_torque_tells_it_from_the_impedances() {
+    let r = recording(true);
+    let (known, unknown) = (experiment(&r), driven(&r));
+    let gain = EffectId::CurrentSensorGain;
+    let count = |e: &[Experiment]| effect_parameters_in(gain, &truth(), &M.rating, e).len();
+    assert_eq!((count(std::slice::from_ref(&unknown)), count(&[unknown.clone(), known])), (2, 3));
+    // All impedances by a factor, from rest: the same currents as through sensors of that gain, with any size of the machine.
+    use BaseParameter as P;
+    let impedances = [P::StatorResistance, P::RotorResistance, P::StatorLeakageInductance, P::RotorLeakageInductance];
+    let scaled: Vec<_> =
+        impedances.into_iter().chain([P::MagnetizingInductance]).map(|p| (id(p), truth().get(id(p)) / 1.2)).collect();
+    let smaller = truth().with(&scaled).unwrap();
+    let through = truth().with(&[(ParameterId::Effect(gain, 0), 0.2)]).unwrap();
+    let of = |m: &Machine<f64>| residuals(m, &unknown, &State::default());
+    for (a, b) in of(&smaller).iter().flatten().zip(of(&through).iter().flatten()) {
+        assert!((a - b).abs() < 1e-6 * (1.0 + a.abs()), "{a} {b}");
+    }
+}
