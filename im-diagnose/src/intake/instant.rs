@@ -1,5 +1,6 @@
 //! Which instant a voltage belongs to, where nobody has said: the model is fitted with it held from its row, as a drive commands it, and
-//! with it sampled at its row, as a voltmeter shows it, and the better one is taken.
+//! with it sampled at its row, as a voltmeter shows it, and the better one is taken. What its name says stands unless the model explains the data, and
+//! clearly better otherwise: without the effects that are missing a fit does not know better.
 
 use im_identify::offline::{Experiment, FitOptions, base_parameters_in, fit, guess_start, start_on, start_parameters};
 use im_model::MotorFile;
@@ -52,8 +53,18 @@ fn misfit(e: &Experiment, load: LoadPlan, motor: &MotorFile) -> Option<f64> {
     Some(found.chi2_per_sample()).filter(|x| x.is_finite())
 }
 
-/// The better of the two: `experiment` makes the experiment with an instant.
-pub fn choose(experiment: impl Fn(Instant) -> Experiment, load: LoadPlan, motor: &MotorFile) -> Choice {
+/// Whether samples explain the data, and clearly better than a held voltage.
+fn refutes(held: Option<f64>, sample: Option<f64>) -> bool {
+    sample.is_some_and(|s| s < FITS && held.is_none_or(|h| s < CLEARLY * h))
+}
+
+/// The better of the two: `experiment` makes the experiment with an instant; `held_by_name` is why the voltage's name says that it is held.
+pub fn choose(
+    experiment: impl Fn(Instant) -> Experiment,
+    load: LoadPlan,
+    motor: &MotorFile,
+    held_by_name: Option<&str>,
+) -> Choice {
     let [held, sample] = [Instant::HeldFromRow, Instant::Sample].map(|i| misfit(&experiment(i), load, motor));
     let better = |best: f64, other: f64, word: &str| {
         let number = |x: f64| crate::format::number(x.sqrt(), 3);
@@ -61,9 +72,11 @@ pub fn choose(experiment: impl Fn(Instant) -> Experiment, load: LoadPlan, motor:
         let far = if best > FITS { far } else { "" };
         format!("refitted, the model fits better so, {} σ rms against {} σ with {word:?}{far}", number(best), number(other))
     };
-    let (instant, why) = match (held, sample) {
-        (Some(h), Some(s)) if s < CLEARLY * h => (Instant::Sample, better(s, h, "held_from_row")),
-        (Some(h), Some(s)) if h < CLEARLY * s => (Instant::HeldFromRow, better(h, s, "sample")),
+    let by_name = held_by_name.filter(|_| !refutes(held, sample));
+    let (instant, why) = match (by_name, held, sample) {
+        (Some(why), ..) => (Instant::HeldFromRow, why.to_owned()),
+        (_, Some(h), Some(s)) if s < CLEARLY * h => (Instant::Sample, better(s, h, "held_from_row")),
+        (_, Some(h), Some(s)) if h < CLEARLY * s => (Instant::HeldFromRow, better(h, s, "sample")),
         // A voltmeter's samples: nobody commands the mains.
         _ if is_mains(motor, &experiment(Instant::Sample)) => (
             Instant::Sample,
