@@ -152,7 +152,7 @@ pub fn torques_balance(experiments: &[Experiment]) -> bool {
     experiments.iter().any(|e| !e.speed_is_imposed())
 }
 
-/// Those of [`effect_parameters`] that such experiments depend on.
+/// Those of [`effect_parameters`] that such experiments depend on, and tell from the base parameters.
 pub fn effect_parameters_in(effect: EffectId, machine: &Machine<f64>, rating: &Rating, experiments: &[Experiment]) -> Vec<Free> {
     if torques_balance(experiments) {
         return effect_parameters(effect, machine, rating);
