@@ -25,7 +25,7 @@ fn folder(name: &str, also: &str) -> Folder {
 }
 
 fn taken(folder: &Folder) -> Result<Intake, IntakeError> {
-    take(&folder.0.join("run.csv"))
+    take(&folder.0.path().join("run.csv"))
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn another_instruments_columns_come_on_the_recordings_axis() {
         let off = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / a.len() as f64;
         assert!(off.sqrt() < 0.3, "{name}: {} rad/s", off.sqrt());
         assert_eq!(joined.u_s[..], whole.u_s[first..][..joined.u_s.len()]);
-        assert!(files(&folder.0.join("run.csv"), None).unwrap().iter().any(|f| f.ends_with("log.csv")));
+        assert!(files(&folder.0.path().join("run.csv"), None).unwrap().iter().any(|f| f.ends_with("log.csv")));
     }
 }
 
@@ -63,7 +63,7 @@ fn clocks_that_cannot_be_set_are_refused_with_the_place() {
         assert!(e.contains(words) && e.contains("run.recording.toml"), "{name}: {e}");
     }
     let missing = folder("missing", "shift_s = 0");
-    std::fs::remove_file(missing.0.join("log.csv")).unwrap();
+    std::fs::remove_file(missing.0.path().join("log.csv")).unwrap();
     let e = taken(&missing).unwrap_err().to_string();
     assert!(e.contains("log.csv"), "{e}");
 }
@@ -76,7 +76,7 @@ fn what_a_second_instrument_asks_for_is_said() {
     assert_eq!(of(&taken(&folder("unsaid", "")).unwrap().findings, kind).len(), 1);
     assert!(of(&taken(&folder("said", "shift_s = 0.0")).unwrap().findings, kind).is_empty());
     let (of_both, alone) = (folder("alone", ""), Folder::new("alone_log"));
-    let path = alone.put("log.csv", std::fs::read(of_both.0.join("log.csv")).unwrap());
+    let path = alone.put("log.csv", std::fs::read(of_both.0.path().join("log.csv")).unwrap());
     let all = std::fs::read_to_string(&path).unwrap().replace("shunt", "level");
     std::fs::write(&path, all).unwrap();
     let said = take(&path).unwrap_err().to_string();

@@ -23,7 +23,7 @@ fn a_good_recording_has_nothing_to_be_said_about_it() {
     let t = taken("good", &columns(), MAPPING);
     assert_eq!(t.findings, []);
     let folder = Folder::new("canonical");
-    let path = folder.0.join("run.csv");
+    let path = folder.0.path().join("run.csv");
     start().write_csv(&path).unwrap();
     let t = take(&path).unwrap();
     assert_eq!(t.findings, []);
@@ -585,5 +585,5 @@ fn canonical_names_with_decimal_commas_are_read_and_prose_is_not() {
     let t = take(&folder.put("run.csv", text)).unwrap();
     assert!(t.draft.is_none() && t.experiment.u_s[1000] == r.u_s[1000]);
     let e = take(&folder.put("prose.csv", "Dear colleague\nall went\nvery well\nbest regards\n")).unwrap_err().to_string();
-    assert!(e.contains("no two columns of numbers") && !folder.0.join("prose.recording.toml").exists(), "{e}");
+    assert!(e.contains("no two columns of numbers") && !folder.0.path().join("prose.recording.toml").exists(), "{e}");
 }

@@ -59,7 +59,7 @@ fn a_recording_is_the_same_from_other_programs_files_as_from_csv() {
     let path = folder.put("run.mat", mat(&columns()));
     assert_eq!(take(&path).unwrap().experiment, from_csv.experiment);
     // By its mapping, too: the file beside it is the MAT file.
-    assert_eq!(read(&folder.0.join("run.recording.toml"), None, &motor()).unwrap()[0].experiment, from_csv.experiment);
+    assert_eq!(read(&folder.0.path().join("run.recording.toml"), None, &motor()).unwrap()[0].experiment, from_csv.experiment);
 
     let folder = Folder::new("formats-comtrade");
     folder.put("run.recording.toml", MAPPING.replace("t_s", "t (s)"));
@@ -73,7 +73,7 @@ fn an_unmapped_file_gets_a_draft_that_reads_it() {
     let folder = Folder::new("formats-draft");
     let taken = take(&folder.put("run.mat", mat(&columns()))).unwrap();
     folder.put("run.recording.toml", taken.draft.expect("a draft").text);
-    assert_eq!(take(&folder.0.join("run.mat")).unwrap().experiment, taken.experiment);
+    assert_eq!(take(&folder.0.path().join("run.mat")).unwrap().experiment, taken.experiment);
 }
 
 #[test]

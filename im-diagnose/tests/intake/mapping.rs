@@ -81,9 +81,9 @@ fn a_mapping_that_asks_for_what_is_not_there_is_refused() {
     let text = e(MAPPING.replace("column = \"t_s\"", "column = \"t_s\"\nfrom_s = 7"));
     assert!(text.contains("rows in it: the recording goes from 0 s"), "{text}");
     folder.put("run.recording.toml", MAPPING);
-    let folder_as_file = take(&folder.0).unwrap_err().to_string();
+    let folder_as_file = take(folder.0.path()).unwrap_err().to_string();
     assert!(folder_as_file.contains("a folder, not a recording"), "{folder_as_file}");
-    let absent = take(&folder.0.join("none.csv")).unwrap_err().to_string();
+    let absent = take(&folder.0.path().join("none.csv")).unwrap_err().to_string();
     assert!(absent.contains("no such file"), "{absent}");
     for (text, expected) in [
         ("", "the file is empty"),
@@ -119,7 +119,7 @@ fn a_mapping_names_its_recordings_and_one_beside_them_serves_all() {
 fn a_mapping_of_the_folder_is_not_for_canonical_files_and_those_it_does_not_name() {
     let folder = Folder::new("canonical-beside");
     folder.put("laboratory.csv", csv(&columns()));
-    let drive = folder.0.join("drive.csv");
+    let drive = folder.0.path().join("drive.csv");
     start().write_csv(&drive).unwrap();
     let alone = take(&drive).unwrap();
     for files in ["", "file = \"laboratory.csv\"\n"] {
@@ -419,7 +419,7 @@ fn utf_16_and_times_of_day_are_read() {
         (t.start_s - 86_399.9).abs() < 1e-6 && (t.experiment.sample_time_s / plain.experiment.sample_time_s - 1.0).abs() < 1e-6
     );
     // A guess takes it for the time, whatever it is called.
-    std::fs::remove_file(folder.0.join("run.recording.toml")).unwrap();
+    std::fs::remove_file(folder.0.path().join("run.recording.toml")).unwrap();
     folder.put("run.csv", text.replace("t_s", "when (ms)"));
     let draft = take(&path).unwrap().draft.unwrap();
     assert!(draft.text.contains("[time]\ncolumn = \"when (ms)\"\n\n"), "{}", draft.text);

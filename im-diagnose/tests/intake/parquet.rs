@@ -49,7 +49,7 @@ fn a_recording_is_the_same_from_parquet_as_from_csv() {
         let taken = take(&put(&folder, &columns(), compression)).unwrap();
         assert_eq!(taken.experiment, from_csv(&format!("parquet-csv-{k}")).experiment);
         // By its mapping, too: the file beside it is the Parquet one.
-        let by_mapping = read(&folder.0.join("run.recording.toml"), None, &motor()).unwrap();
+        let by_mapping = read(&folder.0.path().join("run.recording.toml"), None, &motor()).unwrap();
         assert_eq!(by_mapping[0].experiment, taken.experiment);
     }
 }
@@ -60,7 +60,7 @@ fn an_unmapped_parquet_file_gets_a_draft_that_reads_it() {
     let taken = take(&put(&folder, &columns(), Compression::SNAPPY)).unwrap();
     let draft = taken.draft.expect("a draft");
     folder.put("run.recording.toml", &draft.text);
-    assert_eq!(take(&folder.0.join("run.parquet")).unwrap().experiment, taken.experiment);
+    assert_eq!(take(&folder.0.path().join("run.parquet")).unwrap().experiment, taken.experiment);
 }
 
 #[test]

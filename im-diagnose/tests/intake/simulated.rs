@@ -66,26 +66,18 @@ pub fn csv(all: &[(&str, Vec<f64>)]) -> String {
 }
 
 /// A folder that goes away with the test.
-pub struct Folder(pub PathBuf);
+pub struct Folder(pub tempfile::TempDir);
 
 impl Folder {
+    /// `name` is only to be seen in messages: the folder is this call's alone.
     pub fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("im-intake-{}-{name}", std::process::id()));
-        let _ = std::fs::remove_dir_all(&path);
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
+        Self(tempfile::Builder::new().prefix(&format!("im-intake-{name}-")).tempdir().unwrap())
     }
 
     pub fn put(&self, name: &str, text: impl AsRef<[u8]>) -> PathBuf {
-        let path = self.0.join(name);
+        let path = self.0.path().join(name);
         std::fs::write(&path, text).unwrap();
         path
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
