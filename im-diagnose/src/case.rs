@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use im_identify::offline::{Channel, Experiment, Start, guess_start, start_on};
+use im_identify::offline::{Channel, Experiment, Start, VoltageNoise, guess_start, start_on};
 use im_model::{EffectId, Machine, MotorFile, Recording, State};
 use rayon::prelude::*;
 
 use crate::intake::mapping::Begin;
-use crate::intake::quality::convention;
+use crate::intake::quality::{convention, voltage_noise};
 use crate::intake::{Intake, LoadPlan};
 use crate::noise::{step_sigma, white_sigma};
 use crate::residuals::{all_residuals, nudged};
@@ -42,6 +42,11 @@ impl Case {
         self.train.iter().filter(|e| !e.is_table())
     }
 
+    /// All recordings, that which is held out the last.
+    pub fn all(&self) -> impl Iterator<Item = &Experiment> {
+        self.train.iter().chain(&self.holdout)
+    }
+
     /// Whether the mains feed the machine in every recording.
     pub fn is_on_mains(&self) -> bool {
         let mut recordings = self.runs().peekable();
@@ -52,9 +57,12 @@ impl Case {
     pub fn new(motor: MotorFile, train: &[Recording], holdout: Option<&Recording>) -> Self {
         let run = |r: &Recording| {
             let load = if r.tau_load.is_none() { LoadPlan::Unknown } else { LoadPlan::Known };
-            (Experiment::from_recording(r, [1.0, 1.0], 1.0), Begin::Auto, load)
+            let mut e = Experiment::from_recording(r, [1.0, 1.0], 1.0);
+            e.voltage_noise = voltage_noise::of_mains(&motor, &e, &e.u_s);
+            (e, Begin::Auto, load)
         };
-        Self::of(motor, train.iter().map(run).collect(), holdout.map(run))
+        let (train, holdout) = (train.iter().map(run).collect(), holdout.map(run));
+        Self::of(motor, train, holdout)
     }
 
     /// From recordings as they were taken in; the noise of each sensor is estimated from all of them together.
@@ -117,9 +125,18 @@ impl Case {
     pub fn judge_by(&mut self, machine: &Machine<f64>) {
         let runs = nudged(&self.train);
         let starts: Vec<State<f64>> = runs.par_iter().map(|e| start_on(machine, e, &self.motor.rating)).collect();
-        self.set_noise_from(&runs, &all_residuals(machine, &starts, &runs));
-        let by = |(e, x): (Experiment, &State<f64>)| e.smoothed_by_torque(machine, x).with_speed_found_by(machine, x);
+        let left = all_residuals(machine, &starts, &runs);
+        self.set_noise_from(&runs, &left);
+        self.doubt_voltage_noise(machine, &runs, &left);
+        let by = |(e, x): (Experiment, &State<f64>)| e.with_inputs_by(machine, x);
         self.train = std::mem::take(&mut self.train).into_par_iter().zip(&starts).map(by).collect();
+    }
+
+    /// Takes the voltages for exact whose roughness the currents follow, by what `machine` leaves of `fitted`.
+    pub fn doubt_voltage_noise(&mut self, machine: &Machine<f64>, fitted: &[Experiment], residuals: &[Vec<Vec<f64>>]) {
+        if voltage_noise::followed(&self.motor, machine, fitted.iter().zip(residuals)) {
+            self.train.iter_mut().chain(&mut self.holdout).for_each(|e| e.voltage_noise = VoltageNoise::default());
+        }
     }
 
     /// Sets the noise of every channel from the data: the median over the recordings that have it.

@@ -11,14 +11,14 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Thinned, predict, smoothness};
+use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Thinned, outputs, smoothness};
 use im_model::effects::Role;
 use im_model::{BaseParameter, Complex, EffectId, Machine, ParameterId, State, TParameters};
 use nalgebra::{DMatrix, DVector, DVectorView};
 use rayon::prelude::*;
 
 use crate::noise::sensor_whiteners;
-use crate::residuals::{all_residuals, deviance, difference, slopes};
+use crate::residuals::{all_residuals, change, deviance, slopes};
 
 /// Standard deviation of the difference in form: a part of what an effect explains.
 const SIZE: f64 = 0.05;
@@ -320,18 +320,18 @@ type Change = Vec<Vec<Vec<f64>>>;
 /// Changes of one standard deviation that no parameter is meant to follow; `ratio_std` is that of ln(L_ls/L_lr)
 /// ([`leakage_ratio_std`](im_model::MotorFile::leakage_ratio_std)).
 pub fn disturbances(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Experiment], ratio_std: f64) -> Disturbances {
-    let here: Change = experiments.par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
-    let change = |other: &Machine<f64>| -> Option<Change> {
-        let there: Vec<_> = experiments.par_iter().zip(starts).map(|(e, x)| predict(other, e, x)).collect();
-        let out: Change = experiments.iter().zip(here.iter().zip(&there)).map(|(e, (a, b))| difference(e, a, b)).collect();
+    let (here, left): (Change, Change) = experiments.par_iter().zip(starts).map(|(e, x)| outputs(machine, e, x)).unzip();
+    let change_to = |other: &Machine<f64>| -> Option<Change> {
+        let there = all_residuals(other, starts, experiments);
+        let out: Change = left.iter().zip(&there).map(|(before, after)| change(before, after)).collect();
         out.iter().flatten().flatten().all(|x| x.is_finite()).then_some(out)
     };
     // Half of the way is linear enough, and twice the change is that of one standard deviation.
-    let mut of_ratio = with_ratio(machine, 0.5 * ratio_std).as_ref().and_then(change);
+    let mut of_ratio = with_ratio(machine, 0.5 * ratio_std).as_ref().and_then(change_to);
     of_ratio.iter_mut().flatten().flatten().flatten().for_each(|x| *x *= 2.0);
     let active = || machine.effects().active();
-    let explained = active().filter_map(|e| change(&machine.without([e]).ok()?)).collect();
-    let mut detuned: Vec<Change> = active().flat_map(|e| retuned(machine, e)).filter_map(|m| change(&m)).collect();
+    let explained = active().filter_map(|e| change_to(&machine.without([e]).ok()?)).collect();
+    let mut detuned: Vec<Change> = active().flat_map(|e| retuned(machine, e)).filter_map(|m| change_to(&m)).collect();
     detuned.iter_mut().flatten().flatten().flatten().for_each(|x| *x /= RETUNED);
     Disturbances { of_ratio, explained, detuned, bending: Bending::new(experiments, &here) }
 }
@@ -389,6 +389,7 @@ fn scaled(change: &Change, by: impl Fn(usize, usize) -> f64) -> Change {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use im_identify::offline::predict;
     use im_model::machines::MOTULATOR_2_2_KW as M;
     use im_model::{EffectId, Recording};
 

@@ -1,13 +1,13 @@
 //! What the noise of a measured input does to the outputs.
 
-use im_identify::offline::{ChannelKind, Experiment, predict};
+use im_identify::offline::{ChannelKind, Experiment, residuals};
 use im_model::{Machine, State};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 
 use crate::noise::white_sigma;
-use crate::residuals::difference;
+use crate::residuals::change;
 
 /// Draws of the noise: their mean square is right to a fifth.
 const DRAWS: u64 = 48;
@@ -31,10 +31,10 @@ pub fn torque_noise<R: Send>(
     if e.is_table() || e.imposed_speed.is_some() || sigma.is_nan() || sigma <= 0.0 {
         return Vec::new();
     }
-    let here = predict(machine, e, start);
+    let here = residuals(machine, e, start);
     let draw = |seed: u64| {
         let tau_load = with_noise(&e.tau_load, sigma, seed);
-        let change = difference(e, &here, &predict(machine, &Experiment { tau_load, ..e.clone() }, start));
+        let change = change(&here, &residuals(machine, &Experiment { tau_load, ..e.clone() }, start));
         change.iter().flatten().all(|x| x.is_finite()).then(|| seen(&change))
     };
     (0..DRAWS).into_par_iter().filter_map(draw).collect()
@@ -47,7 +47,7 @@ pub fn nudge_noise(machine: &Machine<f64>, experiments: &[Experiment], starts: &
         let (speed, rate) = e.speed_nudge.as_ref()?;
         let sigma = e.channels.iter().find(|c| c.kind == ChannelKind::Speed)?.sigma;
         let rougher = Experiment { speed_nudge: Some((with_noise(speed, sigma, 0), *rate)), ..e.clone() };
-        let change = difference(e, &predict(machine, e, start), &predict(machine, &rougher, start));
+        let change = change(&residuals(machine, e, start), &residuals(machine, &rougher, start));
         let currents = e.channels.iter().zip(&change).filter(|(c, _)| c.kind != ChannelKind::Speed);
         let all: Vec<f64> = currents.flat_map(|(_, x)| x.iter().map(|x| x * x)).filter(|x| x.is_finite()).collect();
         (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
@@ -58,6 +58,7 @@ pub fn nudge_noise(machine: &Machine<f64>, experiments: &[Experiment], starts: &
 #[cfg(test)]
 mod tests {
     use super::*;
+    use im_identify::offline::predict;
     use im_model::machines::MOTULATOR_2_2_KW as M;
     use im_model::{BaseParameter, Complex, ParameterId, Recording};
 

@@ -3,10 +3,10 @@
 //! A meter of class c may be off by c % of its reading, evenly distributed: c/√3 in standard deviation, and the same wherever that meter is read. No
 //! residual shows that, and parameters move with it: R_s by twice the error of the ammeter.
 
-use im_identify::offline::{Channel, ChannelKind, Experiment, predict};
+use im_identify::offline::{Channel, ChannelKind, Experiment, residuals};
 use im_model::{Machine, State};
 
-use crate::residuals::difference;
+use crate::residuals::change;
 
 /// Per experiment and channel: a change of the readings, in σ.
 type Change = Vec<Vec<Vec<f64>>>;
@@ -26,8 +26,8 @@ pub fn scale_errors(machine: &Machine<f64>, experiments: &[Experiment]) -> Vec<C
         of(&|e, std| {
             let mut moved = e.clone();
             other(&mut moved, 1.0 + std);
-            let [here, there] = [e, &moved].map(|e| predict(machine, e, &State::default()));
-            difference(e, &here, &there)
+            let [here, there] = [e, &moved].map(|e| residuals(machine, e, &State::default()));
+            change(&here, &there)
         })
     };
     let all = [

@@ -4,7 +4,7 @@ use std::borrow::Borrow;
 use std::collections::BTreeMap;
 use std::mem::take;
 
-use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Residuals, linearize, residuals};
+use im_identify::offline::{Channel, ChannelKind, Experiment, Free, Residuals, linearize, outputs, residuals};
 use im_model::{Machine, State};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -28,7 +28,10 @@ pub fn any_nudged(experiments: &[Experiment]) -> bool {
 /// Copies of experiments with the speed nudged towards the measured one, where it is measured.
 pub fn nudged(experiments: &[Experiment]) -> Vec<Experiment> {
     let rate = |e: &Experiment| NUDGE_PER_S * e.nudge_part;
-    let with = |e: &Experiment| Experiment { speed_nudge: nudging(e).map(|c| (c.values.clone(), rate(e))), ..e.clone() };
+    let with = |e: &Experiment| match nudging(e) {
+        Some(c) => e.clone().nudged_towards(c.values.clone(), rate(e)),
+        None => e.clone(),
+    };
     experiments.iter().map(with).collect()
 }
 
@@ -71,12 +74,9 @@ pub fn slopes(machine: &Machine<f64>, starts: &[State<f64>], experiments: &[Expe
     (0..free.len()).map(|p| of_runs.iter_mut().map(|s| take(&mut s[p])).collect()).collect()
 }
 
-/// From one prediction of an experiment to another, in σ; zero at rows that do not count.
-pub fn difference(e: &Experiment, from: &[Vec<f64>], to: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let channel = |(c, (a, b)): (&Channel, (&Vec<f64>, &Vec<f64>))| -> Vec<f64> {
-        (0..a.len()).map(|k| if c.is_valid(k) { (b[k] - a[k]) / c.sigma } else { 0.0 }).collect()
-    };
-    e.channels.iter().zip(from.iter().zip(to)).map(channel).collect()
+/// How the outputs of an experiment change, in σ, between two runs that leave these residuals.
+pub fn change(before: &[Vec<f64>], after: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    before.iter().zip(after).map(|(before, after)| before.iter().zip(after).map(|(b, a)| b - a).collect()).collect()
 }
 
 /// Mean squared residual of one experiment, in σ².
@@ -92,7 +92,7 @@ pub(crate) const FITS: f64 = 4.0;
 pub struct Errors {
     /// χ²/N: mean squared residual in σ²; 1 is the noise of the sensors.
     pub chi2_per_sample: f64,
-    /// Root mean square per channel, in its unit.
+    /// Root mean square per channel, in its unit, with what the noise of a measured voltage does.
     pub rmse: BTreeMap<String, f64>,
     /// Fit percent per channel: 100 (1 − ‖e‖/‖y − mean y‖); none of a signal that stays where it is.
     pub fit_percent: BTreeMap<String, f64>,
@@ -123,16 +123,16 @@ const STANDS: f64 = 3.0;
 
 /// Errors of a machine on experiments.
 pub fn errors(machine: &Machine<f64>, experiments: &[Experiment], starts: &[State<f64>]) -> Errors {
-    let r = all_residuals(machine, starts, experiments);
+    let runs: Vec<_> = experiments.par_iter().zip(starts).map(|(e, x)| outputs(machine, e, x)).collect();
     let mut sums: BTreeMap<String, [f64; 6]> = BTreeMap::new();
-    for (e, r) in experiments.iter().zip(&r) {
-        for (c, r) in e.channels.iter().zip(r) {
+    for (e, (predicted, left)) in experiments.iter().zip(&runs) {
+        for (c, (modelled, r)) in e.channels.iter().zip(predicted.iter().zip(left)) {
             let s = sums.entry(c.name.clone()).or_default();
             for (k, x) in r.iter().enumerate().filter(|(k, _)| c.is_valid(*k)) {
                 let y = c.values[k];
                 s[0] += 1.0;
                 s[1] += x * x;
-                s[2] += x * x * c.sigma * c.sigma;
+                s[2] += (y - modelled[k]).powi(2);
                 s[3] += y;
                 s[4] += y * y;
                 s[5] += c.sigma * c.sigma;

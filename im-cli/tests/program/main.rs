@@ -10,6 +10,7 @@ mod identify;
 mod interrupt;
 mod main_job;
 mod mistakes;
+mod noisy_voltage;
 mod observe;
 mod outputs;
 mod simulate;

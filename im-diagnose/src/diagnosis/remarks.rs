@@ -1,6 +1,6 @@
 //! What to check before the answer is believed.
 
-use im_identify::offline::{Experiment, Load};
+use im_identify::offline::{ChannelKind, Experiment, Load};
 use im_model::{EffectId, ParameterId};
 
 use super::{Diagnosis, Verdict};
@@ -15,6 +15,8 @@ use crate::uncertainty::MachineQuantity;
 const NEAR_SAMPLES: f64 = 0.1;
 /// Mean square of the residual, in σ², below which the noise was taken too large.
 const BELOW_NOISE: f64 = 0.8;
+/// Over the noise of a current sensor, what that of the voltage may make of the current within a row: estimates lean by its square.
+const NOISY_VOLTAGE: f64 = 0.2;
 
 /// A gain this near, relative, to a factor between conventions is suspicious.
 const NEAR_CONVENTION: f64 = 0.04;
@@ -41,6 +43,7 @@ impl Diagnosis {
             self.gain_of_a_convention(),
             self.scale_of_the_torque(),
             self.error_below_noise(),
+            self.noisy_voltage(),
         ];
         found.into_iter().flatten().chain(self.contradictions()).collect()
     }
@@ -125,6 +128,24 @@ impl Diagnosis {
             };
             format!("An error of {} σ rms is less than the noise alone makes: {why}", number(least.sqrt(), 2))
         })
+    }
+
+    /// A voltage whose noise makes the currents rougher than their own sensors' does: a machine that passes less of it, by a delay or by more leakage,
+    /// then fits better, true or not.
+    fn noisy_voltage(&self) -> Option<String> {
+        let leakage_h = self.refined.machine.parameters().inverse_gamma().leakage_inductance_h;
+        let counted = self.case.train.iter().filter(|e| e.voltage_noise.counts());
+        let most = counted.flat_map(|e| {
+            let made_a = e.voltage_noise.sigma_v * e.sample_time_s / leakage_h;
+            let currents = e.channels.iter().filter(|c| matches!(c.kind, ChannelKind::Current { .. }));
+            currents.map(move |c| (made_a / c.sigma, e.voltage_noise.sigma_v))
+        });
+        let (part, sigma_v) = most.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(part, _)| *part > NOISY_VOLTAGE)?;
+        Some(format!(
+            "The voltage was measured with {} V rms of noise, which from row to row makes {} of what the current sensors' noise does: beyond {NOISY_VOLTAGE}, inductances and a voltage delay lean by more than their intervals say. Average it over the sample before it is written",
+            number(sigma_v, 2),
+            number(part, 2)
+        ))
     }
 
     /// Whether the fit refutes a finding: an offset that no current sensor has once the model explains the recordings, or another convention

@@ -22,6 +22,7 @@ pub fn decimate(e: &mut Experiment, rated_frequency_hz: f64) -> Option<Finding> 
     let pick = |x: &[f64]| (0..kept).map(|k| x[k * factor]).collect::<Vec<f64>>();
     let mean = |k: usize| e.u_s[k * factor..(k + 1) * factor].iter().sum::<Complex<f64>>() / factor as f64;
     e.u_s = (0..kept).map(mean).collect();
+    e.voltage_noise.sigma_v /= (factor as f64).sqrt();
     // A torque in between acts too.
     e.tau_load = (0..kept).map(|k| e.tau_load[k * factor..(k + 1) * factor].iter().sum::<f64>() / factor as f64).collect();
     e.imposed_speed = e.imposed_speed.as_deref().map(pick);
@@ -61,6 +62,7 @@ mod tests {
             sample_time_s: 1e-4,
             supply_frequency_hz: None,
             u_s: (0..n).map(|k| Complex::new(ramp(k), 0.0)).collect(),
+            voltage_noise: Default::default(),
             tau_load: vec![1.0; n],
             load: Load::Known,
             imposed_speed: None,

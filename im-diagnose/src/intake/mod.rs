@@ -32,7 +32,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use im_identify::offline::{Channel, ChannelKind, Experiment, Start};
+use im_identify::offline::{Channel, ChannelKind, Experiment, Start, VoltageNoise};
 use im_model::{CanonicalColumns, EffectId, FileError, FileKind, MotorFile, Problem, Rows, TextFormat, VectorColumns, read_text};
 
 pub use columns::Columns;
@@ -215,6 +215,8 @@ fn read_one(origin: Origin<'_>, said: Option<Said>, motor: &MotorFile) -> Result
     let measured_voltage = Voltage { instant: signals.instant, ..mapping.voltage.clone() }.is_measured();
     let mut taken = Intake { draft, ..assemble(&signals, checked, mapping.begin) };
     taken.experiment.inert = Some(if measured_voltage { EffectId::InverterNonlinearity } else { EffectId::VoltageOffset });
+    let rows: Vec<_> = (0..signals.len()).map(|k| signals.u(k)).collect();
+    taken.experiment.voltage_noise = quality::voltage_noise::of_mains(motor, &taken.experiment, &rows);
     taken.experiment.warmth = mapping.winding_c.map(|c| motor.warmth(c, c)).into_iter().collect();
     if let Some(mut finding) = decimate::decimate(&mut taken.experiment, motor.rating.electrical_frequency_hz) {
         finding.recording.clone_from(&signals.name);
@@ -449,6 +451,7 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         name: s.name.clone(),
         sample_time_s: s.sample_time_s,
         u_s,
+        voltage_noise: VoltageNoise::default(),
         tau_load: s.tau_load.as_ref().map_or_else(|| vec![0.0; n], |t| t.values[..n].to_vec()),
         imposed_speed: matches!(s.speed, SpeedTrace::Locked).then(|| vec![0.0; n]),
         speed_nudge: None,

@@ -12,7 +12,7 @@ use super::sections::{load_section, place, provenance};
 use super::signals::SignalTable;
 use super::story::{Shown, View};
 use super::terminal::{Text, loads as loads_text, place as place_text};
-use super::words::{file_name, in_sigma};
+use super::words::{file_name, in_sigma, voltage_noise};
 use super::{Meta, Used};
 use crate::case::Case;
 use crate::consistency;
@@ -221,7 +221,7 @@ pub fn compare_html(c: &Comparison, meta: &Meta) -> String {
         id: "errors",
         short: "error",
         title: "The error",
-        body: html! { (table(&table_head, &rows)) p { (NOISE) } },
+        body: html! { (table(&table_head, &rows)) p { (NOISE) @if let Some(said) = voltage_noise(c.experiments.iter()) { " " (said) } } },
     }];
     let models = overlay::models(&c.shown);
     let mut data = None;
@@ -267,6 +267,9 @@ pub fn compare_terminal(c: &Comparison, meta: &Meta, width: usize) -> String {
         }
     }
     out.table(&rows, &[false, false, true, true, true]);
+    if let Some(said) = voltage_noise(c.experiments.iter()) {
+        out.paragraph("  ", &said);
+    }
     // As good as they can tell, there is nothing to explain.
     if !c.diverges() && !(0.9..1.1).contains(&c.total.chi2_per_sample) {
         out.paragraph("  ", NOISE);

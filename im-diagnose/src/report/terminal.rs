@@ -5,7 +5,7 @@ use super::overlay::{channel_words, nudged};
 use super::sections::{LOSSES_HEAD, fall_rows, losses_cells, parameter_warnings, parameters_note};
 use super::story::{Shown, Story, candidates as by_interest, summary, verdict_words};
 use super::text_plot::{columns, log_bar, spark, wrapped};
-use super::words::{change_words, file_name, in_sigma, is_new, quantity_name, short_effect_name};
+use super::words::{change_words, file_name, in_sigma, is_new, quantity_name, short_effect_name, voltage_noise};
 use crate::diagnosis::{Diagnosis, Verdict};
 use crate::format::{interval, number, quantity, sentence, side_by_side};
 use crate::intake::joined;
@@ -159,6 +159,9 @@ fn errors(out: &mut Text, s: &Story) {
         }
     }
     out.table(&table, &[false, true, true, true]);
+    if let Some(said) = voltage_noise(s.d.case.all()) {
+        out.paragraph("  ", &said);
+    }
 }
 
 /// Where it fails, with two small plots; the first model is the one that fails.

@@ -5,6 +5,7 @@ pub use crate::format::{effect_name, short_effect_name};
 use crate::format::{number, percent_change};
 use crate::localise::join;
 use crate::uncertainty::MachineQuantity;
+use im_identify::offline::Experiment;
 use im_model::{BaseParameter, EffectId, ParameterId};
 
 /// Effects, each with its rivals: "A, either B or C".
@@ -114,6 +115,16 @@ pub fn in_sigma(chi2: f64) -> String {
     }
     let place = 10f64.powf(rms.log10().floor() - 2.0).max(1e-1);
     format!("{}\u{a0}σ", number((rms / place).round() * place, 3))
+}
+
+/// What is to be said of the noise of measured voltages, where it counts.
+pub(crate) fn voltage_noise<'a>(experiments: impl Iterator<Item = &'a Experiment>) -> Option<String> {
+    let counted = experiments.map(|e| &e.voltage_noise).filter(|n| n.counts()).map(|n| n.sigma_v);
+    let most = counted.reduce(f64::max)?;
+    Some(format!(
+        "The noise of the measured voltage, {} V rms, counts too: what it makes of currents and speed is in the errors in their units, and no error in σ.",
+        number(most, 2)
+    ))
 }
 
 /// The name of a recording without its folder.

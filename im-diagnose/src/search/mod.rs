@@ -148,8 +148,7 @@ impl Refinement {
         let sampled = case.train.iter().filter(|e| !e.is_table());
         let longest = sampled.map(|e| e.sample_time_s).fold(0.0, f64::max);
         effects.suit_sampling(longest);
-        let mut candidates = if options.candidates.is_empty() { effects.ids().collect() } else { options.candidates.clone() };
-        candidates.retain(|e| !case.rules_out(*e));
+        let candidates = if options.candidates.is_empty() { effects.ids().collect() } else { options.candidates.clone() };
         let base = machine.with_effects(effects)?;
         case.estimate_noise();
         let mut me = Self {
@@ -167,8 +166,12 @@ impl Refinement {
         let starts = me.starts(&me.base, &me.nudged);
         let first = me.model(&me.base, &starts, &[], &FitOptions { tolerance: 1e-5, ..FitOptions::default() })?;
         // The voltage's own roughness shows in the currents: only in the residual is the roughness all noise.
-        me.case.set_noise_from(&me.nudged, &me.left_by(&first.fit));
+        let left = me.left_by(&first.fit);
+        me.case.set_noise_from(&me.nudged, &left);
+        me.case.doubt_voltage_noise(&first.fit.machine, &me.nudged, &left);
         me.smooth_speeds_by(&first.fit);
+        let case = &me.case;
+        me.candidates.retain(|e| !case.rules_out(*e));
         me.nudge();
         me.nudge_quietly(&first.fit);
         let mut model = me.model(&first.fit.machine, &first.fit.starts, &[], &FitOptions::near())?;
@@ -236,14 +239,10 @@ impl Refinement {
     /// is, it is found by that model.
     fn smooth_speeds_by(&mut self, fit: &Fit) {
         let train = std::mem::take(&mut self.case.train);
-        self.case.train = train
-            .into_par_iter()
-            .zip(&fit.starts)
-            .map(|(e, x)| e.smoothed_by_torque(&fit.machine, x).with_speed_found_by(&fit.machine, x))
-            .collect();
+        self.case.train = train.into_par_iter().zip(&fit.starts).map(|(e, x)| e.with_inputs_by(&fit.machine, x)).collect();
         self.case.holdout = self.case.holdout.take().map(|h| {
             let start = start_on(&fit.machine, &h, &self.rating);
-            h.smoothed_by_torque(&fit.machine, &start).with_speed_found_by(&fit.machine, &start)
+            h.with_inputs_by(&fit.machine, &start)
         });
     }
 

@@ -11,14 +11,14 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use im_identify::offline::{ChannelKind, Experiment, Free, Residuals, Thinned, effect_parameters, predict};
+use im_identify::offline::{ChannelKind, Experiment, Free, Residuals, Thinned, effect_parameters, residuals};
 use im_model::effects::{COEFFICIENTS, FreeForm, Role};
 use im_model::{Bound, EffectId, Machine, ParameterId, Rating, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::noise::{Whitener, whiteners};
-use crate::residuals::{all_residuals, deviance, difference, slopes};
+use crate::residuals::{all_residuals, change, deviance, slopes};
 use crate::shaft_lines::{self, Run, same_order};
 use crate::statistics::{Basis, closest_of, complement, dot, log_p, threshold};
 
@@ -293,23 +293,24 @@ fn cut(runs: &[Experiment], column: &[f64]) -> Residuals {
 /// Runs in some steps, and what the machine does there.
 struct Way<'a> {
     thinned: Thinned<'a>,
-    before: Vec<Vec<Vec<f64>>>,
+    /// What it leaves, in σ.
+    before: Residuals,
 }
 
 impl<'a> Way<'a> {
     fn new(machine: &Machine<f64>, starts: &[State<f64>], thinned: Thinned<'a>) -> Self {
-        let before = thinned.runs().par_iter().zip(starts).map(|(e, x)| predict(machine, e, x)).collect();
+        let before = all_residuals(machine, starts, thinned.runs());
         Self { thinned, before }
     }
 
     /// The change of the outputs to another machine, in σ at every row.
     fn change_to(&self, other: &Machine<f64>, starts: &[State<f64>]) -> Option<Residuals> {
         let runs = self.thinned.runs().iter().zip(starts).zip(&self.before);
-        let change = |((e, x), before): ((&Experiment, &State<f64>), &Vec<Vec<f64>>)| {
-            let d = difference(e, before, &predict(other, e, x));
+        let to = |((e, x), before): ((&Experiment, &State<f64>), &Vec<Vec<f64>>)| {
+            let d = change(before, &residuals(other, e, x));
             d.iter().flatten().all(|v| v.is_finite()).then_some(d)
         };
-        let change: Residuals = runs.map(change).collect::<Option<_>>()?;
+        let change: Residuals = runs.map(to).collect::<Option<_>>()?;
         Some(self.thinned.at_every_row(&change))
     }
 }

@@ -5,6 +5,7 @@ use thiserror::Error;
 
 use super::channel::{Channel, ChannelKind};
 use super::load::{Load, ShownSpeed};
+use super::speed::{UnsureInputs, VoltageNoise};
 
 /// How a run starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +40,8 @@ pub struct Experiment {
     pub supply_frequency_hz: Option<f64>,
     /// Voltage held over the sample that begins at the row, V.
     pub u_s: Vec<Complex<f64>>,
+    /// Noise of that voltage.
+    pub voltage_noise: VoltageNoise,
     /// Load torque, Nm; zero where nothing is known.
     pub tau_load: Vec<f64>,
     /// What is known of the load torque beside that.
@@ -104,6 +107,7 @@ impl Experiment {
             sample_time_s: r.sample_time_s,
             supply_frequency_hz: None,
             u_s: r.u_s.clone(),
+            voltage_noise: VoltageNoise::default(),
             tau_load: r.tau_load.clone().unwrap_or_else(|| vec![0.0; r.len()]),
             load: Load::Known,
             imposed_speed: None,
@@ -161,6 +165,11 @@ impl Experiment {
     /// Whether the rotor turns at a given speed, whatever the torque.
     pub fn speed_is_imposed(&self) -> bool {
         self.imposed_speed.is_some() || matches!(self.load, Load::Unknown(_) | Load::Unseen(_))
+    }
+
+    /// What of its inputs is not known, once a machine says what that does.
+    pub(super) fn unsure_inputs(&self) -> Option<&UnsureInputs> {
+        self.voltage_noise.unsure().or_else(|| self.load.unsure_speed())
     }
 
     /// The state at the first row as far as it is known, the sizes of the load with it.

@@ -5,7 +5,7 @@
 use im_model::{Plant, Scalar};
 
 use super::channel::Channel;
-use super::speed::{FoundSpeed, UnsureSpeed, Wandering};
+use super::speed::{FoundSpeed, UnsureInputs, Wandering};
 use super::trend::Trend;
 
 /// What is known of the load torque beside the column.
@@ -29,7 +29,7 @@ pub enum Load {
 
 impl Load {
     /// What is not known of the speed, where that drives the machine.
-    pub(super) fn unsure_speed(&self) -> Option<&UnsureSpeed> {
+    pub(super) fn unsure_speed(&self) -> Option<&UnsureInputs> {
         match self {
             Self::Unknown(shown) => shown.unsure.as_ref(),
             Self::Unseen(found) => Some(&found.unsure),
@@ -69,7 +69,7 @@ pub struct ShownSpeed {
     /// What the noise of the sensor leaves of the speed.
     pub(super) noise: Wandering,
     /// What that does to the currents; once a machine is known.
-    pub(super) unsure: Option<UnsureSpeed>,
+    pub(super) unsure: Option<UnsureInputs>,
 }
 
 impl ShownSpeed {

@@ -30,8 +30,8 @@ pub use free::{
 pub use knowledge::{HALF_95, expecting, knowing, prior_cost, prior_terms};
 pub use load::{Load, ShownSpeed, Size};
 pub use load_torque::{LoadEstimate, load_torque};
-pub use simulate::{Linearized, Residuals, linearize, predict, residuals};
+pub use simulate::{Linearized, Residuals, linearize, outputs, predict, residuals};
 pub use smoothness::{Smoothness, smoothness};
-pub use speed::FoundSpeed;
+pub use speed::{FoundSpeed, VoltageNoise};
 pub use start::{angle_on, guess_start, start_on, start_parameters};
 pub use thinned::Thinned;

@@ -4,7 +4,7 @@ use im_model::{Bench, Complex, Machine, ParameterId, PlantInput, Scalar, SingleD
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
-use super::channel::ChannelKind;
+use super::channel::{Channel, ChannelKind};
 use super::experiment::{Experiment, Start};
 use super::free::{Free, Target, change_component};
 use super::steady;
@@ -81,21 +81,33 @@ fn sweep(machine: &Machine<f64>, experiment: &Experiment, start: &State<f64>, ro
     }
 }
 
-/// Predicted values of each channel, in the order of `experiment.channels`.
+/// Predicted values of each channel, in the order of `experiment.channels`; where its speed is not known or not without noise, with the likeliest up
+/// to each row.
 pub fn predict(machine: &Machine<f64>, experiment: &Experiment, start: &State<f64>) -> Vec<Vec<f64>> {
-    let mut out = vec![vec![0.0; experiment.len()]; experiment.channels.len()];
-    sweep(machine, experiment, start, experiment.len(), |k, c, y| out[c][k] = y);
-    if experiment.load.unsure_speed().is_some() {
-        // With the likeliest speed up to each row: what the residual leaves of what was measured.
-        let left = residuals(machine, experiment, start);
-        for ((y, r), c) in out.iter_mut().zip(&left).zip(&experiment.channels) {
+    outputs(machine, experiment, start).0
+}
+
+/// What [`predict`] and [`residuals`] give, by one simulation.
+pub fn outputs(machine: &Machine<f64>, experiment: &Experiment, start: &State<f64>) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    let mut predicted = vec![vec![0.0; experiment.len()]; experiment.channels.len()];
+    sweep(machine, experiment, start, experiment.len(), |k, c, y| predicted[c][k] = y);
+    let off = |(c, y): (&Channel, &Vec<f64>)| -> Vec<f64> {
+        y.iter().enumerate().map(|(k, y)| if c.is_valid(k) { (c.values[k] - y) / c.sigma } else { 0.0 }).collect()
+    };
+    let mut left: Vec<Vec<f64>> = experiment.channels.iter().zip(&predicted).map(off).collect();
+    if let Some(unsure) = experiment.load.unsure_speed() {
+        // What the likeliest speed leaves of what was measured.
+        let mut left = left.clone();
+        unsure.whiten(&mut left, &experiment.channels);
+        for ((y, r), c) in predicted.iter_mut().zip(&left).zip(&experiment.channels) {
             y.iter_mut().enumerate().filter(|(k, _)| c.is_valid(*k)).for_each(|(k, y)| *y = c.values[k] - c.sigma * r[k]);
         }
     }
-    out
+    whitened(experiment, &mut left);
+    (predicted, left)
 }
 
-/// Residuals (measured − predicted)/σ per channel; zero at rows that do not count.
+/// Residuals (measured − predicted)/σ per channel; zero at rows that do not count. Of what the noise of the inputs does, innovations.
 pub fn residuals(machine: &Machine<f64>, experiment: &Experiment, start: &State<f64>) -> Vec<Vec<f64>> {
     residuals_to(machine, experiment, start, experiment.len())
 }
@@ -113,9 +125,9 @@ pub(super) fn residuals_to(machine: &Machine<f64>, experiment: &Experiment, star
     out
 }
 
-/// Where the speed is not known, or not without noise, only what no such speed could explain counts.
+/// Where the speed is not known, or speed or voltage not without noise, only what no such inputs could explain counts.
 fn whitened(experiment: &Experiment, r: &mut [Vec<f64>]) {
-    if let Some(unsure) = experiment.load.unsure_speed() {
+    if let Some(unsure) = experiment.unsure_inputs() {
         unsure.whiten(r, &experiment.channels);
     }
 }

@@ -17,6 +17,7 @@ use super::channel::{Channel, ChannelKind};
 use super::experiment::Experiment;
 use super::load::Load;
 use super::simulate::Residuals;
+use super::speed::VoltageNoise;
 
 /// Runs on every K-th of their rows, K odd and alike for all; tables as they are.
 #[derive(Clone, Debug)]
@@ -48,7 +49,7 @@ impl<'a> Thinned<'a> {
         Self::by(whole, stride_of(whole))
     }
 
-    /// The same for what is examined, and not only lessened: where an unknown load moves with the innovations, over a longer step they are others, and
+    /// The same for what is examined, and not only lessened: where unknown inputs move with the innovations, over a longer step they are others, and
     /// every row is taken.
     pub fn of_changes(whole: &'a [Experiment]) -> Self {
         Self::by(whole, stride_of_changes(whole))
@@ -175,7 +176,7 @@ fn stride_of(runs: &[Experiment]) -> usize {
 }
 
 fn stride_of_changes(runs: &[Experiment]) -> usize {
-    if runs.iter().any(|e| e.load.unsure_speed().is_some()) { 1 } else { stride_of(runs) }
+    if runs.iter().any(|e| e.unsure_inputs().is_some()) { 1 } else { stride_of(runs) }
 }
 
 /// The rows around row `row` for which it stands.
@@ -278,6 +279,7 @@ fn every(run: &Experiment, stride: usize) -> Experiment {
         sample_time_s: run.sample_time_s * stride as f64,
         supply_frequency_hz: None,
         u_s: of(|u| u.re).into_iter().zip(of(|u| u.im)).map(|(re, im)| Complex::new(re, im)).collect(),
+        voltage_noise: VoltageNoise::default(),
         tau_load: held(&run.tau_load),
         load: Load::Known,
         imposed_speed: run.imposed_speed.as_deref().map(thin),
@@ -294,7 +296,8 @@ fn every(run: &Experiment, stride: usize) -> Experiment {
         Load::Unseen(found) => Load::Unseen(found.every(stride, channels, t)),
         known => known.clone(),
     };
-    Experiment { load, ..thinned }
+    let voltage_noise = run.voltage_noise.every(stride, channels, t);
+    Experiment { load, voltage_noise, ..thinned }
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ mod search;
 mod starts;
 mod tables;
 mod unmeasured_speed;
+mod voltage_noise;
 mod work;
 
 pub(crate) const M: NamedMachine = MOTULATOR_2_2_KW;

@@ -215,15 +215,20 @@ pub fn supply(motor: &MotorFile, e: &Experiment) -> Option<f64> {
     Some(fastest.size / (motor.rating.phase_voltage_peak_v * (fastest.omega / rated).min(1.0)))
 }
 
-/// Whether the voltage is that of the mains: all but throughout at 50 or 60 Hz, and of one size.
+/// Whether the voltage is that of the mains.
 pub fn is_mains(motor: &MotorFile, e: &Experiment) -> bool {
+    mains_frequency(motor, e).is_some()
+}
+
+/// The frequency of the mains, rad/s, where the voltage is theirs: all but throughout at 50 or 60 Hz, and of one size.
+pub fn mains_frequency(motor: &MotorFile, e: &Experiment) -> Option<f64> {
     let all = supplies(motor, e);
-    let of_mains = |s: &Supply| MAINS_HZ.iter().any(|hz| (s.omega / (2.0 * PI * hz) - 1.0).abs() < MAINS_WITHIN);
-    let sizes: Vec<f64> = all.iter().flatten().filter(|s| of_mains(s)).map(|s| s.size).collect();
-    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let of_mains = |s: &&Supply| MAINS_HZ.iter().any(|hz| (s.omega / (2.0 * PI * hz) - 1.0).abs() < MAINS_WITHIN);
+    let mains: Vec<&Supply> = all.iter().flatten().filter(of_mains).collect();
+    let largest = mains.iter().map(|s| s.size).fold(0.0, f64::max);
+    let alike: Vec<f64> = mains.iter().filter(|s| s.size > 0.9 * largest).map(|s| s.omega).collect();
     // The first of them may begin before the switch closes.
-    let alike = sizes.iter().filter(|s| **s > 0.9 * largest).count();
-    largest > 0.0 && alike + 2 >= all.len() && alike > 0
+    (largest > 0.0 && alike.len() + 2 >= all.len() && !alike.is_empty()).then(|| alike.iter().sum::<f64>() / alike.len() as f64)
 }
 
 /// R_s, R_R, L_σ and L_M of one machine over those of another.

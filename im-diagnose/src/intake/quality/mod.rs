@@ -12,6 +12,7 @@ mod machine;
 pub mod offset;
 pub mod steady;
 mod time;
+pub mod voltage_noise;
 
 use im_model::{Complex, MotorFile, space_vector::from_phases};
 use rayon::prelude::*;

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use super::super::overlay::{channel_words, nudged};
 use super::super::page::{Row, Section, figure, legend, numbers, table, term, text, words};
 use super::super::story::Story;
-use super::super::words::{in_sigma, short_effect_name};
+use super::super::words::{in_sigma, short_effect_name, voltage_noise};
 use crate::format::{number, sentence};
 use crate::residuals::Errors;
 
@@ -61,6 +61,7 @@ pub(crate) fn section(s: &Story) -> Section {
         body: html! {
             p { (said) }
             (key(rows.iter().any(|r| r.2.is_some())))
+            @if let Some(said) = voltage_noise(s.d.case.all()) { p { (said) } }
             div.split { (figure(waterfall(&falls, largest(&falls)), caption)) div { (error_table(&rows, s)) } }
         },
     }

@@ -1,14 +1,14 @@
-//! What small changes of the speed do to fluxes and currents: the T circuit in the stationary frame, ω_e = n_p ω.
+//! What small changes of speed and voltage do to fluxes and currents: the T circuit in the stationary frame, ω_e = n_p ω.
 //!
 //!   dψ_s/dt = u − R_s i_s,   dψ_r/dt = −R_r i_r + jω_e ψ_r,   i_s = (L_r ψ_s − L_m ψ_r)/Δ,   i_r = (L_s ψ_r − L_m ψ_s)/Δ,   Δ = L_s L_r − L_m²
 //!
-//! and so dδψ/dt = A δψ + (0, jn_p ψ_r δω). The effects of a machine are left out: they make the filter's gains no less right, only less than best.
+//! and so dδψ/dt = A δψ + (δu, jn_p ψ_r δω). Where the shaft turns freely, J dδω/dt = δτ − (D + J·nudge) δω with τ = (3/2) n_p (L_m/Δ) Im(ψ_s ψ_r*). The effects of a machine are left out: they make the filter's gains no less right, only less than best.
 
 use im_model::{Complex, Machine};
 
 use super::super::channel::{Channel, ChannelKind};
-use super::wandering::{Onward, Wandering};
-use super::{Matrix, SLOPE, SPEED, Vector};
+use super::wandering::Onward;
+use super::{Matrix, SLOPE, SPEED, Unknown, Vector};
 
 /// The linear circuit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +18,8 @@ pub(super) struct Electrical {
     /// L_r/Δ and L_m/Δ: what the fluxes are of the stator current, 1/H.
     current: [f64; 2],
     pole_pairs: f64,
+    /// What a torque is of Im(ψ_s ψ_r*), over the inertia, 1/(Vs)²s²; and friction over inertia, 1/s.
+    shaft: [f64; 2],
 }
 
 /// Fluxes of stator and rotor.
@@ -31,6 +33,10 @@ pub(super) struct Step {
     /// What a speed of 1 rad/s, and a slope of 1 rad/s², add to the fluxes.
     speed: Fluxes,
     slope: Fluxes,
+    /// What a volt held over it adds to them.
+    volt: Fluxes,
+    /// What fluxes add to a speed that their torque moves, rad/s.
+    torque: [f64; 4],
     /// How speed and slope go on.
     onward: Onward,
 }
@@ -45,6 +51,8 @@ impl Electrical {
             decay: [r_s * l_r / delta, -r_s * l_m / delta, -r_r * l_m / delta, r_r * l_s / delta],
             current: [l_r / delta, l_m / delta],
             pole_pairs: f64::from(machine.pole_pairs()),
+            shaft: [1.5 * f64::from(machine.pole_pairs()) * l_m / delta, p.viscous_friction_nm_s_per_rad]
+                .map(|x| x / p.inertia_kg_m2),
         }
     }
 
@@ -53,12 +61,28 @@ impl Electrical {
         self.pole_pairs
     }
 
+    /// How much of a free rotor's speed is left after `t` seconds by its friction, and where it is nudged at a rate, 1/s.
+    pub fn coasting(&self, nudge: f64, t: f64) -> f64 {
+        (-(self.shaft[1] + nudge) * t).exp()
+    }
+
     /// What a channel shows of the state.
     pub fn shown_by(&self, c: &Channel) -> Vector {
-        let ChannelKind::Current { direction_rad } = c.kind else { return Vector::zeros() };
+        let direction_rad = match c.kind {
+            ChannelKind::Current { direction_rad } => direction_rad,
+            ChannelKind::Speed => return Vector::from([0.0, 0.0, 0.0, 0.0, 1.0, 0.0]),
+            _ => return Vector::zeros(),
+        };
         let (s, cos) = direction_rad.sin_cos();
         let [a, b] = self.current;
         Vector::from([a * cos, a * s, -b * cos, -b * s, 0.0, 0.0])
+    }
+
+    /// Variance of the current under white noise of the voltage with standard deviation `volts` at every row, A²: a walk that is forgotten with the
+    /// leakage time constant.
+    pub fn noise_by(&self, volts: f64, t: f64) -> f64 {
+        let [l_r_over_delta, _] = self.current;
+        (volts * l_r_over_delta).powi(2) * t / (2.0 * (self.decay[0] + self.decay[3]))
     }
 
     /// A at this speed.
@@ -67,8 +91,8 @@ impl Electrical {
         [[ss, sr], [rs, rr + Complex::new(0.0, self.pole_pairs * omega_m)]]
     }
 
-    /// Over a sample at this speed and rotor flux.
-    pub fn step(&self, omega_m: f64, psi_r: Complex<f64>, t: f64, onward: Onward) -> Step {
+    /// Over a sample at this speed and these fluxes, whose torque moves a `free` shaft.
+    pub fn step(&self, omega_m: f64, psi: Fluxes, t: f64, onward: Onward, free: bool) -> Step {
         let a = self.rates(omega_m);
         // e^{AT} and ∫e^{Aτ}dτ by their series: |A|T is below one half where a sample follows the currents.
         let zero = Complex::new(0.0, 0.0);
@@ -86,14 +110,19 @@ impl Electrical {
                 }
             }
         }
+        let [psi_s, psi_r] = psi;
         let turned = Complex::new(0.0, self.pole_pairs) * psi_r;
         let speed = [integral[0][1] * turned, integral[1][1] * turned];
-        Step { phi, speed, slope: speed.map(|x| x * (0.5 * t)), onward }
+        // Im(δψ_s ψ_r* + ψ_s δψ_r*).
+        let by = if free { self.shaft[0] * t } else { 0.0 };
+        let torque = [-psi_r.im, psi_r.re, psi_s.im, -psi_s.re].map(|x| by * x);
+        Step { phi, speed, slope: speed.map(|x| x * (0.5 * t)), volt: [integral[0][0], integral[1][0]], torque, onward }
     }
 
     /// Over all samples of a run.
-    pub fn steps(&self, omega_m: impl Iterator<Item = f64>, psi_r: &[Complex<f64>], t: f64, wandering: &Wandering) -> Vec<Step> {
-        omega_m.zip(psi_r).enumerate().map(|(k, (w, psi))| self.step(w, *psi, t, *wandering.step(k))).collect()
+    pub fn steps(&self, omega_m: impl Iterator<Item = f64>, psi: &[Fluxes], t: f64, unknown: &Unknown) -> Vec<Step> {
+        let step = |(k, (w, psi)): (usize, (f64, &Fluxes))| self.step(w, *psi, t, *unknown.speed.step(k), unknown.shaft_is_free);
+        omega_m.zip(psi).enumerate().map(step).collect()
     }
 
     /// Fluxes a sample later, at a held voltage.
@@ -123,7 +152,8 @@ impl Step {
         let (s, r) = (row(0), row(1));
         let f = &self.onward.f;
         let onward = |n: usize| f[(n, 0)] * x[SPEED] + f[(n, 1)] * x[SLOPE];
-        Vector::from([s.re, s.im, r.re, r.im, onward(0), onward(1)])
+        let moved: f64 = self.torque.iter().zip(x.iter()).map(|(t, x)| t * x).sum();
+        Vector::from([s.re, s.im, r.re, r.im, onward(0) + moved, onward(1)])
     }
 
     /// The same as a matrix.
@@ -137,12 +167,19 @@ impl Step {
         f
     }
 
-    /// The covariance a sample later.
-    pub fn carried(&self, p: &Matrix) -> Matrix {
+    /// The covariance a sample later, with noise of that standard deviation in the voltage, V.
+    pub fn carried(&self, p: &Matrix, volts: f64) -> Matrix {
         let f = self.matrix();
         let mut p = f * p * f.transpose();
         let mut wandered = p.fixed_view_mut::<2, 2>(SPEED, SPEED);
         wandered += self.onward.q;
+        if volts > 0.0 {
+            let [s, r] = self.volt.map(|x| x * volts);
+            // α, and β a quarter of a turn on.
+            for b in [[s.re, s.im, r.re, r.im, 0.0, 0.0], [-s.im, s.re, -r.im, r.re, 0.0, 0.0]].map(Vector::from) {
+                p += b * b.transpose();
+            }
+        }
         (p + p.transpose()) * 0.5
     }
 }

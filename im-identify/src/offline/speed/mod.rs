@@ -2,22 +2,24 @@
 //!
 //! The rotor turns at ω₀(t) + δω(t), ω₀ the smoothed measured speed or the [reference](reference) that the currents ask for, δω a line whose slope
 //! [wanders](wandering). What δω does to
-//! the currents is linear ([`flux`]), and Gaussian: the residual r of a run on ω₀ has the covariance σ²I + G Q Gᵀ. [`UnsureSpeed::whiten`]
+//! the currents is linear ([`flux`]), and Gaussian: the residual r of a run on ω₀ has the covariance σ²I + G Q Gᵀ. [`UnsureInputs::whiten`]
 //! is the Kalman filter of δω; it leaves the innovations L⁻¹r, (I + G Q Gᵀ/σ²) = L Lᵀ, which are white where the machine is right. So every
 //! fit, score and likelihood is that over all speeds at once: what only another speed would show counts for nothing.
 //! Source: T. Kailath, An innovations approach to least-squares estimation, IEEE Trans. Autom. Control 13 (1968) 646.
 
 mod flux;
 mod reference;
+mod voltage;
 mod wandering;
 
 use std::sync::Arc;
 
-use im_model::{Complex, Scalar};
+use im_model::Scalar;
 use nalgebra::{Matrix2, SMatrix, SVector};
 
-use super::channel::{Channel, ChannelKind};
-use flux::{Electrical, Step};
+use super::channel::Channel;
+use flux::{Electrical, Fluxes, Step};
+pub use voltage::VoltageNoise;
 pub(super) use wandering::Wandering;
 
 /// δψ_s, δψ_r (α and β each), δω and its slope.
@@ -34,17 +36,35 @@ pub struct FoundSpeed {
     pub omega_m: Vec<f64>,
     /// Standard deviation by the noise of the current sensors, for the machine as it is, rad/s.
     pub std: Vec<f64>,
-    pub(super) unsure: UnsureSpeed,
+    pub(super) unsure: UnsureInputs,
 }
 
-/// What is not known of a speed that drives a machine, and what that does to the currents.
+/// What is not known of the speed that drives a machine, or of its voltage, and what that does to the currents.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct UnsureSpeed {
-    /// Rotor flux in a run on it, one per row.
-    psi_r: Vec<Complex<f64>>,
+pub(super) struct UnsureInputs {
+    /// Fluxes in a run on that speed, one pair per row.
+    psi: Vec<Fluxes>,
     electrical: Electrical,
-    wandering: Wandering,
+    unknown: Unknown,
     filter: Arc<Filter>,
+}
+
+/// How much of the inputs is not known.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Unknown {
+    /// Of the speed.
+    pub speed: Wandering,
+    /// Standard deviation of white noise of the voltage, V.
+    pub volts: f64,
+    /// Whether the torque moves the rotor; else it turns as its speed is said to.
+    pub shaft_is_free: bool,
+}
+
+impl Unknown {
+    /// On every so many rows.
+    fn every(&self, stride: usize) -> Self {
+        Self { speed: self.speed.every(stride), volts: self.volts / (stride as f64).sqrt(), ..*self }
+    }
 }
 
 /// The Kalman filter of δω, its gains known beforehand.
@@ -66,16 +86,16 @@ impl Filter {
         channels: &[Channel],
         electrical: &Electrical,
         steps: Vec<Step>,
-        first: &Matrix2<f64>,
+        unknown: &Unknown,
         mut keep: impl FnMut(&Matrix, &Matrix),
     ) -> Self {
         let shows: Vec<Vector> = channels.iter().map(|c| electrical.shown_by(c) / c.sigma).collect();
-        let mut p = unknown_speed(first);
+        let mut p = unknown_speed(&unknown.speed.first);
         let mut gains = Vec::with_capacity(steps.len());
         for (k, step) in steps.iter().enumerate() {
             let before = p;
             let measured = channels.iter().zip(&shows).map(|(c, h)| {
-                (c.is_valid(k) && c.kind != ChannelKind::Speed).then(|| {
+                c.is_valid(k).then(|| {
                     let ph = p * h;
                     let variance = h.dot(&ph) + 1.0;
                     p -= ph * ph.transpose() / variance;
@@ -84,7 +104,7 @@ impl Filter {
             });
             gains.push(measured.collect());
             keep(&before, &p);
-            p = step.carried(&p);
+            p = step.carried(&p, unknown.volts);
         }
         Self { sigma: channels.iter().map(|c| c.sigma).collect(), shows, steps, gains }
     }
@@ -116,30 +136,31 @@ fn unknown_speed(first: &Matrix2<f64>) -> Matrix {
     p
 }
 
-impl UnsureSpeed {
-    /// Of a run on the speed `omega_m`, one per row, with this rotor flux; `keep` sees covariances at every row, before and after its currents.
+impl UnsureInputs {
+    /// Of a run on the speed `omega_m`, one per row, with these fluxes; `keep` sees covariances at every row, before and after its currents.
     fn new(
         channels: &[Channel],
         electrical: Electrical,
-        (omega_m, psi_r): (impl Iterator<Item = f64>, Vec<Complex<f64>>),
+        (omega_m, psi): (impl Iterator<Item = f64>, Vec<Fluxes>),
         sample_time_s: f64,
-        wandering: Wandering,
+        unknown: Unknown,
         keep: impl FnMut(&Matrix, &Matrix),
     ) -> Self {
-        let steps = electrical.steps(omega_m, &psi_r, sample_time_s, &wandering);
-        let filter = Arc::new(Filter::new(channels, &electrical, steps, &wandering.first, keep));
-        Self { psi_r, electrical, wandering, filter }
+        let steps = electrical.steps(omega_m, &psi, sample_time_s, &unknown);
+        let filter = Arc::new(Filter::new(channels, &electrical, steps, &unknown, keep));
+        Self { psi, electrical, unknown, filter }
     }
 
-    /// What is left of residuals in σ, per channel, when the likeliest speed up to each row is taken off: white where the machine is right.
+    /// What is left of residuals in σ, per channel, when the likeliest speed and voltage up to each row are taken off: white where the machine is
+    /// right.
     pub fn whiten(&self, r: &mut [Vec<f64>], channels: &[Channel]) {
         self.filter.run(r, channels, |_| ());
     }
 
     /// For the same run on every so many rows, whose channels and speeds these are.
     pub fn every(&self, stride: usize, channels: &[Channel], omega_m: impl Iterator<Item = f64>, sample_time_s: f64) -> Self {
-        let psi_r = self.psi_r.iter().step_by(stride).copied().collect();
-        Self::new(channels, self.electrical, (omega_m, psi_r), sample_time_s, self.wandering.every(stride), |_, _| ())
+        let psi = self.psi.iter().step_by(stride).copied().collect();
+        Self::new(channels, self.electrical, (omega_m, psi), sample_time_s, self.unknown.every(stride), |_, _| ())
     }
 }
 

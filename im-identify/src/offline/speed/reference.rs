@@ -4,7 +4,7 @@ use im_model::{Complex, Machine, Plant, Rating, State};
 
 use super::flux::{Electrical, Fluxes};
 use super::wandering::{Onward, Wandering};
-use super::{FoundSpeed, Matrix, SPEED, UnsureSpeed, Vector, unknown_speed};
+use super::{FoundSpeed, Matrix, SPEED, Unknown, UnsureInputs, Vector, unknown_speed};
 use crate::offline::channel::ChannelKind;
 use crate::offline::experiment::{Experiment, Start};
 use crate::offline::load::Load;
@@ -45,8 +45,9 @@ impl Experiment {
                     let plant = Plant::new(machine);
                     let omega_m = (0..self.len()).map(|k| shown.behind(&plant, k));
                     let electrical = Electrical::of(&self.machine_of(machine, 0));
-                    let speed = (omega_m, run.psi_r);
-                    UnsureSpeed::new(&self.channels, electrical, speed, self.sample_time_s, shown.noise.clone(), |_, _| ())
+                    let speed = (omega_m, run.psi);
+                    let unknown = Unknown { speed: shown.noise.clone(), volts: 0.0, shaft_is_free: false };
+                    UnsureInputs::new(&self.channels, electrical, speed, self.sample_time_s, unknown, |_, _| ())
                 });
                 self.load = Load::Unknown(shown);
                 self
@@ -106,7 +107,7 @@ fn first(mut e: Experiment, machine: &Machine<f64>, intensity: f64) -> Experimen
 fn searched(e: &Experiment, machine: &Machine<f64>, intensity: f64) -> (FoundSpeed, State<f64>) {
     let electrical = Electrical::of(&e.machine_of(machine, 0));
     let n = e.len();
-    let (track, psi_r) = rough(e, &electrical, intensity);
+    let (track, psi_run) = rough(e, &electrical, intensity);
     let mut omega_m = vec![0.0; n];
     let mut fluxes = Vector::zeros();
     track.smoothed(|k, x, _| {
@@ -116,8 +117,9 @@ fn searched(e: &Experiment, machine: &Machine<f64>, intensity: f64) -> (FoundSpe
     let psi = |k: usize| Complex::new(fluxes[k], fluxes[k + 1]);
     let begin = State { psi_s: psi(0), psi_r: psi(2), ..State::turning(omega_m[0]) };
     let wandering = Wandering::free(intensity, e.sample_time_s, n);
-    let speed = (omega_m.iter().copied(), psi_r);
-    let unsure = UnsureSpeed::new(&e.channels, electrical, speed, e.sample_time_s, wandering, |_, _| ());
+    let speed = (omega_m.iter().copied(), psi_run);
+    let unknown = Unknown { speed: wandering, volts: 0.0, shaft_is_free: false };
+    let unsure = UnsureInputs::new(&e.channels, electrical, speed, e.sample_time_s, unknown, |_, _| ());
     (FoundSpeed { std: vec![0.0; n], omega_m, unsure }, begin)
 }
 
@@ -129,14 +131,14 @@ fn found_anew(e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> Expe
     if cost < LOST * on.count() as f64 {
         return on;
     }
-    let intensity = found.unsure.wandering.intensity(on.sample_time_s);
+    let intensity = found.unsure.unknown.speed.intensity(on.sample_time_s);
     let load = Load::Unseen(searched(&on, machine, intensity).0);
     let (anew, cost_anew) = refined(Experiment { load, ..on.clone() }, machine, start);
     if cost_anew < cost { anew } else { on }
 }
 
 /// Extended Kalman filter of fluxes and speed on the linear circuit, whose fluxes are corrected, too.
-fn rough(e: &Experiment, electrical: &Electrical, intensity: f64) -> (Track, Vec<Complex<f64>>) {
+fn rough(e: &Experiment, electrical: &Electrical, intensity: f64) -> (Track, Vec<Fluxes>) {
     let n = e.len();
     let t = e.sample_time_s;
     let rms = |x: &mut dyn Iterator<Item = f64>| (x.sum::<f64>() / n.max(1) as f64).sqrt();
@@ -158,7 +160,7 @@ fn rough(e: &Experiment, electrical: &Electrical, intensity: f64) -> (Track, Vec
         p[(SPEED, SPEED)] = 1.0;
     }
     let (mut before, mut after, mut steps) = (Vec::with_capacity(n), Vec::with_capacity(n), Vec::with_capacity(n));
-    let mut psi_r = Vec::with_capacity(n);
+    let mut psi = Vec::with_capacity(n);
     for k in 0..n {
         before.push((x, p));
         for (c, (h, sigma)) in e.channels.iter().filter(|c| matches!(c.kind, ChannelKind::Current { .. })).zip(&noise) {
@@ -171,16 +173,16 @@ fn rough(e: &Experiment, electrical: &Electrical, intensity: f64) -> (Track, Vec
         }
         after.push((x, p));
         let fluxes: Fluxes = [Complex::new(x[0], x[1]), Complex::new(x[2], x[3])];
-        psi_r.push(fluxes[1]);
-        let step = electrical.step(x[SPEED], fluxes[1], t, free);
+        psi.push(fluxes);
+        let step = electrical.step(x[SPEED], fluxes, t, free, false);
         let [s, r] = electrical.driven(fluxes, x[SPEED] + 0.5 * t * x[super::SLOPE], e.u_s[k], t);
         let omega = x[SPEED] + t * x[super::SLOPE];
         x = Vector::from([s.re, s.im, r.re, r.im, omega, x[super::SLOPE]]);
         steps.push(step.matrix());
-        p = step.carried(&p);
+        p = step.carried(&p, 0.0);
         (0..4).for_each(|k| p[(k, k)] += wandering);
     }
-    (Track { before, after, steps }, psi_r)
+    (Track { before, after, steps }, psi)
 }
 
 /// Angular frequency at which the currents turn in the first rows, rad/s.
@@ -218,19 +220,20 @@ fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> (Ex
 struct Run {
     /// Per channel and row, in σ.
     residuals: Vec<Vec<f64>>,
-    /// Rotor flux, one per row.
-    psi_r: Vec<Complex<f64>>,
+    /// Fluxes, a pair per row.
+    psi: Vec<Fluxes>,
 }
 
 /// A run of `machine`; nothing where it runs away.
 fn on_its_speed(e: &Experiment, machine: &Machine<f64>, start: &State<f64>) -> Option<Run> {
     let n = e.len();
     let mut residuals = vec![vec![0.0; n]; e.channels.len()];
-    let mut psi_r = Vec::with_capacity(n);
+    let mut psi = Vec::with_capacity(n);
     let mut bench = e.bench(machine, start);
     for k in 0..n {
         let i = bench.output().i_s;
-        psi_r.push(bench.state().psi_r);
+        let x = bench.state();
+        psi.push([x.psi_s, x.psi_r]);
         for (c, r) in e.channels.iter().zip(&mut residuals) {
             if let (true, ChannelKind::Current { direction_rad }) = (c.is_valid(k), c.kind) {
                 r[k] = (c.values[k] - i.re * direction_rad.cos() - i.im * direction_rad.sin()) / c.sigma;
@@ -239,22 +242,21 @@ fn on_its_speed(e: &Experiment, machine: &Machine<f64>, start: &State<f64>) -> O
         let input = e.input(k, bench.plant());
         bench.advance(&input);
     }
-    residuals.iter().flatten().all(|r| r.is_finite()).then_some(Run { residuals, psi_r })
+    residuals.iter().flatten().all(|r| r.is_finite()).then_some(Run { residuals, psi })
 }
 
 /// The filter around a speed, the sum of squared innovations, and how much the speed should change.
 fn round(e: &Experiment, found: &FoundSpeed, machine: &Machine<f64>, start: &State<f64>) -> Option<(f64, FoundSpeed, Vec<f64>)> {
     let n = e.len();
-    let Run { mut residuals, psi_r } = on_its_speed(e, machine, start)?;
+    let Run { mut residuals, psi } = on_its_speed(e, machine, start)?;
     let (mut before, mut after) = (Vec::with_capacity(n), Vec::with_capacity(n));
     let keep = |b: &Matrix, a: &Matrix| {
         before.push((Vector::zeros(), *b));
         after.push((Vector::zeros(), *a));
     };
-    let speed = (found.omega_m.iter().copied(), psi_r);
-    let wandering = found.unsure.wandering.clone();
-    let unsure =
-        UnsureSpeed::new(&e.channels, Electrical::of(&e.machine_of(machine, 0)), speed, e.sample_time_s, wandering, keep);
+    let speed = (found.omega_m.iter().copied(), psi);
+    let unknown = found.unsure.unknown.clone();
+    let unsure = UnsureInputs::new(&e.channels, Electrical::of(&e.machine_of(machine, 0)), speed, e.sample_time_s, unknown, keep);
     let filter = &unsure.filter;
     let mut k = 0;
     filter.run(&mut residuals, &e.channels, |x| {

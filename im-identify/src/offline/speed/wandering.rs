@@ -42,6 +42,12 @@ pub(in crate::offline) struct Wandering {
 }
 
 impl Wandering {
+    /// Of a speed that nothing but the machine moves, of which this part is left from row to row.
+    pub fn coasting(left: f64, rows: usize) -> Self {
+        let step = Onward { f: Matrix2::new(left, 0.0, 0.0, 0.0), q: Matrix2::zeros() };
+        Self { first: Matrix2::zeros(), steps: vec![step; rows].into() }
+    }
+
     /// Of a line that nothing shows, over `rows` rows.
     pub fn free(intensity: f64, t: f64, rows: usize) -> Self {
         Self { first: unknown(), steps: vec![Onward::free(intensity, t); rows].into() }

@@ -1,0 +1,194 @@
+//! Noise of a measured voltage, from the data: on the mains, whose voltage is smooth, all that is rough, if the currents do not follow it.
+//!
+//! What a drive puts out may be rough, too, and nobody knows what of that is voltage: there, a measured voltage is taken for exact.
+
+use im_identify::offline::{Experiment, VoltageNoise};
+use im_model::{Complex, Machine, MotorFile};
+
+use super::convention::mains_frequency;
+
+/// Harmonics of the mains, of both directions, and a constant are taken out.
+const HARMONICS: [f64; 9] = [0.0, 1.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 3.0];
+
+/// On both sides of each harmonic so much is taken out with it, Hz.
+const WIDTH_HZ: f64 = 20.0;
+
+/// What is farther out, in standard deviations, was switched; the filter rings from it for so many of its time constants.
+const SWITCHED: f64 = 5.0;
+const RINGS: f64 = 10.0;
+
+/// Part of its size that a voltage may be rough by because it is written in digits.
+const ROUNDING: f64 = 1e-9;
+
+/// Of a recording, whose voltage stands in `rows` as it was measured.
+pub fn of_mains(motor: &MotorFile, e: &Experiment, rows: &[Complex<f64>]) -> VoltageNoise {
+    let notches = mains_frequency(motor, e).map(|omega| Notches::new(omega, e.sample_time_s));
+    VoltageNoise::of(notches.map_or(0.0, |n| n.sigma(rows)))
+}
+
+/// A filter that all passes but the mains: of each harmonic in reach (1 − 2 cos φ z + z²)/(1 − 2 ρ cos φ z + ρ² z²), z the row before.
+struct Notches {
+    cosines: Vec<f64>,
+    /// Radius of the poles.
+    rho: f64,
+}
+
+impl Notches {
+    fn new(omega: f64, t: f64) -> Self {
+        let angles = HARMONICS.iter().map(|n| n * omega * t).filter(|a| *a < std::f64::consts::PI);
+        Self { cosines: angles.map(f64::cos).collect(), rho: (-std::f64::consts::TAU * WIDTH_HZ * t).exp() }
+    }
+
+    fn pass(&self, x: &[Complex<f64>]) -> Vec<Complex<f64>> {
+        let zero = Complex::new(0.0, 0.0);
+        let mut y = x.to_vec();
+        for cos in &self.cosines {
+            let (mut x1, mut x2, mut y1, mut y2) = (zero, zero, zero, zero);
+            for y in &mut y {
+                let x0 = *y;
+                *y = x0 - x1 * (2.0 * cos) + x2 + y1 * (2.0 * self.rho * cos) - y2 * (self.rho * self.rho);
+                (x2, x1, y2, y1) = (x1, x0, y1, *y);
+            }
+        }
+        y
+    }
+
+    /// The rows, of what has passed, at which it does not ring: noise of it has this standard deviation.
+    fn quiet(&self, passed: &[Complex<f64>], sigma: f64) -> Vec<bool> {
+        let rings = RINGS / -self.rho.ln();
+        let mut since = f64::INFINITY;
+        let at = |u: &Complex<f64>| {
+            since = if u.norm() < SWITCHED * sigma { since + 1.0 } else { 0.0 };
+            since > rings
+        };
+        passed.iter().map(at).collect()
+    }
+
+    /// Standard deviation of white noise on a voltage, per axis: median-based, so that switching does not count.
+    fn sigma(&self, u: &[Complex<f64>]) -> f64 {
+        if u.is_empty() {
+            return 0.0;
+        }
+        let size = u.iter().map(|u| u.norm()).fold(0.0, f64::max);
+        // White noise of 1 that passes, by what an impulse leaves.
+        let impulse: Vec<Complex<f64>> = (0..u.len()).map(|k| Complex::new(if k == 0 { 1.0 } else { 0.0 }, 0.0)).collect();
+        let gain = self.pass(&impulse).iter().map(|u| u.norm_sqr()).sum::<f64>().sqrt();
+        let rough = self.pass(u);
+        // The median of the length of two axes of N(0, 1) is √(2 ln 2).
+        let median = |mut all: Vec<f64>| {
+            let middle = all.len() / 2;
+            all.select_nth_unstable_by(middle, f64::total_cmp).1.to_owned() / (2.0 * std::f64::consts::LN_2).sqrt()
+        };
+        let first = median(rough.iter().map(|u| u.norm()).collect());
+        let quiet: Vec<f64> = rough.iter().zip(self.quiet(&rough, first)).filter(|x| x.1).map(|x| x.0.norm()).collect();
+        let sigma = if quiet.is_empty() { first } else { median(quiet) } / gain;
+        if sigma > ROUNDING * size { sigma } else { 0.0 }
+    }
+}
+
+/// What is compared goes faster than this, as no slip and no speed of a rotor do.
+const FAST_HZ: f64 = 300.0;
+
+/// Whether the currents follow what is rough in the voltage, so that it is voltage and no noise. The machine is simulated with all of it: where it is
+/// noise, what is left of the currents, `residuals` in σ, goes by −T u/L_σ from row to row; where it is voltage, by none of it.
+pub fn followed<'a>(
+    motor: &MotorFile,
+    machine: &Machine<f64>,
+    runs: impl Iterator<Item = (&'a Experiment, &'a Vec<Vec<f64>>)>,
+) -> bool {
+    let leakage_h = machine.parameters().inverse_gamma().leakage_inductance_h;
+    let zero = Complex::new(0.0, 0.0);
+    let (mut both, mut alone) = (0.0, 0.0);
+    for (e, residuals) in runs {
+        let Some(omega) = mains_frequency(motor, e).filter(|_| e.voltage_noise.sigma_v > 0.0) else { continue };
+        let (t, notches) = (e.sample_time_s, Notches::new(omega, e.sample_time_s));
+        let rho = (-std::f64::consts::TAU * FAST_HZ * t).exp();
+        let left = |k: usize| e.current_vector(k, |c| residuals[c][k] * e.channels[c].sigma).unwrap_or(zero);
+        let left = notches.pass(&(0..e.len()).map(left).collect::<Vec<_>>());
+        let voltage = notches.pass(&e.u_s);
+        let quiet = notches.quiet(&voltage, e.voltage_noise.sigma_v);
+        let (mut made, mut fast) = (zero, zero);
+        for ((u, i), _) in voltage.iter().zip(left.windows(2)).zip(quiet).filter(|x| x.1) {
+            // What noise makes of the current by the end of the row, and what is there.
+            made = made * rho - u * (t / leakage_h);
+            fast = fast * rho + (i[1] - i[0]);
+            both += (made.conj() * fast).re;
+            alone += made.norm_sqr();
+        }
+    }
+    both < 0.5 * alone
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use im_identify::offline::{predict, residuals};
+    use im_model::machines::MOTULATOR_2_2_KW as M;
+    use im_model::{Recording, State};
+    use rand::rngs::Xoshiro256PlusPlus;
+    use rand::{RngExt, SeedableRng};
+
+    fn noise(sigma: f64, seed: u64) -> impl FnMut() -> f64 {
+        let mut chance = Xoshiro256PlusPlus::seed_from_u64(seed);
+        move || sigma * ((0..12).map(|_| chance.random::<f64>()).sum::<f64>() - 6.0)
+    }
+
+    fn mains(rows: usize, t: f64, harmonics: f64) -> Vec<Complex<f64>> {
+        let at = |k: usize| {
+            let phi = 314.159 * t * k as f64;
+            326.6
+                * (Complex::from_polar(1.0, phi)
+                    + Complex::from_polar(0.02 * harmonics, -5.0 * phi)
+                    + Complex::new(0.01 * harmonics, 0.0))
+        };
+        (0..rows).map(at).collect()
+    }
+
+    #[test]
+    fn the_noise_of_the_mains_is_found_beside_its_harmonics_at_any_rate() {
+        for (t, harmonics) in [(1e-4, 1.0), (2.5e-4, 1.0), (1e-3, 1.0), (1e-3, 0.0)] {
+            let mut draw = noise(0.5, 1);
+            let clean = mains(8000, t, harmonics);
+            let noisy: Vec<Complex<f64>> = clean.iter().map(|u| u + Complex::new(draw(), draw())).collect();
+            let notches = Notches::new(314.159, t);
+            let found = notches.sigma(&noisy);
+            assert!((found / 0.5 - 1.0).abs() < 0.05, "{t}: {found}");
+            assert!(notches.sigma(&clean) < 1e-3, "{}", notches.sigma(&clean));
+        }
+        assert_eq!(Notches::new(314.159, 1e-4).sigma(&[]), 0.0);
+    }
+
+    /// Noise of a voltmeter, and a voltage that is rough itself: the machine follows only that.
+    #[test]
+    fn roughness_that_the_currents_follow_is_voltage() {
+        let machine = Machine::base(M.parameters(), M.pole_pairs).unwrap();
+        let motor = MotorFile::new("2.2 kW", machine, M.rating);
+        let (rows, t) = (10_000, 1e-4);
+        let zero = Complex::new(0.0, 0.0);
+        for seed in 0..4 {
+            let (clean, mut draw) = (mains(rows, t, 0.0), noise(0.3, seed));
+            let rough: Vec<_> = clean.iter().map(|u| u + Complex::new(draw(), draw())).collect();
+            let run = |u_s: &[Complex<f64>]| Recording {
+                name: "start".into(),
+                start_s: 0.0,
+                sample_time_s: t,
+                u_s: u_s.to_vec(),
+                i_s: vec![zero; rows],
+                omega_m: vec![0.0; rows],
+                tau_load: Some(vec![0.0; rows]),
+            };
+            for (there, is_voltage) in [(&clean, false), (&rough, true)] {
+                let mut e = Experiment::from_recording(&run(there), [0.03; 2], 0.1);
+                let mut sensor = noise(0.03, 100 + seed);
+                let predicted = predict(&machine, &e, &State::default());
+                for (c, y) in e.channels.iter_mut().zip(predicted) {
+                    c.values = y.iter().map(|y| y + sensor()).collect();
+                }
+                e.u_s.clone_from(&rough);
+                e.voltage_noise = of_mains(&motor, &e, &rough);
+                let left = residuals(&machine, &e, &State::default());
+                assert_eq!(followed(&motor, &machine, [(&e, &left)].into_iter()), is_voltage, "{seed}");
+            }
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Noise of a measured voltage: the machine is driven by what its sensors show, and their noise makes currents that last for the leakage time constant
+//! and, where the shaft turns freely, a speed that lasts longer still. No noise of the other sensors does.
+
+use im_model::{EffectId, Machine, State};
+
+use super::flux::{Electrical, Fluxes};
+use super::{Unknown, UnsureInputs, Wandering};
+use crate::offline::channel::{Channel, ChannelKind};
+use crate::offline::experiment::Experiment;
+use crate::offline::load::Load;
+
+/// The variance that the noise of the voltage adds to the currents, over that of their sensors, from which on it is counted.
+const SEEN: f64 = 1e-3;
+
+/// White noise of the voltage's sensors, and what it does to a machine.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VoltageNoise {
+    /// Standard deviation of α and β at every row, V; 0 where the voltage is exact.
+    pub sigma_v: f64,
+    seen: Option<Seen>,
+}
+
+/// What it does in a run.
+#[derive(Clone, Debug, PartialEq)]
+struct Seen {
+    /// Speed of the rotor at every row, rad/s.
+    omega_m: Vec<f64>,
+    unsure: UnsureInputs,
+}
+
+impl VoltageNoise {
+    /// Of this standard deviation, V, at every row.
+    pub fn of(sigma_v: f64) -> Self {
+        Self { sigma_v, seen: None }
+    }
+
+    /// Whether it counts: it shows beside the noise of the current sensors, for the machine that said what it does.
+    pub fn counts(&self) -> bool {
+        self.seen.is_some()
+    }
+
+    /// With what else of the inputs is not known, once a machine says what that does.
+    pub(in crate::offline) fn unsure(&self) -> Option<&UnsureInputs> {
+        self.seen.as_ref().map(|s| &s.unsure)
+    }
+
+    /// For the same run on every so many rows, whose channels these are.
+    pub(in crate::offline) fn every(&self, stride: usize, channels: &[Channel], sample_time_s: f64) -> Self {
+        let seen = self.seen.as_ref().map(|s| {
+            let omega_m: Vec<f64> = s.omega_m.iter().step_by(stride).copied().collect();
+            let unsure = s.unsure.every(stride, channels, omega_m.iter().copied(), sample_time_s);
+            Seen { omega_m, unsure }
+        });
+        Self { sigma_v: self.sigma_v / (stride as f64).sqrt(), seen }
+    }
+}
+
+impl Experiment {
+    /// The same run with what `machine` says of its inputs: how its speed moves where the load is unknown, and which part of currents and speed their
+    /// noise makes.
+    pub fn with_inputs_by(self, machine: &Machine<f64>, start: &State<f64>) -> Self {
+        self.smoothed_by_torque(machine, start).with_speed_found_by(machine, start).with_voltage_noise_by(machine, start)
+    }
+
+    /// The same run with its speed nudged towards these values, one per row, rad/s, at a rate, 1/s.
+    pub fn nudged_towards(mut self, omega_m: Vec<f64>, rate: f64) -> Self {
+        self.speed_nudge = Some((omega_m, rate));
+        if let Some(Seen { omega_m, unsure }) = self.voltage_noise.seen.take() {
+            let (speed, t) = (self.coasting(&unsure.electrical), self.sample_time_s);
+            let unknown =
+                Unknown { speed: if unsure.unknown.shaft_is_free { speed } else { unsure.unknown.speed }, ..unsure.unknown };
+            let run = (omega_m.iter().copied(), unsure.psi);
+            let unsure = UnsureInputs::new(&self.channels, unsure.electrical, run, t, unknown, |_, _| ());
+            self.voltage_noise.seen = Some(Seen { omega_m, unsure });
+        }
+        self
+    }
+
+    fn with_voltage_noise_by(mut self, machine: &Machine<f64>, start: &State<f64>) -> Self {
+        let (volts, t) = (self.voltage_noise.sigma_v, self.sample_time_s);
+        self.voltage_noise.seen = None;
+        let electrical = Electrical::of(&self.machine_of(machine, 0));
+        let made = electrical.noise_by(volts, t);
+        let is_seen = |c: &Channel| matches!(c.kind, ChannelKind::Current { .. }) && made > SEEN * c.sigma.powi(2);
+        if self.is_table() || !self.channels.iter().any(is_seen) {
+            return self;
+        }
+        let (omega_m, psi) = self.turns(machine, start);
+        let known = (self.coasting(&electrical), self.imposed_speed.is_none());
+        let (speed, shaft_is_free) = match &self.load {
+            Load::Known | Load::Law { .. } => known,
+            Load::Unknown(shown) => (shown.noise.clone(), false),
+            Load::Unseen(found) => (found.unsure.unknown.speed.clone(), false),
+        };
+        let unknown = Unknown { speed, volts, shaft_is_free };
+        let unsure = UnsureInputs::new(&self.channels, electrical, (omega_m.iter().copied(), psi), t, unknown, |_, _| ());
+        self.voltage_noise.seen = Some(Seen { omega_m, unsure });
+        // No command is noisy: the terminals were measured.
+        self.inert = Some(EffectId::InverterNonlinearity);
+        self
+    }
+
+    /// How a change of the speed goes on where nothing but the machine moves it.
+    fn coasting(&self, electrical: &Electrical) -> Wandering {
+        let nudge = self.speed_nudge.as_ref().map_or(0.0, |(_, rate)| *rate);
+        Wandering::coasting(electrical.coasting(nudge, self.sample_time_s), self.len())
+    }
+
+    /// Speed and fluxes of `machine` at every row, on the speed that was measured where one was.
+    fn turns(&self, machine: &Machine<f64>, start: &State<f64>) -> (Vec<f64>, Vec<Fluxes>) {
+        let measured = self.channels.iter().find(|c| c.kind == ChannelKind::Speed && c.valid.is_none());
+        let shown = self.imposed_speed.as_ref().or(measured.map(|c| &c.values));
+        let mut bench = self.bench(machine, start);
+        let at = |k: usize| {
+            let mut input = self.input(k, bench.plant());
+            if let Some(w) = shown {
+                input.imposed_speed = Some([w[k], w[(k + 1).min(w.len() - 1)]]);
+            }
+            let omega_m = input.imposed_speed.map_or(bench.state().omega_m, |w| w[0]);
+            let psi = [bench.state().psi_s, bench.state().psi_r];
+            bench.advance(&input);
+            (omega_m, psi)
+        };
+        (0..self.len()).map(at).unzip()
+    }
+}

@@ -1,0 +1,92 @@
+//! Noise of a measured voltage: it drives the model, and what that makes of currents and speed is no error.
+
+use super::*;
+
+/// White noise of this standard deviation on both axes of the voltage.
+fn noisy(r: &Recording, sigma_v: f64, seed: u64) -> Recording {
+    let mut s = seed;
+    let mut uniform = || {
+        s = s.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (s >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    // Sums of twelve uniforms: near enough to Gaussian here.
+    let mut gaussian = || sigma_v * (0..12).map(|_| uniform()).sum::<f64>();
+    let u_s = r.u_s.iter().map(|u| u + Complex::new(gaussian(), gaussian())).collect();
+    Recording { u_s, ..r.clone() }
+}
+
+/// Mean square, and that of means over 50 rows in their standard deviation: 1 of white noise of the sensors.
+fn left(e: &Experiment) -> Vec<[f64; 2]> {
+    let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64;
+    let of = |r: &Vec<f64>| {
+        let means: Vec<f64> = r.chunks_exact(50).map(|c| c.iter().sum::<f64>() / 50f64.sqrt()).collect();
+        [square(r), square(&means)]
+    };
+    residuals(&truth(), e, &e.start_state()).iter().map(of).collect()
+}
+
+fn counted(e: &Experiment, sigma_v: f64) -> Experiment {
+    Experiment { voltage_noise: VoltageNoise::of(sigma_v), ..e.clone() }.with_inputs_by(&truth(), &e.start_state())
+}
+
+/// With the torque known, unknown, and neither torque nor speed known; followed freely and nudged.
+#[test]
+fn noise_of_the_voltage_is_no_error_of_currents_and_speed() {
+    let sigma_v = 5.0;
+    let r = noisy(&recording(true), sigma_v, 3);
+    let known = experiment(&r);
+    let unknown = experiment(&Recording { tau_load: None, ..r.clone() }).driven_by_speed();
+    let unseen = known.clone().with_unmeasured_speed(&truth(), &M.rating);
+    for (name, e) in [("known", known), ("unknown", unknown), ("unseen", unseen)] {
+        let (before, after) = (left(&e), left(&counted(&e, sigma_v)));
+        assert!(before.iter().all(|x| x[0] > 5.0 && x[1] > 100.0), "{name}: {before:?}");
+        for [all, slow] in after {
+            // A speed that is found takes part of what is slow.
+            assert!((0.94..1.06).contains(&all) && (0.4..1.4).contains(&slow), "{name}: {all} {slow}");
+        }
+    }
+    let nudged = |e: Experiment| e.nudged_towards(r.omega_m.clone(), 30.0);
+    let (plain, at_once) = (experiment(&r), nudged(counted(&experiment(&r), sigma_v)));
+    assert!(left(&nudged(plain)).iter().any(|x| x[1] > 5.0));
+    assert!(
+        left(&at_once).iter().all(|[all, slow]| (0.94..1.06).contains(all) && (0.7..1.4).contains(slow)),
+        "{:?}",
+        left(&at_once)
+    );
+}
+
+/// What is printed is what was simulated; only what an error counts for changes.
+#[test]
+fn predictions_are_those_of_the_voltage_as_measured() {
+    let r = noisy(&recording(true), 5.0, 4);
+    let e = experiment(&r);
+    let [plain, with] = [&e, &counted(&e, 5.0)].map(|e| predict(&truth(), e, &e.start_state()));
+    assert_eq!(plain, with);
+}
+
+/// Intervals hold the truth, which those without the noise do not.
+#[test]
+fn a_fit_with_a_noisy_voltage_knows_how_little_it_knows() {
+    let sigma_v = 1.0;
+    let free = base_parameters(&truth());
+    // Mean square of what the electrical parameters are off by, in their standard deviations.
+    let off = |count: bool| {
+        let of = |seed: u64| {
+            let e = experiment(&noisy(&recording(true), sigma_v, 10 + seed));
+            let e = if count { counted(&e, sigma_v) } else { e };
+            let f = fit(&truth(), &[e], &free, &FitOptions::near()).unwrap();
+            let (values, std) = (f.values(), f.standard_deviations());
+            (0..4).map(|k| ((values[k] - truth().get(free[k].id().unwrap())) / std[k]).powi(2)).sum::<f64>() / 4.0
+        };
+        (0..8).map(of).sum::<f64>() / 8.0
+    };
+    let (without, with) = (off(false), off(true));
+    assert!(with < 2.0 && without > 5.0 * with, "{without} {with}");
+}
+
+/// A noise that the currents' own hides is not followed, and costs nothing.
+#[test]
+fn noise_that_does_not_show_changes_nothing() {
+    let e = experiment(&recording(true));
+    assert_eq!(left(&counted(&e, 1e-3)), left(&e));
+}
