@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use im_identify::offline::{Channel, Experiment, Start, VoltageNoise, guess_start, start_on};
+use im_identify::offline::{Channel, Experiment, Start, guess_start, start_on};
 use im_model::{EffectId, Machine, MotorFile, Recording, State};
 use rayon::prelude::*;
 
-use crate::intake::mapping::Begin;
+use crate::intake::mapping::{Begin, Instant};
 use crate::intake::quality::{convention, voltage_noise};
 use crate::intake::{Intake, LoadPlan};
 use crate::noise::{step_sigma, white_sigma};
@@ -58,7 +58,7 @@ impl Case {
         let run = |r: &Recording| {
             let load = if r.tau_load.is_none() { LoadPlan::Unknown } else { LoadPlan::Known };
             let mut e = Experiment::from_recording(r, [1.0, 1.0], 1.0);
-            e.voltage_noise = voltage_noise::of_mains(&motor, &e, &e.u_s);
+            e.voltage_noise = voltage_noise::of_mains(&motor, &e, &e.u_s, Instant::HeldFromRow);
             (e, Begin::Auto, load)
         };
         let (train, holdout) = (train.iter().map(run).collect(), holdout.map(run));
@@ -135,7 +135,7 @@ impl Case {
     /// Takes the voltages for exact whose roughness the currents follow, by what `machine` leaves of `fitted`.
     pub fn doubt_voltage_noise(&mut self, machine: &Machine<f64>, fitted: &[Experiment], residuals: &[Vec<Vec<f64>>]) {
         if voltage_noise::followed(&self.motor, machine, fitted.iter().zip(residuals)) {
-            self.train.iter_mut().chain(&mut self.holdout).for_each(|e| e.voltage_noise = VoltageNoise::default());
+            self.train.iter_mut().chain(&mut self.holdout).for_each(|e| e.voltage_noise.volts.sigma_v = 0.0);
         }
     }
 

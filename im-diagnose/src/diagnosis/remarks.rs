@@ -134,11 +134,11 @@ impl Diagnosis {
     /// then fits better, true or not.
     fn noisy_voltage(&self) -> Option<String> {
         let leakage_h = self.refined.machine.parameters().inverse_gamma().leakage_inductance_h;
-        let counted = self.case.train.iter().filter(|e| e.voltage_noise.counts());
-        let most = counted.flat_map(|e| {
-            let made_a = e.voltage_noise.sigma_v * e.sample_time_s / leakage_h;
+        let counted = self.case.train.iter().filter_map(|e| Some((e, e.voltage_noise.counted()?)));
+        let most = counted.flat_map(|(e, sigma_v)| {
+            let made_a = sigma_v * e.sample_time_s / leakage_h;
             let currents = e.channels.iter().filter(|c| matches!(c.kind, ChannelKind::Current { .. }));
-            currents.map(move |c| (made_a / c.sigma, e.voltage_noise.sigma_v))
+            currents.map(move |c| (made_a / c.sigma, sigma_v))
         });
         let (part, sigma_v) = most.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(part, _)| *part > NOISY_VOLTAGE)?;
         Some(format!(

@@ -1,6 +1,6 @@
 //! Recordings longer than a fit can use: fewer rows, with the same volt-seconds.
 
-use im_identify::offline::Experiment;
+use im_identify::offline::{Experiment, VoltageNoise};
 use im_model::Complex;
 
 use super::finding::{Finding, FindingKind, Severity};
@@ -22,7 +22,7 @@ pub fn decimate(e: &mut Experiment, rated_frequency_hz: f64) -> Option<Finding> 
     let pick = |x: &[f64]| (0..kept).map(|k| x[k * factor]).collect::<Vec<f64>>();
     let mean = |k: usize| e.u_s[k * factor..(k + 1) * factor].iter().sum::<Complex<f64>>() / factor as f64;
     e.u_s = (0..kept).map(mean).collect();
-    e.voltage_noise.sigma_v /= (factor as f64).sqrt();
+    e.voltage_noise = VoltageNoise::of(e.voltage_noise.volts.every(factor));
     // A torque in between acts too.
     e.tau_load = (0..kept).map(|k| e.tau_load[k * factor..(k + 1) * factor].iter().sum::<f64>() / factor as f64).collect();
     e.imposed_speed = e.imposed_speed.as_deref().map(pick);

@@ -216,7 +216,7 @@ fn read_one(origin: Origin<'_>, said: Option<Said>, motor: &MotorFile) -> Result
     let mut taken = Intake { draft, ..assemble(&signals, checked, mapping.begin) };
     taken.experiment.inert = Some(if measured_voltage { EffectId::InverterNonlinearity } else { EffectId::VoltageOffset });
     let rows: Vec<_> = (0..signals.len()).map(|k| signals.u(k)).collect();
-    taken.experiment.voltage_noise = quality::voltage_noise::of_mains(motor, &taken.experiment, &rows);
+    taken.experiment.voltage_noise = quality::voltage_noise::of_mains(motor, &taken.experiment, &rows, signals.instant);
     taken.experiment.warmth = mapping.winding_c.map(|c| motor.warmth(c, c)).into_iter().collect();
     if let Some(mut finding) = decimate::decimate(&mut taken.experiment, motor.rating.electrical_frequency_hz) {
         finding.recording.clone_from(&signals.name);

@@ -119,8 +119,7 @@ pub fn in_sigma(chi2: f64) -> String {
 
 /// What is to be said of the noise of measured voltages, where it counts.
 pub(crate) fn voltage_noise<'a>(experiments: impl Iterator<Item = &'a Experiment>) -> Option<String> {
-    let counted = experiments.map(|e| &e.voltage_noise).filter(|n| n.counts()).map(|n| n.sigma_v);
-    let most = counted.reduce(f64::max)?;
+    let most = experiments.filter_map(|e| e.voltage_noise.counted()).reduce(f64::max)?;
     Some(format!(
         "The noise of the measured voltage, {} V rms, counts too: what it makes of currents and speed is in the errors in their units, and no error in σ.",
         number(most, 2)

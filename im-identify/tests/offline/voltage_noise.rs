@@ -26,7 +26,7 @@ fn left(e: &Experiment) -> Vec<[f64; 2]> {
 }
 
 fn counted(e: &Experiment, sigma_v: f64) -> Experiment {
-    Experiment { voltage_noise: VoltageNoise::of(sigma_v), ..e.clone() }.with_inputs_by(&truth(), &e.start_state())
+    Experiment { voltage_noise: VoltageNoise::of(Volts::white(sigma_v)), ..e.clone() }.with_inputs_by(&truth(), &e.start_state())
 }
 
 /// With the torque known, unknown, and neither torque nor speed known; followed freely and nudged.
@@ -82,6 +82,33 @@ fn a_fit_with_a_noisy_voltage_knows_how_little_it_knows() {
     };
     let (without, with) = (off(false), off(true));
     assert!(with < 2.0 && without > 5.0 * with, "{without} {with}");
+}
+
+/// A switch closes anywhere between two rows: the volt-seconds of its row are not known, and what follows from them is no error.
+#[test]
+fn a_switch_between_two_samples_is_no_error() {
+    let r = recording(true);
+    let (row, jump) = (400, 200.0);
+    let mut all = vec![0.0; 3];
+    for part in 0..10 {
+        let mut other = r.clone();
+        other.u_s[row] += Complex::new(jump * (0.1 * f64::from(part) - 0.45), 0.0);
+        let e = experiment(&other);
+        let known = Volts { sigma_v: 0.0, switched: vec![(row, jump / 12f64.sqrt())] };
+        let known = Experiment { voltage_noise: VoltageNoise::of(known), ..e.clone() }.with_inputs_by(&truth(), &e.start_state());
+        assert!(known.voltage_noise.counted().is_none() && known.inert == e.inert);
+        let after = |e: &Experiment| -> Vec<f64> {
+            residuals(&truth(), e, &e.start_state())
+                .iter()
+                .map(|r| r[row..row + 300].iter().map(|x| x * x).sum::<f64>() / 300.0)
+                .collect()
+        };
+        all.iter_mut().zip(after(&known)).for_each(|(all, x)| *all += 0.1 * x);
+        if part == 0 {
+            assert!(after(&e)[0] > 5.0, "{:?}", after(&e));
+        }
+    }
+    assert!(all.iter().all(|x| (0.85..1.15).contains(x)), "{all:?}");
 }
 
 /// A noise that the currents' own hides is not followed, and costs nothing.

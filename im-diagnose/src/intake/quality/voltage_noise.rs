@@ -2,10 +2,11 @@
 //!
 //! What a drive puts out may be rough, too, and nobody knows what of that is voltage: there, a measured voltage is taken for exact.
 
-use im_identify::offline::{Experiment, VoltageNoise};
+use im_identify::offline::{Experiment, VoltageNoise, Volts};
 use im_model::{Complex, Machine, MotorFile};
 
 use super::convention::mains_frequency;
+use crate::intake::mapping::Instant;
 
 /// Harmonics of the mains, of both directions, and a constant are taken out.
 const HARMONICS: [f64; 9] = [0.0, 1.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 3.0];
@@ -17,13 +18,29 @@ const WIDTH_HZ: f64 = 20.0;
 const SWITCHED: f64 = 5.0;
 const RINGS: f64 = 10.0;
 
+/// Part of the largest voltage that no harmonics make from row to row.
+const JUMP: f64 = 0.1;
+
 /// Part of its size that a voltage may be rough by because it is written in digits.
 const ROUNDING: f64 = 1e-9;
 
 /// Of a recording, whose voltage stands in `rows` as it was measured.
-pub fn of_mains(motor: &MotorFile, e: &Experiment, rows: &[Complex<f64>]) -> VoltageNoise {
-    let notches = mains_frequency(motor, e).map(|omega| Notches::new(omega, e.sample_time_s));
-    VoltageNoise::of(notches.map_or(0.0, |n| n.sigma(rows)))
+pub fn of_mains(motor: &MotorFile, e: &Experiment, rows: &[Complex<f64>], instant: Instant) -> VoltageNoise {
+    let Some(omega) = mains_frequency(motor, e) else { return VoltageNoise::default() };
+    let sigma_v = Notches::new(omega, e.sample_time_s).sigma(rows);
+    let switched = if instant == Instant::Sample { switched(rows, omega * e.sample_time_s) } else { Vec::new() };
+    VoltageNoise::of(Volts { sigma_v, switched })
+}
+
+/// Rows between whose samples a voltage jumps, and the standard deviation of its mean there: the switch may have closed at any time in between. Rows
+/// beside a jump, whose mean is that of a cubic across it, count as well.
+fn switched(u: &[Complex<f64>], angle: f64) -> Vec<(usize, f64)> {
+    let size = u.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    // The mains bend by 1 − cos φ of their size themselves.
+    let least = (JUMP + 1.0 - angle.cos()) * size;
+    let step = |k: usize| u[k + 1] - u[k];
+    let jump = |k: usize| (step(k) - (step(k - 1) + step(k + 1)) * 0.5).norm();
+    (1..u.len().saturating_sub(2)).map(|k| (k, jump(k))).filter(|x| x.1 > least).map(|(k, x)| (k, x / 12f64.sqrt())).collect()
 }
 
 /// A filter that all passes but the mains: of each harmonic in reach (1 − 2 cos φ z + z²)/(1 − 2 ρ cos φ z + ρ² z²), z the row before.
@@ -100,13 +117,13 @@ pub fn followed<'a>(
     let zero = Complex::new(0.0, 0.0);
     let (mut both, mut alone) = (0.0, 0.0);
     for (e, residuals) in runs {
-        let Some(omega) = mains_frequency(motor, e).filter(|_| e.voltage_noise.sigma_v > 0.0) else { continue };
+        let Some(omega) = mains_frequency(motor, e).filter(|_| e.voltage_noise.volts.sigma_v > 0.0) else { continue };
         let (t, notches) = (e.sample_time_s, Notches::new(omega, e.sample_time_s));
         let rho = (-std::f64::consts::TAU * FAST_HZ * t).exp();
         let left = |k: usize| e.current_vector(k, |c| residuals[c][k] * e.channels[c].sigma).unwrap_or(zero);
         let left = notches.pass(&(0..e.len()).map(left).collect::<Vec<_>>());
         let voltage = notches.pass(&e.u_s);
-        let quiet = notches.quiet(&voltage, e.voltage_noise.sigma_v);
+        let quiet = notches.quiet(&voltage, e.voltage_noise.volts.sigma_v);
         let (mut made, mut fast) = (zero, zero);
         for ((u, i), _) in voltage.iter().zip(left.windows(2)).zip(quiet).filter(|x| x.1) {
             // What noise makes of the current by the end of the row, and what is there.
@@ -158,6 +175,19 @@ mod tests {
         assert_eq!(Notches::new(314.159, 1e-4).sigma(&[]), 0.0);
     }
 
+    #[test]
+    fn a_switch_between_two_samples_is_seen_at_any_rate() {
+        for t in [1e-4, 1e-3, 2e-3] {
+            let mut u = mains(200, t, 1.0);
+            assert_eq!(switched(&u, 314.159 * t), []);
+            u[..71].fill(Complex::new(0.0, 0.0));
+            let found = switched(&u, 314.159 * t);
+            let at = found.iter().find(|x| x.0 == 70).unwrap();
+            assert!((80.0..110.0).contains(&at.1) && found.iter().all(|x| (69..=71).contains(&x.0)), "{t}: {found:?}");
+        }
+        assert_eq!(switched(&[], 0.1), []);
+    }
+
     /// Noise of a voltmeter, and a voltage that is rough itself: the machine follows only that.
     #[test]
     fn roughness_that_the_currents_follow_is_voltage() {
@@ -185,7 +215,7 @@ mod tests {
                     c.values = y.iter().map(|y| y + sensor()).collect();
                 }
                 e.u_s.clone_from(&rough);
-                e.voltage_noise = of_mains(&motor, &e, &rough);
+                e.voltage_noise = of_mains(&motor, &e, &rough, Instant::HeldFromRow);
                 let left = residuals(&machine, &e, &State::default());
                 assert_eq!(followed(&motor, &machine, [(&e, &left)].into_iter()), is_voltage, "{seed}");
             }

@@ -19,7 +19,7 @@ use nalgebra::{Matrix2, SMatrix, SVector};
 
 use super::channel::Channel;
 use flux::{Electrical, Fluxes, Step};
-pub use voltage::VoltageNoise;
+pub use voltage::{VoltageNoise, Volts};
 pub(super) use wandering::Wandering;
 
 /// δψ_s, δψ_r (α and β each), δω and its slope.
@@ -54,8 +54,8 @@ pub(super) struct UnsureInputs {
 pub(super) struct Unknown {
     /// Of the speed.
     pub speed: Wandering,
-    /// Standard deviation of white noise of the voltage, V.
-    pub volts: f64,
+    /// Of the voltage.
+    pub voltage: Volts,
     /// Whether the torque moves the rotor; else it turns as its speed is said to.
     pub shaft_is_free: bool,
 }
@@ -63,7 +63,7 @@ pub(super) struct Unknown {
 impl Unknown {
     /// On every so many rows.
     fn every(&self, stride: usize) -> Self {
-        Self { speed: self.speed.every(stride), volts: self.volts / (stride as f64).sqrt(), ..*self }
+        Self { speed: self.speed.every(stride), voltage: self.voltage.every(stride), ..*self }
     }
 }
 
@@ -92,6 +92,7 @@ impl Filter {
         let shows: Vec<Vector> = channels.iter().map(|c| electrical.shown_by(c) / c.sigma).collect();
         let mut p = unknown_speed(&unknown.speed.first);
         let mut gains = Vec::with_capacity(steps.len());
+        let mut switched = unknown.voltage.switched.iter().copied().peekable();
         for (k, step) in steps.iter().enumerate() {
             let before = p;
             let measured = channels.iter().zip(&shows).map(|(c, h)| {
@@ -104,7 +105,8 @@ impl Filter {
             });
             gains.push(measured.collect());
             keep(&before, &p);
-            p = step.carried(&p, unknown.volts);
+            let here = switched.next_if(|(row, _)| *row == k).map_or(0.0, |x| x.1);
+            p = step.carried(&p, unknown.voltage.sigma_v.hypot(here));
         }
         Self { sigma: channels.iter().map(|c| c.sigma).collect(), shows, steps, gains }
     }

@@ -1,4 +1,4 @@
-//! Noise of a measured voltage: the machine is driven by what its sensors show, and their noise makes currents that last for the leakage time constant
+//! Noise of a measured voltage, and a switch that closed between two samples of it: the machine is driven by what its sensors show, and what that is off by makes currents that last for the leakage time constant
 //! and, where the shaft turns freely, a speed that lasts longer still. No noise of the other sensors does.
 
 use im_model::{EffectId, Machine, State};
@@ -12,11 +12,41 @@ use crate::offline::load::Load;
 /// The variance that the noise of the voltage adds to the currents, over that of their sensors, from which on it is counted.
 const SEEN: f64 = 1e-3;
 
-/// White noise of the voltage's sensors, and what it does to a machine.
+/// How well a voltage is known.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Volts {
+    /// Standard deviation of its white noise, α and β, at every row, V; 0 where it is exact.
+    pub sigma_v: f64,
+    /// Rows in which it was switched, nobody knows when, and the standard deviation of their mean voltage, V; in order.
+    pub switched: Vec<(usize, f64)>,
+}
+
+impl Volts {
+    /// Of white noise with this standard deviation, V.
+    pub fn white(sigma_v: f64) -> Self {
+        Self { sigma_v, switched: Vec::new() }
+    }
+
+    /// On every so many rows.
+    pub fn every(&self, stride: usize) -> Self {
+        let mut switched: Vec<(usize, f64)> = Vec::new();
+        for &(row, sigma_v) in &self.switched {
+            // The same volt-seconds in a longer row.
+            let (row, sigma_v) = (row / stride, sigma_v / stride as f64);
+            match switched.last_mut().filter(|x| x.0 == row) {
+                Some(last) => last.1 = last.1.hypot(sigma_v),
+                None => switched.push((row, sigma_v)),
+            }
+        }
+        Self { sigma_v: self.sigma_v / (stride as f64).sqrt(), switched }
+    }
+}
+
+/// What is not known of a voltage, and what it does to a machine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VoltageNoise {
-    /// Standard deviation of α and β at every row, V; 0 where the voltage is exact.
-    pub sigma_v: f64,
+    /// How well it is known.
+    pub volts: Volts,
     seen: Option<Seen>,
 }
 
@@ -29,14 +59,14 @@ struct Seen {
 }
 
 impl VoltageNoise {
-    /// Of this standard deviation, V, at every row.
-    pub fn of(sigma_v: f64) -> Self {
-        Self { sigma_v, seen: None }
+    /// Of a voltage that is known so well.
+    pub fn of(volts: Volts) -> Self {
+        Self { volts, seen: None }
     }
 
-    /// Whether it counts: it shows beside the noise of the current sensors, for the machine that said what it does.
-    pub fn counts(&self) -> bool {
-        self.seen.is_some()
+    /// Standard deviation of the noise, V, where it counts: it shows beside that of the current sensors, for the machine that said what it does.
+    pub fn counted(&self) -> Option<f64> {
+        self.seen.as_ref().map(|s| s.unsure.unknown.voltage.sigma_v).filter(|s| *s > 0.0)
     }
 
     /// With what else of the inputs is not known, once a machine says what that does.
@@ -51,7 +81,7 @@ impl VoltageNoise {
             let unsure = s.unsure.every(stride, channels, omega_m.iter().copied(), sample_time_s);
             Seen { omega_m, unsure }
         });
-        Self { sigma_v: self.sigma_v / (stride as f64).sqrt(), seen }
+        Self { volts: self.volts.every(stride), seen }
     }
 }
 
@@ -77,12 +107,16 @@ impl Experiment {
     }
 
     fn with_voltage_noise_by(mut self, machine: &Machine<f64>, start: &State<f64>) -> Self {
-        let (volts, t) = (self.voltage_noise.sigma_v, self.sample_time_s);
+        let t = self.sample_time_s;
         self.voltage_noise.seen = None;
         let electrical = Electrical::of(&self.machine_of(machine, 0));
-        let made = electrical.noise_by(volts, t);
+        let mut voltage = self.voltage_noise.volts.clone();
+        let made = electrical.noise_by(voltage.sigma_v, t);
         let is_seen = |c: &Channel| matches!(c.kind, ChannelKind::Current { .. }) && made > SEEN * c.sigma.powi(2);
-        if self.is_table() || !self.channels.iter().any(is_seen) {
+        if !self.channels.iter().any(is_seen) {
+            voltage.sigma_v = 0.0;
+        }
+        if self.is_table() || voltage == Volts::default() {
             return self;
         }
         let (omega_m, psi) = self.turns(machine, start);
@@ -92,11 +126,14 @@ impl Experiment {
             Load::Unknown(shown) => (shown.noise.clone(), false),
             Load::Unseen(found) => (found.unsure.unknown.speed.clone(), false),
         };
-        let unknown = Unknown { speed, volts, shaft_is_free };
+        let is_noisy = voltage.sigma_v > 0.0;
+        let unknown = Unknown { speed, voltage, shaft_is_free };
         let unsure = UnsureInputs::new(&self.channels, electrical, (omega_m.iter().copied(), psi), t, unknown, |_, _| ());
         self.voltage_noise.seen = Some(Seen { omega_m, unsure });
-        // No command is noisy: the terminals were measured.
-        self.inert = Some(EffectId::InverterNonlinearity);
+        if is_noisy {
+            // No command is: the terminals were measured.
+            self.inert = Some(EffectId::InverterNonlinearity);
+        }
         self
     }
 
