@@ -127,16 +127,15 @@ impl Case {
         let starts: Vec<State<f64>> = runs.par_iter().map(|e| start_on(machine, e, &self.motor.rating)).collect();
         let left = all_residuals(machine, &starts, &runs);
         self.set_noise_from(&runs, &left);
-        self.doubt_voltage_noise(machine, &runs, &left);
+        self.weigh_voltage_noise(machine, &runs, &left);
         let by = |(e, x): (Experiment, &State<f64>)| e.with_inputs_by(machine, x);
         self.train = std::mem::take(&mut self.train).into_par_iter().zip(&starts).map(by).collect();
     }
 
-    /// Takes the voltages for exact whose roughness the currents follow, by what `machine` leaves of `fitted`.
-    pub fn doubt_voltage_noise(&mut self, machine: &Machine<f64>, fitted: &[Experiment], residuals: &[Vec<Vec<f64>>]) {
-        if voltage_noise::followed(&self.motor, machine, fitted.iter().zip(residuals)) {
-            self.train.iter_mut().chain(&mut self.holdout).for_each(|e| e.voltage_noise.volts.sigma_v = 0.0);
-        }
+    /// Takes for voltage what of its roughness the currents follow, by what `machine` leaves of `fitted`.
+    pub fn weigh_voltage_noise(&mut self, machine: &Machine<f64>, fitted: &[Experiment], residuals: &[Vec<Vec<f64>>]) {
+        let part = voltage_noise::noise_part(&self.motor, machine, fitted.iter().zip(residuals));
+        self.train.iter_mut().chain(&mut self.holdout).for_each(|e| e.voltage_noise.volts.sigma_v *= part.sqrt());
     }
 
     /// Sets the noise of every channel from the data: the median over the recordings that have it.
