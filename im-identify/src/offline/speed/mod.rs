@@ -8,6 +8,7 @@
 //! Source: T. Kailath, An innovations approach to least-squares estimation, IEEE Trans. Autom. Control 13 (1968) 646.
 
 mod flux;
+mod inputs;
 mod reference;
 mod voltage;
 mod wandering;
