@@ -136,6 +136,11 @@ impl Case {
     pub fn weigh_voltage_noise(&mut self, machine: &Machine<f64>, fitted: &[Experiment], residuals: &[Vec<Vec<f64>>]) {
         let part = voltage_noise::noise_part(&self.motor, machine, fitted.iter().zip(residuals));
         self.train.iter_mut().chain(&mut self.holdout).for_each(|e| e.voltage_noise.volts.sigma_v *= part.sqrt());
+        // One bench, one measure: where it is too much in one recording, it is counted in none.
+        if self.all().any(|e| e.is_voltage_too_noisy(machine)) {
+            let others = self.train.iter_mut().chain(&mut self.holdout).filter(|e| !e.is_voltage_too_noisy(machine));
+            others.for_each(|e| e.voltage_noise.volts.sigma_v = 0.0);
+        }
     }
 
     /// Sets the noise of every channel from the data: the median over the recordings that have it.

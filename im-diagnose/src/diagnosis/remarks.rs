@@ -1,6 +1,6 @@
 //! What to check before the answer is believed.
 
-use im_identify::offline::{ChannelKind, Experiment, Load};
+use im_identify::offline::{Experiment, Load};
 use im_model::{EffectId, ParameterId};
 
 use super::{Diagnosis, Verdict};
@@ -15,8 +15,6 @@ use crate::uncertainty::MachineQuantity;
 const NEAR_SAMPLES: f64 = 0.1;
 /// Mean square of the residual, in σ², below which the noise was taken too large.
 const BELOW_NOISE: f64 = 0.8;
-/// Over the noise of a current sensor, what that of the voltage may make of the current within a row: estimates lean by its square.
-const NOISY_VOLTAGE: f64 = 0.2;
 
 /// A gain this near, relative, to a factor between conventions is suspicious.
 const NEAR_CONVENTION: f64 = 0.04;
@@ -130,21 +128,15 @@ impl Diagnosis {
         })
     }
 
-    /// A voltage whose noise makes the currents rougher than their own sensors' does: a machine that passes less of it, by a delay or by more leakage,
-    /// then fits better, true or not.
+    /// A voltage whose noise is not counted: what it makes of the currents seems to be missing.
     fn noisy_voltage(&self) -> Option<String> {
-        let leakage_h = self.refined.machine.parameters().inverse_gamma().leakage_inductance_h;
-        let counted = self.case.train.iter().filter_map(|e| Some((e, e.voltage_noise.counted()?)));
-        let most = counted.flat_map(|(e, sigma_v)| {
-            let made_a = sigma_v * e.sample_time_s / leakage_h;
-            let currents = e.channels.iter().filter(|c| matches!(c.kind, ChannelKind::Current { .. }));
-            currents.map(move |c| (made_a / c.sigma, sigma_v))
-        });
-        let (part, sigma_v) = most.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(part, _)| *part > NOISY_VOLTAGE)?;
+        let machine = &self.refined.machine;
+        let noisy = self.case.all().filter(|e| !e.is_table() && e.is_voltage_too_noisy(machine));
+        let worst = noisy.max_by(|a, b| a.voltage_noise_in_a_row(machine).total_cmp(&b.voltage_noise_in_a_row(machine)))?;
         Some(format!(
-            "The voltage was measured with {} V rms of noise, which from row to row makes {} of what the current sensors' noise does: beyond {NOISY_VOLTAGE}, inductances and a voltage delay lean by more than their intervals say. Average it over the sample before it is written",
-            number(sigma_v, 2),
-            number(part, 2)
+            "The voltage was measured with {} V rms of noise, which from row to row makes {} of what the current sensors' noise does: too much to be counted as noise. What it makes of the currents is in what is left. Average it over the sample before it is written",
+            number(worst.voltage_noise.volts.sigma_v, 2),
+            number(worst.voltage_noise_in_a_row(machine), 2)
         ))
     }
 
