@@ -146,7 +146,7 @@ impl Case {
     /// Sets the noise of every channel from the data: the median over the recordings that have it.
     pub fn estimate_noise(&mut self) {
         // A table has no roughness: what its instruments are good for is said with it.
-        let sampled = self.train.iter().chain(&self.holdout).filter(|e| !e.is_table());
+        let sampled = self.all().filter(|e| !e.is_table());
         let channels: Vec<&Channel> = sampled.flat_map(|e| &e.channels).collect();
         let rough = |c: &&Channel| {
             let values = valid_values(c);

@@ -28,8 +28,7 @@ const ROUGH: f64 = 1e-3;
 
 /// A finding when the recordings, the held-out one included, seem to be of different machines.
 pub fn check(case: &Case) -> Option<Finding> {
-    let all: Vec<Experiment> =
-        case.train.iter().chain(&case.holdout).filter(|e| !e.is_table()).cloned().map(Experiment::driven_by_speed).collect();
+    let all: Vec<Experiment> = case.all().filter(|e| !e.is_table()).cloned().map(Experiment::driven_by_speed).collect();
     if all.len() < 2 {
         return None;
     }

@@ -59,7 +59,7 @@ impl AskedLoad {
         let ranges = || all.iter().filter_map(|f| f.range());
         let [least_nm, most_nm] =
             [ranges().map(|r| r.0).fold(f64::INFINITY, f64::min), ranges().map(|r| r.1).fold(f64::NEG_INFINITY, f64::max)];
-        let none_was_said = d.case.train.iter().chain(&d.case.holdout).all(|e| e.load == Load::Known);
+        let none_was_said = d.case.all().all(|e| e.load == Load::Known);
         let mean_nm = means.iter().sum::<f64>() / means.len() as f64;
         (least_nm <= most_nm).then_some(Self { mean_nm, least_nm, most_nm, none_was_said })
     }
@@ -75,7 +75,7 @@ impl ElectricalSide {
         let driven = |e: &Experiment| e.clone().driven_by_speed();
         let case =
             Case { motor: motor.clone(), train: train.iter().map(driven).collect(), holdout: holdout.as_ref().map(driven) };
-        if !case.train.iter().chain(&case.holdout).all(Experiment::speed_is_imposed) {
+        if !case.all().all(Experiment::speed_is_imposed) {
             return None;
         }
         let found = diagnose(case, Options { most_work: MOST_WORK, ..Options::default() }).ok()?;

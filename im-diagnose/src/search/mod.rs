@@ -300,7 +300,7 @@ impl Refinement {
 
     /// What a fit moves, near the motor as given: data that hardly tell a parameter must not lead it away by errors of form.
     fn expected(&self, free: Vec<Free>) -> Vec<Free> {
-        let all = self.case.train.iter().chain(&self.case.holdout);
+        let all = self.case.all();
         expecting(free, least_dispersion(all.map(Experiment::count).sum::<usize>() as f64))
     }
 

@@ -158,6 +158,8 @@ impl Experiment {
             return self;
         }
         let shown = ShownSpeed::new(self.channels.remove(k), self.sample_time_s);
+        // What the noise of the voltage does was said for a shaft that the torque moves.
+        self.voltage_noise = VoltageNoise::of(self.voltage_noise.volts);
         self.load = Load::Unknown(shown);
         self
     }

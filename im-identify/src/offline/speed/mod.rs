@@ -62,6 +62,11 @@ pub(super) struct Unknown {
 }
 
 impl Unknown {
+    /// Of a speed that is said, at an exact voltage.
+    fn of_speed(speed: Wandering) -> Self {
+        Self { speed, voltage: Volts::default(), shaft_is_free: false }
+    }
+
     /// On every so many rows.
     fn every(&self, stride: usize) -> Self {
         Self { speed: self.speed.every(stride), voltage: self.voltage.every(stride), ..*self }

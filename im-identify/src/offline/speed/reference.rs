@@ -4,7 +4,7 @@ use im_model::{Complex, Machine, Plant, Rating, State};
 
 use super::flux::{Electrical, Fluxes};
 use super::wandering::{Onward, Wandering};
-use super::{FoundSpeed, Matrix, SPEED, Unknown, UnsureInputs, Vector, Volts, unknown_speed};
+use super::{FoundSpeed, Matrix, SPEED, Unknown, UnsureInputs, Vector, unknown_speed};
 use crate::offline::channel::ChannelKind;
 use crate::offline::experiment::{Experiment, Start};
 use crate::offline::load::Load;
@@ -46,7 +46,7 @@ impl Experiment {
                     let omega_m = (0..self.len()).map(|k| shown.behind(&plant, k));
                     let electrical = Electrical::of(&self.machine_of(machine, 0));
                     let speed = (omega_m, run.psi);
-                    let unknown = Unknown { speed: shown.noise.clone(), voltage: Volts::default(), shaft_is_free: false };
+                    let unknown = Unknown::of_speed(shown.noise.clone());
                     UnsureInputs::new(&self.channels, electrical, speed, self.sample_time_s, unknown, |_, _| ())
                 });
                 self.load = Load::Unknown(shown);
@@ -118,7 +118,7 @@ fn searched(e: &Experiment, machine: &Machine<f64>, intensity: f64) -> (FoundSpe
     let begin = State { psi_s: psi(0), psi_r: psi(2), ..State::turning(omega_m[0]) };
     let wandering = Wandering::free(intensity, e.sample_time_s, n);
     let speed = (omega_m.iter().copied(), psi_run);
-    let unknown = Unknown { speed: wandering, voltage: Volts::default(), shaft_is_free: false };
+    let unknown = Unknown::of_speed(wandering);
     let unsure = UnsureInputs::new(&e.channels, electrical, speed, e.sample_time_s, unknown, |_, _| ());
     (FoundSpeed { std: vec![0.0; n], omega_m, unsure }, begin)
 }
