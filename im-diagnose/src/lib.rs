@@ -19,7 +19,6 @@
 pub mod case;
 pub mod consistency;
 pub mod diagnosis;
-pub mod electrical_side;
 pub mod fitted;
 pub mod form_error;
 pub mod format;

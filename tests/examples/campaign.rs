@@ -8,7 +8,6 @@
 
 use std::convert::Infallible;
 
-use im_diagnose::electrical_side::ElectricalSide;
 use im_tests::campaign::{Finished, Outcome, Planned, plan, run_all, seeds, table};
 use im_tests::course::{again, why};
 
@@ -34,7 +33,7 @@ fn main() {
         if let Some(answer) = answer.filter(|_| std::env::var("WHY").is_ok()) {
             why(answer);
         }
-        if let Some(e) = answer.filter(|_| std::env::var("ALONE").is_ok()).and_then(ElectricalSide::after) {
+        if let Some(e) = answer.filter(|_| std::env::var("ALONE").is_ok()).and_then(|d| d.electrical_side.as_ref()) {
             println!("      electrical side: {} {:?} {:?} {:?}", e.verdict.name(), e.effects, e.error, e.torque_column);
         }
         if let Some(answer) = answer.filter(|_| std::env::var("AGAIN").is_ok()) {

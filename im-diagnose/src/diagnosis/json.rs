@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use im_model::EffectId;
 use serde_json::{Value, json};
 
-use super::Diagnosis;
+use super::{Diagnosis, ElectricalSide};
 use crate::residuals::Errors;
 use crate::steady_curve;
 
@@ -66,6 +66,7 @@ impl Diagnosis {
                 "means": c.meaning(),
             })).collect::<Vec<_>>(),
             "loads": self.loads.to_json(),
+            "electrical_side": self.electrical_side.as_ref().map(ElectricalSide::to_json),
             "torque_speed": steady_curve::to_json(&[("before", &self.rated[0]), ("after", &self.rated[1])]),
             "losses": self.losses,
             "noise": self.noise,

@@ -1,6 +1,7 @@
 //! The answer: verdict, effects, rivals, errors before and after, and the files that carry it.
 
 mod beside_unknown;
+mod electrical_side;
 mod json;
 mod ranking;
 pub(crate) mod remarks;
@@ -22,6 +23,7 @@ use crate::residual_tests::Dependence;
 use crate::search::{Course, Learning, Model, Options, Refinement, Sets};
 use crate::steady_curve::RatedSupply;
 use crate::uncertainty::{Estimates, MachineQuantity, is_open, is_unknown};
+pub use electrical_side::{AskedLoad, ElectricalSide};
 pub use ranking::Candidate;
 use ranking::ranking;
 pub(crate) use ranking::{NOT_EXCITED, SUSPECTED};
@@ -94,6 +96,8 @@ pub struct Diagnosis {
     pub curves: Vec<EffectId>,
     /// Loads that no column holds, as the last model finds them, and the effects that are not determined without them.
     pub loads: Loads,
+    /// What the electrical side alone says, where everything together is not explained.
+    pub electrical_side: Option<ElectricalSide>,
     /// More than noise that is left beside effects that were found: less than a tenth, or the verdict is `unexplained`.
     pub residual_cause: Option<ResidualCause>,
     /// What the motor does on its rated supply, as given and as refined.
@@ -130,18 +134,39 @@ pub fn diagnose(case: Case, options: Options) -> Result<Diagnosis, FitError> {
 }
 
 /// The same from a base model that is fitted already.
-pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, FitError> {
+pub fn diagnose_from(loop_: Refinement, base: Model) -> Result<Diagnosis, FitError> {
+    let again = (loop_.clone(), base.clone());
+    let found = decide(loop_, base, None)?;
+    let (loop_, base) = again;
+    let Some(alone) = electrical_side::alone(&found, loop_.options()) else { return Ok(found) };
+    let suggested = suggested(&loop_, &base, &found, &alone);
+    let found = if suggested.is_some() { decide(loop_, base, suggested)? } else { found };
+    let unexplained = found.verdict == Verdict::Unexplained;
+    let electrical_side = unexplained.then(|| ElectricalSide::of(&found, &alone)).flatten();
+    Ok(Diagnosis { electrical_side, ..found })
+}
+
+/// The effects that explain the electrical side `alone`, fitted to everything together, where that is likelier than what was `found`: a search follows
+/// slopes, which may lead elsewhere from where the balance of torques is wrong.
+fn suggested(loop_: &Refinement, base: &Model, found: &Diagnosis, alone: &Diagnosis) -> Option<Model> {
+    let last = alone.steps.last().filter(|_| alone.verdict != Verdict::Unexplained)?;
+    let model = loop_.model_by_currents(base, &last.machine, &last.starts, &last.effects)?;
+    (model.deviance < found.course.last().model.deviance).then_some(model)
+}
+
+/// One search, which knows a `suggested` model beforehand, and what follows from it.
+fn decide(mut loop_: Refinement, base: Model, suggested: Option<Model>) -> Result<Diagnosis, FitError> {
     let Options { significance, learning, .. } = *loop_.options();
     let before = loop_.case().motor.clone();
     loop_.weigh_given(&base);
-    let (mut course, mut sets) = loop_.course(loop_.search(Sets::of(base))?)?;
+    let (mut course, mut sets) = loop_.course(loop_.search(Sets::with(base, suggested))?)?;
     // A speed that nobody measured was found by a machine without the effects: what that did to it looks like effects.
     let found = &course.last().model;
     if !found.effects.is_empty()
         && let Some(base) = loop_.speeds_found_by(&found.fit, &course.first().model)?
     {
         loop_.weigh_given(&base);
-        (course, sets) = loop_.course(loop_.search(Sets::of(base))?)?;
+        (course, sets) = loop_.course(loop_.search(Sets::with(base, None))?)?;
     }
     let mut found = Found::new(&loop_, &course);
     let mut left = Left::new(&loop_, &course, &found);
@@ -225,6 +250,7 @@ pub fn diagnose_from(mut loop_: Refinement, base: Model) -> Result<Diagnosis, Fi
         curves: left.curves.clone(),
         dependences: found.dependences,
         loads,
+        electrical_side: None,
         residual_cause,
         rated,
         losses,

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use im_model::{Complex, MotorFile, TextFormat, space_vector::from_phases, toml_text::quoted};
 
-use super::instant::Choice;
+use super::instant::{Choice, Named};
 use super::mapping::{Begin, Instant, Preface};
 use super::names::{self, Origin};
 use super::quality::steady;
@@ -28,8 +28,8 @@ pub struct Draft {
     pub completes: Option<String>,
     /// What could not be guessed and must be filled in, a sentence each; without any the mapping can be used as it is.
     pub missing: Vec<String>,
-    /// Why the voltages are held from their row, by what they are called.
-    pub(super) held_by_name: Option<String>,
+    /// What the voltages are by their names.
+    pub(super) named: Option<Named>,
 }
 
 /// A column as the guessing sees it.
@@ -230,9 +230,6 @@ fn sampled(step_s: f64) -> String {
 /// Names of voltages in canonical columns, which are means from their row to the next.
 const CANONICAL_VOLTAGES: [&str; 5] = ["u_alpha_V", "u_beta_V", "u_a_V", "u_b_V", "u_c_V"];
 
-/// What a drive's commands are.
-const HELD_AS_COMMANDED: &str = "a drive holds what it commands";
-
 /// The line of a draft that says which instant the voltages belong to, until a fit has decided.
 const INSTANT: &str = "instant = \"held_from_row\"      # \"held_from_row\", \"sample\", \"held_until_row\"\n";
 
@@ -404,9 +401,9 @@ fn set_section(
     if quantity == Quantity::Voltage {
         per_unit(text, d, seen, &names, &mut vector, rated_v);
         if names.iter().all(|n| CANONICAL_VOLTAGES.contains(n)) {
-            d.held_by_name = Some("columns of these names are means from their row to the next".to_owned());
+            d.named = Some(Named::Mean);
         } else if commanded {
-            d.held_by_name = Some(HELD_AS_COMMANDED.to_owned());
+            d.named = Some(Named::Command);
         }
         text.push_str(INSTANT);
         if commanded {
@@ -440,7 +437,7 @@ fn duty_section(text: &mut String, d: &mut Draft, seen: &mut [Seen<'_>]) -> Opti
         "{names} are the legs' duty cycles, of {}, the voltage of the dc link; commanded, not measured",
         seen[link].name
     ));
-    d.held_by_name = Some(HELD_AS_COMMANDED.to_owned());
+    d.named = Some(Named::Command);
     let [a, b, c] = keys;
     let _ = writeln!(text, "[voltage]\nduty_a = {a}\nduty_b = {b}\nduty_c = {c}\ndc_link = {}\n{INSTANT}", seen[link].key);
     legs.into_iter().chain([link]).for_each(|k| seen[k].taken = true);

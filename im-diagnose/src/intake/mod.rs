@@ -200,7 +200,7 @@ fn read_one(origin: Origin<'_>, said: Option<Said>, motor: &MotorFile) -> Result
             let there = Signals { instant, ..signals.clone() };
             assemble(&there, quality::check(&there, motor), mapping.begin).experiment
         };
-        let choice = instant::choose(at, signals.load, motor, draft.held_by_name.as_deref());
+        let choice = instant::choose(at, signals.load, motor, draft.named);
         draft.decide_instant(&choice);
         signals.instant = choice.instant;
     }

@@ -2,7 +2,7 @@
 
 use super::words::{effect_name, in_sigma, sets_words};
 use crate::diagnosis::Verdict;
-use crate::electrical_side::{AskedLoad, ElectricalSide};
+use crate::diagnosis::{AskedLoad, ElectricalSide};
 use crate::format::{much, quantity, too_much};
 use crate::localise::join;
 use crate::torque_column::TorqueColumn;

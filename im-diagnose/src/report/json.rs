@@ -5,7 +5,6 @@ use serde_json::{Map, Value, json};
 use super::curves::curve;
 use super::sections::parameter_warning;
 use super::story::{Story, summary};
-use crate::electrical_side::ElectricalSide;
 use crate::residuals::Errors;
 use crate::statistics::cosine;
 
@@ -31,7 +30,6 @@ impl Story<'_> {
         }
         all["data_quality"] = json!(self.meta.quality);
         all["next_test"] = json!(self.meta.next_test);
-        all["electrical_side"] = self.meta.electrical_side.as_ref().map_or(Value::Null, ElectricalSide::to_json);
         all["run"] = json!({
             "program": self.meta.program, "command": self.meta.command, "seed": self.meta.seed, "made": self.meta.made,
             "read": self.meta.files, "files": self.used(),

@@ -24,7 +24,6 @@ use im_identify::offline::Experiment;
 use serde::Serialize;
 
 use crate::diagnosis::Diagnosis;
-use crate::electrical_side::ElectricalSide;
 use crate::intake::Finding;
 use crate::next_test::ProfileTrace;
 use crate::sources::by_fit;
@@ -58,18 +57,15 @@ pub struct Meta {
     pub quality: Option<Vec<Finding>>,
     /// The next test.
     pub next_test: Option<NextTest>,
-    /// What the electrical side alone says, where everything together is not explained.
-    pub electrical_side: Option<ElectricalSide>,
 }
 
 impl Meta {
     /// Beside a diagnosis: what was noticed about its recordings, without what the answer refutes and with what its fit shows, the test that would
-    /// settle what is open, and where nothing explains the recordings, what the electrical side alone says, which takes another search.
+    /// settle what is open.
     pub fn of(found: &Diagnosis, mut noticed: Vec<Finding>) -> Self {
         noticed.retain(|f| !found.refutes(f));
         noticed.extend(by_fit(&noticed, &found.case.motor, &found.refined.machine, found.case.supply()));
-        let electrical_side = ElectricalSide::after(found);
-        Self { quality: Some(noticed), next_test: NextTest::after(found), electrical_side, ..Self::default() }
+        Self { quality: Some(noticed), next_test: NextTest::after(found), ..Self::default() }
     }
 }
 

@@ -482,7 +482,7 @@ pub(crate) fn summary(s: &Story) -> Summary {
         _ => {}
     }
     let sentence = crate::format::sentence;
-    let alone = s.meta.electrical_side.as_ref().map(electrical_words::words);
+    let alone = s.d.electrical_side.as_ref().map(electrical_words::words);
     let cause = alone.as_ref().and_then(|a| a.cause.clone()).unwrap_or(cause);
     if let Some(more) = alone.as_ref().and_then(|a| a.refute.clone()) {
         refute = vec![more];

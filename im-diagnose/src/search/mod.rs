@@ -17,7 +17,7 @@ use im_identify::offline::{
     Experiment, Fit, FitError, FitOptions, Free, Load, Residuals, angle_on, base_parameters_in, effect_parameters_in, expecting,
     fit_from, knowing, residuals, start_on, start_parameters,
 };
-use im_model::{EffectId, Machine, MotorFile, ParameterId, Rating, State};
+use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
 
 use crate::case::Case;
@@ -123,6 +123,7 @@ impl Model {
 }
 
 /// Runs the loop on a case.
+#[derive(Clone)]
 pub struct Refinement {
     case: Case,
     /// The training recordings with the speed nudged towards the measured one: what is fitted and scored while the model may be wrong.
@@ -337,6 +338,21 @@ impl Refinement {
     ) -> Result<Model, FitError> {
         let fit = self.fit_to(&self.nudged, machine, starts, effects, options)?.with_likely_spreads(|e| self.least_spread(e))?;
         Ok(self.weighed(fit, effects))
+    }
+
+    /// Fits effects from where they explain the currents on the measured speed, with what is known of the shaft from the base model.
+    pub fn model_by_currents(
+        &self,
+        base: &Model,
+        machine: &Machine<f64>,
+        starts: &[State<f64>],
+        effects: &[EffectId],
+    ) -> Option<Model> {
+        let of_shaft = [BaseParameter::Inertia, BaseParameter::ViscousFriction].map(ParameterId::Base);
+        let machine = machine.with(&of_shaft.map(|id| (id, base.fit.machine.get(id)))).ok()?;
+        let turned = |(x, by): (&State<f64>, &State<f64>)| State { theta_m: by.theta_m, ..*x };
+        let starts: Vec<State<f64>> = base.fit.starts.iter().zip(starts).map(turned).collect();
+        self.model(&machine, &starts, effects, &FitOptions::near()).ok()
     }
 
     /// The likelihood of a fit, and what it makes of the held-out recording.

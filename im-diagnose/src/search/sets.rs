@@ -80,10 +80,10 @@ pub struct Sets {
 }
 
 impl Sets {
-    /// The base model alone.
-    pub fn of(base: Model) -> Self {
-        let known = Known::new(base.clone());
-        Self { known: BTreeMap::from([(Set::new(), known)]), each_tried: false, cut_short: false }
+    /// The base model, and another that is known beforehand.
+    pub fn with(base: Model, suggested: Option<Model>) -> Self {
+        let known = [base].into_iter().chain(suggested).map(|m| (sorted(&m.effects), Known::new(m)));
+        Self { known: known.collect(), each_tried: false, cut_short: false }
     }
 
     /// The model with such effects, if it has been fitted.

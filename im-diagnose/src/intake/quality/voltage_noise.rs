@@ -9,7 +9,7 @@ use super::convention::mains_frequency;
 use crate::intake::mapping::Instant;
 
 /// Harmonics of the mains, of both directions, and a constant are taken out.
-const HARMONICS: [f64; 9] = [0.0, 1.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 3.0];
+const HARMONICS: [f64; 9] = [0.0, 1.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0];
 
 /// On both sides of each harmonic so much is taken out with it, Hz.
 const WIDTH_HZ: f64 = 20.0;
@@ -24,6 +24,15 @@ const JUMP: f64 = 0.1;
 /// Part of its size that a voltage may be rough by because it is written in digits.
 const ROUNDING: f64 = 1e-9;
 
+/// Part of its size that the noise of a voltmeter exceeds, and the digits in which a voltage is written do not.
+const METERED: f64 = 1e-4;
+
+/// Whether a voltage, as it stands in its rows, is the mains with a voltmeter's noise.
+pub fn is_metered(motor: &MotorFile, e: &Experiment) -> bool {
+    let noise = |omega| Notches::new(omega, e.sample_time_s).sigma(&e.u_s);
+    mains_frequency(motor, e).is_some_and(|omega| noise(omega) > METERED * size(&e.u_s))
+}
+
 /// Of a recording, whose voltage stands in `rows` as it was measured.
 pub fn of_mains(motor: &MotorFile, e: &Experiment, rows: &[Complex<f64>], instant: Instant) -> VoltageNoise {
     let Some(omega) = mains_frequency(motor, e) else { return VoltageNoise::default() };
@@ -35,12 +44,16 @@ pub fn of_mains(motor: &MotorFile, e: &Experiment, rows: &[Complex<f64>], instan
 /// Rows between whose samples a voltage jumps, and the standard deviation of its mean there: the switch may have closed at any time in between. Rows
 /// beside a jump, whose mean is that of a cubic across it, count as well.
 fn switched(u: &[Complex<f64>], angle: f64) -> Vec<(usize, f64)> {
-    let size = u.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    let size = size(u);
     // The mains bend by 1 − cos φ of their size themselves.
     let least = (JUMP + 1.0 - angle.cos()) * size;
     let step = |k: usize| u[k + 1] - u[k];
     let jump = |k: usize| (step(k) - (step(k - 1) + step(k + 1)) * 0.5).norm();
     (1..u.len().saturating_sub(2)).map(|k| (k, jump(k))).filter(|x| x.1 > least).map(|(k, x)| (k, x / 12f64.sqrt())).collect()
+}
+
+fn size(u: &[Complex<f64>]) -> f64 {
+    u.iter().map(|u| u.norm()).fold(0.0, f64::max)
 }
 
 /// A filter that all passes but the mains: of each harmonic in reach (1 − 2 cos φ z + z²)/(1 − 2 ρ cos φ z + ρ² z²), z the row before.
@@ -86,7 +99,6 @@ impl Notches {
         if u.is_empty() {
             return 0.0;
         }
-        let size = u.iter().map(|u| u.norm()).fold(0.0, f64::max);
         // White noise of 1 that passes, by what an impulse leaves.
         let impulse: Vec<Complex<f64>> = (0..u.len()).map(|k| Complex::new(if k == 0 { 1.0 } else { 0.0 }, 0.0)).collect();
         let gain = self.pass(&impulse).iter().map(|u| u.norm_sqr()).sum::<f64>().sqrt();
@@ -99,7 +111,7 @@ impl Notches {
         let first = median(rough.iter().map(|u| u.norm()).collect());
         let quiet: Vec<f64> = rough.iter().zip(self.quiet(&rough, first)).filter(|x| x.1).map(|x| x.0.norm()).collect();
         let sigma = if quiet.is_empty() { first } else { median(quiet) } / gain;
-        if sigma > ROUNDING * size { sigma } else { 0.0 }
+        if sigma > ROUNDING * size(u) { sigma } else { 0.0 }
     }
 }
 
