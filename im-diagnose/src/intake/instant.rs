@@ -1,7 +1,7 @@
 //! Which instant a voltage belongs to, where nobody has said: held from its row, as a drive commands it, or sampled at its row, as a voltmeter shows
 //! it. The model is fitted with both and half way between: the data speak for one where it fits clearly better, and as well as anywhere on the way. What
-//! the column is by name stands unless they speak for the other, and the model explains them: where effects are missing a fit does not know better. The
-//! mains with the noise of a voltmeter are samples, whatever a fit says.
+//! the column is by name stands unless they speak for the other, and the model explains them: where effects are missing a fit does not know better.
+//! Where neither says, the mains are samples. With the noise of a voltmeter they are, whatever a fit says.
 
 use im_identify::offline::{Experiment, FitOptions, base_parameters_in, fit, guess_start, start_on, start_parameters};
 use im_model::MotorFile;
@@ -133,7 +133,7 @@ pub fn choose(experiment: impl Fn(Instant) -> Experiment, load: LoadPlan, motor:
     let expected = expected(named, motor, &held);
     let misfits = Misfits::of(held, sample, load, motor);
     let decided = misfits.as_ref().and_then(|m| Some((m.decided()?, m)));
-    let speaks = |(instant, m): &(Instant, &Misfits)| expected.is_none_or(|x| x.0 == *instant || m.fits());
+    let speaks = |(instant, m): &(Instant, &Misfits)| named.is_none() || m.fits() || expected.is_some_and(|x| x.0 == *instant);
     let (instant, why) = match (decided.filter(speaks), expected) {
         (Some((instant, m)), _) => {
             let (best, other, word) = match instant {
