@@ -260,6 +260,7 @@ fn experiment(motor: &MotorFile, t: &SteadyTable, rows: &[SteadyRow], speed: Spe
         sample_time_s: 1.0,
         supply_frequency_hz: Some(motor.rating.electrical_frequency_hz),
         u_s: rows.iter().map(|r| Complex::new(SQRT_2 * r.phase_voltage_rms_v, 0.0)).collect(),
+        is_smooth: false,
         voltage_noise: Default::default(),
         tau_load: rows.iter().map(|r| r.torque_nm.unwrap_or(0.0)).collect(),
         load: Load::Known,

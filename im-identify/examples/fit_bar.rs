@@ -34,6 +34,7 @@ fn main() {
         name: path,
         sample_time_s: 1e-4,
         u_s: rows.iter().map(|r| Complex::new(r[1], r[2])).collect(),
+        is_smooth: false,
         voltage_noise: Default::default(),
         tau_load: column(6),
         load: Load::Known,

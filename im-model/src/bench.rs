@@ -165,8 +165,13 @@ impl<T: Scalar> Bench<T> {
             // The target is what a sensor shows: the speed is nudged by what that sensor would show of it, not by the truth behind it.
             *target += before - self.speed_seen();
         }
-        let whole = input.imposed_speed;
+        let (whole, rise) = (input.imposed_speed, input.u_rise);
         for k in 0..self.substeps {
+            if let Some(rise) = rise {
+                let part = T::from_f64(1.0 / f64::from(self.substeps));
+                input.u_s = u_s + rise.scale(part.scale(f64::from(k) + 0.5) - T::from_f64(0.5));
+                input.u_rise = Some(rise.scale(part));
+            }
             if let Some([a, b]) = whole {
                 let at = |k: u32| a + (b - a).scale(f64::from(k) / f64::from(self.substeps));
                 input.imposed_speed = Some([at(k), at(k + 1)]);

@@ -17,8 +17,11 @@ pub struct Output<T> {
 /// What drives the machine during a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlantInput<T> {
-    /// Commanded stator voltage over the step that begins, V.
+    /// Commanded stator voltage over the step that begins, V: its mean where it is not held.
     pub u_s: Complex<T>,
+    /// When given, the voltage changes by this over the step, V, in a straight line about its mean: so does a supply that no inverter holds. Between
+    /// samples, the current at a held voltage strays from that at a sine by (ωT)²U/(12ωL_σ) in the mean: two per cent of the magnetizing current at 50 Hz and 2 kHz.
+    pub u_rise: Option<Complex<T>>,
     /// Load torque, Nm, positive against positive rotation.
     pub tau_load: T,
     /// When given, the rotor turns at this speed (rad/s at the start and at the end of the step) whatever the torque.
@@ -31,7 +34,7 @@ pub struct PlantInput<T> {
 impl<T: Scalar> PlantInput<T> {
     /// Voltage and load torque, speed free.
     pub fn new(u_s: Complex<T>, tau_load: T) -> Self {
-        Self { u_s, tau_load, imposed_speed: None, speed_nudge: None }
+        Self { u_s, u_rise: None, tau_load, imposed_speed: None, speed_nudge: None }
     }
 
     /// What nudging adds to the acceleration at a rotor speed, rad/s²: of everything on the shaft alike, rigid or not.

@@ -299,7 +299,7 @@ impl<T: Scalar> Plant<T> {
         }
     }
 
-    /// One fourth-order Runge-Kutta step of length `h`, s, with inputs held.
+    /// One fourth-order Runge-Kutta step of length `h`, s, with inputs held, or linear where they say so.
     #[inline]
     pub fn step(&self, x: &State<T>, input: &PlantInput<T>, h: f64) -> State<T> {
         let mut next = *x;
@@ -342,11 +342,16 @@ impl<T: Scalar> Plant<T> {
         let (half, sixth, third) = (0.5 * h, h / 6.0, h / 3.0);
         // The parts that are not in use stay where they are: states with derivatives are too large to be copied in passing.
         let (from, mut at) = (*x, *x);
+        let mut rising = input.u_rise.map(|rise| (rise, *input));
         // A loop, not four copies: with derivatives a copy fills a processor's instruction cache by itself.
         for (fraction, weight, next) in [(0.0, sixth, half), (0.5, third, half), (0.5, third, h), (1.0, sixth, h)] {
             if let (true, Some([a, b])) = (IMPOSED, input.imposed_speed) {
                 at.omega_m = a + (b - a).scale(fraction);
             }
+            if let Some((rise, now)) = &mut rising {
+                now.u_s = input.u_s + rise.scale(T::from_f64(fraction - 0.5));
+            }
+            let input = rising.as_ref().map_or(input, |r| &r.1);
             let here = self.evaluate_as::<PLAIN, POWERS>(&at, input);
             observe(weight, &here);
             x.accumulate(&here.rates, weight, on);
@@ -362,7 +367,8 @@ impl<T: Scalar> Plant<T> {
     /// Rates in a frame at electrical angle `theta` turning with `omega_k`, rad/s; state and voltage are given in that frame.
     pub fn rates_in_frame(&self, x: &State<T>, input: &PlantInput<T>, theta: T, omega_k: T) -> State<T> {
         let still = x.in_frame(-theta);
-        let input = PlantInput { u_s: input.u_s * unit(theta), ..*input };
+        let turn = unit(theta);
+        let input = PlantInput { u_s: input.u_s * turn, u_rise: input.u_rise.map(|u| u * turn), ..*input };
         let mut rates = self.evaluate(&still, &input).rates.in_frame(theta);
         rates.psi_s -= j(x.psi_s) * omega_k;
         rates.psi_r -= j(x.psi_r) * omega_k;

@@ -62,6 +62,7 @@ mod tests {
             sample_time_s: 1e-4,
             supply_frequency_hz: None,
             u_s: (0..n).map(|k| Complex::new(ramp(k), 0.0)).collect(),
+            is_smooth: false,
             voltage_noise: Default::default(),
             tau_load: vec![1.0; n],
             load: Load::Known,

@@ -451,6 +451,7 @@ fn assemble(s: &Signals, checked: quality::Checked, begin: Begin) -> Intake {
         name: s.name.clone(),
         sample_time_s: s.sample_time_s,
         u_s,
+        is_smooth: s.instant == Instant::Sample,
         voltage_noise: VoltageNoise::default(),
         tau_load: s.tau_load.as_ref().map_or_else(|| vec![0.0; n], |t| t.values[..n].to_vec()),
         imposed_speed: matches!(s.speed, SpeedTrace::Locked).then(|| vec![0.0; n]),

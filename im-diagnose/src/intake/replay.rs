@@ -65,6 +65,7 @@ mod tests {
             sample_time_s: 1e-3,
             supply_frequency_hz: None,
             u_s: vec![Complex::new(0.0, 0.0); n],
+            is_smooth: false,
             voltage_noise: Default::default(),
             tau_load: vec![0.0; n],
             load: Load::Known,

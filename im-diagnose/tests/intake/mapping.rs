@@ -196,6 +196,7 @@ fn sampled_voltages_become_averages() {
         let mapping = MAPPING.replace("c = \"u3_V\"", &format!("c = \"u3_V\"\ninstant = {instant:?}"));
         let t = taken(instant, &all, &mapping).experiment;
         assert_eq!(t.len(), if instant == "held_from_row" { n as usize } else { n as usize - 1 });
+        assert_eq!(t.is_smooth, instant == "sample");
         // The sample at t_k is the average about t_k of what is held around it.
         let skip = usize::from(instant == "held_until_row");
         for k in 1..t.len() - 2 {

@@ -40,6 +40,8 @@ pub struct Experiment {
     pub supply_frequency_hz: Option<f64>,
     /// Voltage held over the sample that begins at the row, V.
     pub u_s: Vec<Complex<f64>>,
+    /// Whether the voltage runs smoothly through its rows, as that of the mains does; the above is then its mean.
+    pub is_smooth: bool,
     /// Noise of that voltage.
     pub voltage_noise: VoltageNoise,
     /// Load torque, Nm; zero where nothing is known.
@@ -107,6 +109,7 @@ impl Experiment {
             sample_time_s: r.sample_time_s,
             supply_frequency_hz: None,
             u_s: r.u_s.clone(),
+            is_smooth: false,
             voltage_noise: VoltageNoise::default(),
             tau_load: r.tau_load.clone().unwrap_or_else(|| vec![0.0; r.len()]),
             load: Load::Known,
@@ -194,9 +197,17 @@ impl Experiment {
         }
     }
 
+    /// What the voltage changes by over the sample that begins at row `k`, V, where it is smooth: half of that between the means before and after.
+    #[inline(always)]
+    pub(super) fn rise(&self, k: usize) -> Option<Complex<f64>> {
+        let (before, after) = (k.saturating_sub(1), (k + 1).min(self.u_s.len() - 1));
+        (self.is_smooth && before < after).then(|| (self.u_s[after] - self.u_s[before]) / (after - before) as f64)
+    }
+
     /// What drives a machine over the sample that begins at row `k`.
     pub fn input(&self, k: usize, plant: &Plant<f64>) -> PlantInput<f64> {
         let mut input = PlantInput::new(self.u_s[k], self.tau_load[k]);
+        input.u_rise = self.rise(k);
         input.speed_nudge = self.speed_nudge.as_ref().map(|(w, rate)| [w[k], *rate]);
         input.imposed_speed = self.imposed(plant, k);
         input

@@ -48,6 +48,7 @@ fn run<T: Scalar>(
     }
     for k in 0..rows {
         let mut input = PlantInput::new(constant(u[k]), T::from_f64(tau[k]));
+        input.u_rise = experiment.rise(k).map(constant);
         if imposed {
             input.imposed_speed = experiment.imposed(bench.plant(), k);
         }

@@ -279,6 +279,7 @@ fn every(run: &Experiment, stride: usize) -> Experiment {
         sample_time_s: run.sample_time_s * stride as f64,
         supply_frequency_hz: None,
         u_s: of(|u| u.re).into_iter().zip(of(|u| u.im)).map(|(re, im)| Complex::new(re, im)).collect(),
+        is_smooth: run.is_smooth,
         voltage_noise: VoltageNoise::default(),
         tau_load: held(&run.tau_load),
         load: Load::Known,

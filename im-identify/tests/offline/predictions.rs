@@ -20,7 +20,8 @@ fn slopes_are_the_derivatives_of_the_predictions() {
     assert!(all.len() > 12, "{}", all.len());
     let nudged = Experiment { speed_nudge: Some((vec![40.0; e.len()], 50.0)), ..e.clone() };
     let imposed = Experiment { imposed_speed: Some((0..e.len()).map(|k| 30.0 + 0.1 * k as f64).collect()), ..e.clone() };
-    for (name, e) in [("free", &e), ("nudged", &nudged), ("imposed", &imposed)] {
+    let smooth = Experiment { is_smooth: true, ..e.clone() };
+    for (name, e) in [("free", &e), ("nudged", &nudged), ("imposed", &imposed), ("smooth", &smooth)] {
         let whole = linearize(&machine, e, &start, 0, &all);
         for (a, b) in whole.residuals.iter().flatten().zip(residuals(&machine, e, &start).iter().flatten()) {
             assert!((a - b).abs() <= 1e-9 * (1.0 + b.abs()), "{name}: {a} {b}");
@@ -173,4 +174,41 @@ fn nudging_accelerates_the_whole_shaft() {
     let free = predict(&truth(), &Experiment { speed_nudge: None, ..nudged.clone() }, &start)[2].clone();
     let apart = |other: &[f64]| rigid.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(apart(&stiff) < 0.2 && apart(&free) > 2.0, "{} {}", apart(&stiff), apart(&free));
+}
+
+/// The mains run on between two rows: in rows of 0.5 ms a smooth voltage makes the currents that rows of 10 µs make, and a held one does not.
+#[test]
+fn a_smooth_voltage_runs_on_between_its_rows() {
+    let omega = 314.159;
+    let run = |machine: &Machine<f64>, t_s: f64, is_smooth: bool, imposed: bool| {
+        let rows = (0.3 / t_s).round() as usize;
+        let whole = |t: f64| Complex::from_polar(326.6 / omega, omega * t) * Complex::new(0.0, -1.0);
+        let still = || vec![0.0; rows];
+        let r = Recording {
+            name: "start".into(),
+            start_s: 0.0,
+            sample_time_s: t_s,
+            u_s: (0..rows).map(|k| (whole((k + 1) as f64 * t_s) - whole(k as f64 * t_s)) / t_s).collect(),
+            i_s: vec![Complex::default(); rows],
+            omega_m: still(),
+            tau_load: Some(still()),
+        };
+        let imposed_speed = imposed.then(|| vec![150.0; rows]);
+        let e = Experiment { is_smooth, imposed_speed, ..Experiment::from_recording(&r, [1.0; 2], 1.0) };
+        predict(machine, &e, &State::default())
+    };
+    let mut effects = Effects::scaled(&M.rating, &M.parameters(), M.pole_pairs);
+    effects.iron_loss.conductance_s = 1e-3;
+    for machine in [truth(), truth().with_effects(effects).unwrap()] {
+        for imposed in [false, true] {
+            let fine = run(&machine, 1e-5, false, imposed);
+            let off = |is_smooth: bool| -> f64 {
+                let coarse = run(&machine, 5e-4, is_smooth, imposed);
+                let squares = |c: usize| (100..600).map(|k| (coarse[c][k] - fine[c][50 * k]).powi(2)).sum::<f64>();
+                ((squares(0) + squares(1)) / 500.0).sqrt()
+            };
+            let [held, smooth] = [false, true].map(off);
+            assert!(held > 0.02 && smooth < 0.1 * held, "{imposed}: {held} {smooth}");
+        }
+    }
 }
