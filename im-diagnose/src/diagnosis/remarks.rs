@@ -38,6 +38,7 @@ impl Diagnosis {
         let found = [
             self.search_cut_short(),
             self.delay_of_whole_samples(),
+            self.delay_of_a_measured_voltage(),
             self.gain_of_a_convention(),
             self.scale_of_the_torque(),
             self.error_below_noise(),
@@ -74,13 +75,27 @@ impl Diagnosis {
         let found = (self.effects.contains(&delay)).then(|| (self.refined.machine.get(ParameterId::Effect(delay, 0)), "found"));
         let (delay_s, how) = found.or_else(suggested)?;
         let sampled = self.case.train.iter().filter(|e| !e.is_table());
-        let samples =
-            sampled.map(|e| delay_s / e.sample_time_s).find(|x| [0.5, 1.0].iter().any(|n| (x.abs() - n).abs() < NEAR_SAMPLES))?;
+        let of_an_instant = |x: &f64| [0.5, 1.0].iter().any(|n| (x.abs() - n).abs() < NEAR_SAMPLES);
+        // Nothing acts before its cause, and nobody holds the mains.
+        let is_early = delay_s < 0.0 && self.case.is_on_mains() && self.case.all().all(|e| !e.is_smooth);
+        let samples = sampled.map(|e| delay_s / e.sample_time_s).find(|x| is_early || of_an_instant(x))?;
         Some(format!(
             "Check `instant` in [voltage] of the mapping first: the voltage delay {how}, {}, is {} samples, as when \"sample\", \"held_from_row\" and \"held_until_row\" are taken for each other",
             quantity(delay_s, "s", 3),
             number(samples, 2)
         ))
+    }
+
+    /// A delay of a voltage that was measured: nothing makes it late, but something may make the currents so.
+    fn delay_of_a_measured_voltage(&self) -> Option<String> {
+        let delay = EffectId::VoltageDelay;
+        let is_measured = |e: &Experiment| e.inert == Some(EffectId::InverterNonlinearity);
+        (self.effects.contains(&delay) && self.case.train.iter().all(is_measured)).then(|| {
+            format!(
+                "The voltage was measured, so it is the currents that are late, by {}: a filter or a transducer of narrow band makes them so. Ask for their bandwidth",
+                quantity(self.refined.machine.get(ParameterId::Effect(delay, 0)), "s", 3)
+            )
+        })
     }
 
     /// A gain that is the factor between two conventions, found or in the place of one that was: the mapping is likelier wrong than the sensor.
