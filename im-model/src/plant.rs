@@ -367,8 +367,7 @@ impl<T: Scalar> Plant<T> {
     /// Rates in a frame at electrical angle `theta` turning with `omega_k`, rad/s; state and voltage are given in that frame.
     pub fn rates_in_frame(&self, x: &State<T>, input: &PlantInput<T>, theta: T, omega_k: T) -> State<T> {
         let still = x.in_frame(-theta);
-        let turn = unit(theta);
-        let input = PlantInput { u_s: input.u_s * turn, u_rise: input.u_rise.map(|u| u * turn), ..*input };
+        let input = PlantInput { u_s: input.u_s * unit(theta), ..*input };
         let mut rates = self.evaluate(&still, &input).rates.in_frame(theta);
         rates.psi_s -= j(x.psi_s) * omega_k;
         rates.psi_r -= j(x.psi_r) * omega_k;

@@ -66,6 +66,12 @@ pub struct Experiment {
     pub start: Start,
 }
 
+/// A voltage without derivatives.
+#[inline(always)]
+pub(super) fn constant<T: Scalar>(u: Complex<f64>) -> Complex<T> {
+    Complex::new(T::from_f64(u.re), T::from_f64(u.im))
+}
+
 /// An experiment that does not fit together.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ExperimentError {
@@ -199,16 +205,17 @@ impl Experiment {
 
     /// What the voltage changes by over the sample that begins at row `k`, V, where it is smooth: half of that between the means before and after.
     #[inline(always)]
-    pub(super) fn rise(&self, k: usize) -> Option<Complex<f64>> {
+    fn rise(&self, k: usize) -> Option<Complex<f64>> {
         let (before, after) = (k.saturating_sub(1), (k + 1).min(self.u_s.len() - 1));
         (self.is_smooth && before < after).then(|| (self.u_s[after] - self.u_s[before]) / (after - before) as f64)
     }
 
     /// What drives a machine over the sample that begins at row `k`.
-    pub fn input(&self, k: usize, plant: &Plant<f64>) -> PlantInput<f64> {
-        let mut input = PlantInput::new(self.u_s[k], self.tau_load[k]);
-        input.u_rise = self.rise(k);
-        input.speed_nudge = self.speed_nudge.as_ref().map(|(w, rate)| [w[k], *rate]);
+    #[inline(always)]
+    pub fn input<T: Scalar>(&self, k: usize, plant: &Plant<T>) -> PlantInput<T> {
+        let mut input = PlantInput::new(constant(self.u_s[k]), T::from_f64(self.tau_load[k]));
+        input.u_rise = self.rise(k).map(constant);
+        input.speed_nudge = self.speed_nudge.as_ref().map(|(w, rate)| [w[k], *rate].map(T::from_f64));
         input.imposed_speed = self.imposed(plant, k);
         input
     }

@@ -1,11 +1,11 @@
 //! Predicted outputs of an experiment, with or without sensitivities.
 
-use im_model::{Bench, Complex, Machine, ParameterId, PlantInput, Scalar, SingleDual, State};
+use im_model::{Bench, Machine, ParameterId, PlantInput, Scalar, SingleDual, State};
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
 use super::channel::{Channel, ChannelKind};
-use super::experiment::{Experiment, Start};
+use super::experiment::{Experiment, Start, constant};
 use super::free::{Free, Target, change_component};
 use super::steady;
 use super::stop;
@@ -24,7 +24,6 @@ fn run<T: Scalar>(
 ) {
     stop::check();
     let mut bench = Bench::new(&experiment.machine_of(machine, 0), start, T::from_f64(experiment.sample_time_s));
-    let imposed = experiment.speed_is_imposed();
     let directions: Vec<Option<(f64, f64)>> = experiment
         .channels
         .iter()
@@ -47,14 +46,7 @@ fn run<T: Scalar>(
         plant.settle(bench.state_mut(), &PlantInput::new(constant(u), T::from_f64(tau)));
     }
     for k in 0..rows {
-        let mut input = PlantInput::new(constant(u[k]), T::from_f64(tau[k]));
-        input.u_rise = experiment.rise(k).map(constant);
-        if imposed {
-            input.imposed_speed = experiment.imposed(bench.plant(), k);
-        }
-        if let Some((w, rate)) = &experiment.speed_nudge {
-            input.speed_nudge = Some([T::from_f64(w[k]), T::from_f64(*rate)]);
-        }
+        let input = experiment.input(k, bench.plant());
         let out = bench.show_and_advance(&input);
         for (c, d) in directions.iter().enumerate() {
             let y = match *d {
@@ -67,11 +59,6 @@ fn run<T: Scalar>(
             sink(k, c, y);
         }
     }
-}
-
-#[inline(always)]
-fn constant<T: Scalar>(u: Complex<f64>) -> Complex<T> {
-    Complex::new(T::from_f64(u.re), T::from_f64(u.im))
 }
 
 /// Simulates, or solves each steady state, over the first `rows` rows.
@@ -266,7 +253,7 @@ impl<const N: usize> NullaryFnOnce for Seeded<'_, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use im_model::{EffectId, Effects, Held, Recording, machines, steady_state};
+    use im_model::{Complex, EffectId, Effects, Held, Recording, machines, steady_state};
 
     #[test]
     fn duals_hold_all_derivatives_with_at_most_three_places_left() {
