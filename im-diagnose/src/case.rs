@@ -7,7 +7,8 @@ use im_model::{EffectId, Machine, MotorFile, Recording, State};
 use rayon::prelude::*;
 
 use crate::intake::mapping::{Begin, Instant};
-use crate::intake::quality::{convention, voltage_noise};
+use crate::intake::quality::convention;
+use crate::intake::quality::voltage_noise::{self, Rough, noise_part};
 use crate::intake::{Intake, LoadPlan};
 use crate::noise::{step_sigma, white_sigma};
 use crate::residuals::{all_residuals, nudged};
@@ -127,15 +128,24 @@ impl Case {
         let starts: Vec<State<f64>> = runs.par_iter().map(|e| start_on(machine, e, &self.motor.rating)).collect();
         let left = all_residuals(machine, &starts, &runs);
         self.set_noise_from(&runs, &left);
-        self.weigh_voltage_noise(machine, &runs, &left);
+        self.weigh_voltage_noise(machine, (&runs, &starts), &left);
         let by = |(e, x): (Experiment, &State<f64>)| e.with_inputs_by(machine, x);
         self.train = std::mem::take(&mut self.train).into_par_iter().zip(&starts).map(by).collect();
     }
 
-    /// Takes for voltage what of its roughness the currents follow, by what `machine` leaves of `fitted`.
-    pub fn weigh_voltage_noise(&mut self, machine: &Machine<f64>, fitted: &[Experiment], residuals: &[Vec<Vec<f64>>]) {
-        let part = voltage_noise::noise_part(&self.motor, machine, fitted.iter().zip(residuals));
-        self.train.iter_mut().chain(&mut self.holdout).for_each(|e| e.voltage_noise.volts.sigma_v *= part.sqrt());
+    /// Takes for voltage what of its roughness the currents follow, by what `machine` leaves of the training recordings, `fitted` from `starts`; the rest
+    /// is noise, and the mains are taken from behind it.
+    pub fn weigh_voltage_noise(
+        &mut self,
+        machine: &Machine<f64>,
+        (fitted, starts): (&[Experiment], &[State<f64>]),
+        residuals: &[Vec<Vec<f64>>],
+    ) {
+        let rough: Vec<Option<Rough>> = fitted.par_iter().chain(&self.holdout).map(|e| Rough::of(&self.motor, e)).collect();
+        let part = noise_part(&self.motor, machine, (fitted, starts), residuals, &rough);
+        for (e, rough) in self.train.iter_mut().chain(&mut self.holdout).zip(&rough) {
+            rough.iter().for_each(|r| r.leave(e, part));
+        }
         // One bench, one measure: where it is too much in one recording, it is counted in none.
         if self.all().any(|e| e.is_voltage_too_noisy(machine)) {
             let others = self.train.iter_mut().chain(&mut self.holdout).filter(|e| !e.is_voltage_too_noisy(machine));

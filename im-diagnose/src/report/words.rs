@@ -119,7 +119,18 @@ pub fn in_sigma(chi2: f64) -> String {
 
 /// What is to be said of the noise of measured voltages, where it counts.
 pub(crate) fn voltage_noise<'a>(experiments: impl Iterator<Item = &'a Experiment>) -> Option<String> {
-    let most = experiments.filter_map(|e| e.voltage_noise.counted()).reduce(f64::max)?;
+    let (mut counted, mut taken): (Option<f64>, f64) = (None, 0.0);
+    for e in experiments {
+        counted = e.voltage_noise.counted().into_iter().chain(counted).reduce(f64::max);
+        taken = taken.max(e.voltage_noise.volts.taken_v);
+    }
+    if taken > 0.0 {
+        return Some(format!(
+            "The voltage is the mains, found behind the noise of its sensor, {} V rms: sines that wander. What they may be off by is in no error in σ.",
+            number(taken, 2)
+        ));
+    }
+    let most = counted?;
     Some(format!(
         "The noise of the measured voltage, {} V rms, counts too: what it makes of currents and speed is in the errors in their units, and no error in σ.",
         number(most, 2)

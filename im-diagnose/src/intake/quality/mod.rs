@@ -10,6 +10,7 @@ mod frozen;
 mod leaps;
 mod machine;
 pub mod offset;
+mod smooth_mains;
 pub mod steady;
 mod time;
 pub mod voltage_noise;

@@ -5,10 +5,12 @@
 //! and so dδψ/dt = A δψ + (δu, jn_p ψ_r δω). Where the shaft turns freely, J dδω/dt = δτ − (D + J·nudge) δω with τ = (3/2) n_p (L_m/Δ) Im(ψ_s ψ_r*). The effects of a machine are left out: they make the filter's gains no less right, only less than best.
 
 use im_model::{Complex, Machine};
+use nalgebra::Vector4;
 
 use super::super::channel::{Channel, ChannelKind};
+use super::voltage::Wander;
 use super::wandering::Onward;
-use super::{Matrix, SLOPE, SPEED, Unknown, Vector};
+use super::{MACHINE, Matrix, SLOPE, SPEED, Unknown, Vector};
 
 /// The linear circuit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,41 +146,57 @@ fn product(a: &[[Complex<f64>; 2]; 2], b: &[[Complex<f64>; 2]; 2]) -> [[Complex<
 }
 
 impl Step {
-    /// The state a sample later.
+    /// The state a sample later, errors of the mains that wander so included.
     #[inline]
-    pub fn next(&self, x: &Vector) -> Vector {
+    pub fn next<const N: usize>(&self, x: &Vector<N>, mains: &[Wander]) -> Vector<N> {
         let [s, r] = [Complex::new(x[0], x[1]), Complex::new(x[2], x[3])];
         let row = |n: usize| self.phi[n][0] * s + self.phi[n][1] * r + self.speed[n] * x[SPEED] + self.slope[n] * x[SLOPE];
-        let (s, r) = (row(0), row(1));
+        let (mut s, mut r) = (row(0), row(1));
         let f = &self.onward.f;
         let onward = |n: usize| f[(n, 0)] * x[SPEED] + f[(n, 1)] * x[SLOPE];
         let moved: f64 = self.torque.iter().zip(x.iter()).map(|(t, x)| t * x).sum();
-        Vector::from([s.re, s.im, r.re, r.im, onward(0) + moved, onward(1)])
+        let mut next = Vector::<N>::zeros();
+        for (n, z) in mains.iter().enumerate().map(|(n, z)| (MACHINE + 2 * n, z)) {
+            let off = Complex::new(x[n], x[n + 1]);
+            s += self.volt[0] * off;
+            r += self.volt[1] * off;
+            let off = z.onward * off;
+            (next[n], next[n + 1]) = (off.re, off.im);
+        }
+        for (n, x) in [s.re, s.im, r.re, r.im, onward(0) + moved, onward(1)].into_iter().enumerate() {
+            next[n] = x;
+        }
+        next
     }
 
     /// The same as a matrix.
-    pub fn matrix(&self) -> Matrix {
-        let mut f = Matrix::zeros();
-        for c in 0..6 {
-            let mut unit = Vector::zeros();
+    pub fn matrix<const N: usize>(&self, mains: &[Wander]) -> Matrix<N> {
+        let mut f = Matrix::<N>::zeros();
+        for c in 0..N {
+            let mut unit = Vector::<N>::zeros();
             unit[c] = 1.0;
-            f.set_column(c, &self.next(&unit));
+            f.set_column(c, &self.next(&unit, mains));
         }
         f
     }
 
     /// The covariance a sample later, with noise of that standard deviation in the voltage, V.
-    pub fn carried(&self, p: &Matrix, volts: f64) -> Matrix {
-        let f = self.matrix();
+    pub fn carried<const N: usize>(&self, p: &Matrix<N>, volts: f64, mains: &[Wander]) -> Matrix<N> {
+        let f = self.matrix(mains);
         let mut p = f * p * f.transpose();
         let mut wandered = p.fixed_view_mut::<2, 2>(SPEED, SPEED);
         wandered += self.onward.q;
         if volts > 0.0 {
             let [s, r] = self.volt.map(|x| x * volts);
+            let mut fluxes = p.fixed_view_mut::<4, 4>(0, 0);
             // α, and β a quarter of a turn on.
-            for b in [[s.re, s.im, r.re, r.im, 0.0, 0.0], [-s.im, s.re, -r.im, r.re, 0.0, 0.0]].map(Vector::from) {
-                p += b * b.transpose();
+            for b in [[s.re, s.im, r.re, r.im], [-s.im, s.re, -r.im, r.re]].map(Vector4::from) {
+                fluxes += b * b.transpose();
             }
+        }
+        for (n, z) in mains.iter().enumerate().map(|(n, z)| (MACHINE + 2 * n, z)) {
+            p[(n, n)] += z.added_v2;
+            p[(n + 1, n + 1)] += z.added_v2;
         }
         (p + p.transpose()) * 0.5
     }

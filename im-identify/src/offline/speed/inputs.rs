@@ -33,7 +33,7 @@ impl Experiment {
             let unknown =
                 Unknown { speed: if unsure.unknown.shaft_is_free { speed } else { unsure.unknown.speed }, ..unsure.unknown };
             let run = (omega_m.iter().copied(), unsure.psi);
-            let unsure = UnsureInputs::new(&self.channels, unsure.electrical, run, t, unknown, |_, _| ());
+            let unsure = UnsureInputs::new(&self.channels, unsure.electrical, run, t, unknown);
             self.voltage_noise.seen = Some(Seen { omega_m, unsure });
         }
         self
@@ -73,9 +73,9 @@ impl Experiment {
             Load::Unknown(shown) => (shown.noise.clone(), false),
             Load::Unseen(found) => (found.unsure.unknown.speed.clone(), false),
         };
-        let is_noisy = voltage.sigma_v > 0.0;
+        let is_noisy = voltage.sigma_v > 0.0 || voltage.taken_v > 0.0;
         let unknown = Unknown { speed, voltage, shaft_is_free };
-        let unsure = UnsureInputs::new(&self.channels, electrical, (omega_m.iter().copied(), psi), t, unknown, |_, _| ());
+        let unsure = UnsureInputs::new(&self.channels, electrical, (omega_m.iter().copied(), psi), t, unknown);
         self.voltage_noise.seen = Some(Seen { omega_m, unsure });
         if is_noisy {
             // No command is: the terminals were measured.

@@ -13,6 +13,8 @@ mod reference;
 mod voltage;
 mod wandering;
 
+use std::iter::Peekable;
+use std::slice::Iter;
 use std::sync::Arc;
 
 use im_model::Scalar;
@@ -20,15 +22,17 @@ use nalgebra::{Matrix2, SMatrix, SVector};
 
 use super::channel::Channel;
 use flux::{Electrical, Fluxes, Step};
-pub use voltage::{VoltageNoise, Volts};
+pub use voltage::{HARMONICS, VoltageNoise, Volts, Wander};
 pub(super) use wandering::Wandering;
 
-/// δψ_s, δψ_r (α and β each), δω and its slope.
-type Vector = SVector<f64, 6>;
-type Matrix = SMatrix<f64, 6, 6>;
+/// δψ_s, δψ_r (α and β each), δω and its slope; behind them, where mains may be off, what they are off by at each harmonic (α and β).
+type Vector<const N: usize = MACHINE> = SVector<f64, N>;
+type Matrix<const N: usize = MACHINE> = SMatrix<f64, N, N>;
 
 const SPEED: usize = 4;
 const SLOPE: usize = 5;
+const MACHINE: usize = 6;
+const WITH_MAINS: usize = MACHINE + 2 * HARMONICS;
 
 /// A speed as voltages and currents ask for it, and what is not known of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,7 +51,7 @@ pub(super) struct UnsureInputs {
     psi: Vec<Fluxes>,
     electrical: Electrical,
     unknown: Unknown,
-    filter: Arc<Filter>,
+    filter: Arc<Either>,
 }
 
 /// How much of the inputs is not known.
@@ -73,33 +77,56 @@ impl Unknown {
     }
 }
 
+/// The filter of a run.
+#[derive(Debug, PartialEq)]
+enum Either {
+    /// With mains that are known, or no mains.
+    Machine(Filter<MACHINE>),
+    /// With mains that may be off.
+    Mains(Filter<WITH_MAINS>),
+}
+
 /// The Kalman filter of δω, its gains known beforehand.
 #[derive(Debug, PartialEq)]
-struct Filter {
+struct Filter<const N: usize> {
     /// σ of each channel for which it was made.
     sigma: Vec<f64>,
     /// What each channel shows of the state, in σ; zero where it shows none.
-    shows: Vec<Vector>,
+    shows: Vec<Vector<N>>,
     /// How the state goes on from each row.
     steps: Vec<Step>,
     /// Gain and √S of each channel, row by row; nothing where it does not count.
-    gains: Vec<Vec<Option<(Vector, f64)>>>,
+    gains: Vec<Vec<Option<(Vector<N>, f64)>>>,
+    /// What the mains may be off by, from these rows on.
+    mains: Vec<(usize, [Wander; HARMONICS])>,
 }
 
-impl Filter {
+impl<const N: usize> Filter<N> {
     /// Means and covariances at every row, before and after what was measured there, go to `keep`.
     fn new(
         channels: &[Channel],
         electrical: &Electrical,
         steps: Vec<Step>,
         unknown: &Unknown,
-        mut keep: impl FnMut(&Matrix, &Matrix),
+        mut keep: impl FnMut(&Matrix<N>, &Matrix<N>),
     ) -> Self {
-        let shows: Vec<Vector> = channels.iter().map(|c| electrical.shown_by(c) / c.sigma).collect();
-        let mut p = unknown_speed(&unknown.speed.first);
+        let shown = |c: &Channel| {
+            let mut all = Vector::<N>::zeros();
+            all.fixed_rows_mut::<MACHINE>(0).copy_from(&(electrical.shown_by(c) / c.sigma));
+            all
+        };
+        let shows: Vec<Vector<N>> = channels.iter().map(shown).collect();
+        let mut p = unknown_speed::<N>(&unknown.speed.first);
         let mut gains = Vec::with_capacity(steps.len());
         let mut switched = unknown.voltage.switched.iter().copied().peekable();
+        let mut mains = Mains::<N>::new(&unknown.voltage.mains);
         for (k, step) in steps.iter().enumerate() {
+            mains.at(k, |n, z| {
+                p.fixed_rows_mut::<2>(n).fill(0.0);
+                p.fixed_columns_mut::<2>(n).fill(0.0);
+                p[(n, n)] = z.first_v2;
+                p[(n + 1, n + 1)] = z.first_v2;
+            });
             let before = p;
             let measured = channels.iter().zip(&shows).map(|(c, h)| {
                 c.is_valid(k).then(|| {
@@ -112,16 +139,19 @@ impl Filter {
             gains.push(measured.collect());
             keep(&before, &p);
             let here = switched.next_if(|(row, _)| *row == k).map_or(0.0, |x| x.1);
-            p = step.carried(&p, unknown.voltage.sigma_v.hypot(here));
+            p = step.carried(&p, unknown.voltage.sigma_v.hypot(here), mains.now());
         }
-        Self { sigma: channels.iter().map(|c| c.sigma).collect(), shows, steps, gains }
+        let sigma = channels.iter().map(|c| c.sigma).collect();
+        Self { sigma, shows, steps, gains, mains: unknown.voltage.mains.clone() }
     }
 
     /// Runs over residuals in σ, given by channel and row, and puts the innovations in their place; `keep` sees the state after each row.
-    fn run(&self, r: &mut [Vec<f64>], channels: &[Channel], mut keep: impl FnMut(&Vector)) {
+    fn run(&self, r: &mut [Vec<f64>], channels: &[Channel], mut keep: impl FnMut(&Vector<N>)) {
         let Some(rows) = r.first().map(Vec::len) else { return };
-        let mut x = Vector::zeros();
+        let mut x = Vector::<N>::zeros();
+        let mut mains = Mains::<N>::new(&self.mains);
         for k in 0..rows.min(self.steps.len()) {
+            mains.at(k, |n, _| x.fixed_rows_mut::<2>(n).fill(0.0));
             for (c, (values, h)) in r.iter_mut().zip(&self.shows).enumerate() {
                 if let Some((gain, deviation)) = &self.gains[k][c] {
                     // The sensors' noise may be known better by now; the filter stays that of its ratio to the wandering.
@@ -132,43 +162,73 @@ impl Filter {
                 }
             }
             keep(&x);
-            x = self.steps[k].next(&x);
+            x = self.steps[k].next(&x, mains.now());
         }
     }
 }
 
+/// How the errors of mains wander, row by row; nothing in a filter without them.
+struct Mains<'a, const N: usize> {
+    next: Peekable<Iter<'a, (usize, [Wander; HARMONICS])>>,
+    now: [Wander; HARMONICS],
+}
+
+impl<'a, const N: usize> Mains<'a, N> {
+    fn new(all: &'a [(usize, [Wander; HARMONICS])]) -> Self {
+        Self { next: all.iter().peekable(), now: Default::default() }
+    }
+
+    /// Comes to a row; `begin` sees where each error stands in the state, where other ones begin there.
+    fn at(&mut self, row: usize, mut begin: impl FnMut(usize, &Wander)) {
+        if let Some((_, parts)) = self.next.next_if(|(from, _)| N > MACHINE && *from == row) {
+            self.now = *parts;
+            self.now.iter().enumerate().for_each(|(n, z)| begin(MACHINE + 2 * n, z));
+        }
+    }
+
+    fn now(&self) -> &[Wander] {
+        if N > MACHINE { &self.now } else { &[] }
+    }
+}
+
 /// Before the first row: fluxes as the start has them.
-fn unknown_speed(first: &Matrix2<f64>) -> Matrix {
-    let mut p = Matrix::zeros();
+fn unknown_speed<const N: usize>(first: &Matrix2<f64>) -> Matrix<N> {
+    let mut p = Matrix::<N>::zeros();
     p.fixed_view_mut::<2, 2>(SPEED, SPEED).copy_from(first);
     p
 }
 
 impl UnsureInputs {
-    /// Of a run on the speed `omega_m`, one per row, with these fluxes; `keep` sees covariances at every row, before and after its currents.
+    /// Of a run on the speed `omega_m`, one per row, with these fluxes.
     fn new(
         channels: &[Channel],
         electrical: Electrical,
         (omega_m, psi): (impl Iterator<Item = f64>, Vec<Fluxes>),
         sample_time_s: f64,
         unknown: Unknown,
-        keep: impl FnMut(&Matrix, &Matrix),
     ) -> Self {
         let steps = electrical.steps(omega_m, &psi, sample_time_s, &unknown);
-        let filter = Arc::new(Filter::new(channels, &electrical, steps, &unknown, keep));
-        Self { psi, electrical, unknown, filter }
+        let filter = if unknown.voltage.mains.is_empty() {
+            Either::Machine(Filter::new(channels, &electrical, steps, &unknown, |_, _| ()))
+        } else {
+            Either::Mains(Filter::new(channels, &electrical, steps, &unknown, |_, _| ()))
+        };
+        Self { psi, electrical, unknown, filter: Arc::new(filter) }
     }
 
     /// What is left of residuals in σ, per channel, when the likeliest speed and voltage up to each row are taken off: white where the machine is
     /// right.
     pub fn whiten(&self, r: &mut [Vec<f64>], channels: &[Channel]) {
-        self.filter.run(r, channels, |_| ());
+        match &*self.filter {
+            Either::Machine(filter) => filter.run(r, channels, |_| ()),
+            Either::Mains(filter) => filter.run(r, channels, |_| ()),
+        }
     }
 
     /// For the same run on every so many rows, whose channels and speeds these are.
     pub fn every(&self, stride: usize, channels: &[Channel], omega_m: impl Iterator<Item = f64>, sample_time_s: f64) -> Self {
         let psi = self.psi.iter().step_by(stride).copied().collect();
-        Self::new(channels, self.electrical, (omega_m, psi), sample_time_s, self.unknown.every(stride), |_, _| ())
+        Self::new(channels, self.electrical, (omega_m, psi), sample_time_s, self.unknown.every(stride))
     }
 }
 

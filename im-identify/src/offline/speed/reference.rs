@@ -1,10 +1,12 @@
 //! The speed that voltages and currents ask for: an extended Kalman filter finds it roughly, linear smoothing on the machine's own run refines it.
 
+use std::sync::Arc;
+
 use im_model::{Complex, Machine, Plant, Rating, State};
 
 use super::flux::{Electrical, Fluxes};
 use super::wandering::{Onward, Wandering};
-use super::{FoundSpeed, Matrix, SPEED, Unknown, UnsureInputs, Vector, unknown_speed};
+use super::{Either, Filter, FoundSpeed, Matrix, SPEED, Unknown, UnsureInputs, Vector, unknown_speed};
 use crate::offline::channel::ChannelKind;
 use crate::offline::experiment::{Experiment, Start};
 use crate::offline::load::Load;
@@ -47,7 +49,7 @@ impl Experiment {
                     let electrical = Electrical::of(&self.machine_of(machine, 0));
                     let speed = (omega_m, run.psi);
                     let unknown = Unknown::of_speed(shown.noise.clone());
-                    UnsureInputs::new(&self.channels, electrical, speed, self.sample_time_s, unknown, |_, _| ())
+                    UnsureInputs::new(&self.channels, electrical, speed, self.sample_time_s, unknown)
                 });
                 self.load = Load::Unknown(shown);
                 self
@@ -119,7 +121,7 @@ fn searched(e: &Experiment, machine: &Machine<f64>, intensity: f64) -> (FoundSpe
     let wandering = Wandering::free(intensity, e.sample_time_s, n);
     let speed = (omega_m.iter().copied(), psi_run);
     let unknown = Unknown::of_speed(wandering);
-    let unsure = UnsureInputs::new(&e.channels, electrical, speed, e.sample_time_s, unknown, |_, _| ());
+    let unsure = UnsureInputs::new(&e.channels, electrical, speed, e.sample_time_s, unknown);
     (FoundSpeed { std: vec![0.0; n], omega_m, unsure }, begin)
 }
 
@@ -178,8 +180,8 @@ fn rough(e: &Experiment, electrical: &Electrical, intensity: f64) -> (Track, Vec
         let [s, r] = electrical.driven(fluxes, x[SPEED] + 0.5 * t * x[super::SLOPE], e.u_s[k], t);
         let omega = x[SPEED] + t * x[super::SLOPE];
         x = Vector::from([s.re, s.im, r.re, r.im, omega, x[super::SLOPE]]);
-        steps.push(step.matrix());
-        p = step.carried(&p, 0.0);
+        steps.push(step.matrix(&[]));
+        p = step.carried(&p, 0.0, &[]);
         (0..4).for_each(|k| p[(k, k)] += wandering);
     }
     (Track { before, after, steps }, psi)
@@ -254,24 +256,25 @@ fn round(e: &Experiment, found: &FoundSpeed, machine: &Machine<f64>, start: &Sta
         before.push((Vector::zeros(), *b));
         after.push((Vector::zeros(), *a));
     };
-    let speed = (found.omega_m.iter().copied(), psi);
     let unknown = found.unsure.unknown.clone();
-    let unsure = UnsureInputs::new(&e.channels, Electrical::of(&e.machine_of(machine, 0)), speed, e.sample_time_s, unknown, keep);
-    let filter = &unsure.filter;
+    let electrical = Electrical::of(&e.machine_of(machine, 0));
+    let steps = electrical.steps(found.omega_m.iter().copied(), &psi, e.sample_time_s, &unknown);
+    let filter = Filter::new(&e.channels, &electrical, steps, &unknown, keep);
     let mut k = 0;
     filter.run(&mut residuals, &e.channels, |x| {
         after[k].0 = *x;
         if k + 1 < n {
-            before[k + 1].0 = filter.steps[k].next(x);
+            before[k + 1].0 = filter.steps[k].next(x, &[]);
         }
         k += 1;
     });
     let cost = residuals.iter().flatten().map(|r| r * r).sum();
-    let steps = filter.steps.iter().map(super::Step::matrix).collect();
+    let steps = filter.steps.iter().map(|s| s.matrix(&[])).collect();
     let (mut change, mut std) = (vec![0.0; n], vec![0.0; n]);
     Track { before, after, steps }.smoothed(|k, x, p| {
         change[k] = x[SPEED];
         std[k] = p[(SPEED, SPEED)].max(0.0).sqrt();
     });
+    let unsure = UnsureInputs { psi, electrical, unknown, filter: Arc::new(Either::Machine(filter)) };
     Some((cost, FoundSpeed { std, unsure, ..found.clone() }, change))
 }

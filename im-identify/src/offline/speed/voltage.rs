@@ -1,4 +1,6 @@
-//! How well a voltage is known: the noise of its sensor, and switches that closed between two samples of it.
+//! How well a voltage is known: the noise of its sensor, switches that closed between two samples of it, and mains that were found behind noise.
+
+use im_model::Complex;
 
 use super::UnsureInputs;
 use crate::offline::channel::Channel;
@@ -10,12 +12,39 @@ pub struct Volts {
     pub sigma_v: f64,
     /// Rows in which it was switched, nobody knows when, and the standard deviation of their mean voltage, V; in order.
     pub switched: Vec<(usize, f64)>,
+    /// Standard deviation of the noise behind which mains were found, V; 0 where none was taken off.
+    pub taken_v: f64,
+    /// What such mains may be off by, each from its row on; in order.
+    pub mains: Vec<(usize, [Wander; HARMONICS])>,
+}
+
+/// Harmonics at which mains may be off: a constant, and the fundamental in both directions. A machine passes little of the others.
+pub const HARMONICS: usize = 3;
+
+/// An error of one harmonic, a vector that turns with it: z_{k+1} = f z_k + noise.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wander {
+    /// Its variance in the first row, α and β each, V².
+    pub first_v2: f64,
+    /// f: how it turns, and how much of it is left, from row to row.
+    pub onward: Complex<f64>,
+    /// Variance that each row adds, α and β each, V².
+    pub added_v2: f64,
+}
+
+impl Wander {
+    /// From one row of so many to the next.
+    fn every(&self, stride: usize) -> Self {
+        let left = self.onward.norm_sqr();
+        let added_v2 = (0..stride).fold(0.0, |sum, _| sum * left + self.added_v2);
+        Self { added_v2, onward: self.onward.powu(stride as u32), ..*self }
+    }
 }
 
 impl Volts {
     /// Of white noise with this standard deviation, V.
     pub fn white(sigma_v: f64) -> Self {
-        Self { sigma_v, switched: Vec::new() }
+        Self { sigma_v, ..Self::default() }
     }
 
     /// On every so many rows.
@@ -29,7 +58,8 @@ impl Volts {
                 None => switched.push((row, sigma_v)),
             }
         }
-        Self { sigma_v: self.sigma_v / (stride as f64).sqrt(), switched }
+        let mains = self.mains.iter().map(|(row, parts)| (row / stride, parts.map(|z| z.every(stride)))).collect();
+        Self { sigma_v: self.sigma_v / (stride as f64).sqrt(), switched, mains, ..*self }
     }
 }
 
