@@ -9,9 +9,7 @@ use im_diagnose::search::{Options, Refinement};
 use im_diagnose::tables;
 use im_diagnose::uncertainty::MachineQuantity;
 use im_identify::offline::{ChannelKind, Experiment, predict, start_on};
-use im_model::{
-    BaseParameter, Complex, EffectId, Held, Known, Machine, MotorFile, ParameterId, Plant, Rating, State, steady_state,
-};
+use im_model::{BaseParameter, Complex, EffectId, Known, Machine, MotorFile, ParameterId, Rating, State};
 
 const SHARED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/recordings/measured");
 const FIXTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../im-diagnose/tests/recordings/direct_on_line_4kw");
@@ -48,12 +46,6 @@ fn current_rms(machine: &Machine<f64>, e: &Experiment, start: &State<f64>, from_
     (sum / f64::max(n, 1.0)).sqrt()
 }
 
-/// Impedance with the rotor held, at the voltage of the test.
-fn locked_impedance(machine: &Machine<f64>, u_peak_v: f64) -> Complex<f64> {
-    let x = steady_state(machine, u_peak_v, 50.0, Held::Speed(0.0)).unwrap();
-    Complex::new(u_peak_v, 0.0) / Plant::new(machine).currents(&x).i_s
-}
-
 /// The amplitude of the 50-Hz component of a row of space vectors.
 fn fundamental(x: &[Complex<f64>], sample_time_s: f64) -> Complex<f64> {
     let w = std::f64::consts::TAU * 50.0 * sample_time_s;
@@ -79,20 +71,31 @@ fn leakage_saturation_is_missing_from_the_direct_start() {
     let [locked, free, start] = [0, 1, 2].map(|k| &d.case.train[k]);
     let (start_rms, free_rms) = (on(m, start, 0.036, 0.2), on(m, free, 0.0, 1.0));
 
-    let i: Vec<Complex<f64>> =
-        (0..locked.len()).filter_map(|k| locked.current_vector(k, |c| locked.channels[c].values[k])).collect();
-    let (u, i) = (fundamental(&locked.u_s, locked.sample_time_s), fundamental(&i, locked.sample_time_s));
+    // As the sensors show them: what is found of their gains is part of the model.
+    let shown = |of: &[Vec<f64>]| {
+        let i: Vec<Complex<f64>> = (0..locked.len()).filter_map(|k| locked.current_vector(k, |c| of[c][k])).collect();
+        fundamental(&i, locked.sample_time_s)
+    };
+    let u = fundamental(&locked.u_s, locked.sample_time_s);
     // The voltage is the mean over the sample that begins at the row: half a sample later than the current.
     let late = Complex::from_polar(1.0, -std::f64::consts::PI * 50.0 * locked.sample_time_s);
-    let (z, model) = (u * late / i, locked_impedance(m, u.norm()));
+    let measured: Vec<Vec<f64>> = locked.channels.iter().map(|c| c.values.clone()).collect();
+    let predicted = predict(m, locked, &start_on(m, locked, &motor.rating));
+    let [z, model] = [measured, predicted].map(|of| u * late / shown(&of));
     let off = (model - z).norm() / z.norm();
     println!(
         "start {missed:.1} A rms before, {start_rms:.2} after; no load {free_rms:.2} A; locked rotor {z:.3} Ω against {model:.3}"
     );
     println!("{:?} {:?}, rivals {:?}", d.verdict, d.effects, d.alternatives);
 
-    // It explains the start, and is there whatever the slots and harmonics are that the library does not hold.
-    assert_eq!((&d.effects[..], d.named()), (&[EffectId::LeakageFluxSaturation][..], &[EffectId::LeakageFluxSaturation][..]));
+    // It explains the start, and is there whatever the slots and harmonics are that the library does not hold. One current channel reads a few per
+    // cent too much: it may be found beside it.
+    assert_eq!(d.named(), [EffectId::LeakageFluxSaturation]);
+    assert!(
+        d.effects.iter().all(|e| [EffectId::LeakageFluxSaturation, EffectId::CurrentSensorGain].contains(e)),
+        "{:?}",
+        d.effects
+    );
     assert!(missed > 15.0, "{missed}");
     assert!(start_rms < 2.5, "{start_rms}");
     assert!(free_rms < 0.6, "{free_rms}");
