@@ -43,16 +43,16 @@ pub fn is_metered(motor: &MotorFile, e: &Experiment) -> bool {
 pub fn of_mains(motor: &MotorFile, e: &Experiment, rows: &[Complex<f64>], instant: Instant) -> VoltageNoise {
     let Some(omega) = mains_frequency(motor, e) else { return VoltageNoise::default() };
     let sigma_v = Notches::new(omega, e.sample_time_s).sigma(rows);
-    let switched = if instant == Instant::Sample { switched(rows, omega * e.sample_time_s) } else { Vec::new() };
+    let switched = if instant == Instant::Sample { switched(rows, omega * e.sample_time_s, sigma_v) } else { Vec::new() };
     VoltageNoise::of(Volts { sigma_v, switched, ..Volts::default() })
 }
 
 /// Rows between whose samples a voltage jumps, and the standard deviation of its mean there: the switch may have closed at any time in between. Rows
 /// beside a jump, whose mean is that of a cubic across it, count as well.
-fn switched(u: &[Complex<f64>], angle: f64) -> Vec<(usize, f64)> {
+fn switched(u: &[Complex<f64>], angle: f64, sigma_v: f64) -> Vec<(usize, f64)> {
     let size = size(u);
-    // The mains bend by 1 − cos φ of their size themselves.
-    let least = (JUMP + 1.0 - angle.cos()) * size;
+    // The mains bend by 1 − cos φ of their size themselves, and noise makes √5 of its own.
+    let least = (JUMP + 1.0 - angle.cos()) * size + SWITCHED * 5f64.sqrt() * sigma_v;
     let step = |k: usize| u[k + 1] - u[k];
     let jump = |k: usize| (step(k) - (step(k - 1) + step(k + 1)) * 0.5).norm();
     (1..u.len().saturating_sub(2)).map(|k| (k, jump(k))).filter(|x| x.1 > least).map(|(k, x)| (k, x / 12f64.sqrt())).collect()
@@ -87,7 +87,7 @@ impl Rough {
         let (mut rough, mut rest) = (vec![None; u.len()], Vec::new());
         let mut from = 0;
         // A jump is spread over the means of three rows.
-        for to in switched(u, angle).into_iter().map(|x| x.0).chain([u.len() + 1]) {
+        for to in switched(u, angle, mains.sigma_v).into_iter().map(|x| x.0).chain([u.len() + 1]) {
             let rows = from..(to - 1).max(from);
             from = to + 3;
             let mut off = Default::default();
@@ -100,7 +100,8 @@ impl Rough {
             }
             rest.push((rows.start, off));
         }
-        Some(Self { u: rough, rest: Some(rest) })
+        // Where most rows do not tell, nothing is known of the noise of the others.
+        (2 * rough.iter().flatten().count() > u.len()).then_some(Self { u: rough, rest: Some(rest) })
     }
 
     /// Takes it out of a voltage as far as it is noise: so much of it, mean square. What is left is likeliest, with the variance that both parts share;
@@ -273,13 +274,13 @@ mod tests {
     fn a_switch_between_two_samples_is_seen_at_any_rate() {
         for t in [1e-4, 1e-3, 2e-3] {
             let mut u = mains(200, t, 1.0);
-            assert_eq!(switched(&u, 314.159 * t), []);
+            assert_eq!(switched(&u, 314.159 * t, 0.0), []);
             u[..71].fill(Complex::new(0.0, 0.0));
-            let found = switched(&u, 314.159 * t);
+            let found = switched(&u, 314.159 * t, 1.0);
             let at = found.iter().find(|x| x.0 == 70).unwrap();
             assert!((80.0..110.0).contains(&at.1) && found.iter().all(|x| (69..=71).contains(&x.0)), "{t}: {found:?}");
         }
-        assert_eq!(switched(&[], 0.1), []);
+        assert_eq!(switched(&[], 0.1, 1.0), []);
     }
 
     /// Noise of a voltmeter, and a voltage that is rough itself: the machine follows only that, and only noise is taken off.
