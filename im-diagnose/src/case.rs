@@ -141,7 +141,8 @@ impl Case {
         (fitted, starts): (&[Experiment], &[State<f64>]),
         residuals: &[Vec<Vec<f64>>],
     ) {
-        let rough: Vec<Option<Rough>> = fitted.par_iter().chain(&self.holdout).map(|e| Rough::of(&self.motor, e)).collect();
+        let of = |e: &Experiment| e.shows_voltage_noise(machine).then(|| Rough::of(&self.motor, e)).flatten();
+        let rough: Vec<Option<Rough>> = fitted.par_iter().chain(&self.holdout).map(of).collect();
         let part = noise_part(&self.motor, machine, (fitted, starts), residuals, &rough);
         for (e, rough) in self.train.iter_mut().chain(&mut self.holdout).zip(&rough) {
             rough.iter().for_each(|r| r.leave(e, part));

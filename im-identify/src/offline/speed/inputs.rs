@@ -39,6 +39,14 @@ impl Experiment {
         self
     }
 
+    /// Whether what the noise of the voltage makes of the currents shows beside that of their sensors.
+    pub fn shows_voltage_noise(&self, machine: &Machine<f64>) -> bool {
+        let electrical = Electrical::of(&self.machine_of(machine, 0));
+        let made = electrical.noise_by(self.voltage_noise.volts.sigma_v, self.sample_time_s);
+        let mut currents = self.channels.iter().filter(|c| matches!(c.kind, ChannelKind::Current { .. }));
+        currents.any(|c| made > SEEN * c.sigma.powi(2))
+    }
+
     /// What the noise of the voltage makes of the current within a row, over the noise of the current sensors.
     pub fn voltage_noise_in_a_row(&self, machine: &Machine<f64>) -> f64 {
         let leakage_h = machine.parameters().inverse_gamma().leakage_inductance_h;
@@ -57,10 +65,7 @@ impl Experiment {
         self.voltage_noise.seen = None;
         let electrical = Electrical::of(&self.machine_of(machine, 0));
         let mut voltage = self.voltage_noise.volts.clone();
-        let made = electrical.noise_by(voltage.sigma_v, t);
-        let mut currents = self.channels.iter().filter(|c| matches!(c.kind, ChannelKind::Current { .. }));
-        let is_seen = currents.any(|c| made > SEEN * c.sigma.powi(2));
-        if !is_seen || self.is_voltage_too_noisy(machine) {
+        if !self.shows_voltage_noise(machine) || self.is_voltage_too_noisy(machine) {
             voltage.sigma_v = 0.0;
         }
         if self.is_table() || voltage == Volts::default() {
