@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use im_identify::offline::{Channel, ChannelKind, Experiment, residuals};
 use im_model::space_vector::unit;
-use im_model::{Bench, Complex, Machine, State};
+use im_model::{Complex, Machine, State};
 use rayon::prelude::*;
 
 use crate::localise::slip_hz;
@@ -163,7 +163,7 @@ impl Series {
     /// Of one run.
     fn of(machine: &Machine<f64>, e: &Experiment, start: &State<f64>, raw: &[Vec<f64>], white: &[Vec<f64>]) -> Self {
         let speed = e.channels.iter().position(|c| c.kind == ChannelKind::Speed);
-        let mut bench = Bench::new(machine, *start, e.sample_time_s);
+        let mut bench = e.bench(machine, start);
         let mut me = Self { runs: std::iter::once(0..e.len()).collect(), ..Self::default() };
         for k in 0..e.len() {
             let x = *bench.state();

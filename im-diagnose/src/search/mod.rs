@@ -14,8 +14,8 @@ mod significance;
 use std::collections::BTreeMap;
 
 use im_identify::offline::{
-    Experiment, Fit, FitError, FitOptions, Free, Load, Residuals, angle_on, base_parameters_in, effect_parameters_in, expecting,
-    fit_from, knowing, residuals, start_on, start_parameters,
+    Channel, Experiment, Fit, FitError, FitOptions, Free, Load, Residuals, angle_on, base_parameters_in, effect_parameters_in,
+    expecting, fit_from, knowing, residuals, start_on, start_parameters,
 };
 use im_model::{BaseParameter, EffectId, Machine, MotorFile, ParameterId, Rating, State};
 use rayon::prelude::*;
@@ -84,6 +84,9 @@ pub const UNEXPLAINED: f64 = 0.1;
 
 /// From here on, −log₁₀ of a probability, there is no doubt.
 pub const NO_DOUBT: f64 = 10.0;
+
+/// Standard deviations beyond which a sum of squares is no chance.
+const CHANCE: f64 = 3.0;
 
 /// Largest residual that counts, in σ.
 const RAN_AWAY: f64 = 1e6;
@@ -308,6 +311,25 @@ impl Refinement {
     /// What a fitted machine leaves of the training recordings, in σ.
     fn left_by(&self, fit: &Fit) -> Residuals {
         all_residuals(&fit.machine, &fit.starts, &self.nudged)
+    }
+
+    /// Whether a model leaves less than the noise of the sensors, beyond chance, and no sensor more than its own: what effects would then take off is in
+    /// how large the noise was taken.
+    fn is_below_noise(&self, model: &Model) -> bool {
+        let seen = self.nudged.iter().zip(&model.fit.starts);
+        let unseen = self.held_out.iter().zip(&model.holdout_start);
+        let machine = &model.fit.machine;
+        let mut channels = seen.chain(unseen).flat_map(|(e, x)| {
+            let left = residuals(machine, e, x);
+            let of = |(c, r): (&Channel, &Vec<f64>)| (c.count() as f64, r.iter().map(|r| r * r).sum::<f64>());
+            e.channels.iter().zip(&left).map(of).collect::<Vec<_>>()
+        });
+        let off = |count: f64, chi2: f64| (chi2 - count) / (2.0 * count).sqrt();
+        let sum = |(n, all, within): (f64, f64, bool), (count, chi2): (f64, f64)| {
+            (n + count, all + chi2, within && (count == 0.0 || off(count, chi2) < CHANCE))
+        };
+        let (count, chi2, within) = channels.by_ref().fold((0.0, 0.0, true), sum);
+        within && count > 0.0 && off(count, chi2) < -CHANCE
     }
 
     /// What is fitted of a machine with such effects to such recordings.

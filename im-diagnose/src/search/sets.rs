@@ -117,6 +117,8 @@ pub(super) struct Search<'a> {
     pub(super) spent: f64,
     /// It ended before it was through.
     pub(super) cut_short: bool,
+    /// Nothing is left to be explained: [`Refinement::is_below_noise`].
+    below_noise: bool,
 }
 
 pub(super) fn sorted(effects: &[EffectId]) -> Set {
@@ -187,7 +189,8 @@ impl Refinement {
     }
 
     pub(super) fn over(&self, sets: Sets) -> Search<'_> {
-        Search { loop_: self, known: sets.known, each_tried: sets.each_tried, spent: 0.0, cut_short: sets.cut_short }
+        let below_noise = sets.known.get(&Set::new()).is_some_and(|k| self.is_below_noise(&k.model));
+        Search { loop_: self, below_noise, known: sets.known, each_tried: sets.each_tried, spent: 0.0, cut_short: sets.cut_short }
     }
 }
 
@@ -323,6 +326,9 @@ impl Search<'_> {
 
     /// The likeliest set, without effects whose loss leaves a tenth of its probability: an effect is named if the odds are ten to one.
     pub(super) fn answer(&self) -> Set {
+        if self.below_noise {
+            return Set::new();
+        }
         let ranked = self.ranked();
         let (best, least) = ranked[0];
         let part = |s: &Set| s.iter().all(|e| best.contains(e));
@@ -332,6 +338,9 @@ impl Search<'_> {
 
     /// The set to expand next: the likeliest that has not been, if it may be the answer, or if the best leaves what others would explain.
     fn next(&self, in_vain: usize) -> Option<Set> {
+        if self.below_noise {
+            return (!self.is_expanded(&Set::new())).then(Set::new);
+        }
         let ranked = self.ranked();
         let (best, least) = ranked[0];
         // The likelihood takes what is slow for noise. Far from the data that does not lead: a set that leaves much less comes first.

@@ -66,6 +66,12 @@ pub struct Experiment {
     pub start: Start,
 }
 
+/// Angle, rad, that fluxes turn by in a step of the fourth order so that its phase is right to 10⁻⁵ of it: a speed that is off by so little is no slip.
+const TURN: f64 = 0.2;
+
+/// Steps in a row at most: of more, a period has too few rows to say what a voltage does in between.
+const SUBSTEPS: u32 = 4;
+
 /// A voltage without derivatives.
 #[inline(always)]
 pub(super) fn constant<T: Scalar>(u: Complex<f64>) -> Complex<T> {
@@ -203,11 +209,17 @@ impl Experiment {
         }
     }
 
-    /// What the voltage changes by over the sample that begins at row `k`, V, where it is smooth: half of that between the means before and after.
+    /// What the voltage changes by over the sample that begins at row `k`, V, where it is smooth: half of that between the means before and after; none
+    /// across a row in which it was switched.
     #[inline(always)]
     fn rise(&self, k: usize) -> Option<Complex<f64>> {
-        let (before, after) = (k.saturating_sub(1), (k + 1).min(self.u_s.len() - 1));
-        (self.is_smooth && before < after).then(|| (self.u_s[after] - self.u_s[before]) / (after - before) as f64)
+        if !self.is_smooth {
+            return None;
+        }
+        let is_known = |k: usize| self.voltage_noise.volts.switched.binary_search_by_key(&k, |x| x.0).is_err();
+        let or_here = |other: usize| if is_known(other) { other } else { k };
+        let (before, after) = (or_here(k.saturating_sub(1)), or_here((k + 1).min(self.u_s.len() - 1)));
+        (is_known(k) && before < after).then(|| (self.u_s[after] - self.u_s[before]) / (after - before) as f64)
     }
 
     /// What drives a machine over the sample that begins at row `k`.
@@ -232,8 +244,20 @@ impl Experiment {
     }
 
     /// A machine at the start of the run, its windings as warm as they were.
-    pub fn bench(&self, machine: &Machine<f64>, start: &State<f64>) -> Bench<f64> {
-        Bench::new(&self.machine_of(machine, 0), *start, self.sample_time_s)
+    pub fn bench<T: Scalar>(&self, machine: &Machine<T>, start: &State<T>) -> Bench<T> {
+        Bench::new(&self.machine_of(machine, 0), *start, T::from_f64(self.sample_time_s)).with_substeps(self.substeps())
+    }
+
+    /// Steps that a sample of a smooth voltage needs: in each it turns by [`TURN`] at most, as the fluxes do with it. A voltage that is held is that of a
+    /// drive, which samples more often.
+    fn substeps(&self) -> u32 {
+        if !self.is_smooth {
+            return 1;
+        }
+        let sum = |each: &mut dyn Iterator<Item = Complex<f64>>| each.map(|u| u.norm_sqr()).sum::<f64>();
+        let steps = sum(&mut self.u_s.windows(2).map(|w| w[1] - w[0]));
+        let turn = (steps / sum(&mut self.u_s.iter().copied()).max(f64::MIN_POSITIVE)).sqrt();
+        ((turn / TURN).ceil() as u32).clamp(1, SUBSTEPS)
     }
 
     /// Whether the rows are steady states of their own, not samples of one run.

@@ -1,6 +1,6 @@
 //! Predicted outputs of an experiment, with or without sensitivities.
 
-use im_model::{Bench, Machine, ParameterId, PlantInput, Scalar, SingleDual, State};
+use im_model::{Machine, ParameterId, PlantInput, Scalar, SingleDual, State};
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
@@ -23,7 +23,7 @@ fn run<T: Scalar>(
     mut sink: impl FnMut(usize, usize, T),
 ) {
     stop::check();
-    let mut bench = Bench::new(&experiment.machine_of(machine, 0), start, T::from_f64(experiment.sample_time_s));
+    let mut bench = experiment.bench(machine, &start);
     let directions: Vec<Option<(f64, f64)>> = experiment
         .channels
         .iter()

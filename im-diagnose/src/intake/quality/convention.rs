@@ -220,15 +220,19 @@ pub fn is_mains(motor: &MotorFile, e: &Experiment) -> bool {
     mains_frequency(motor, e).is_some()
 }
 
-/// The frequency of the mains, rad/s, where the voltage is theirs: all but throughout at 50 or 60 Hz, and of one size.
+/// The frequency of the mains, rad/s, where the voltage is theirs: nearly throughout at 50 or 60 Hz, never steady at another, and mostly of one size. It
+/// may sag, and be switched.
 pub fn mains_frequency(motor: &MotorFile, e: &Experiment) -> Option<f64> {
     let all = supplies(motor, e);
-    let of_mains = |s: &&Supply| MAINS_HZ.iter().any(|hz| (s.omega / (2.0 * PI * hz) - 1.0).abs() < MAINS_WITHIN);
-    let mains: Vec<&Supply> = all.iter().flatten().filter(of_mains).collect();
-    let largest = mains.iter().map(|s| s.size).fold(0.0, f64::max);
+    let is_of_mains = |s: &Supply| MAINS_HZ.iter().any(|hz| (s.omega / (2.0 * PI * hz) - 1.0).abs() < MAINS_WITHIN);
+    let largest = all.iter().flatten().map(|s| s.size).fold(0.0, f64::max);
+    let (mains, other): (Vec<&Supply>, Vec<&Supply>) =
+        all.iter().flatten().filter(|s| s.size > 0.1 * largest).partition(|s| is_of_mains(s));
     let alike: Vec<f64> = mains.iter().filter(|s| s.size > 0.9 * largest).map(|s| s.omega).collect();
     // The first of them may begin before the switch closes.
-    (largest > 0.0 && alike.len() + 2 >= all.len() && !alike.is_empty()).then(|| alike.iter().sum::<f64>() / alike.len() as f64)
+    let nearly_all = mains.len() + 2 >= all.len() || 10 * mains.len() >= 9 * all.len();
+    (other.is_empty() && nearly_all && 2 * alike.len() > all.len().saturating_sub(2))
+        .then(|| alike.iter().sum::<f64>() / alike.len() as f64)
 }
 
 /// R_s, R_R, L_σ and L_M of one machine over those of another.

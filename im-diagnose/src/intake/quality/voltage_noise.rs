@@ -71,7 +71,9 @@ impl Rough {
     pub fn of(motor: &MotorFile, e: &Experiment) -> Option<Self> {
         let sigma_v = e.voltage_noise.volts.sigma_v;
         let omega = mains_frequency(motor, e).filter(|_| sigma_v > 0.0)?;
-        let mains = Mains { u: &e.u_s, omega, sample_time_s: e.sample_time_s, sigma_v };
+        let measured = |k: usize| e.current_vector(k, |c| e.channels[c].values[k]);
+        let i = bridged((0..e.len()).map(measured));
+        let mains = Mains { u: &e.u_s, i: &i, omega, sample_time_s: e.sample_time_s, sigma_v };
         let notched = || {
             let notches = Notches::new(omega, e.sample_time_s);
             let u = notches.pass(&e.u_s);
@@ -90,14 +92,14 @@ impl Rough {
         for to in switched(u, angle, mains.sigma_v).into_iter().map(|x| x.0).chain([u.len() + 1]) {
             let rows = from..(to - 1).max(from);
             from = to + 3;
-            let mut off = Default::default();
-            if mains.is_noise(&u[rows.clone()]) {
-                rough[rows.clone()].iter_mut().zip(&u[rows.clone()]).for_each(|(rough, u)| *rough = Some(*u));
-            } else if rows.len() as f64 * angle > TURN {
-                let behind = mains.behind(rows.clone())?;
-                rough[rows.clone()].copy_from_slice(&behind.rough);
-                off = behind.off;
-            }
+            let off = match mains.switched_off(rows.clone()) {
+                None if rows.len() as f64 * angle < TURN => Default::default(),
+                told => {
+                    let behind = told.or_else(|| mains.behind(rows.clone()))?;
+                    rough[rows.clone()].copy_from_slice(&behind.rough);
+                    behind.off
+                }
+            };
             rest.push((rows.start, off));
         }
         // Where most rows do not tell, nothing is known of the noise of the others.
@@ -126,6 +128,15 @@ impl Rough {
         }
         e.voltage_noise.volts.switched = rows.into_iter().collect();
     }
+}
+
+/// What was not measured is as the last that was.
+fn bridged(values: impl Iterator<Item = Option<Complex<f64>>>) -> Vec<Complex<f64>> {
+    let hold = |last: &mut Complex<f64>, x: Option<Complex<f64>>| {
+        *last = x.unwrap_or(*last);
+        Some(*last)
+    };
+    values.scan(Complex::new(0.0, 0.0), hold).collect()
 }
 
 fn size(u: &[Complex<f64>]) -> f64 {
