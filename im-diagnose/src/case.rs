@@ -141,7 +141,9 @@ impl Case {
         (fitted, starts): (&[Experiment], &[State<f64>]),
         residuals: &[Vec<Vec<f64>>],
     ) {
-        let of = |e: &Experiment| e.shows_voltage_noise(machine).then(|| Rough::of(&self.motor, e)).flatten();
+        // Mains are found once.
+        let is_open = |e: &Experiment| e.voltage_noise.volts.taken_v == 0.0 && e.shows_voltage_noise(machine);
+        let of = |e: &Experiment| is_open(e).then(|| Rough::of(&self.motor, e)).flatten();
         let rough: Vec<Option<Rough>> = fitted.par_iter().chain(&self.holdout).map(of).collect();
         let part = noise_part(&self.motor, machine, (fitted, starts), residuals, &rough);
         for (e, rough) in self.train.iter_mut().chain(&mut self.holdout).zip(&rough) {

@@ -92,6 +92,9 @@ impl Rough {
         for to in switched(u, angle, mains.sigma_v).into_iter().map(|x| x.0).chain([u.len() + 1]) {
             let rows = from..(to - 1).max(from);
             from = to + 3;
+            if rows.is_empty() {
+                continue;
+            }
             let off = match mains.switched_off(rows.clone()) {
                 None if rows.len() as f64 * angle < TURN => Default::default(),
                 told => {

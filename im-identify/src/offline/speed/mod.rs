@@ -180,8 +180,13 @@ impl<'a, const N: usize> Mains<'a, N> {
 
     /// Comes to a row; `begin` sees where each error stands in the state, where other ones begin there.
     fn at(&mut self, row: usize, mut begin: impl FnMut(usize, &Wander)) {
-        if let Some((_, parts)) = self.next.next_if(|(from, _)| N > MACHINE && *from == row) {
+        let mut begun = false;
+        // In longer steps, several may begin in one.
+        while let Some((_, parts)) = self.next.next_if(|(from, _)| N > MACHINE && *from <= row) {
             self.now = *parts;
+            begun = true;
+        }
+        if begun {
             self.now.iter().enumerate().for_each(|(n, z)| begin(MACHINE + 2 * n, z));
         }
     }
@@ -245,5 +250,44 @@ impl FoundSpeed {
         let omega_m = thin(&self.omega_m);
         let unsure = self.unsure.every(stride, channels, omega_m.iter().copied(), sample_time_s);
         Self { std: thin(&self.std), omega_m, unsure }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use im_model::Complex;
+
+    fn wander(first_v2: f64) -> Wander {
+        Wander { first_v2, onward: Complex::from_polar(0.9, 0.3), added_v2: 0.2 }
+    }
+
+    /// Of errors that begin in one long step, the last goes on; a filter without mains has none.
+    #[test]
+    fn every_error_of_the_mains_begins() {
+        let volts = Volts { mains: [3, 4, 9].map(|row| (row, [wander(row as f64); HARMONICS])).into(), ..Volts::default() };
+        let began = |all: &[(usize, [Wander; HARMONICS])]| {
+            let (mut mains, mut seen) = (Mains::<WITH_MAINS>::new(all), Vec::new());
+            for row in 0..10 {
+                mains.at(row, |n, z| seen.push((row, n, z.first_v2)));
+            }
+            seen.retain(|x| x.1 == MACHINE);
+            seen
+        };
+        assert_eq!(began(&volts.mains), [(3, MACHINE, 3.0), (4, MACHINE, 4.0), (9, MACHINE, 9.0)]);
+        assert_eq!(began(&volts.every(5).mains), [(0, MACHINE, 4.0), (1, MACHINE, 9.0)]);
+        let mut none = Mains::<MACHINE>::new(&volts.mains);
+        none.at(9, |_, _| unreachable!());
+        assert!(none.now().is_empty());
+    }
+
+    /// A step of several rows is those rows one after the other.
+    #[test]
+    fn an_error_of_the_mains_wanders_in_long_steps_as_in_short_ones() {
+        let volts = Volts { mains: vec![(0, [wander(1.0); HARMONICS])], ..Volts::default() };
+        let (one, long) = (volts.mains[0].1[0], volts.every(4).mains[0].1[0]);
+        let variance = (0..4).fold(one.first_v2, |v, _| v * one.onward.norm_sqr() + one.added_v2);
+        assert!((long.first_v2 * long.onward.norm_sqr() + long.added_v2 - variance).abs() < 1e-12);
+        assert!((long.onward - one.onward.powu(4)).norm() < 1e-12);
     }
 }
