@@ -178,7 +178,9 @@ fn steady<'a>(u: &[Complex<f64>], mut of: Rows<'a>, shapes: &[Shape], variance: 
             let first = match shape {
                 _ if shape.is_counted() => UNKNOWN * size,
                 Shape::Turns(_) => size - of_noise,
-                Shape::Current | Shape::Rise => size - SUPPLY * of_noise,
+                // A supply draws the voltage down. Where the current follows what is rough, it rises with it.
+                Shape::Current | Shape::Rise if z[n].re < 0.0 => size - SUPPLY * of_noise,
+                Shape::Current | Shape::Rise => 0.0,
             };
             Part { shape: *shape, size, first }
         };
