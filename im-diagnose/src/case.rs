@@ -6,9 +6,9 @@ use im_identify::offline::{Channel, Experiment, Start, guess_start, start_on};
 use im_model::{EffectId, Machine, MotorFile, Recording, State};
 use rayon::prelude::*;
 
-use crate::intake::mapping::{Begin, Instant};
-use crate::intake::quality::convention;
+use crate::intake::mapping::Begin;
 use crate::intake::quality::voltage_noise::{self, Rough, noise_part};
+use crate::intake::quality::{supply, switched};
 use crate::intake::{Intake, LoadPlan};
 use crate::noise::{step_sigma, white_sigma};
 use crate::residuals::{all_residuals, nudged};
@@ -30,7 +30,7 @@ pub struct Case {
 impl Case {
     /// Size of the supply's voltage over the rated one, in the first recording that is on a steady one.
     pub fn supply(&self) -> Option<f64> {
-        self.train.iter().find_map(|e| convention::supply(&self.motor, e))
+        self.train.iter().find_map(|e| supply::of_rated(&self.motor, e))
     }
 
     /// Whether the way of recording takes an effect out of every run.
@@ -51,7 +51,7 @@ impl Case {
     /// Whether the mains feed the machine in every recording.
     pub fn is_on_mains(&self) -> bool {
         let mut recordings = self.runs().peekable();
-        recordings.peek().is_some() && recordings.all(|e| convention::is_mains(&self.motor, e))
+        recordings.peek().is_some() && recordings.all(|e| supply::is_mains(&self.motor, e))
     }
 
     /// From canonical recordings, the load of those without a torque unknown; the noise of each sensor is estimated from all of them together.
@@ -59,7 +59,7 @@ impl Case {
         let run = |r: &Recording| {
             let load = if r.tau_load.is_none() { LoadPlan::Unknown } else { LoadPlan::Known };
             let mut e = Experiment::from_recording(r, [1.0, 1.0], 1.0);
-            e.voltage_noise = voltage_noise::of_mains(&motor, &e, &e.u_s, Instant::HeldFromRow);
+            e.voltage_noise = voltage_noise::of_recording(&motor, &e, &e.u_s, &[]);
             (e, Begin::Auto, load)
         };
         let (train, holdout) = (train.iter().map(run).collect(), holdout.map(run));
@@ -128,24 +128,30 @@ impl Case {
         let starts: Vec<State<f64>> = runs.par_iter().map(|e| start_on(machine, e, &self.motor.rating)).collect();
         let left = all_residuals(machine, &starts, &runs);
         self.set_noise_from(&runs, &left);
-        self.weigh_voltage_noise(machine, (&runs, &starts), &left);
+        self.settle_voltages(machine, (&runs, &starts), &left);
         let by = |(e, x): (Experiment, &State<f64>)| e.with_inputs_by(machine, x);
         self.train = std::mem::take(&mut self.train).into_par_iter().zip(&starts).map(by).collect();
     }
 
     /// Takes for voltage what of its roughness the currents follow, by what `machine` leaves of the training recordings, `fitted` from `starts`; the rest
-    /// is noise, and the mains are taken from behind it.
-    pub fn weigh_voltage_noise(
+    /// is noise, and the mains are taken from behind it. Switches that closed between two samples close where the currents say.
+    pub fn settle_voltages(
         &mut self,
         machine: &Machine<f64>,
         (fitted, starts): (&[Experiment], &[State<f64>]),
         residuals: &[Vec<Vec<f64>>],
     ) {
+        let runs = fitted.par_iter().zip(starts);
+        self.train.par_iter_mut().zip(runs).for_each(|(e, run)| switched::settle(e, machine, run));
+        if let Some(h) = &mut self.holdout {
+            let (run, start) = (h.clone(), start_on(machine, h, &self.motor.rating));
+            switched::settle(h, machine, (&run, &start));
+        }
         // Mains are found once.
         let is_open = |e: &Experiment| e.voltage_noise.volts.taken_v == 0.0 && e.shows_voltage_noise(machine);
         let of = |e: &Experiment| is_open(e).then(|| Rough::of(&self.motor, e)).flatten();
         let rough: Vec<Option<Rough>> = fitted.par_iter().chain(&self.holdout).map(of).collect();
-        let part = noise_part(&self.motor, machine, (fitted, starts), residuals, &rough);
+        let part = noise_part(machine, (fitted, starts), residuals, &rough);
         for (e, rough) in self.train.iter_mut().chain(&mut self.holdout).zip(&rough) {
             rough.iter().for_each(|r| r.leave(e, part));
         }

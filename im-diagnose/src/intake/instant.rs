@@ -8,7 +8,7 @@ use im_model::MotorFile;
 
 use super::load_plan::LoadPlan;
 use super::mapping::Instant;
-use super::quality::convention::is_mains;
+use super::quality::supply::is_mains;
 use super::quality::voltage_noise::is_metered;
 use crate::noise::white_sigma;
 use crate::residuals::{FITS, nudged};

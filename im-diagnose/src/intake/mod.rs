@@ -22,6 +22,7 @@ pub mod raw;
 mod repair;
 mod replay;
 mod resampled;
+mod sampled;
 pub mod signals;
 pub mod sniff;
 pub mod steady_table;
@@ -215,8 +216,9 @@ fn read_one(origin: Origin<'_>, said: Option<Said>, motor: &MotorFile) -> Result
     let measured_voltage = Voltage { instant: signals.instant, ..mapping.voltage.clone() }.is_measured();
     let mut taken = Intake { draft, ..assemble(&signals, checked, mapping.begin) };
     taken.experiment.inert = Some(if measured_voltage { EffectId::InverterNonlinearity } else { EffectId::VoltageOffset });
-    let rows: Vec<_> = (0..signals.len()).map(|k| signals.u(k)).collect();
-    taken.experiment.voltage_noise = quality::voltage_noise::of_mains(motor, &taken.experiment, &rows, signals.instant);
+    let switches = signals.switches();
+    taken.experiment.voltage_noise =
+        quality::voltage_noise::of_recording(motor, &taken.experiment, &signals.voltages(), &switches);
     taken.experiment.warmth = mapping.winding_c.map(|c| motor.warmth(c, c)).into_iter().collect();
     if let Some(mut finding) = decimate::decimate(&mut taken.experiment, motor.rating.electrical_frequency_hz) {
         finding.recording.clone_from(&signals.name);

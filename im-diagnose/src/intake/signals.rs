@@ -10,6 +10,7 @@ use super::load_plan::LoadPlan;
 use super::mapping::{Calibration, CurrentForm, Instant, Line, Load, Mapping, Offset, Signal, Speed, VoltageForm};
 use super::raw::{RawTable, place};
 use super::repair;
+use super::sampled::{Switch, means, switches};
 use super::trace::Trace;
 use super::unit::{Quantity, by_name};
 
@@ -199,21 +200,24 @@ impl Signals {
         }
     }
 
+    /// The voltages of all rows as the columns give them, V.
+    pub fn voltages(&self) -> Vec<Complex<f64>> {
+        (0..self.len()).map(|k| self.u(k)).collect()
+    }
+
+    /// Where a sampled voltage was switched; nothing of one that is held.
+    pub fn switches(&self) -> Vec<Switch> {
+        if self.instant == Instant::Sample { switches(&self.voltages()) } else { Vec::new() }
+    }
+
     /// The average voltage over the sample that begins at each row, V; one row less than there are where it takes the next row to
     /// know it.
     pub fn held_voltage(&self) -> Vec<Complex<f64>> {
-        let n = self.len();
-        let u = |k: usize| self.u(k);
+        let mut u = self.voltages();
         match self.instant {
-            Instant::HeldFromRow => (0..n).map(u).collect(),
-            Instant::HeldUntilRow => (1..n).map(u).collect(),
-            // The average of the cubic through four samples; of a straight line at the ends.
-            Instant::Sample => (0..n - 1)
-                .map(|k| {
-                    let middle = u(k) + u(k + 1);
-                    if k == 0 || k + 2 >= n { middle * 0.5 } else { (middle * 13.0 - u(k - 1) - u(k + 2)) / 24.0 }
-                })
-                .collect(),
+            Instant::HeldFromRow => u,
+            Instant::HeldUntilRow => u.split_off(1),
+            Instant::Sample => means(&u, &switches(&u)),
         }
     }
 

@@ -172,7 +172,7 @@ impl Refinement {
         // The voltage's own roughness shows in the currents: only in the residual is the roughness all noise.
         let left = me.left_by(&first.fit);
         me.case.set_noise_from(&me.nudged, &left);
-        me.case.weigh_voltage_noise(&first.fit.machine, (&me.nudged, &first.fit.starts), &left);
+        me.case.settle_voltages(&first.fit.machine, (&me.nudged, &first.fit.starts), &left);
         me.smooth_speeds_by(&first.fit);
         let case = &me.case;
         me.candidates.retain(|e| !case.rules_out(*e));

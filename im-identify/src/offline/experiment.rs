@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use super::channel::{Channel, ChannelKind};
 use super::load::{Load, ShownSpeed};
-use super::speed::{UnsureInputs, VoltageNoise, Volts};
+use super::speed::{UnsureInputs, VoltageNoise};
 
 /// How a run starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -216,9 +216,7 @@ impl Experiment {
         if !self.is_smooth {
             return None;
         }
-        let Volts { switched, taken_v, .. } = &self.voltage_noise.volts;
-        // Where it was switched, and not where its noise alone was left.
-        let is_known = |k: usize| switched.binary_search_by_key(&k, |x| x.0).map_or(true, |n| switched[n].1 <= *taken_v);
+        let is_known = |k: usize| self.voltage_noise.volts.switched.binary_search_by_key(&k, |x| x.0).is_err();
         let or_here = |other: usize| if is_known(other) { other } else { k };
         let (before, after) = (or_here(k.saturating_sub(1)), or_here((k + 1).min(self.u_s.len() - 1)));
         (is_known(k) && before < after).then(|| (self.u_s[after] - self.u_s[before]) / (after - before) as f64)

@@ -32,6 +32,6 @@ pub use load::{Load, ShownSpeed, Size};
 pub use load_torque::{LoadEstimate, load_torque};
 pub use simulate::{Linearized, Residuals, linearize, outputs, predict, residuals};
 pub use smoothness::{Smoothness, smoothness};
-pub use speed::{FoundSpeed, HARMONICS, VoltageNoise, Volts, Wander};
+pub use speed::{FoundSpeed, HARMONICS, Stretch, VoltageNoise, Volts, Wander};
 pub use start::{angle_on, guess_start, start_on, start_parameters};
 pub use thinned::Thinned;

@@ -128,7 +128,7 @@ fn mains_that_are_off_by_what_is_known_of_them_are_no_error() {
         onward: Complex::from_polar(0.999, order * angle),
         added_v2: off_v * off_v * (1.0 - 0.999f64.powi(2)),
     };
-    let known = Volts { taken_v: 5.0, mains: vec![(from, [0.0, 1.0, -1.0].map(wander))], ..Volts::default() };
+    let known = Volts { taken_v: 5.0, mains: vec![Stretch { from, off: [0.0, 1.0, -1.0].map(wander) }], ..Volts::default() };
     let mut draw = gaussian(11);
     let mut all = [[0.0; 2]; 2];
     let draws = 12;
@@ -138,7 +138,7 @@ fn mains_that_are_off_by_what_is_known_of_them_are_no_error() {
         let mut off = [(); 3].map(|()| vector(off_v));
         for u in &mut other.u_s[from..] {
             *u += off.iter().sum::<Complex<f64>>();
-            for (off, z) in off.iter_mut().zip(known.mains[0].1) {
+            for (off, z) in off.iter_mut().zip(known.mains[0].off) {
                 *off = *off * z.onward + vector(z.added_v2.sqrt());
             }
         }

@@ -7,7 +7,6 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_6, PI, SQRT_2};
 
-use im_identify::offline::Experiment;
 use im_model::{Complex, Machine, MotorFile, TParameters};
 
 use super::steady::{Impedances, Steady};
@@ -118,11 +117,6 @@ const NEAR: f64 = 0.05;
 const RATED: f64 = 0.08;
 /// How near the impedance must come where it alone tells, and where it must not contradict: the motor file is a first guess.
 const IMPEDANCE: [f64; 2] = [0.1, 0.25];
-/// How much the size of a supply's voltage may vary, rms, relative.
-const STEADY: f64 = 0.05;
-/// Frequencies of mains, and how near they are kept, relative.
-const MAINS_HZ: [f64; 2] = [50.0, 60.0];
-const MAINS_WITHIN: f64 = 0.01;
 /// A common factor of fitted parameters: how near their mean must come, and how far apart they may lie, as logarithms.
 const COMMON: [f64; 2] = [0.15, 0.25];
 
@@ -179,60 +173,6 @@ fn finding(shown: String, cause: &Cause) -> Finding {
     // Size and phase of the voltage, and |U/I|: three that agree.
     let severity = if cause.leads == 0.0 { Severity::Warning } else { Severity::Serious };
     Finding::new(FindingKind::Convention, severity, shown, cause.advice)
-}
-
-/// A supply over two rated periods in which the voltage keeps its size.
-struct Supply {
-    /// Electrical frequency, rad/s.
-    omega: f64,
-    /// |U|, V peak.
-    size: f64,
-}
-
-/// The supply over each two rated periods; `None` where its voltage keeps no size.
-fn supplies(motor: &MotorFile, e: &Experiment) -> Vec<Option<Supply>> {
-    let rated = 2.0 * PI * motor.rating.electrical_frequency_hz;
-    let rows = (4.0 * PI / (rated * e.sample_time_s)) as usize;
-    if e.is_table() || rows < 4 {
-        return Vec::new();
-    }
-    let over = |u: &[Complex<f64>]| {
-        let n = u.len() as f64;
-        let size = u.iter().map(|u| u.norm()).sum::<f64>() / n;
-        let spread = (u.iter().map(|u| (u.norm() - size).powi(2)).sum::<f64>() / n).sqrt();
-        let turned = u.windows(2).map(|w| (w[1] * w[0].conj()).arg()).sum::<f64>();
-        (spread < STEADY * size).then(|| Supply { omega: turned.abs() / ((n - 1.0) * e.sample_time_s), size })
-    };
-    e.u_s.chunks_exact(rows).map(over).collect()
-}
-
-/// |U| of a supply over that of the rating at its frequency, from half the rated frequency on; of all such, where it turns fastest. The machine
-/// need not have settled.
-pub fn supply(motor: &MotorFile, e: &Experiment) -> Option<f64> {
-    let rated = 2.0 * PI * motor.rating.electrical_frequency_hz;
-    let usual = supplies(motor, e).into_iter().flatten().filter(|s| (0.5..1.03).contains(&(s.omega / rated)));
-    let fastest = usual.max_by(|a, b| a.omega.total_cmp(&b.omega))?;
-    Some(fastest.size / (motor.rating.phase_voltage_peak_v * (fastest.omega / rated).min(1.0)))
-}
-
-/// Whether the voltage is that of the mains.
-pub fn is_mains(motor: &MotorFile, e: &Experiment) -> bool {
-    mains_frequency(motor, e).is_some()
-}
-
-/// The frequency of the mains, rad/s, where the voltage is theirs: nearly throughout at 50 or 60 Hz, never steady at another, and mostly of one size. It
-/// may sag, and be switched.
-pub fn mains_frequency(motor: &MotorFile, e: &Experiment) -> Option<f64> {
-    let all = supplies(motor, e);
-    let is_of_mains = |s: &Supply| MAINS_HZ.iter().any(|hz| (s.omega / (2.0 * PI * hz) - 1.0).abs() < MAINS_WITHIN);
-    let largest = all.iter().flatten().map(|s| s.size).fold(0.0, f64::max);
-    let (mains, other): (Vec<&Supply>, Vec<&Supply>) =
-        all.iter().flatten().filter(|s| s.size > 0.1 * largest).partition(|s| is_of_mains(s));
-    let alike: Vec<f64> = mains.iter().filter(|s| s.size > 0.9 * largest).map(|s| s.omega).collect();
-    // The first of them may begin before the switch closes.
-    let nearly_all = mains.len() + 2 >= all.len() || 10 * mains.len() >= 9 * all.len();
-    (other.is_empty() && nearly_all && 2 * alike.len() > all.len().saturating_sub(2))
-        .then(|| alike.iter().sum::<f64>() / alike.len() as f64)
 }
 
 /// R_s, R_R, L_σ and L_M of one machine over those of another.
@@ -376,29 +316,5 @@ mod tests {
         assert!(scaled_on(1.0, 1.6, 1.1, Some(root)).is_some_and(|advice| advice.contains("power-invariant")));
         assert_eq!(scaled_on(1.0, 1.5, 1.0, None), None);
         assert_eq!(scaled_on(1.0, 1.0, 1.0, Some(root)), None);
-    }
-
-    /// A start on the rated supply, which has not settled; and a voltage that keeps no size.
-    #[test]
-    fn a_supply_is_as_large_as_it_is_before_the_machine_has_settled() {
-        let motor = MotorFile::parse(include_str!("../../../../examples/motor.toml"), "motor.toml").unwrap();
-        let omega = 2.0 * PI * motor.rating.electrical_frequency_hz;
-        let run = |size: &dyn Fn(f64) -> f64| {
-            let (rows, h) = (2000, 1e-4);
-            let u_s = (0..rows).map(|k| f64::from(k) * h).map(|t| Complex::from_polar(size(t), omega * t)).collect();
-            let n = rows as usize;
-            let i_s = vec![Complex::from(0.0); n];
-            let (omega_m, tau_load) = (vec![0.0; n], None);
-            let r = im_model::Recording { name: "r".into(), start_s: 0.0, sample_time_s: h, u_s, i_s, omega_m, tau_load };
-            let e = Experiment::from_recording(&r, [0.1; 2], 0.1);
-            (supply(&motor, &e), is_mains(&motor, &e))
-        };
-        let rated = motor.rating.phase_voltage_peak_v;
-        let (size, mains) = run(&|_| 1.2247 * rated);
-        assert!(size.is_some_and(|u| (u - 1.2247).abs() < 1e-3) && mains);
-        assert!(run(&|t| if t < 0.03 { 0.0 } else { rated }).1);
-        assert_eq!(run(&|t| 5.0 * t * rated * (1.0 + 0.3 * (900.0 * t).sin())), (None, false));
-        assert!(!run(&|t| 5.0 * t * rated).1);
-        assert_eq!(run(&|_| 0.0), (None, false));
     }
 }

@@ -12,6 +12,8 @@ mod machine;
 pub mod offset;
 mod smooth_mains;
 pub mod steady;
+pub mod supply;
+pub mod switched;
 mod time;
 pub mod voltage_noise;
 

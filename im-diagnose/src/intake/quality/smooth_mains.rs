@@ -2,7 +2,8 @@
 //!
 //! u_k = Σ_h z_h e^{jhωkT} + noise
 //!
-//! and behind the impedance of their supply, −(R + L d/dt) i, where that stands out: a start draws the voltage down.
+//! and behind the impedance of their supply, −(R + L d/dt) i, where that stands out: a start draws the voltage down. What a machine makes that nothing
+//! feeds is such a voltage, too, of sines that wander more.
 //!
 //! Each z_h is a random walk whose steps are in proportion to the harmonic's size: one Kalman filter forward, one backward, both together at each row.
 
@@ -13,8 +14,10 @@ use im_identify::offline::{HARMONICS, Wander};
 use im_model::Complex;
 use nalgebra::{DMatrix, DVector};
 
-/// Harmonics looked for, of both directions, and a constant.
-const MAINS: [i32; 8] = [1, 3, 5, 7, 11, 13, 17, 19];
+use crate::intake::sampled::turn;
+
+/// Harmonics of the mains, in both directions; a constant is looked for beside them.
+pub const ORDERS: [i32; 8] = [1, 3, 5, 7, 11, 13, 17, 19];
 
 /// Those of which an error counts: they are there always, however small.
 const COUNTED: [f64; HARMONICS] = [0.0, 1.0, -1.0];
@@ -23,7 +26,7 @@ const COUNTED: [f64; HARMONICS] = [0.0, 1.0, -1.0];
 const SUPPLY: f64 = 16.0;
 
 /// Variance of a harmonic's walk in a second, over the square of its size: the likeliest of these.
-const WANDERS: [f64; 8] = [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0];
+const WANDERS: [f64; 9] = [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0];
 
 /// A row that is left so far out, in standard deviations of the noise, is no noise of that size.
 const FARTHEST: f64 = 6.0;
@@ -31,8 +34,8 @@ const FARTHEST: f64 = 6.0;
 /// So many standard deviations more than noise makes of a mean square is no noise alone.
 const ALONE: f64 = 4.0;
 
-/// Times that the frequency is found anew.
-const TURNS: usize = 4;
+/// Times that the harmonics are fitted, their frequency found anew in between.
+const TURNS: usize = 5;
 
 /// What is not known of a harmonic of which nothing is expected, over the square of its size.
 const UNKNOWN: f64 = 1e3;
@@ -72,16 +75,19 @@ impl Mains<'_> {
         self.is_noise(&rough).then(|| Behind { rough: rough.into_iter().map(Some).collect(), off })
     }
 
-    /// The mains in some rows between which nothing was switched; `None` where what is not the mains is no noise of this size.
-    pub fn behind(&self, rows: Range<usize>) -> Option<Behind> {
+    /// The mains in some rows between which nothing was switched, or the machine's own voltage; `None` where what is neither is no noise of this size.
+    pub fn behind(&self, rows: Range<usize>, is_fed: bool) -> Option<Behind> {
         let (u, i) = (&self.u[rows.clone()], &self.i[rows]);
-        let about = self.omega * self.sample_time_s;
-        let most = (PI / about) as i32;
-        let both = MAINS.iter().filter(|h| **h < most).flat_map(|h| [*h, -*h]);
+        // A phase sequence either way.
+        let angle = if is_fed { (self.omega * self.sample_time_s).copysign(turn(u)) } else { turn(u) };
+        let most = (PI / angle.abs()) as i32;
+        let both = ORDERS.iter().filter(|h| **h < most).flat_map(|h| [*h, -*h]);
         let harmonics = std::iter::once(0).chain(both).map(|h| Shape::Turns(f64::from(h)));
-        let shapes: Vec<Shape> = harmonics.chain([Shape::Current, Shape::Rise]).collect();
+        // A machine that slows down has no one frequency.
+        let (supply, turns): (&[Shape], usize) = if is_fed { (&[Shape::Current, Shape::Rise], TURNS) } else { (&[], 1) };
+        let shapes: Vec<Shape> = harmonics.chain(supply.iter().copied()).collect();
         let variance = 2.0 * self.sigma_v * self.sigma_v;
-        let (of, parts) = steady(u, Rows { i, angle: about }, &shapes, variance)?;
+        let (of, parts) = steady(u, Rows { i, angle }, &shapes, (variance, turns))?;
         let filter = |wanders: f64| Filter { of, parts: &parts, wanders: wanders * self.sample_time_s, variance };
         let forward = |wanders: f64| (filter(wanders), filter(wanders).pass(u, 0..u.len()));
         let (filter, forward) = WANDERS.into_iter().map(forward).max_by(|a, b| a.1.log_l.total_cmp(&b.1.log_l))?;
@@ -157,12 +163,19 @@ struct Part {
 
 /// The parts that are there, where they do not wander, and the angle that the fundamental turns by: least squares, with a column for what another
 /// frequency changes, as k e^{jφk} times j δφ z_1.
-fn steady<'a>(u: &[Complex<f64>], mut of: Rows<'a>, shapes: &[Shape], variance: f64) -> Option<(Rows<'a>, Vec<Part>)> {
+fn steady<'a>(
+    u: &[Complex<f64>],
+    mut of: Rows<'a>,
+    shapes: &[Shape],
+    (variance, turns): (f64, usize),
+) -> Option<(Rows<'a>, Vec<Part>)> {
     let (n, one) = (shapes.len(), Complex::new(1.0, 0.0));
     let fundamental = shapes.iter().position(|s| *s == Shape::Turns(1.0))?;
     let middle = 0.5 * u.len() as f64;
+    // All but the fundamental is little, and so does one that wanders far keep its size.
+    let all = u.iter().map(|u| u.norm_sqr()).sum::<f64>() / u.len() as f64;
     let mut parts = Vec::new();
-    for _ in 0..TURNS {
+    for turn in 1..=turns {
         let (mut normal, mut right) = (DMatrix::zeros(n + 1, n + 1), DVector::zeros(n + 1));
         for (k, u) in u.iter().enumerate() {
             let faster = of.at(k, Shape::Turns(1.0)) * (k as f64 / middle - 1.0);
@@ -175,6 +188,7 @@ fn steady<'a>(u: &[Complex<f64>], mut of: Rows<'a>, shapes: &[Shape], variance: 
         let part = |(n, shape): (usize, &Shape)| {
             // What noise makes of it. Of what need not be there, no more is expected than stands out of that.
             let (size, of_noise) = (z[n].norm_sqr(), variance * inverse[(n, n)].re);
+            let size = if n == fundamental { all } else { size };
             let first = match shape {
                 _ if shape.is_counted() => UNKNOWN * size,
                 Shape::Turns(_) => size - of_noise,
@@ -185,7 +199,9 @@ fn steady<'a>(u: &[Complex<f64>], mut of: Rows<'a>, shapes: &[Shape], variance: 
             Part { shape: *shape, size, first }
         };
         parts = shapes.iter().enumerate().map(part).filter(|p| p.first > 0.0).collect();
-        of.angle += (z[n] / z[fundamental]).im / middle;
+        if turn < turns {
+            of.angle += (z[n] / z[fundamental]).im / middle;
+        }
     }
     of.angle.is_finite().then_some((of, parts))
 }
@@ -309,7 +325,7 @@ mod tests {
             let spike = n / 3;
             u[spike] += Complex::new(40.0 * sigma_v, 0.0);
             let mains = Mains { u: &u, i: &i, omega: omega * (1.0 + off), sample_time_s: t, sigma_v };
-            let Some(Behind { rough, off }) = mains.behind(0..n) else { return Err(TestCaseError::fail("no mains")) };
+            let Some(Behind { rough, off }) = mains.behind(0..n, true) else { return Err(TestCaseError::fail("no mains")) };
             prop_assert!(rough[spike].is_none() && rough.iter().flatten().count() + 4 > n);
             // Within the rows, where both filters have settled, and away from the spike.
             let inside = (n / 10..9 * n / 10).filter(|k| k.abs_diff(spike) as f64 * omega * t > PI);
@@ -329,7 +345,7 @@ mod tests {
         let u: Vec<Complex<f64>> = (0..500).map(|_| Complex::new(0.7 + draw(), draw())).collect();
         let i = vec![Complex::new(0.0, 0.0); 500];
         let mains = |sigma_v: f64| Mains { u: &u, i: &i, omega: 314.0, sample_time_s: 1e-3, sigma_v };
-        assert!(mains(0.8).switched_off(0..500).is_none() && mains(0.8).behind(0..500).is_none());
+        assert!(mains(0.8).switched_off(0..500).is_none() && mains(0.8).behind(0..500, true).is_none());
         let Behind { rough, off } = mains(1.0).switched_off(0..500).unwrap();
         let constant = u[7] - rough[7].unwrap();
         assert!((constant.re - 0.7).abs() < 0.2 && (off[0].first_v2 - 1.0 / 500.0).abs() < 1e-12, "{constant}");

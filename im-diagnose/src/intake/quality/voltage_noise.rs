@@ -2,17 +2,15 @@
 //!
 //! What a drive puts out may be rough, too, and nobody knows what of that is voltage: there, a measured voltage is taken for exact.
 
-use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
-use im_identify::offline::{Experiment, HARMONICS, VoltageNoise, Volts, Wander, residuals};
+use im_identify::offline::{Experiment, Stretch, VoltageNoise, Volts, Wander, residuals};
 use im_model::{Complex, Machine, MotorFile, State};
 
-use super::convention::mains_frequency;
-use super::smooth_mains::Mains;
-use crate::intake::mapping::Instant;
-
-/// Harmonics of the mains, of both directions, and a constant are taken out.
-const NOTCHED: [f64; 9] = [0.0, 1.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0];
+use super::smooth_mains::{Mains, ORDERS};
+use super::supply::{mains_frequency, unfed};
+use crate::intake::sampled::{Switch, size, switches};
 
 /// On both sides of each harmonic so much is taken out with it, Hz.
 const WIDTH_HZ: f64 = 20.0;
@@ -21,11 +19,8 @@ const WIDTH_HZ: f64 = 20.0;
 const SWITCHED: f64 = 5.0;
 const RINGS: f64 = 10.0;
 
-/// Part of the largest voltage that no harmonics make from row to row.
-const JUMP: f64 = 0.1;
-
 /// What lasts for less than this part of a period, rad, is too short to tell what is rough.
-const TURN: f64 = std::f64::consts::TAU;
+const TURN: f64 = TAU;
 
 /// Part of its size that a voltage may be rough by because it is written in digits.
 const ROUNDING: f64 = 1e-9;
@@ -35,35 +30,36 @@ const METERED: f64 = 1e-4;
 
 /// Whether a voltage, as it stands in its rows, is the mains with a voltmeter's noise.
 pub fn is_metered(motor: &MotorFile, e: &Experiment) -> bool {
-    let noise = |omega| Notches::new(omega, e.sample_time_s).sigma(&e.u_s);
-    mains_frequency(motor, e).is_some_and(|omega| noise(omega) > METERED * size(&e.u_s))
+    noise_of_mains(motor, e, &e.u_s).is_some_and(|sigma_v| sigma_v > METERED * size(&e.u_s))
 }
 
-/// Of a recording, whose voltage stands in `rows` as it was measured.
-pub fn of_mains(motor: &MotorFile, e: &Experiment, rows: &[Complex<f64>], instant: Instant) -> VoltageNoise {
-    let Some(omega) = mains_frequency(motor, e) else { return VoltageNoise::default() };
-    let sigma_v = Notches::new(omega, e.sample_time_s).sigma(rows);
-    let switched = if instant == Instant::Sample { switched(rows, omega * e.sample_time_s, sigma_v) } else { Vec::new() };
+/// Of a recording, whose voltage stands in `rows` as it was measured, switched between them.
+pub fn of_recording(motor: &MotorFile, e: &Experiment, rows: &[Complex<f64>], switches: &[Switch]) -> VoltageNoise {
+    let sigma_v = noise_of_mains(motor, e, rows).unwrap_or(0.0);
+    let switched = switches.iter().map(|s| (s.row, s.sigma_v())).collect();
     VoltageNoise::of(Volts { sigma_v, switched, ..Volts::default() })
 }
 
-/// Rows between whose samples a voltage jumps, and the standard deviation of its mean there: the switch may have closed at any time in between. Rows
-/// beside a jump, whose mean is that of a cubic across it, count as well.
-fn switched(u: &[Complex<f64>], angle: f64, sigma_v: f64) -> Vec<(usize, f64)> {
-    let size = size(u);
-    // The mains bend by 1 − cos φ of their size themselves, and noise makes √5 of its own.
-    let least = (JUMP + 1.0 - angle.cos()) * size + SWITCHED * 5f64.sqrt() * sigma_v;
-    let step = |k: usize| u[k + 1] - u[k];
-    let jump = |k: usize| (step(k) - (step(k - 1) + step(k + 1)) * 0.5).norm();
-    (1..u.len().saturating_sub(2)).map(|k| (k, jump(k))).filter(|x| x.1 > least).map(|(k, x)| (k, x / 12f64.sqrt())).collect()
+/// Standard deviation of the noise of the mains, V, while they feed the machine and nothing is switched.
+fn noise_of_mains(motor: &MotorFile, e: &Experiment, rows: &[Complex<f64>]) -> Option<f64> {
+    let notches = Notches::new(mains_frequency(motor, e)?, e.sample_time_s);
+    let rings = notches.rings() as usize;
+    let mut counts = vec![true; rows.len()];
+    let switched = switches(rows).into_iter().map(|s| s.row..s.row + rings);
+    for others in unfed(motor, e).into_iter().chain(switched) {
+        counts[others.start..others.end.min(rows.len())].fill(false);
+    }
+    Some(notches.sigma(rows, |k| counts[k]))
 }
 
 /// What of a voltage, as it drives a machine, is rough.
 pub struct Rough {
+    /// Of the mains, rad/s.
+    omega: f64,
     /// In every row where it can be told.
     u: Vec<Option<Complex<f64>>>,
-    /// What the rest may be off by, from these rows on, where that is the mains and nothing else: not where more than noise of one size is rough.
-    rest: Option<Vec<(usize, [Wander; HARMONICS])>>,
+    /// What the rest may be off by, where that is the mains and nothing else: not where more than noise of one size is rough.
+    rest: Option<Vec<Stretch>>,
 }
 
 impl Rough {
@@ -78,35 +74,44 @@ impl Rough {
             let notches = Notches::new(omega, e.sample_time_s);
             let u = notches.pass(&e.u_s);
             let quiet = notches.quiet(&u, sigma_v);
-            Self { u: u.into_iter().zip(quiet).map(|(u, quiet)| quiet.then_some(u)).collect(), rest: None }
+            Self { omega, u: u.into_iter().zip(quiet).map(|(u, quiet)| quiet.then_some(u)).collect(), rest: None }
         };
-        Some(Self::beside(&mains).unwrap_or_else(notched))
+        Some(Self::beside(&mains, &gaps(e), &unfed(motor, e)).unwrap_or_else(notched))
     }
 
-    /// What is no mains, between the rows in which they were switched.
-    fn beside(mains: &Mains<'_>) -> Option<Self> {
+    /// What is neither the mains nor, where nothing feeds it, the machine's own voltage.
+    fn beside(mains: &Mains<'_>, switched: &[Range<usize>], unfed: &[Range<usize>]) -> Option<Self> {
         let (u, angle) = (mains.u, mains.omega * mains.sample_time_s);
+        // The phases of a switch open one after the other, each where its current is zero, and it closes within a row.
+        let half_a_period = (PI / angle).ceil() as usize;
+        let opens = unfed.iter().filter(|r| r.start > 0).map(|r| r.start.saturating_sub(half_a_period)..r.start);
+        let closes = unfed.iter().map(|r| r.end.saturating_sub(2)..r.end);
+        let mut gaps: Vec<Range<usize>> = switched.iter().cloned().chain(opens).chain(closes).collect();
+        gaps.sort_by_key(|r| r.start);
         let (mut rough, mut rest) = (vec![None; u.len()], Vec::new());
         let mut from = 0;
-        // A jump is spread over the means of three rows.
-        for to in switched(u, angle, mains.sigma_v).into_iter().map(|x| x.0).chain([u.len() + 1]) {
-            let rows = from..(to - 1).max(from);
-            from = to + 3;
+        for gap in gaps.into_iter().chain(std::iter::once(u.len()..u.len())) {
+            let rows = from..gap.start.max(from);
+            from = gap.end.max(from);
             if rows.is_empty() {
                 continue;
             }
-            let off = match mains.switched_off(rows.clone()) {
-                None if rows.len() as f64 * angle < TURN => Default::default(),
-                told => {
-                    let behind = told.or_else(|| mains.behind(rows.clone()))?;
-                    rough[rows.clone()].copy_from_slice(&behind.rough);
-                    behind.off
-                }
-            };
-            rest.push((rows.start, off));
+            let is_fed = !unfed.iter().any(|r| r.start <= rows.start && rows.end <= r.end);
+            let told = mains.switched_off(rows.clone()).or_else(|| {
+                let is_long = rows.len() as f64 * angle >= TURN;
+                is_long.then(|| mains.behind(rows.clone(), is_fed)).flatten()
+            });
+            if is_fed && told.is_none() && rows.len() as f64 * angle >= TURN {
+                return None;
+            }
+            let off = told.map_or_else(Default::default, |behind| {
+                rough[rows.clone()].copy_from_slice(&behind.rough);
+                behind.off
+            });
+            rest.push(Stretch { from: rows.start, off });
         }
         // Where most rows do not tell, nothing is known of the noise of the others.
-        (2 * rough.iter().flatten().count() > u.len()).then_some(Self { u: rough, rest: Some(rest) })
+        (2 * rough.iter().flatten().count() > u.len()).then_some(Self { omega: mains.omega, u: rough, rest: Some(rest) })
     }
 
     /// Takes it out of a voltage as far as it is noise: so much of it, mean square. What is left is likeliest, with the variance that both parts share;
@@ -118,19 +123,22 @@ impl Rough {
         e.voltage_noise.volts.taken_v = noise_v;
         // What noise makes of the mains that are found is of noise alone.
         let of_noise = |z: Wander| Wander { first_v2: part * z.first_v2, added_v2: part * z.added_v2, ..z };
-        e.voltage_noise.volts.mains = rest.iter().map(|(row, off)| (*row, off.map(of_noise))).collect();
+        e.voltage_noise.volts.mains = rest.iter().map(|s| Stretch { off: s.off.map(of_noise), ..*s }).collect();
         e.voltage_noise.volts.sigma_v *= (1.0 - part).sqrt();
         let rows = e.u_s.iter_mut().zip(&self.u);
         rows.for_each(|(u, rough)| *u -= rough.unwrap_or_default() * part);
-        let as_before = self.u.iter().enumerate().filter(|x| x.1.is_none()).map(|x| (x.0, noise_v));
-        let all = e.voltage_noise.volts.switched.iter().copied().chain(as_before);
-        let mut rows = BTreeMap::<usize, f64>::new();
-        for (row, sigma_v) in all {
-            let sum = rows.entry(row).or_default();
-            *sum = sum.hypot(sigma_v);
-        }
-        e.voltage_noise.volts.switched = rows.into_iter().collect();
+        let as_measured = self.u.iter().enumerate().filter(|x| x.1.is_none());
+        e.voltage_noise.volts.as_measured = as_measured.map(|x| (x.0, noise_v)).collect();
     }
+}
+
+/// Rows in which something was switched that makes other mains. The mean of the one that it falls into is on neither side: of a voltage that was
+/// sampled, that row is known; of means, it is one of two.
+fn gaps(e: &Experiment) -> Vec<Range<usize>> {
+    let known = || e.voltage_noise.volts.switched.iter().map(|&(row, sigma_v)| Switch::of_mean(row, sigma_v)).collect();
+    let (all, rows) = if e.is_smooth { (known(), 1) } else { (switches(&e.u_s), 2) };
+    let largest = size(&e.u_s);
+    all.into_iter().filter(|s| s.is_large(largest)).map(|s| s.row..s.row + rows).collect()
 }
 
 /// What was not measured is as the last that was.
@@ -142,10 +150,6 @@ fn bridged(values: impl Iterator<Item = Option<Complex<f64>>>) -> Vec<Complex<f6
     values.scan(Complex::new(0.0, 0.0), hold).collect()
 }
 
-fn size(u: &[Complex<f64>]) -> f64 {
-    u.iter().map(|u| u.norm()).fold(0.0, f64::max)
-}
-
 /// A filter that all passes but the mains: of each harmonic in reach (1 − 2 cos φ z + z²)/(1 − 2 ρ cos φ z + ρ² z²), z the row before.
 struct Notches {
     cosines: Vec<f64>,
@@ -155,8 +159,8 @@ struct Notches {
 
 impl Notches {
     fn new(omega: f64, t: f64) -> Self {
-        let angles = NOTCHED.iter().map(|n| n * omega * t).filter(|a| *a < std::f64::consts::PI);
-        Self { cosines: angles.map(f64::cos).collect(), rho: (-std::f64::consts::TAU * WIDTH_HZ * t).exp() }
+        let angles = std::iter::once(0).chain(ORDERS).map(|n| f64::from(n) * omega * t).filter(|a| *a < PI);
+        Self { cosines: angles.map(f64::cos).collect(), rho: (-TAU * WIDTH_HZ * t).exp() }
     }
 
     fn pass(&self, x: &[Complex<f64>]) -> Vec<Complex<f64>> {
@@ -173,9 +177,14 @@ impl Notches {
         y
     }
 
+    /// So many rows it rings.
+    fn rings(&self) -> f64 {
+        RINGS / -self.rho.ln()
+    }
+
     /// The rows, of what has passed, at which it does not ring: noise of it has this standard deviation.
     fn quiet(&self, passed: &[Complex<f64>], sigma: f64) -> Vec<bool> {
-        let rings = RINGS / -self.rho.ln();
+        let rings = self.rings();
         let mut since = f64::INFINITY;
         let at = |u: &Complex<f64>| {
             since = if u.norm() < SWITCHED * sigma { since + 1.0 } else { 0.0 };
@@ -184,8 +193,8 @@ impl Notches {
         passed.iter().map(at).collect()
     }
 
-    /// Standard deviation of white noise on a voltage, per axis: median-based, so that switching does not count.
-    fn sigma(&self, u: &[Complex<f64>]) -> f64 {
+    /// Standard deviation of white noise on a voltage, per axis, from the rows that count: median-based, so that switching does not.
+    fn sigma(&self, u: &[Complex<f64>], counts: impl Fn(usize) -> bool) -> f64 {
         if u.is_empty() {
             return 0.0;
         }
@@ -198,8 +207,14 @@ impl Notches {
             let middle = all.len() / 2;
             all.select_nth_unstable_by(middle, f64::total_cmp).1.to_owned() / (2.0 * std::f64::consts::LN_2).sqrt()
         };
-        let first = median(rough.iter().map(|u| u.norm()).collect());
-        let quiet: Vec<f64> = rough.iter().zip(self.quiet(&rough, first)).filter(|x| x.1).map(|x| x.0.norm()).collect();
+        let counted = || rough.iter().enumerate().filter(|x| counts(x.0));
+        let all: Vec<f64> = counted().map(|x| x.1.norm()).collect();
+        if all.is_empty() {
+            return 0.0;
+        }
+        let first = median(all);
+        let is_quiet = self.quiet(&rough, first);
+        let quiet: Vec<f64> = counted().filter(|x| is_quiet[x.0]).map(|x| x.1.norm()).collect();
         let sigma = if quiet.is_empty() { first } else { median(quiet) } / gain;
         if sigma > ROUNDING * size(u) { sigma } else { 0.0 }
     }
@@ -212,19 +227,17 @@ const FAST_HZ: f64 = 300.0;
 /// voltage. The machine is simulated with all of it, from these starts: where it is noise, what it makes is missing in what was measured; where it is
 /// voltage, nothing is.
 pub fn noise_part(
-    motor: &MotorFile,
     machine: &Machine<f64>,
     (runs, starts): (&[Experiment], &[State<f64>]),
     left: &[Vec<Vec<f64>>],
     rough: &[Option<Rough>],
 ) -> f64 {
     let of = |k: usize| {
-        let (e, left, rough) = (&runs[k], &left[k], &rough[k].as_ref()?.u);
-        let omega = mains_frequency(motor, e)?;
+        let (e, left, Rough { omega, u: rough, .. }) = (&runs[k], &left[k], rough[k].as_ref()?);
         let u_s = e.u_s.iter().zip(rough).map(|(u, rough)| u - rough.unwrap_or_default()).collect();
         let smooth = residuals(machine, &Experiment { u_s, ..e.clone() }, &starts[k]);
-        let (notches, t) = (Notches::new(omega, e.sample_time_s), e.sample_time_s);
-        let rho = (-std::f64::consts::TAU * FAST_HZ * t).exp();
+        let (notches, t) = (Notches::new(*omega, e.sample_time_s), e.sample_time_s);
+        let rho = (-TAU * FAST_HZ * t).exp();
         let fast = |of: &dyn Fn(usize, usize) -> f64| {
             let zero = Complex::new(0.0, 0.0);
             let at = |k: usize| e.current_vector(k, |c| of(c, k) * e.channels[c].sigma).unwrap_or(zero);
@@ -277,24 +290,11 @@ mod tests {
             let clean = mains(8000, t, harmonics);
             let noisy: Vec<Complex<f64>> = clean.iter().map(|u| u + Complex::new(draw(), draw())).collect();
             let notches = Notches::new(314.159, t);
-            let found = notches.sigma(&noisy);
+            let found = notches.sigma(&noisy, |_| true);
             assert!((found / 0.5 - 1.0).abs() < 0.05, "{t}: {found}");
-            assert!(notches.sigma(&clean) < 1e-3, "{}", notches.sigma(&clean));
+            assert!(notches.sigma(&clean, |_| true) < 1e-3, "{}", notches.sigma(&clean, |_| true));
         }
-        assert_eq!(Notches::new(314.159, 1e-4).sigma(&[]), 0.0);
-    }
-
-    #[test]
-    fn a_switch_between_two_samples_is_seen_at_any_rate() {
-        for t in [1e-4, 1e-3, 2e-3] {
-            let mut u = mains(200, t, 1.0);
-            assert_eq!(switched(&u, 314.159 * t, 0.0), []);
-            u[..71].fill(Complex::new(0.0, 0.0));
-            let found = switched(&u, 314.159 * t, 1.0);
-            let at = found.iter().find(|x| x.0 == 70).unwrap();
-            assert!((80.0..110.0).contains(&at.1) && found.iter().all(|x| (69..=71).contains(&x.0)), "{t}: {found:?}");
-        }
-        assert_eq!(switched(&[], 0.1, 1.0), []);
+        assert_eq!(Notches::new(314.159, 1e-4).sigma(&[], |_| true), 0.0);
     }
 
     /// Noise of a voltmeter, and a voltage that is rough itself: the machine follows only that, and only noise is taken off.
@@ -326,10 +326,10 @@ mod tests {
                     c.values = y.iter().map(|y| y + sensor()).collect();
                 }
                 e.u_s.clone_from(&rough);
-                e.voltage_noise = of_mains(&motor, &e, &rough, Instant::HeldFromRow);
+                e.voltage_noise = of_recording(&motor, &e, &rough, &[]);
                 let start = State::default();
                 let (left, found) = (residuals(&machine, &e, &start), Rough::of(&motor, &e));
-                let part = noise_part(&motor, &machine, (&[e.clone()], &[start]), &[left], std::slice::from_ref(&found));
+                let part = noise_part(&machine, (&[e.clone()], &[start]), &[left], std::slice::from_ref(&found));
                 assert!((part - wanted).abs() < 0.1, "{seed}: {part} {wanted}");
                 found.unwrap().leave(&mut e, part);
                 let off = e.u_s.iter().zip(there).map(|(u, there)| (u - there).norm_sqr()).sum::<f64>();

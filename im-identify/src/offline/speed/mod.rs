@@ -22,7 +22,7 @@ use nalgebra::{Matrix2, SMatrix, SVector};
 
 use super::channel::Channel;
 use flux::{Electrical, Fluxes, Step};
-pub use voltage::{HARMONICS, VoltageNoise, Volts, Wander};
+pub use voltage::{HARMONICS, Stretch, VoltageNoise, Volts, Wander};
 pub(super) use wandering::Wandering;
 
 /// δψ_s, δψ_r (α and β each), δω and its slope; behind them, where mains may be off, what they are off by at each harmonic (α and β).
@@ -97,8 +97,8 @@ struct Filter<const N: usize> {
     steps: Vec<Step>,
     /// Gain and √S of each channel, row by row; nothing where it does not count.
     gains: Vec<Vec<Option<(Vector<N>, f64)>>>,
-    /// What the mains may be off by, from these rows on.
-    mains: Vec<(usize, [Wander; HARMONICS])>,
+    /// What the mains may be off by.
+    mains: Vec<Stretch>,
 }
 
 impl<const N: usize> Filter<N> {
@@ -118,9 +118,8 @@ impl<const N: usize> Filter<N> {
         let shows: Vec<Vector<N>> = channels.iter().map(shown).collect();
         let mut p = unknown_speed::<N>(&unknown.speed.first);
         let mut gains = Vec::with_capacity(steps.len());
-        let mut switched = unknown.voltage.switched.iter().copied().peekable();
         let mut mains = Mains::<N>::new(&unknown.voltage.mains);
-        for (k, step) in steps.iter().enumerate() {
+        for (k, (step, sigma_v)) in steps.iter().zip(unknown.voltage.row_by_row()).enumerate() {
             mains.at(k, |n, z| {
                 p.fixed_rows_mut::<2>(n).fill(0.0);
                 p.fixed_columns_mut::<2>(n).fill(0.0);
@@ -138,8 +137,7 @@ impl<const N: usize> Filter<N> {
             });
             gains.push(measured.collect());
             keep(&before, &p);
-            let here = switched.next_if(|(row, _)| *row == k).map_or(0.0, |x| x.1);
-            p = step.carried(&p, unknown.voltage.sigma_v.hypot(here), mains.now());
+            p = step.carried(&p, sigma_v, mains.now());
         }
         let sigma = channels.iter().map(|c| c.sigma).collect();
         Self { sigma, shows, steps, gains, mains: unknown.voltage.mains.clone() }
@@ -169,12 +167,12 @@ impl<const N: usize> Filter<N> {
 
 /// How the errors of mains wander, row by row; nothing in a filter without them.
 struct Mains<'a, const N: usize> {
-    next: Peekable<Iter<'a, (usize, [Wander; HARMONICS])>>,
+    next: Peekable<Iter<'a, Stretch>>,
     now: [Wander; HARMONICS],
 }
 
 impl<'a, const N: usize> Mains<'a, N> {
-    fn new(all: &'a [(usize, [Wander; HARMONICS])]) -> Self {
+    fn new(all: &'a [Stretch]) -> Self {
         Self { next: all.iter().peekable(), now: Default::default() }
     }
 
@@ -182,8 +180,8 @@ impl<'a, const N: usize> Mains<'a, N> {
     fn at(&mut self, row: usize, mut begin: impl FnMut(usize, &Wander)) {
         let mut begun = false;
         // In longer steps, several may begin in one.
-        while let Some((_, parts)) = self.next.next_if(|(from, _)| N > MACHINE && *from <= row) {
-            self.now = *parts;
+        while let Some(stretch) = self.next.next_if(|s| N > MACHINE && s.from <= row) {
+            self.now = stretch.off;
             begun = true;
         }
         if begun {
@@ -265,8 +263,11 @@ mod tests {
     /// Of errors that begin in one long step, the last goes on; a filter without mains has none.
     #[test]
     fn every_error_of_the_mains_begins() {
-        let volts = Volts { mains: [3, 4, 9].map(|row| (row, [wander(row as f64); HARMONICS])).into(), ..Volts::default() };
-        let began = |all: &[(usize, [Wander; HARMONICS])]| {
+        let volts = Volts {
+            mains: [3, 4, 9].map(|from| Stretch { from, off: [wander(from as f64); HARMONICS] }).into(),
+            ..Volts::default()
+        };
+        let began = |all: &[Stretch]| {
             let (mut mains, mut seen) = (Mains::<WITH_MAINS>::new(all), Vec::new());
             for row in 0..10 {
                 mains.at(row, |n, z| seen.push((row, n, z.first_v2)));
@@ -284,8 +285,8 @@ mod tests {
     /// A step of several rows is those rows one after the other.
     #[test]
     fn an_error_of_the_mains_wanders_in_long_steps_as_in_short_ones() {
-        let volts = Volts { mains: vec![(0, [wander(1.0); HARMONICS])], ..Volts::default() };
-        let (one, long) = (volts.mains[0].1[0], volts.every(4).mains[0].1[0]);
+        let volts = Volts { mains: vec![Stretch { from: 0, off: [wander(1.0); HARMONICS] }], ..Volts::default() };
+        let (one, long) = (volts.mains[0].off[0], volts.every(4).mains[0].off[0]);
         let variance = (0..4).fold(one.first_v2, |v, _| v * one.onward.norm_sqr() + one.added_v2);
         assert!((long.first_v2 * long.onward.norm_sqr() + long.added_v2 - variance).abs() < 1e-12);
         assert!((long.onward - one.onward.powu(4)).norm() < 1e-12);

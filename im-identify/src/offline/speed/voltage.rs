@@ -14,8 +14,19 @@ pub struct Volts {
     pub switched: Vec<(usize, f64)>,
     /// Standard deviation of the noise behind which mains were found, V; 0 where none was taken off.
     pub taken_v: f64,
-    /// What such mains may be off by, each from its row on; in order.
-    pub mains: Vec<(usize, [Wander; HARMONICS])>,
+    /// Rows beside such mains that are as they were measured, and the standard deviation of the noise in them, V; in order.
+    pub as_measured: Vec<(usize, f64)>,
+    /// What such mains may be off by; in order.
+    pub mains: Vec<Stretch>,
+}
+
+/// Mains that are found on their own, up to the next such stretch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// The row that it begins with.
+    pub from: usize,
+    /// What the mains may be off by from there on.
+    pub off: [Wander; HARMONICS],
 }
 
 /// Harmonics at which mains may be off: a constant, and the fundamental in both directions. A machine passes little of the others.
@@ -49,17 +60,34 @@ impl Volts {
 
     /// On every so many rows.
     pub fn every(&self, stride: usize) -> Self {
-        let mut switched: Vec<(usize, f64)> = Vec::new();
-        for &(row, sigma_v) in &self.switched {
-            // The same volt-seconds in a longer row.
-            let (row, sigma_v) = (row / stride, sigma_v / stride as f64);
-            match switched.last_mut().filter(|x| x.0 == row) {
-                Some(last) => last.1 = last.1.hypot(sigma_v),
-                None => switched.push((row, sigma_v)),
+        let of_rows = |all: &[(usize, f64)]| {
+            let mut longer: Vec<(usize, f64)> = Vec::new();
+            for &(row, sigma_v) in all {
+                // The same volt-seconds in a longer row.
+                let (row, sigma_v) = (row / stride, sigma_v / stride as f64);
+                match longer.last_mut().filter(|x| x.0 == row) {
+                    Some(last) => last.1 = last.1.hypot(sigma_v),
+                    None => longer.push((row, sigma_v)),
+                }
             }
+            longer
+        };
+        Self {
+            sigma_v: self.sigma_v / (stride as f64).sqrt(),
+            switched: of_rows(&self.switched),
+            taken_v: self.taken_v,
+            as_measured: of_rows(&self.as_measured),
+            mains: self.mains.iter().map(|s| Stretch { from: s.from / stride, off: s.off.map(|z| z.every(stride)) }).collect(),
         }
-        let mains = self.mains.iter().map(|(row, parts)| (row / stride, parts.map(|z| z.every(stride)))).collect();
-        Self { sigma_v: self.sigma_v / (stride as f64).sqrt(), switched, mains, ..*self }
+    }
+
+    /// Standard deviation of the noise of each row, one after the other, V.
+    pub(super) fn row_by_row(&self) -> impl Iterator<Item = f64> {
+        let [mut switched, mut as_measured] = [&self.switched, &self.as_measured].map(|all| all.iter().peekable());
+        (0..).map(move |k| {
+            let here = [&mut switched, &mut as_measured].map(|all| all.next_if(|x| x.0 == k).map_or(0.0, |x| x.1));
+            self.sigma_v.hypot(here[0]).hypot(here[1])
+        })
     }
 }
 

@@ -1,0 +1,119 @@
+//! What feeds a machine: the mains, a drive, or nothing.
+
+use std::collections::BTreeSet;
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+
+use im_identify::offline::Experiment;
+use im_model::{Complex, MotorFile};
+
+use crate::intake::sampled::{size, switches};
+
+/// How much the size of a supply's voltage may vary, rms, relative.
+const STEADY: f64 = 0.05;
+
+/// Frequencies of mains, and how near they are kept, relative.
+const MAINS_HZ: [f64; 2] = [50.0, 60.0];
+const MAINS_WITHIN: f64 = 0.01;
+
+/// A machine that is fed takes its magnetizing current; one that takes less than this part of it is not.
+const FED: f64 = 0.1;
+
+/// A supply over two rated periods in which the voltage keeps its size and nothing is switched.
+struct Supply {
+    /// Electrical frequency, rad/s.
+    omega: f64,
+    /// |U|, V peak.
+    size: f64,
+}
+
+/// Rows, over a rated period or more each, in which nothing feeds the machine: its voltage, if any, is its own.
+pub fn unfed(motor: &MotorFile, e: &Experiment) -> Vec<Range<usize>> {
+    let (p, rated) = (motor.machine.parameters(), TAU * motor.rating.electrical_frequency_hz);
+    let stator_inductance_h = p.stator_leakage_inductance_h + p.magnetizing_inductance_h;
+    let magnetizing_a = motor.rating.phase_voltage_peak_v / (rated * stator_inductance_h);
+    let is_fed = |k: usize| e.current_vector(k, |c| e.channels[c].values[k]).is_none_or(|i| i.norm() > FED * magnetizing_a);
+    let fed = (0..e.len()).filter(|k| is_fed(*k)).chain([e.len()]);
+    let mut from = 0;
+    let before = fed.map(|k| std::mem::replace(&mut from, k + 1)..k);
+    before.filter(|rows| rows.len() as f64 * e.sample_time_s * rated > TAU).collect()
+}
+
+/// The supply over each two rated periods in which there is one and nothing is switched; `None` where its voltage keeps no size.
+fn supplies(motor: &MotorFile, e: &Experiment) -> Vec<Option<Supply>> {
+    let rated = TAU * motor.rating.electrical_frequency_hz;
+    let rows = (2.0 * TAU / (rated * e.sample_time_s)) as usize;
+    if e.is_table() || rows < 4 {
+        return Vec::new();
+    }
+    let over = |u: &[Complex<f64>]| {
+        let n = u.len() as f64;
+        let size = u.iter().map(|u| u.norm()).sum::<f64>() / n;
+        let spread = (u.iter().map(|u| (u.norm() - size).powi(2)).sum::<f64>() / n).sqrt();
+        let turned = u.windows(2).map(|w| (w[1] * w[0].conj()).arg()).sum::<f64>();
+        (spread < STEADY * size).then(|| Supply { omega: turned.abs() / ((n - 1.0) * e.sample_time_s), size })
+    };
+    let unfed = unfed(motor, e);
+    let is_fed = |from: usize| !unfed.iter().any(|r| r.start <= from && from + rows <= r.end);
+    let largest = size(&e.u_s);
+    let switched: BTreeSet<usize> = switches(&e.u_s).into_iter().filter(|s| s.is_large(largest)).map(|s| s.row / rows).collect();
+    let windows = e.u_s.chunks_exact(rows).enumerate().filter(|(n, _)| is_fed(n * rows) && !switched.contains(n));
+    windows.map(|(_, u)| over(u)).collect()
+}
+
+/// |U| of a supply over that of the rating at its frequency, from half the rated frequency on; of all such, where it turns fastest. The machine
+/// need not have settled.
+pub fn of_rated(motor: &MotorFile, e: &Experiment) -> Option<f64> {
+    let rated = 2.0 * PI * motor.rating.electrical_frequency_hz;
+    let usual = supplies(motor, e).into_iter().flatten().filter(|s| (0.5..1.03).contains(&(s.omega / rated)));
+    let fastest = usual.max_by(|a, b| a.omega.total_cmp(&b.omega))?;
+    Some(fastest.size / (motor.rating.phase_voltage_peak_v * (fastest.omega / rated).min(1.0)))
+}
+
+/// Whether the voltage is that of the mains.
+pub fn is_mains(motor: &MotorFile, e: &Experiment) -> bool {
+    mains_frequency(motor, e).is_some()
+}
+
+/// The frequency of the mains, rad/s, where the voltage is theirs: mostly of one size at 50 or 60 Hz, and steady at no other. They may sag, be
+/// switched, also to the other direction, and be cut by thyristors.
+pub fn mains_frequency(motor: &MotorFile, e: &Experiment) -> Option<f64> {
+    let all = supplies(motor, e);
+    let is_of_mains = |s: &Supply| MAINS_HZ.iter().any(|hz| (s.omega / (2.0 * PI * hz) - 1.0).abs() < MAINS_WITHIN);
+    let largest = all.iter().flatten().map(|s| s.size).fold(0.0, f64::max);
+    let (mains, other): (Vec<&Supply>, Vec<&Supply>) =
+        all.iter().flatten().filter(|s| s.size > 0.1 * largest).partition(|s| is_of_mains(s));
+    let alike: Vec<f64> = mains.iter().filter(|s| s.size > 0.9 * largest).map(|s| s.omega).collect();
+    // The switch closes in one of them, and may open in another.
+    let is_theirs = other.len() <= 2 && 2 * alike.len() > all.len().saturating_sub(2);
+    is_theirs.then(|| alike.iter().sum::<f64>() / alike.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A start on the rated supply, which has not settled; and a voltage that keeps no size.
+    #[test]
+    fn a_supply_is_as_large_as_it_is_before_the_machine_has_settled() {
+        let motor = MotorFile::parse(include_str!("../../../../examples/motor.toml"), "motor.toml").unwrap();
+        let omega = 2.0 * PI * motor.rating.electrical_frequency_hz;
+        let run = |size: &dyn Fn(f64) -> f64| {
+            let (rows, h) = (2000, 1e-4);
+            let u_s = (0..rows).map(|k| f64::from(k) * h).map(|t| Complex::from_polar(size(t), omega * t)).collect();
+            let n = rows as usize;
+            let i_s = vec![Complex::from(5.0); n];
+            let (omega_m, tau_load) = (vec![0.0; n], None);
+            let r = im_model::Recording { name: "r".into(), start_s: 0.0, sample_time_s: h, u_s, i_s, omega_m, tau_load };
+            let e = Experiment::from_recording(&r, [0.1; 2], 0.1);
+            (of_rated(&motor, &e), is_mains(&motor, &e))
+        };
+        let rated = motor.rating.phase_voltage_peak_v;
+        let (size, mains) = run(&|_| 1.2247 * rated);
+        assert!(size.is_some_and(|u| (u - 1.2247).abs() < 1e-3) && mains);
+        assert!(run(&|t| if t < 0.03 { 0.0 } else { rated }).1);
+        assert_eq!(run(&|t| 5.0 * t * rated * (1.0 + 0.3 * (900.0 * t).sin())), (None, false));
+        assert!(!run(&|t| 5.0 * t * rated).1);
+        assert_eq!(run(&|_| 0.0), (None, false));
+    }
+}
