@@ -42,6 +42,8 @@ pub enum FindingKind {
     Convention,
     /// More rows than are needed or can be used.
     Decimated,
+    /// Rows at the end in which nothing feeds the machine, and that show nothing.
+    Unfed,
     /// Rows that stand twice.
     RepeatedRows,
     /// Sequence of the phases and sign of the speed contradict each other.

@@ -42,13 +42,8 @@ impl Choice {
 
 /// Mean square of the residual, in σ², of the refitted model.
 fn misfit(mut e: Experiment, load: LoadPlan, motor: &MotorFile) -> Option<f64> {
-    let rows = e.len().min(ROWS);
-    e.u_s.truncate(rows);
-    e.tau_load.truncate(rows);
-    e.imposed_speed.iter_mut().for_each(|w| w.truncate(rows));
+    e.end_after(ROWS);
     for c in &mut e.channels {
-        c.values.truncate(rows);
-        c.valid.iter_mut().for_each(|v| v.truncate(rows));
         c.sigma = white_sigma(&c.values).max(1e-9);
     }
     e.start = guess_start(&e);

@@ -42,6 +42,7 @@ pub use error::IntakeError;
 pub use finding::{Finding, FindingKind, Severity, joined};
 pub use load_plan::LoadPlan;
 use mapping::{Begin, CurrentForm, Instant, Load, Mapping, Preface, Said, Signal, Speed, TextSaid, Time, Voltage, VoltageForm};
+use quality::supply::unfed;
 use raw::RawTable;
 use signals::{Signals, SpeedTrace};
 use sniff::Sniffed;
@@ -219,12 +220,30 @@ fn read_one(origin: Origin<'_>, said: Option<Said>, motor: &MotorFile) -> Result
     let switches = signals.switches();
     taken.experiment.voltage_noise =
         quality::voltage_noise::of_recording(motor, &taken.experiment, &signals.voltages(), &switches);
+    let unfed = end_with_the_supply(&mut taken, &signals, motor);
+    taken.findings.extend(unfed);
     taken.experiment.warmth = mapping.winding_c.map(|c| motor.warmth(c, c)).into_iter().collect();
     if let Some(mut finding) = decimate::decimate(&mut taken.experiment, motor.rating.electrical_frequency_hz) {
         finding.recording.clone_from(&signals.name);
         taken.findings.push(finding);
     }
     Ok(taken)
+}
+
+/// Once the switch has opened, only its speed moves a machine's voltage: where neither speed nor torque is known, the rows after that show nothing.
+fn end_with_the_supply(taken: &mut Intake, s: &Signals, motor: &MotorFile) -> Option<Finding> {
+    let last = unfed(motor, &taken.experiment).pop()?;
+    if taken.load != LoadPlan::Unseen || last.start == 0 || last.end < taken.experiment.len() {
+        return None;
+    }
+    taken.experiment.end_after(last.start);
+    let text = format!(
+        "No current flows from {} s on, and neither speed nor torque is known: what comes after shows nothing of the machine, and is left out",
+        s.end_before(last.start)
+    );
+    let mut finding = Finding::new(FindingKind::Unfed, Severity::Note, text, "");
+    finding.recording.clone_from(&s.name);
+    Some(finding.at(vec![last]))
 }
 
 /// Guesses what the columns of a file mean, by what is said of it.

@@ -260,6 +260,19 @@ impl Experiment {
         ((turn / TURN).ceil() as u32).clamp(1, SUBSTEPS)
     }
 
+    /// Ends the run after so many rows.
+    pub fn end_after(&mut self, rows: usize) {
+        self.u_s.truncate(rows);
+        self.tau_load.truncate(rows);
+        self.imposed_speed.iter_mut().for_each(|w| w.truncate(rows));
+        self.warmth.truncate(rows.max(1));
+        for c in &mut self.channels {
+            c.values.truncate(rows);
+            c.valid.iter_mut().for_each(|v| v.truncate(rows));
+        }
+        self.voltage_noise = VoltageNoise::of(self.voltage_noise.volts.up_to(rows));
+    }
+
     /// Whether the rows are steady states of their own, not samples of one run.
     pub fn is_table(&self) -> bool {
         self.supply_frequency_hz.is_some()

@@ -250,8 +250,15 @@ pub fn noise_part(
         };
         let missing = fast(&|c, k| left[c][k]);
         let made = fast(&|c, k| left[c][k] - smooth[c][k]);
-        let both = missing.iter().zip(&made).zip(rough).filter(|x| x.1.is_some()).map(|x| x.0);
-        Some(both.fold([0.0, 0.0], |sum, (missing, made)| [sum[0] + (made.conj() * missing).re, sum[1] + made.norm_sqr()]))
+        let rows: Vec<_> = missing.into_iter().zip(made).zip(rough).filter(|x| x.1.is_some()).map(|x| x.0).collect();
+        // Where much else is missing, as beside a switch, it tells little.
+        let turn = (TURN / (omega * t)).ceil() as usize;
+        let of_turn = |rows: &[(Complex<f64>, Complex<f64>)]| {
+            let sum = |of: &dyn Fn(&(Complex<f64>, Complex<f64>)) -> f64| rows.iter().map(of).sum::<f64>();
+            let size = sum(&|x| x.0.norm_sqr()).max(f64::MIN_POSITIVE) / rows.len() as f64;
+            [sum(&|x| (x.1.conj() * x.0).re) / size, sum(&|x| x.1.norm_sqr()) / size]
+        };
+        Some(rows.chunks(turn).map(of_turn).fold([0.0, 0.0], |sum, x| [sum[0] + x[0], sum[1] + x[1]]))
     };
     let [both, alone] = (0..runs.len()).filter_map(of).fold([0.0, 0.0], |sum, x| [sum[0] + x[0], sum[1] + x[1]]);
     // Without noise there is nothing to divide; a machine that diverges says nothing.

@@ -81,6 +81,13 @@ impl Volts {
         }
     }
 
+    /// On the first so many rows.
+    pub(in crate::offline) fn up_to(&self, rows: usize) -> Self {
+        let [switched, as_measured] =
+            [&self.switched, &self.as_measured].map(|all| all.iter().copied().filter(|x| x.0 < rows).collect());
+        Self { switched, as_measured, mains: self.mains.iter().copied().filter(|s| s.from < rows).collect(), ..*self }
+    }
+
     /// Standard deviation of the noise of each row, one after the other, V.
     pub(super) fn row_by_row(&self) -> impl Iterator<Item = f64> {
         let [mut switched, mut as_measured] = [&self.switched, &self.as_measured].map(|all| all.iter().peekable());
