@@ -14,6 +14,7 @@ mod noisy_voltage;
 mod observe;
 mod outputs;
 mod simulate;
+mod switched_supply;
 mod unmeasured;
 #[cfg(feature = "verify")]
 mod verify;

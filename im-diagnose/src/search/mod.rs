@@ -316,6 +316,9 @@ impl Refinement {
     /// Whether a model leaves less than the noise of the sensors, beyond chance, and no sensor more than its own: what effects would then take off is in
     /// how large the noise was taken.
     fn is_below_noise(&self, model: &Model) -> bool {
+        if model.train() >= 1.0 && model.holdout.is_none_or(|unseen| unseen >= 1.0) {
+            return false;
+        }
         let seen = self.nudged.iter().zip(&model.fit.starts);
         let unseen = self.held_out.iter().zip(&model.holdout_start);
         let machine = &model.fit.machine;

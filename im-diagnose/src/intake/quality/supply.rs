@@ -116,4 +116,35 @@ mod tests {
         assert!(!run(&|t| 5.0 * t * rated).1);
         assert_eq!(run(&|_| 0.0), (None, false));
     }
+
+    /// A machine on the mains whose phase sequence is exchanged, and whose switch opens: then its voltage is its own, slower and smaller every period.
+    #[test]
+    fn what_a_machine_makes_unfed_is_no_supply() {
+        let motor = MotorFile::parse(include_str!("../../../../examples/motor.toml"), "motor.toml").unwrap();
+        let (rows, h) = (6000, 2e-4);
+        let (on, reversed, opened) = (150, 1500, 3000);
+        let u = |k: usize| {
+            let (t, since) = (k as f64 * h, (k.max(opened) - opened) as f64 * h);
+            let size = if k < on { 0.0 } else { 327.0 * (-8.0 * since).exp() };
+            let phi = TAU * (50.0 * t - 20.0 * since * since);
+            Complex::from_polar(size, if k < reversed { phi } else { 1.0 - phi })
+        };
+        let i_s = |k: usize| if (on..opened).contains(&k) { u(k) * 0.02 } else { Complex::from(0.03) };
+        let r = im_model::Recording {
+            name: "r".into(),
+            start_s: 0.0,
+            sample_time_s: h,
+            u_s: (0..rows).map(u).collect(),
+            i_s: (0..rows).map(i_s).collect(),
+            omega_m: vec![0.0; rows],
+            tau_load: None,
+        };
+        let e = Experiment::from_recording(&r, [0.1; 2], 0.1);
+        assert_eq!(unfed(&motor, &e), [0..on, opened..rows]);
+        let omega = mains_frequency(&motor, &e).unwrap();
+        assert!((omega / (100.0 * PI) - 1.0).abs() < 1e-3, "{omega}");
+        // With a current, all of it is a drive.
+        let driven = im_model::Recording { i_s: vec![Complex::from(5.0); rows], ..r };
+        assert_eq!(mains_frequency(&motor, &Experiment::from_recording(&driven, [0.1; 2], 0.1)), None);
+    }
 }

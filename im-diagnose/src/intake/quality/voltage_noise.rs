@@ -254,9 +254,9 @@ pub fn noise_part(
         // Where much else is missing, as beside a switch, it tells little.
         let turn = (TURN / (omega * t)).ceil() as usize;
         let of_turn = |rows: &[(Complex<f64>, Complex<f64>)]| {
-            let sum = |of: &dyn Fn(&(Complex<f64>, Complex<f64>)) -> f64| rows.iter().map(of).sum::<f64>();
-            let size = sum(&|x| x.0.norm_sqr()).max(f64::MIN_POSITIVE) / rows.len() as f64;
-            [sum(&|x| (x.1.conj() * x.0).re) / size, sum(&|x| x.1.norm_sqr()) / size]
+            let sum = |each: &mut dyn Iterator<Item = f64>| each.sum::<f64>();
+            let size = sum(&mut rows.iter().map(|x| x.0.norm_sqr())).max(f64::MIN_POSITIVE) / rows.len() as f64;
+            [sum(&mut rows.iter().map(|x| (x.1.conj() * x.0).re)) / size, sum(&mut rows.iter().map(|x| x.1.norm_sqr())) / size]
         };
         Some(rows.chunks(turn).map(of_turn).fold([0.0, 0.0], |sum, x| [sum[0] + x[0], sum[1] + x[1]]))
     };
