@@ -16,6 +16,9 @@ const STEADY: f64 = 0.05;
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];
 const MAINS_WITHIN: f64 = 0.01;
 
+/// How far a voltage may be off them that is theirs, relative, as thyristors shift it over two periods: a tenth of a turn.
+const SHIFTED: f64 = 0.05;
+
 /// A machine that is fed takes its magnetizing current; one that takes less than this part of it is not.
 const FED: f64 = 0.1;
 
@@ -79,14 +82,15 @@ pub fn is_mains(motor: &MotorFile, e: &Experiment) -> bool {
 /// switched, also to the other direction, and be cut by thyristors.
 pub fn mains_frequency(motor: &MotorFile, e: &Experiment) -> Option<f64> {
     let all = supplies(motor, e);
-    let is_of_mains = |s: &Supply| MAINS_HZ.iter().any(|hz| (s.omega / (2.0 * PI * hz) - 1.0).abs() < MAINS_WITHIN);
+    let is_near = |s: &Supply, within: f64| MAINS_HZ.iter().any(|hz| (s.omega / (2.0 * PI * hz) - 1.0).abs() < within);
     let largest = all.iter().flatten().map(|s| s.size).fold(0.0, f64::max);
-    let (mains, other): (Vec<&Supply>, Vec<&Supply>) =
-        all.iter().flatten().filter(|s| s.size > 0.1 * largest).partition(|s| is_of_mains(s));
-    let alike: Vec<f64> = mains.iter().filter(|s| s.size > 0.9 * largest).map(|s| s.omega).collect();
+    let is_other = |s: &Supply| s.size > 0.1 * largest && !is_near(s, SHIFTED);
+    let is_alike = |s: &&Supply| s.size > 0.9 * largest && is_near(s, MAINS_WITHIN);
+    let mut alike: Vec<f64> = all.iter().flatten().filter(is_alike).map(|s| s.omega).collect();
     // The switch closes in one of them, and may open in another.
-    let is_theirs = other.len() <= 2 && 2 * alike.len() > all.len().saturating_sub(2);
-    is_theirs.then(|| alike.iter().sum::<f64>() / alike.len() as f64)
+    let is_theirs = !all.iter().flatten().any(is_other) && 2 * alike.len() > all.len().saturating_sub(2);
+    let middle = alike.len() / 2;
+    is_theirs.then(|| *alike.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 #[cfg(test)]
@@ -114,6 +118,16 @@ mod tests {
         assert!(run(&|t| if t < 0.03 { 0.0 } else { rated }).1);
         assert_eq!(run(&|t| 5.0 * t * rated * (1.0 + 0.3 * (900.0 * t).sin())), (None, false));
         assert!(!run(&|t| 5.0 * t * rated).1);
+        // A drive that runs up in 0.3 s, and at 50 Hz ever after.
+        let at = |k: i32| {
+            let t = f64::from(k) * 1e-4;
+            let (part, turns) = if t < 0.3 { (t / 0.3, t * t / 0.6) } else { (1.0, t - 0.15) };
+            Complex::from_polar(part * rated, omega * turns)
+        };
+        let u_s: Vec<Complex<f64>> = (0..30_000).map(at).collect();
+        let (i_s, omega_m) = (vec![Complex::from(5.0); u_s.len()], vec![0.0; u_s.len()]);
+        let r = im_model::Recording { name: "r".into(), start_s: 0.0, sample_time_s: 1e-4, u_s, i_s, omega_m, tau_load: None };
+        assert!(!is_mains(&motor, &Experiment::from_recording(&r, [0.1; 2], 0.1)));
         assert_eq!(run(&|_| 0.0), (None, false));
     }
 
