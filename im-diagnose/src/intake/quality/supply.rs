@@ -16,13 +16,13 @@ const STEADY: f64 = 0.05;
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];
 const MAINS_WITHIN: f64 = 0.01;
 
-/// How far a voltage may be off them that is theirs, relative, as thyristors shift it over two periods: a tenth of a turn.
-const SHIFTED: f64 = 0.05;
+/// How far a voltage may be shifted, rad, in what should be one or two turns, as by thyristors: a tenth of a turn.
+const SHIFTED: f64 = 0.1 * TAU;
 
 /// A machine that is fed takes its magnetizing current; one that takes less than this part of it is not.
 const FED: f64 = 0.1;
 
-/// A supply over two rated periods in which the voltage keeps its size and nothing is switched.
+/// A supply over two rated periods in which the voltage keeps its size and turns evenly.
 struct Supply {
     /// Electrical frequency, rad/s.
     omega: f64,
@@ -42,7 +42,7 @@ pub fn unfed(motor: &MotorFile, e: &Experiment) -> Vec<Range<usize>> {
     before.filter(|rows| rows.len() as f64 * e.sample_time_s * rated > TAU).collect()
 }
 
-/// The supply over each two rated periods in which there is one and nothing is switched; `None` where its voltage keeps no size.
+/// The supply over each two rated periods in which there is one and nothing is switched; `None` where its voltage keeps no size, or turns unevenly.
 fn supplies(motor: &MotorFile, e: &Experiment) -> Vec<Option<Supply>> {
     let rated = TAU * motor.rating.electrical_frequency_hz;
     let rows = (2.0 * TAU / (rated * e.sample_time_s)) as usize;
@@ -53,8 +53,10 @@ fn supplies(motor: &MotorFile, e: &Experiment) -> Vec<Option<Supply>> {
         let n = u.len() as f64;
         let size = u.iter().map(|u| u.norm()).sum::<f64>() / n;
         let spread = (u.iter().map(|u| (u.norm() - size).powi(2)).sum::<f64>() / n).sqrt();
-        let turned = u.windows(2).map(|w| (w[1] * w[0].conj()).arg()).sum::<f64>();
-        (spread < STEADY * size).then(|| Supply { omega: turned.abs() / ((n - 1.0) * e.sample_time_s), size })
+        let turned = |u: &[Complex<f64>]| u.windows(2).map(|w| (w[1] * w[0].conj()).arg()).sum::<f64>();
+        let middle = u.len() / 2;
+        let is_even = (turned(&u[..=middle]) - turned(&u[u.len() - middle - 1..])).abs() < SHIFTED;
+        (spread < STEADY * size && is_even).then(|| Supply { omega: turned(u).abs() / ((n - 1.0) * e.sample_time_s), size })
     };
     let unfed = unfed(motor, e);
     let is_fed = |from: usize| !unfed.iter().any(|r| r.start <= from && from + rows <= r.end);
@@ -83,8 +85,10 @@ pub fn is_mains(motor: &MotorFile, e: &Experiment) -> bool {
 pub fn mains_frequency(motor: &MotorFile, e: &Experiment) -> Option<f64> {
     let all = supplies(motor, e);
     let is_near = |s: &Supply, within: f64| MAINS_HZ.iter().any(|hz| (s.omega / (2.0 * PI * hz) - 1.0).abs() < within);
+    // Over two turns.
+    let shifted = SHIFTED / (2.0 * TAU);
     let largest = all.iter().flatten().map(|s| s.size).fold(0.0, f64::max);
-    let is_other = |s: &Supply| s.size > 0.1 * largest && !is_near(s, SHIFTED);
+    let is_other = |s: &Supply| s.size > 0.1 * largest && !is_near(s, shifted);
     let is_alike = |s: &&Supply| s.size > 0.9 * largest && is_near(s, MAINS_WITHIN);
     let mut alike: Vec<f64> = all.iter().flatten().filter(is_alike).map(|s| s.omega).collect();
     // The switch closes in one of them, and may open in another.
@@ -136,12 +140,13 @@ mod tests {
     fn what_a_machine_makes_unfed_is_no_supply() {
         let motor = MotorFile::parse(include_str!("../../../../examples/motor.toml"), "motor.toml").unwrap();
         let (rows, h) = (6000, 2e-4);
+        // Exchanged where phase a is at its peak: the voltage does not jump.
         let (on, reversed, opened) = (150, 1500, 3000);
         let u = |k: usize| {
             let (t, since) = (k as f64 * h, (k.max(opened) - opened) as f64 * h);
             let size = if k < on { 0.0 } else { 327.0 * (-8.0 * since).exp() };
             let phi = TAU * (50.0 * t - 20.0 * since * since);
-            Complex::from_polar(size, if k < reversed { phi } else { 1.0 - phi })
+            Complex::from_polar(size, if k < reversed { phi } else { -phi })
         };
         let i_s = |k: usize| if (on..opened).contains(&k) { u(k) * 0.02 } else { Complex::from(0.03) };
         let r = im_model::Recording {
