@@ -3,11 +3,8 @@
 use im_model::Complex;
 
 /// What a switch changes at least: this part of the largest voltage, beyond so many times what is usual from row to row.
-const JUMP: f64 = 0.02;
+const JUMP: f64 = 0.1;
 const STANDS_OUT: f64 = 5.0;
-
-/// Less than this part of the largest voltage is none; a switch that changes less leaves the supply what it was.
-const LARGE: f64 = 0.1;
 
 /// A step that is foretold from one side alone is off by so many times more.
 const ONE_SIDED: f64 = 2.0;
@@ -24,19 +21,9 @@ pub struct Switch {
 }
 
 impl Switch {
-    /// Of which the mean voltage of a row has this standard deviation.
-    pub fn of_mean(row: usize, sigma_v: f64) -> Self {
-        Self { row, jump_v: sigma_v * 12f64.sqrt() }
-    }
-
     /// Standard deviation of the mean voltage of its row: it may have closed at any time in between.
     pub fn sigma_v(self) -> f64 {
         self.jump_v / 12f64.sqrt()
-    }
-
-    /// Whether the supply is another one after it, of a voltage whose largest is so many V.
-    pub fn is_large(self, largest_v: f64) -> bool {
-        self.jump_v > LARGE * largest_v
     }
 }
 
@@ -60,7 +47,7 @@ pub fn switches(u: &[Complex<f64>]) -> Vec<Switch> {
     let between = |k: usize| (step(k) - (step(k - 1) + step(k + 1)) / both).norm();
     let mut jumps: Vec<f64> = (1..u.len() - 2).map(between).collect();
     let largest = size(u);
-    let mut while_on: Vec<f64> = (0..jumps.len()).filter(|n| u[n + 1].norm() > LARGE * largest).map(|n| jumps[n]).collect();
+    let mut while_on: Vec<f64> = (0..jumps.len()).filter(|n| u[n + 1].norm() > JUMP * largest).map(|n| jumps[n]).collect();
     let middle = while_on.len() / 2;
     let usual = if while_on.is_empty() { 0.0 } else { *while_on.select_nth_unstable_by(middle, f64::total_cmp).1 };
     let least = JUMP * largest + STANDS_OUT * usual;

@@ -7,7 +7,7 @@ use std::ops::Range;
 use im_identify::offline::Experiment;
 use im_model::{Complex, MotorFile};
 
-use crate::intake::sampled::{size, switches};
+use crate::intake::sampled::switches;
 
 /// How much the size of a supply's voltage may vary, rms, relative.
 const STEADY: f64 = 0.05;
@@ -60,8 +60,7 @@ fn supplies(motor: &MotorFile, e: &Experiment) -> Vec<Option<Supply>> {
     };
     let unfed = unfed(motor, e);
     let is_fed = |from: usize| !unfed.iter().any(|r| r.start <= from && from + rows <= r.end);
-    let largest = size(&e.u_s);
-    let switched: BTreeSet<usize> = switches(&e.u_s).into_iter().filter(|s| s.is_large(largest)).map(|s| s.row / rows).collect();
+    let switched: BTreeSet<usize> = switches(&e.u_s).into_iter().map(|s| s.row / rows).collect();
     let windows = e.u_s.chunks_exact(rows).enumerate().filter(|(n, _)| is_fed(n * rows) && !switched.contains(n));
     windows.map(|(_, u)| over(u)).collect()
 }

@@ -135,10 +135,11 @@ impl Rough {
 /// Rows in which something was switched that makes other mains. The mean of the one that it falls into is on neither side: of a voltage that was
 /// sampled, that row is known; of means, it is one of two.
 fn gaps(e: &Experiment) -> Vec<Range<usize>> {
-    let known = || e.voltage_noise.volts.switched.iter().map(|&(row, sigma_v)| Switch::of_mean(row, sigma_v)).collect();
-    let (all, rows) = if e.is_smooth { (known(), 1) } else { (switches(&e.u_s), 2) };
-    let largest = size(&e.u_s);
-    all.into_iter().filter(|s| s.is_large(largest)).map(|s| s.row..s.row + rows).collect()
+    if e.is_smooth {
+        e.voltage_noise.volts.switched.iter().map(|x| x.0..x.0 + 1).collect()
+    } else {
+        switches(&e.u_s).into_iter().map(|s| s.row..s.row + 2).collect()
+    }
 }
 
 /// What was not measured is as the last that was.
