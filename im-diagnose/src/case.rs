@@ -143,7 +143,8 @@ impl Case {
     ) {
         let runs = fitted.par_iter().zip(starts);
         self.train.par_iter_mut().zip(runs).for_each(|(e, run)| switched::settle(e, machine, run));
-        if let Some(h) = &mut self.holdout {
+        // Where it begins is only asked where something was switched.
+        if let Some(h) = self.holdout.as_mut().filter(|h| !h.voltage_noise.volts.switched.is_empty()) {
             let (run, start) = (h.clone(), start_on(machine, h, &self.motor.rating));
             switched::settle(h, machine, (&run, &start));
         }

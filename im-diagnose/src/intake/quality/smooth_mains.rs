@@ -175,7 +175,7 @@ fn steady<'a>(
     // All but the fundamental is little, and so does one that wanders far keep its size.
     let all = u.iter().map(|u| u.norm_sqr()).sum::<f64>() / u.len() as f64;
     let mut parts = Vec::new();
-    for turn in 1..=turns {
+    for round in 1..=turns {
         let (mut normal, mut right) = (DMatrix::zeros(n + 1, n + 1), DVector::zeros(n + 1));
         for (k, u) in u.iter().enumerate() {
             let faster = of.at(k, Shape::Turns(1.0)) * (k as f64 / middle - 1.0);
@@ -199,7 +199,7 @@ fn steady<'a>(
             Part { shape: *shape, size, first }
         };
         parts = shapes.iter().enumerate().map(part).filter(|p| p.first > 0.0).collect();
-        if turn < turns {
+        if round < turns {
             of.angle += (z[n] / z[fundamental]).im / middle;
         }
     }

@@ -13,10 +13,8 @@ pub fn settle(e: &mut Experiment, machine: &Machine<f64>, (run, start): (&Experi
         return;
     }
     let modelled = predict(machine, run, start);
-    let left = |k: usize| {
-        let of = |k: &usize| run.current_vector(*k, |c| run.channels[c].values[*k] - modelled[c][*k]);
-        Some(k).filter(|k| *k < run.len()).as_ref().and_then(of)
-    };
+    let of_row = |k: usize| run.current_vector(k, |c| run.channels[c].values[k] - modelled[c][k]);
+    let left = |k: usize| if k < run.len() { of_row(k) } else { None };
     let volts_per_amp = machine.parameters().inverse_gamma().leakage_inductance_h / run.sample_time_s;
     let currents = run.channels.iter().filter(|c| matches!(c.kind, ChannelKind::Current { .. }));
     let sigma_a = currents.map(|c| c.sigma).fold(0.0, f64::max);

@@ -97,11 +97,10 @@ impl Rough {
                 continue;
             }
             let is_fed = !unfed.iter().any(|r| r.start <= rows.start && rows.end <= r.end);
-            let told = mains.switched_off(rows.clone()).or_else(|| {
-                let is_long = rows.len() as f64 * angle >= TURN;
-                is_long.then(|| mains.behind(rows.clone(), is_fed)).flatten()
-            });
-            if is_fed && told.is_none() && rows.len() as f64 * angle >= TURN {
+            let is_long = rows.len() as f64 * angle >= TURN;
+            let behind = || if is_long { mains.behind(rows.clone(), is_fed) } else { None };
+            let told = mains.switched_off(rows.clone()).or_else(behind);
+            if is_fed && is_long && told.is_none() {
                 return None;
             }
             let off = told.map_or_else(Default::default, |behind| {
