@@ -2,6 +2,8 @@
 
 use im_model::Complex;
 
+use crate::statistics::median;
+
 /// What a switch changes at least: this part of the largest voltage, beyond so many times what is usual from row to row.
 const JUMP: f64 = 0.1;
 const STANDS_OUT: f64 = 5.0;
@@ -48,8 +50,7 @@ pub fn switches(u: &[Complex<f64>]) -> Vec<Switch> {
     let mut jumps: Vec<f64> = (1..u.len() - 2).map(between).collect();
     let largest = size(u);
     let mut while_on: Vec<f64> = (0..jumps.len()).filter(|n| u[n + 1].norm() > JUMP * largest).map(|n| jumps[n]).collect();
-    let middle = while_on.len() / 2;
-    let usual = if while_on.is_empty() { 0.0 } else { *while_on.select_nth_unstable_by(middle, f64::total_cmp).1 };
+    let usual = median(&mut while_on);
     let least = JUMP * largest + STANDS_OUT * usual;
     // Where one was switched, its neighbours have a part of it: those are foretold from their other side, from two steps and not as well.
     let from_one_side = |k: usize, next: isize| {

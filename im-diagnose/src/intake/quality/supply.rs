@@ -8,6 +8,7 @@ use im_identify::offline::Experiment;
 use im_model::{Complex, MotorFile};
 
 use crate::intake::sampled::switches;
+use crate::statistics::median;
 
 /// How much the size of a supply's voltage may vary, rms, relative.
 const STEADY: f64 = 0.05;
@@ -92,8 +93,7 @@ pub fn mains_frequency(motor: &MotorFile, e: &Experiment) -> Option<f64> {
     let mut alike: Vec<f64> = all.iter().flatten().filter(is_alike).map(|s| s.omega).collect();
     // The switch closes in one of them, and may open in another.
     let is_theirs = !all.iter().flatten().any(is_other) && 2 * alike.len() > all.len().saturating_sub(2);
-    let middle = alike.len() / 2;
-    is_theirs.then(|| *alike.select_nth_unstable_by(middle, f64::total_cmp).1)
+    is_theirs.then(|| median(&mut alike))
 }
 
 #[cfg(test)]
