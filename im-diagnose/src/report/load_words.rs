@@ -30,7 +30,8 @@ impl Loads {
         });
         let speed = unseen.then(|| {
             "Neither torque nor speed was measured: the speed that voltages and currents ask for drives the model, and what only another speed \
-             would show is taken out. The band is that of the current sensors' noise."
+             would show is taken out. The band is that of the current sensors' noise. Slip and rotor resistance show together: R_r may be off by more \
+             than its interval."
                 .to_owned()
         });
         let undetermined = (!self.not_determined.is_empty()).then(|| {
