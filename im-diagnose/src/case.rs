@@ -12,6 +12,7 @@ use crate::intake::quality::{supply, switched};
 use crate::intake::{Intake, LoadPlan};
 use crate::noise::{step_sigma, white_sigma};
 use crate::residuals::{all_residuals, nudged};
+use crate::statistics::median;
 
 /// A run with how it begins and what is known of its load.
 pub type Run = (Experiment, Begin, LoadPlan);
@@ -111,12 +112,10 @@ impl Case {
         let sampled = self.train.iter_mut().chain(&mut self.holdout).filter(|e| !e.is_table());
         for c in sampled.flat_map(|e| &mut e.channels) {
             let mut found: Vec<f64> = rough.iter().filter(|(n, _)| *n == c.name).map(|(_, s)| *s).collect();
-            found.sort_by(f64::total_cmp);
+            let usual = median(&mut found);
             // A residual cannot be rougher than the sensor: the smaller of both estimates.
-            if let Some(&s) = found.get(found.len() / 2)
-                && s > 0.0
-            {
-                c.sigma = c.sigma.min(s);
+            if usual > 0.0 {
+                c.sigma = c.sigma.min(usual);
             }
         }
     }
@@ -175,11 +174,10 @@ impl Case {
         let rough: Vec<(String, f64)> = channels.par_iter().map(rough).collect();
         let mut found: BTreeMap<String, Vec<f64>> = BTreeMap::new();
         rough.into_iter().for_each(|(name, sigma)| found.entry(name).or_default().push(sigma));
-        found.values_mut().for_each(|all| all.sort_by(f64::total_cmp));
+        let usual: BTreeMap<&str, f64> = found.iter_mut().map(|(name, all)| (name.as_str(), median(all))).collect();
         let sampled = self.train.iter_mut().chain(&mut self.holdout).filter(|e| !e.is_table());
         for c in sampled.flat_map(|e| &mut e.channels) {
-            let all = &found[&c.name];
-            c.sigma = all[all.len() / 2].max(1e-9);
+            c.sigma = usual[c.name.as_str()].max(1e-9);
         }
     }
 }

@@ -7,6 +7,8 @@ use im_identify::offline::Experiment;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use crate::statistics::median;
+
 /// Standard deviation of white noise on a smooth signal, from fourth differences: Var(Δ⁴e) = 70 σ², while a sine of 50 Hz sampled
 /// at 10 kHz leaves a millionth of itself. Median-based, so that steps and spikes do not count.
 pub fn white_sigma(values: &[f64]) -> f64 {
@@ -16,10 +18,8 @@ pub fn white_sigma(values: &[f64]) -> f64 {
         return 0.0;
     }
     let rms = (d.iter().map(|x| x * x).sum::<f64>() / d.len() as f64).sqrt();
-    let middle = d.len() / 2;
-    let (_, median, _) = d.select_nth_unstable_by(middle, f64::total_cmp);
     // 0.6745: the median of |N(0, 1)|. Quantized signals may have a median of zero, but for rounding.
-    let robust = *median / 0.6745;
+    let robust = median(&mut d) / 0.6745;
     (if robust > ROUNDING * rms { robust } else { rms }) / 70f64.sqrt()
 }
 

@@ -13,6 +13,7 @@ use super::repair;
 use super::sampled::{Switch, means, switches};
 use super::trace::Trace;
 use super::unit::{Quantity, by_name};
+use crate::statistics::median;
 
 /// A current and what else shows it.
 #[derive(Clone, Debug, PartialEq)]
@@ -392,8 +393,7 @@ impl Grid {
             }
             Err((k, problem)) if fill => {
                 let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
-                let middle = steps.len() / 2;
-                let dt = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+                let dt = median(&mut steps);
                 let mut at = vec![0];
                 let mut jitter: f64 = 0.0;
                 for w in time.windows(2) {

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::correlate::direction;
 use super::{Quantity, Run, Signals, join, say};
+use crate::statistics::median;
 
 /// A line with a name.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -159,8 +160,7 @@ fn spectrum(s: &Signals, q: Quantity, at: &Stretch) -> Option<Spectrum> {
         let around = 24 + k / 2;
         let (a, b) = (k.saturating_sub(around).max(1), (k + around).min(all.len()));
         let mut near: Vec<f64> = all[a..b].to_vec();
-        let middle = near.len() / 2;
-        if near.is_empty() { 1e-300 } else { near.select_nth_unstable_by(middle, f64::total_cmp).1.max(1e-300) }
+        median(&mut near).max(1e-300)
     };
     let peak_near = |f: f64, spread: f64| {
         let reach = 1.5 * step + spread;

@@ -13,6 +13,7 @@ use nalgebra::{Matrix4, Vector4};
 
 use crate::format::number;
 use crate::intake::finding::{Finding, FindingKind, Severity};
+use crate::statistics::median;
 
 /// Parts of the rated voltage and frequency below which a supply says little about the torque: drops and winding resistance take the rest.
 const LEAST: f64 = 0.1;
@@ -108,9 +109,7 @@ fn balance(m: &Measured<'_>, motor: &MotorFile) -> Option<[Estimate; 2]> {
     for _ in 0..ROUNDS {
         let (x, _) = solve(&weights)?;
         let left: Vec<f64> = rows.iter().map(|(a, y)| (y - a.dot(&x)).abs()).collect();
-        let mut sorted = left.clone();
-        sorted.sort_by(f64::total_cmp);
-        let usual = sorted[sorted.len() / 2].max(floor);
+        let usual = median(&mut left.clone()).max(floor);
         weights = left.iter().map(|r| 1.0 / (usual * usual + r * r)).collect();
     }
     // What is left goes on over many periods: all count as a few.

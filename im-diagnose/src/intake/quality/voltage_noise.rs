@@ -11,6 +11,7 @@ use im_model::{Complex, Machine, MotorFile, State};
 use super::smooth_mains::{Mains, ORDERS};
 use super::supply::{mains_frequency, unfed};
 use crate::intake::sampled::{Switch, size, switches};
+use crate::statistics::median;
 
 /// On both sides of each harmonic so much is taken out with it, Hz.
 const WIDTH_HZ: f64 = 20.0;
@@ -203,19 +204,16 @@ impl Notches {
         let gain = self.pass(&impulse).iter().map(|u| u.norm_sqr()).sum::<f64>().sqrt();
         let rough = self.pass(u);
         // The median of the length of two axes of N(0, 1) is √(2 ln 2).
-        let median = |mut all: Vec<f64>| {
-            let middle = all.len() / 2;
-            all.select_nth_unstable_by(middle, f64::total_cmp).1.to_owned() / (2.0 * std::f64::consts::LN_2).sqrt()
-        };
+        let sigma_of = |mut all: Vec<f64>| median(&mut all) / (2.0 * std::f64::consts::LN_2).sqrt();
         let counted = || rough.iter().enumerate().filter(|x| counts(x.0));
         let all: Vec<f64> = counted().map(|x| x.1.norm()).collect();
         if all.is_empty() {
             return 0.0;
         }
-        let first = median(all);
+        let first = sigma_of(all);
         let is_quiet = self.quiet(&rough, first);
         let quiet: Vec<f64> = counted().filter(|x| is_quiet[x.0]).map(|x| x.1.norm()).collect();
-        let sigma = if quiet.is_empty() { first } else { median(quiet) } / gain;
+        let sigma = if quiet.is_empty() { first } else { sigma_of(quiet) } / gain;
         if sigma > ROUNDING * size(u) { sigma } else { 0.0 }
     }
 }
