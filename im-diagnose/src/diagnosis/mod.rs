@@ -154,20 +154,47 @@ fn suggested(loop_: &Refinement, base: &Model, found: &Diagnosis, alone: &Diagno
     (model.deviance < found.course.last().model.deviance).then_some(model)
 }
 
+/// Times that speeds are found anew by what a search found.
+const TURNS: usize = 3;
+
+/// The sets that a search has fitted. A speed that nobody measured was found by a machine without the effects, and what that did to it looks like
+/// effects: it is found anew by the likeliest single one before the search, and by what the search finds, until that stays the same or the search
+/// comes to no end.
+fn searched(loop_: &mut Refinement, base: Model, suggested: Option<Model>) -> Result<Sets, FitError> {
+    loop_.weigh_given(&base);
+    let sets = Sets::with(base.clone(), suggested);
+    if !loop_.finds_speeds() {
+        return loop_.search(sets);
+    }
+    let (mut found, mut sets) = loop_.likeliest(loop_.expanded(sets, &[]))?;
+    let mut by = Vec::new();
+    for _ in 0..TURNS {
+        if !same(&found.effects, &by) {
+            by = found.effects.clone();
+            let found = loop_.on_its_own_speeds(found)?;
+            let base = loop_.base_again(&base)?;
+            loop_.weigh_given(&base);
+            sets = Sets::with(base, Some(found));
+        }
+        (found, sets) = loop_.likeliest(loop_.search(sets)?)?;
+        if same(&found.effects, &by) || sets.is_cut_short() {
+            break;
+        }
+    }
+    Ok(sets)
+}
+
+/// Whether two sets are the same, in whatever order.
+fn same(a: &[EffectId], b: &[EffectId]) -> bool {
+    a.len() == b.len() && a.iter().all(|e| b.contains(e))
+}
+
 /// One search, which knows a `suggested` model beforehand, and what follows from it.
 fn decide(mut loop_: Refinement, base: Model, suggested: Option<Model>) -> Result<Diagnosis, FitError> {
     let Options { significance, learning, .. } = *loop_.options();
     let before = loop_.case().motor.clone();
-    loop_.weigh_given(&base);
-    let (mut course, mut sets) = loop_.course(loop_.search(Sets::with(base, suggested))?)?;
-    // A speed that nobody measured was found by a machine without the effects: what that did to it looks like effects.
-    let found = &course.last().model;
-    if !found.effects.is_empty()
-        && let Some(base) = loop_.speeds_found_by(&found.fit, &course.first().model)?
-    {
-        loop_.weigh_given(&base);
-        (course, sets) = loop_.course(loop_.search(Sets::with(base, None))?)?;
-    }
+    let sets = searched(&mut loop_, base, suggested)?;
+    let (mut course, sets) = loop_.course(sets)?;
     let mut found = Found::new(&loop_, &course);
     let mut left = Left::new(&loop_, &course, &found);
     let mut likelier = None;

@@ -72,9 +72,9 @@ impl Default for Options {
 /// Of effects that are considered later, so many are tried.
 const NOMINATED: usize = 6;
 
-/// Times that an unmeasured speed is found anew by the fitted machine at most, and the relative change of χ² that ends them.
-const SPEED_ROUNDS: usize = 5;
-const SPEED_SETTLED: f64 = 0.003;
+/// Times that an unmeasured speed is found anew by the fitted machine at most, and the change of its parameters, in standard deviations, that ends them.
+const SPEED_ROUNDS: usize = 20;
+const SPEED_SETTLED: f64 = 0.3;
 
 /// Mean square that the noise of a speed may make of the currents of a machine that is nudged towards it, σ²: it falls at least as the rate does.
 const NUDGE_UNSEEN: f64 = 0.1;
@@ -178,29 +178,37 @@ impl Refinement {
         me.candidates.retain(|e| !case.rules_out(*e));
         me.nudge();
         me.nudge_quietly(&first.fit);
-        let mut model = me.model(&first.fit.machine, &first.fit.starts, &[], &FitOptions::near())?;
-        // A speed that nobody measured moves with the machine that it is found by.
-        for _ in 0..SPEED_ROUNDS {
-            let before = model.train();
-            let Some(next) = me.speeds_found_by(&model.fit, &model)? else { break };
-            model = next;
-            if (model.train() / before - 1.0).abs() < SPEED_SETTLED {
-                break;
-            }
-        }
+        let model = me.model(&first.fit.machine, &first.fit.starts, &[], &FitOptions::near())?;
+        let model = me.on_its_own_speeds(model)?;
         Ok((me, model))
     }
 
-    /// Finds speeds that nobody measured, and the noise beside them, by a fitted machine, and fits the base model, from `base`, once more; nothing
-    /// where all are measured.
-    pub fn speeds_found_by(&mut self, fit: &Fit, base: &Model) -> Result<Option<Model>, FitError> {
-        if !self.case.train.iter().any(|e| matches!(e.load, Load::Unseen(_))) {
-            return Ok(None);
+    /// Whether the speed of a recording was found from its currents.
+    pub fn finds_speeds(&self) -> bool {
+        self.case.train.iter().any(|e| matches!(e.load, Load::Unseen(_)))
+    }
+
+    /// Speeds that nobody measured move with the machine that they are found by: they, and the noise beside them, are found by a model which is
+    /// then fitted on them, until neither changes. Where all speeds are measured, it is the model as it was.
+    pub fn on_its_own_speeds(&mut self, mut model: Model) -> Result<Model, FitError> {
+        let rounds = if self.finds_speeds() { SPEED_ROUNDS } else { 0 };
+        for _ in 0..rounds {
+            let before = model.fit;
+            self.case.set_noise_from(&self.nudged, &self.left_by(&before));
+            self.smooth_speeds_by(&before);
+            self.nudge();
+            model = self.model(&before.machine, &before.starts, &model.effects, &FitOptions::near())?;
+            let moved = before.values().into_iter().zip(model.fit.values()).map(|(x, y)| (y - x).abs());
+            if moved.zip(model.fit.standard_deviations()).all(|(moved, std)| moved <= SPEED_SETTLED * std) {
+                break;
+            }
         }
-        self.case.set_noise_from(&self.nudged, &self.left_by(fit));
-        self.smooth_speeds_by(fit);
-        self.nudge();
-        self.model(&base.fit.machine, &base.fit.starts, &[], &FitOptions::near()).map(Some)
+        Ok(model)
+    }
+
+    /// The base model on the speeds as they are now.
+    pub fn base_again(&self, base: &Model) -> Result<Model, FitError> {
+        self.model(&base.fit.machine, &base.fit.starts, &[], &FitOptions::near())
     }
 
     /// Takes in what the effects of the motor file explain: before a search.

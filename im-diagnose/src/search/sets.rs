@@ -86,6 +86,11 @@ impl Sets {
         Self { known: known.collect(), each_tried: false, cut_short: false }
     }
 
+    /// Whether the search ended before it was through.
+    pub fn is_cut_short(&self) -> bool {
+        self.cut_short
+    }
+
     /// The model with such effects, if it has been fitted.
     pub fn model(&self, effects: &[EffectId]) -> Option<&Model> {
         self.known.get(&sorted(effects)).map(|k| &k.model)
@@ -178,6 +183,14 @@ impl Refinement {
         let mut search = self.over(sets);
         search.expand(&sorted(effects));
         search.into()
+    }
+
+    /// The likeliest model of a search.
+    pub fn likeliest(&self, sets: Sets) -> Result<(Model, Sets), FitError> {
+        let mut search = self.over(sets);
+        search.polish_answer(|_, _| Vec::new())?;
+        let model = search.known[&search.answer()].model.clone();
+        Ok((model, search.into()))
     }
 
     /// The likeliest set of a search.

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::channel::{Channel, ChannelKind};
 use super::experiment::{Experiment, Start, constant};
 use super::free::{Free, Target, change_component};
+use super::speed::Of;
 use super::steady;
 use super::stop;
 
@@ -86,12 +87,12 @@ pub fn outputs(machine: &Machine<f64>, experiment: &Experiment, start: &State<f6
     if let Some(unsure) = experiment.load.unsure_speed() {
         // What the likeliest speed leaves of what was measured.
         let mut left = left.clone();
-        unsure.whiten(&mut left, &experiment.channels);
+        unsure.whiten(&mut left, &experiment.channels, Of::Residuals);
         for ((y, r), c) in predicted.iter_mut().zip(&left).zip(&experiment.channels) {
             y.iter_mut().enumerate().filter(|(k, _)| c.is_valid(*k)).for_each(|(k, y)| *y = c.values[k] - c.sigma * r[k]);
         }
     }
-    whitened(experiment, &mut left);
+    whitened(experiment, &mut left, Of::Residuals);
     (predicted, left)
 }
 
@@ -109,14 +110,14 @@ pub(super) fn residuals_to(machine: &Machine<f64>, experiment: &Experiment, star
             out[c][k] = (channel.values[k] - y) / channel.sigma;
         }
     });
-    whitened(experiment, &mut out);
+    whitened(experiment, &mut out, Of::Residuals);
     out
 }
 
 /// Where the speed is not known, or speed or voltage not without noise, only what no such inputs could explain counts.
-fn whitened(experiment: &Experiment, r: &mut [Vec<f64>]) {
+fn whitened(experiment: &Experiment, r: &mut [Vec<f64>], of: Of) {
     if let Some(unsure) = experiment.unsure_inputs() {
-        unsure.whiten(r, &experiment.channels);
+        unsure.whiten(r, &experiment.channels, of);
     }
 }
 
@@ -216,8 +217,8 @@ fn seeded<const N: usize>(
     let mut out =
         Linearized { residuals: vec![vec![0.0; rows]; channels], slopes: vec![vec![vec![0.0; rows]; channels]; free.len()] };
     Arch::new().dispatch(Seeded { machine: &machine_n, experiment, start: start_n, rows, out: &mut out });
-    whitened(experiment, &mut out.residuals);
-    out.slopes.iter_mut().for_each(|s| whitened(experiment, s));
+    whitened(experiment, &mut out.residuals, Of::Residuals);
+    out.slopes.iter_mut().for_each(|s| whitened(experiment, s, Of::Changes));
     out
 }
 

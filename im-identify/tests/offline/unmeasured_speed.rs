@@ -75,3 +75,23 @@ fn a_speed_that_was_lost_is_searched_anew() {
     println!("{} {}", off(&lost), off(&e));
     assert!(off(&lost) > 15.0 && off(&e) < 1.0, "{} {}", off(&lost), off(&e));
 }
+
+/// A speed that another machine asked for bends as that machine's currents do. It is the speed that wanders little, not what it is off by: the true
+/// machine does not pay for taking those bends out again.
+#[test]
+fn no_machine_is_favoured_by_a_speed_that_it_found() {
+    let r = recording(true);
+    let p = M.parameters();
+    for (r_s, r_r) in [(1.03, 1.0), (0.97, 1.03), (1.0, 0.95)] {
+        let other = im_model::TParameters {
+            stator_resistance_ohm: r_s * p.stator_resistance_ohm,
+            rotor_resistance_ohm: r_r * p.rotor_resistance_ohm,
+            ..p
+        };
+        let other = truth().with_parameters(other).unwrap();
+        let e = unseen(&r, &other);
+        let of = |machine: &Machine<f64>| cost(machine, std::slice::from_ref(&e), &[e.start_state()]) / e.count() as f64;
+        println!("{r_s} {r_r}: the other machine {:.4}, the true one {:.4}", of(&other), of(&truth()));
+        assert!(of(&truth()) < of(&other) && (0.95..1.05).contains(&of(&truth())));
+    }
+}

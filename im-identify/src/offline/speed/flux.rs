@@ -121,10 +121,27 @@ impl Electrical {
         Step { phi, speed, slope: speed.map(|x| x * (0.5 * t)), volt: [integral[0][0], integral[1][0]], torque, onward }
     }
 
-    /// Over all samples of a run.
-    pub fn steps(&self, omega_m: impl Iterator<Item = f64>, psi: &[Fluxes], t: f64, unknown: &Unknown) -> Vec<Step> {
-        let step = |(k, (w, psi)): (usize, (f64, &Fluxes))| self.step(w, *psi, t, *unknown.speed.step(k), unknown.shaft_is_free);
-        omega_m.zip(psi).enumerate().map(step).collect()
+    /// What the slope beside a speed changes by at each row because that speed bends there, and not as the torque of these fluxes bends it, rad/s².
+    pub fn bends(&self, omega_m: &[f64], psi: &[Fluxes], t: f64, push: f64) -> Vec<f64> {
+        // From row to row the speed is a straight line, and the torque that of the mean of both.
+        let bent = omega_m.windows(3).map(|w| (2.0 * w[1] - w[0] - w[2]) / t);
+        bent.zip(self.pushes(psi)).map(|(bent, by)| bent + push * by).collect()
+    }
+
+    /// What the torque of these fluxes changes the slope of a speed by at each row, with the inertia of the machine, rad/s².
+    pub fn pushes(&self, psi: &[Fluxes]) -> impl Iterator<Item = f64> {
+        let of = |[s, r]: Fluxes| self.shaft[0] * (s * r.conj()).im;
+        psi.windows(3).map(move |x| 0.5 * (of(x[2]) - of(x[0])))
+    }
+
+    /// Over all samples of a run: at what speed and fluxes are halfway, as they turn on by some hundredths of a radian.
+    pub fn steps(&self, omega_m: &[f64], psi: &[Fluxes], t: f64, unknown: &Unknown) -> Vec<Step> {
+        let step = |k: usize| {
+            let later = (k + 1).min(psi.len() - 1);
+            let halfway = std::array::from_fn(|n| (psi[k][n] + psi[later][n]) * 0.5);
+            self.step(0.5 * (omega_m[k] + omega_m[later]), halfway, t, *unknown.speed.step(k), unknown.shaft_is_free)
+        };
+        (0..psi.len()).map(step).collect()
     }
 
     /// Fluxes a sample later, at a held voltage.

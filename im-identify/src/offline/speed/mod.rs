@@ -51,6 +51,8 @@ pub(super) struct UnsureInputs {
     psi: Vec<Fluxes>,
     electrical: Electrical,
     unknown: Unknown,
+    /// What the slope of δω changes by at each row because ω₀ bends there, rad/s²; none where it is δω that wanders, not ω.
+    bends: Arc<[f64]>,
     filter: Arc<Either>,
 }
 
@@ -84,6 +86,15 @@ enum Either {
     Machine(Filter<MACHINE>),
     /// With mains that may be off.
     Mains(Filter<WITH_MAINS>),
+}
+
+/// What a filter runs over.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Of {
+    /// What a machine leaves.
+    Residuals,
+    /// What something changes of it: the speed that drives the machine bends as before.
+    Changes,
 }
 
 /// The Kalman filter of δω, its gains known beforehand.
@@ -143,8 +154,9 @@ impl<const N: usize> Filter<N> {
         Self { sigma, shows, steps, gains, mains: unknown.voltage.mains.clone() }
     }
 
-    /// Runs over residuals in σ, given by channel and row, and puts the innovations in their place; `keep` sees the state after each row.
-    fn run(&self, r: &mut [Vec<f64>], channels: &[Channel], mut keep: impl FnMut(&Vector<N>)) {
+    /// Runs over residuals, or changes of them, in σ, given by channel and row, and puts the innovations in their place; `keep` sees the state after
+    /// each row. Of residuals, the slope changes by these `bends`.
+    fn run(&self, r: &mut [Vec<f64>], channels: &[Channel], bends: &[f64], mut keep: impl FnMut(&Vector<N>)) {
         let Some(rows) = r.first().map(Vec::len) else { return };
         let mut x = Vector::<N>::zeros();
         let mut mains = Mains::<N>::new(&self.mains);
@@ -161,6 +173,7 @@ impl<const N: usize> Filter<N> {
             }
             keep(&x);
             x = self.steps[k].next(&x, mains.now());
+            x[SLOPE] += bends.get(k).copied().unwrap_or(0.0);
         }
     }
 }
@@ -210,21 +223,27 @@ impl UnsureInputs {
         sample_time_s: f64,
         unknown: Unknown,
     ) -> Self {
-        let steps = electrical.steps(omega_m, &psi, sample_time_s, &unknown);
+        let omega_m: Vec<f64> = omega_m.collect();
+        let steps = electrical.steps(&omega_m, &psi, sample_time_s, &unknown);
+        let bends = unknown.speed.push.map_or_else(Vec::new, |push| electrical.bends(&omega_m, &psi, sample_time_s, push));
         let filter = if unknown.voltage.mains.is_empty() {
             Either::Machine(Filter::new(channels, &electrical, steps, &unknown, |_, _| ()))
         } else {
             Either::Mains(Filter::new(channels, &electrical, steps, &unknown, |_, _| ()))
         };
-        Self { psi, electrical, unknown, filter: Arc::new(filter) }
+        Self { psi, electrical, unknown, bends: bends.into(), filter: Arc::new(filter) }
     }
 
     /// What is left of residuals in σ, per channel, when the likeliest speed and voltage up to each row are taken off: white where the machine is
     /// right.
-    pub fn whiten(&self, r: &mut [Vec<f64>], channels: &[Channel]) {
+    pub fn whiten(&self, r: &mut [Vec<f64>], channels: &[Channel], of: Of) {
+        let bends = match of {
+            Of::Residuals => &self.bends[..],
+            Of::Changes => &[],
+        };
         match &*self.filter {
-            Either::Machine(filter) => filter.run(r, channels, |_| ()),
-            Either::Mains(filter) => filter.run(r, channels, |_| ()),
+            Either::Machine(filter) => filter.run(r, channels, bends, |_| ()),
+            Either::Mains(filter) => filter.run(r, channels, bends, |_| ()),
         }
     }
 

@@ -6,7 +6,7 @@ use im_model::{Complex, Machine, Plant, Rating, State};
 
 use super::flux::{Electrical, Fluxes};
 use super::wandering::{Onward, Wandering};
-use super::{Either, Filter, FoundSpeed, Matrix, SPEED, Unknown, UnsureInputs, Vector, unknown_speed};
+use super::{Either, Filter, FoundSpeed, MACHINE, Matrix, SLOPE, SPEED, Unknown, UnsureInputs, Vector, unknown_speed};
 use crate::offline::channel::ChannelKind;
 use crate::offline::experiment::{Experiment, Start};
 use crate::offline::load::Load;
@@ -20,6 +20,9 @@ const SETTLED: f64 = 0.3;
 
 /// What a speed leaves of the currents, χ²/N, from which on it may be lost; a search more is all that it costs.
 const LOST: f64 = 2.0;
+
+/// Times four that the torque may be found to wander more, or less, in one round.
+const WIDER: usize = 4;
 
 /// Before the data: the torque wanders by the rated one in a twentieth of a second.
 const STEPS_PER_S: f64 = 20.0;
@@ -118,9 +121,8 @@ fn searched(e: &Experiment, machine: &Machine<f64>, intensity: f64) -> (FoundSpe
     });
     let psi = |k: usize| Complex::new(fluxes[k], fluxes[k + 1]);
     let begin = State { psi_s: psi(0), psi_r: psi(2), ..State::turning(omega_m[0]) };
-    let wandering = Wandering::free(intensity, e.sample_time_s, n);
     let speed = (omega_m.iter().copied(), psi_run);
-    let unknown = Unknown::of_speed(wandering);
+    let unknown = Unknown::of_speed(Wandering::free(intensity, e.sample_time_s, n));
     let unsure = UnsureInputs::new(&e.channels, electrical, speed, e.sample_time_s, unknown);
     (FoundSpeed { std: vec![0.0; n], omega_m, unsure }, begin)
 }
@@ -177,9 +179,9 @@ fn rough(e: &Experiment, electrical: &Electrical, intensity: f64) -> (Track, Vec
         let fluxes: Fluxes = [Complex::new(x[0], x[1]), Complex::new(x[2], x[3])];
         psi.push(fluxes);
         let step = electrical.step(x[SPEED], fluxes, t, free, false);
-        let [s, r] = electrical.driven(fluxes, x[SPEED] + 0.5 * t * x[super::SLOPE], e.u_s[k], t);
-        let omega = x[SPEED] + t * x[super::SLOPE];
-        x = Vector::from([s.re, s.im, r.re, r.im, omega, x[super::SLOPE]]);
+        let [s, r] = electrical.driven(fluxes, x[SPEED] + 0.5 * t * x[SLOPE], e.u_s[k], t);
+        let omega = x[SPEED] + t * x[SLOPE];
+        x = Vector::from([s.re, s.im, r.re, r.im, omega, x[SLOPE]]);
         steps.push(step.matrix(&[]));
         p = step.carried(&p, 0.0, &[]);
         (0..4).for_each(|k| p[(k, k)] += wandering);
@@ -197,25 +199,24 @@ fn field_speed(e: &Experiment) -> f64 {
 
 /// Smooths the speed on the run of `machine` itself until it settles; with the sum of squared innovations.
 fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> (Experiment, f64) {
-    let mut best: Option<(f64, FoundSpeed)> = None;
+    let mut best: Option<Round> = None;
     for _ in 0..ROUNDS {
         let Load::Unseen(found) = &e.load else { break };
-        let Some((cost, here, change)) = round(&e, found, machine, start) else { break };
-        let better = best.as_ref().is_none_or(|(least, _)| cost < *least);
-        let settled = change.iter().zip(&here.std).all(|(d, s)| d.abs() < SETTLED * s);
-        let mut next = here.clone();
-        if better {
-            best = Some((cost, here));
-        }
+        let Some(round) = Round::on(&e, found, machine, start) else { break };
+        let better = best.as_ref().is_none_or(|best| round.deviance < best.deviance);
+        let settled = round.change.iter().zip(&round.found.std).all(|(d, s)| d.abs() < SETTLED * s);
         if settled || !better {
+            if better {
+                best = Some(round);
+            }
             break;
         }
-        next.omega_m.iter_mut().zip(&change).for_each(|(w, d)| *w += d);
-        e.load = Load::Unseen(next);
+        e.load = Load::Unseen(round.moved());
+        best = Some(round);
     }
-    let Some((cost, found)) = best else { return (e, f64::INFINITY) };
+    let Some(Round { chi2, found, .. }) = best else { return (e, f64::INFINITY) };
     e.load = Load::Unseen(found);
-    (e, cost)
+    (e, chi2)
 }
 
 /// A run on the speed that drives it.
@@ -247,34 +248,111 @@ fn on_its_speed(e: &Experiment, machine: &Machine<f64>, start: &State<f64>) -> O
     residuals.iter().flatten().all(|r| r.is_finite()).then_some(Run { residuals, psi })
 }
 
-/// The filter around a speed, the sum of squared innovations, and how much the speed should change.
-fn round(e: &Experiment, found: &FoundSpeed, machine: &Machine<f64>, start: &State<f64>) -> Option<(f64, FoundSpeed, Vec<f64>)> {
-    let n = e.len();
-    let Run { mut residuals, psi } = on_its_speed(e, machine, start)?;
-    let (mut before, mut after) = (Vec::with_capacity(n), Vec::with_capacity(n));
-    let keep = |b: &Matrix, a: &Matrix| {
-        before.push((Vector::zeros(), *b));
-        after.push((Vector::zeros(), *a));
-    };
-    let unknown = found.unsure.unknown.clone();
-    let electrical = Electrical::of(&e.machine_of(machine, 0));
-    let steps = electrical.steps(found.omega_m.iter().copied(), &psi, e.sample_time_s, &unknown);
-    let filter = Filter::new(&e.channels, &electrical, steps, &unknown, keep);
-    let mut k = 0;
-    filter.run(&mut residuals, &e.channels, |x| {
-        after[k].0 = *x;
-        if k + 1 < n {
-            before[k + 1].0 = filter.steps[k].next(x, &[]);
+/// A round of smoothing.
+struct Round {
+    /// Σ ε², and −2 log L = Σ (ε² + ln S), of innovations ε in their standard deviations and their variances S.
+    chi2: f64,
+    deviance: f64,
+    /// The speed as it was, and what is not known of it.
+    found: FoundSpeed,
+    /// How much the speed should change, rad/s.
+    change: Vec<f64>,
+}
+
+impl Round {
+    /// On the speed that was found so far, which wanders as much as is likeliest.
+    fn on(e: &Experiment, found: &FoundSpeed, machine: &Machine<f64>, start: &State<f64>) -> Option<Self> {
+        let run = on_its_speed(e, machine, start)?;
+        let electrical = Electrical::of(&e.machine_of(machine, 0));
+        let with = |factor: f64| {
+            let unknown = &found.unsure.unknown;
+            let speed = unknown.speed.scaled(factor);
+            Smoothing::of(e, &found.omega_m, &run, electrical, Unknown { speed, ..unknown.clone() })
+        };
+        let mut factor = 1.0;
+        let mut smoothing = with(factor);
+        for by in [4.0, 0.25] {
+            let from = factor;
+            for _ in 0..WIDER {
+                let next = with(factor * by);
+                if next.deviance >= smoothing.deviance {
+                    break;
+                }
+                (factor, smoothing) = (factor * by, next);
+            }
+            if factor != from {
+                break;
+            }
         }
-        k += 1;
-    });
-    let cost = residuals.iter().flatten().map(|r| r * r).sum();
-    let steps = filter.steps.iter().map(|s| s.matrix(&[])).collect();
-    let (mut change, mut std) = (vec![0.0; n], vec![0.0; n]);
-    Track { before, after, steps }.smoothed(|k, x, p| {
-        change[k] = x[SPEED];
-        std[k] = p[(SPEED, SPEED)].max(0.0).sqrt();
-    });
-    let unsure = UnsureInputs { psi, electrical, unknown, filter: Arc::new(Either::Machine(filter)) };
-    Some((cost, FoundSpeed { std, unsure, ..found.clone() }, change))
+        Some(smoothing.round(found, run.psi, electrical))
+    }
+
+    /// The speed with the change.
+    fn moved(&self) -> FoundSpeed {
+        let mut moved = self.found.clone();
+        moved.omega_m.iter_mut().zip(&self.change).for_each(|(w, d)| *w += d);
+        moved
+    }
+}
+
+/// A filter over what a run leaves.
+struct Smoothing {
+    track: Track,
+    filter: Filter<MACHINE>,
+    unknown: Unknown,
+    bends: Vec<f64>,
+    chi2: f64,
+    deviance: f64,
+}
+
+impl Smoothing {
+    fn of(e: &Experiment, omega_m: &[f64], run: &Run, electrical: Electrical, mut unknown: Unknown) -> Self {
+        let (n, t) = (e.len(), e.sample_time_s);
+        let (mut before, mut after) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let keep = |b: &Matrix, a: &Matrix| {
+            before.push((Vector::zeros(), *b));
+            after.push((Vector::zeros(), *a));
+        };
+        let steps = electrical.steps(omega_m, &run.psi, t, &unknown);
+        let filter = Filter::new(&e.channels, &electrical, steps, &unknown, keep);
+        // Innovations are linear in what the torque does.
+        let innovations = |mut left: Vec<Vec<f64>>, bends: &[f64]| {
+            filter.run(&mut left, &e.channels, bends, |_| ());
+            left.concat()
+        };
+        let without = innovations(run.residuals.clone(), &electrical.bends(omega_m, &run.psi, t, 0.0));
+        let pushes: Vec<f64> = electrical.pushes(&run.psi).collect();
+        let by = innovations(vec![vec![0.0; n]; e.channels.len()], &pushes);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let push = (-dot(&without, &by) / dot(&by, &by).max(f64::MIN_POSITIVE)).max(0.0);
+        unknown.speed.push = Some(push);
+        let bends = electrical.bends(omega_m, &run.psi, t, push);
+        let mut left = run.residuals.clone();
+        let mut k = 0;
+        filter.run(&mut left, &e.channels, &bends, |x| {
+            after[k].0 = *x;
+            if k + 1 < n {
+                let next = &mut before[k + 1].0;
+                *next = filter.steps[k].next(x, &[]);
+                next[SLOPE] += bends.get(k).copied().unwrap_or(0.0);
+            }
+            k += 1;
+        });
+        let chi2 = left.iter().flatten().map(|r| r * r).sum();
+        let ln_s: f64 = filter.gains.iter().flatten().flatten().map(|(_, deviation)| 2.0 * deviation.ln()).sum();
+        let steps = filter.steps.iter().map(|s| s.matrix(&[])).collect();
+        Self { track: Track { before, after, steps }, filter, unknown, bends, chi2, deviance: chi2 + ln_s }
+    }
+
+    fn round(self, found: &FoundSpeed, psi: Vec<Fluxes>, electrical: Electrical) -> Round {
+        let Self { track, filter, unknown, bends, chi2, deviance } = self;
+        let n = found.omega_m.len();
+        let (mut change, mut std) = (vec![0.0; n], vec![0.0; n]);
+        track.smoothed(|k, x, p| {
+            change[k] = x[SPEED];
+            std[k] = p[(SPEED, SPEED)].max(0.0).sqrt();
+        });
+        let unsure = UnsureInputs { psi, electrical, unknown, bends: bends.into(), filter: Arc::new(Either::Machine(filter)) };
+        Round { chi2, deviance, found: FoundSpeed { std, unsure, ..found.clone() }, change }
+    }
 }

@@ -39,18 +39,21 @@ pub(in crate::offline) struct Wandering {
     /// Covariance at the first row.
     pub first: Matrix2<f64>,
     steps: Arc<[Onward]>,
+    /// Where it is the speed that wanders so, and not what it is off by: how much of what its torque does to a rotor of the motor file's inertia
+    /// moves it beside.
+    pub push: Option<f64>,
 }
 
 impl Wandering {
     /// Of a speed that nothing but the machine moves, of which this part is left from row to row.
     pub fn coasting(left: f64, rows: usize) -> Self {
         let step = Onward { f: Matrix2::new(left, 0.0, 0.0, 0.0), q: Matrix2::zeros() };
-        Self { first: Matrix2::zeros(), steps: vec![step; rows].into() }
+        Self { first: Matrix2::zeros(), steps: vec![step; rows].into(), push: None }
     }
 
     /// Of a line that nothing shows, over `rows` rows.
     pub fn free(intensity: f64, t: f64, rows: usize) -> Self {
-        Self { first: unknown(), steps: vec![Onward::free(intensity, t); rows].into() }
+        Self { first: unknown(), steps: vec![Onward::free(intensity, t); rows].into(), push: Some(0.0) }
     }
 
     /// Of what a sensor with noise `sigma` leaves of it, which counts at the rows of `valid`.
@@ -71,12 +74,17 @@ impl Wandering {
         }
         steps.reverse();
         let first = (information + Matrix2::identity() * 1e-9).try_inverse().unwrap_or_else(Matrix2::identity);
-        Self { first: back * first * back, steps: steps.into() }
+        Self { first: back * first * back, steps: steps.into(), push: None }
     }
 
     /// With which the slope of a line that nothing shows wanders, over samples of `t` seconds, (rad/s²)²/s.
     pub fn intensity(&self, t: f64) -> f64 {
         self.steps[0].q[(1, 1)] / t
+    }
+
+    /// The same, its slope wandering so many times as much.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { steps: self.steps.iter().map(|s| Onward { q: s.q * factor, ..*s }).collect(), ..self.clone() }
     }
 
     /// The step from row `k`.
@@ -87,7 +95,7 @@ impl Wandering {
     /// On every so many rows.
     pub fn every(&self, stride: usize) -> Self {
         let one = |steps: &[Onward]| steps[1..].iter().fold(steps[0], |sum, next| sum.then(next));
-        Self { first: self.first, steps: self.steps.chunks(stride).map(one).collect() }
+        Self { steps: self.steps.chunks(stride).map(one).collect(), ..self.clone() }
     }
 }
 
