@@ -1,6 +1,6 @@
 //! A short hidden-effect campaign: what the tool must get right on data it has not seen. The long one is `im verify`'s.
 
-use im_diagnose::diagnosis::{Diagnosis, diagnose};
+use im_diagnose::diagnosis::{Diagnosis, Verdict, diagnose};
 use im_diagnose::format::effect_name;
 use im_diagnose::loads::Found;
 use im_diagnose::report::{Meta, Story, terminal};
@@ -205,6 +205,18 @@ fn an_electrical_effect_is_named_without_a_load_torque() {
     };
     let inside = points.iter().filter(off).count();
     assert!(inside as f64 > 0.9 * points.len() as f64, "{inside} of {}", points.len());
+}
+
+/// With neither speed nor load torque the currents alone have to tell: what the speed might do besides is not taken for an effect, nor the effect
+/// for the speed.
+#[test]
+fn an_electrical_effect_is_named_without_speed_and_load_torque() {
+    let hidden = TrialCase::new(7, &[(EffectKind::MainFluxSaturation, Strength::Medium)], 2006);
+    let (o, d) = run_knowing(&hidden, Knowledge::WithoutSpeedAndLoad).unwrap();
+    assert!(o.exact() && (0.9..1.1).contains(&o.holdout.1), "{o:?}");
+    assert!(d.loads.not_determined.contains(&EffectId::SpeedSensorLag), "{:?}", d.loads);
+    let (o, _) = run_knowing(&TrialCase::new(10, &[], 2106), Knowledge::WithoutSpeedAndLoad).unwrap();
+    assert!(o.named.is_empty() && o.verdict == Verdict::Adequate && o.holdout.1 < 1.1, "{o:?}");
 }
 
 /// A voltage that stands a row early is found as a delay of one sample: the first thing to check is what the mapping says of its instant.
