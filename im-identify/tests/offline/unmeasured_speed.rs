@@ -95,3 +95,28 @@ fn no_machine_is_favoured_by_a_speed_that_it_found() {
         assert!(of(&truth()) < of(&other) && (0.95..1.05).contains(&of(&truth())));
     }
 }
+
+/// Whatever the motor file says, the run on the speed that it asks for can be fitted: what is wrong with the machine is not put on a shaft that no
+/// torque could move so.
+#[test]
+fn a_wrong_machine_does_not_ask_for_an_absurd_speed() {
+    let r = recording(true);
+    let p = M.parameters();
+    for (resistance, leakage, magnetizing) in [(0.1, 0.3, 0.5), (5.0, 0.2, 3.0), (0.3, 5.0, 0.2), (8.0, 4.0, 1.0)] {
+        let other = im_model::TParameters {
+            stator_resistance_ohm: resistance * p.stator_resistance_ohm,
+            rotor_resistance_ohm: resistance * p.rotor_resistance_ohm,
+            stator_leakage_inductance_h: leakage * p.stator_leakage_inductance_h,
+            rotor_leakage_inductance_h: leakage * p.rotor_leakage_inductance_h,
+            magnetizing_inductance_h: magnetizing * p.magnetizing_inductance_h,
+            ..p
+        };
+        let other = truth().with_parameters(other).unwrap();
+        let e = unseen(&r, &other);
+        let (omega, _) = found(&e);
+        let fastest = omega.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
+        let left = cost(&other, std::slice::from_ref(&e), &[e.start_state()]);
+        println!("{resistance} {leakage} {magnetizing}: up to {fastest} rad/s, {}", left / e.count() as f64);
+        assert!(left.is_finite() && fastest < 3000.0, "{fastest} rad/s, {left}");
+    }
+}

@@ -41,6 +41,8 @@ pub struct FoundSpeed {
     pub omega_m: Vec<f64>,
     /// Standard deviation by the noise of the current sensors, for the machine as it is, rad/s.
     pub std: Vec<f64>,
+    /// How much its slope was taken to wander before the data, (rad/s²)²/s.
+    before: f64,
     pub(super) unsure: UnsureInputs,
 }
 
@@ -266,7 +268,7 @@ impl FoundSpeed {
         let thin = |x: &[f64]| x.iter().step_by(stride).copied().collect::<Vec<f64>>();
         let omega_m = thin(&self.omega_m);
         let unsure = self.unsure.every(stride, channels, omega_m.iter().copied(), sample_time_s);
-        Self { std: thin(&self.std), omega_m, unsure }
+        Self { std: thin(&self.std), omega_m, before: self.before, unsure }
     }
 }
 

@@ -24,6 +24,11 @@ const LOST: f64 = 2.0;
 /// Times four that the torque may be found to wander more, or less, in one round.
 const WIDER: usize = 4;
 
+/// What the variance of that wandering may be found to be at most, over the one before the data, and the torque of the machine over what it is with the
+/// inertia of the motor file: more, and it is the machine that is wrong.
+const MOST_WANDERING: f64 = 64.0;
+const MOST_PUSH: f64 = 20.0;
+
 /// Before the data: the torque wanders by the rated one in a twentieth of a second.
 const STEPS_PER_S: f64 = 20.0;
 
@@ -124,7 +129,7 @@ fn searched(e: &Experiment, machine: &Machine<f64>, intensity: f64) -> (FoundSpe
     let speed = (omega_m.iter().copied(), psi_run);
     let unknown = Unknown::of_speed(Wandering::free(intensity, e.sample_time_s, n));
     let unsure = UnsureInputs::new(&e.channels, electrical, speed, e.sample_time_s, unknown);
-    (FoundSpeed { std: vec![0.0; n], omega_m, unsure }, begin)
+    (FoundSpeed { std: vec![0.0; n], omega_m, before: intensity, unsure }, begin)
 }
 
 /// The speed smoothed on the run of `machine` from where it is. Where that leaves more than noise, another machine's speed may have lost the
@@ -135,8 +140,7 @@ fn found_anew(e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> Expe
     if cost < LOST * on.count() as f64 {
         return on;
     }
-    let intensity = found.unsure.unknown.speed.intensity(on.sample_time_s);
-    let load = Load::Unseen(searched(&on, machine, intensity).0);
+    let load = Load::Unseen(searched(&on, machine, found.before).0);
     let (anew, cost_anew) = refined(Experiment { load, ..on.clone() }, machine, start);
     if cost_anew < cost { anew } else { on }
 }
@@ -269,13 +273,14 @@ impl Round {
             let speed = unknown.speed.scaled(factor);
             Smoothing::of(e, &found.omega_m, &run, electrical, Unknown { speed, ..unknown.clone() })
         };
+        let most = MOST_WANDERING * found.before / found.unsure.unknown.speed.intensity(e.sample_time_s);
         let mut factor = 1.0;
         let mut smoothing = with(factor);
         for by in [4.0, 0.25] {
             let from = factor;
             for _ in 0..WIDER {
                 let next = with(factor * by);
-                if next.deviance >= smoothing.deviance {
+                if factor * by > most || next.deviance.is_nan() || next.deviance >= smoothing.deviance {
                     break;
                 }
                 (factor, smoothing) = (factor * by, next);
@@ -284,7 +289,7 @@ impl Round {
                 break;
             }
         }
-        Some(smoothing.round(found, run.psi, electrical))
+        smoothing.deviance.is_finite().then(|| smoothing.round(found, run.psi, electrical))
     }
 
     /// The speed with the change.
@@ -324,7 +329,7 @@ impl Smoothing {
         let pushes: Vec<f64> = electrical.pushes(&run.psi).collect();
         let by = innovations(vec![vec![0.0; n]; e.channels.len()], &pushes);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let push = (-dot(&without, &by) / dot(&by, &by).max(f64::MIN_POSITIVE)).max(0.0);
+        let push = (-dot(&without, &by) / dot(&by, &by).max(f64::MIN_POSITIVE)).clamp(0.0, MOST_PUSH);
         unknown.speed.push = Some(push);
         let bends = electrical.bends(omega_m, &run.psi, t, push);
         let mut left = run.residuals.clone();
