@@ -178,7 +178,7 @@ impl Refinement {
         me.candidates.retain(|e| !case.rules_out(*e));
         me.nudge();
         me.nudge_quietly(&first.fit);
-        let model = me.model(&first.fit.machine, &first.fit.starts, &[], &FitOptions::near())?;
+        let model = me.base_again(&first)?;
         let model = me.on_its_own_speeds(model)?;
         Ok((me, model))
     }
@@ -206,7 +206,7 @@ impl Refinement {
         Ok(model)
     }
 
-    /// The base model on the speeds as they are now.
+    /// The base model on the recordings as they are now.
     pub fn base_again(&self, base: &Model) -> Result<Model, FitError> {
         self.model(&base.fit.machine, &base.fit.starts, &[], &FitOptions::near())
     }

@@ -279,8 +279,11 @@ impl Round {
         for by in [4.0, 0.25] {
             let from = factor;
             for _ in 0..WIDER {
+                if factor * by > most {
+                    break;
+                }
                 let next = with(factor * by);
-                if factor * by > most || next.deviance.is_nan() || next.deviance >= smoothing.deviance {
+                if next.deviance.is_nan() || next.deviance >= smoothing.deviance {
                     break;
                 }
                 (factor, smoothing) = (factor * by, next);
@@ -302,7 +305,8 @@ impl Round {
 
 /// A filter over what a run leaves.
 struct Smoothing {
-    track: Track,
+    before: Vec<(Vector, Matrix)>,
+    after: Vec<(Vector, Matrix)>,
     filter: Filter<MACHINE>,
     unknown: Unknown,
     bends: Vec<f64>,
@@ -345,15 +349,15 @@ impl Smoothing {
         });
         let chi2 = left.iter().flatten().map(|r| r * r).sum();
         let ln_s: f64 = filter.gains.iter().flatten().flatten().map(|(_, deviation)| 2.0 * deviation.ln()).sum();
-        let steps = filter.steps.iter().map(|s| s.matrix(&[])).collect();
-        Self { track: Track { before, after, steps }, filter, unknown, bends, chi2, deviance: chi2 + ln_s }
+        Self { before, after, filter, unknown, bends, chi2, deviance: chi2 + ln_s }
     }
 
     fn round(self, found: &FoundSpeed, psi: Vec<Fluxes>, electrical: Electrical) -> Round {
-        let Self { track, filter, unknown, bends, chi2, deviance } = self;
+        let Self { before, after, filter, unknown, bends, chi2, deviance } = self;
         let n = found.omega_m.len();
         let (mut change, mut std) = (vec![0.0; n], vec![0.0; n]);
-        track.smoothed(|k, x, p| {
+        let steps = filter.steps.iter().map(|s| s.matrix(&[])).collect();
+        Track { before, after, steps }.smoothed(|k, x, p| {
             change[k] = x[SPEED];
             std[k] = p[(SPEED, SPEED)].max(0.0).sqrt();
         });
