@@ -4,7 +4,7 @@
 use im_model::{Machine, Rating, State};
 use rayon::prelude::*;
 
-use super::channel::ChannelKind;
+use super::channel::{Channel, ChannelKind};
 use super::experiment::{Experiment, Start};
 use super::fit::{Effort, EveryRow, Point, Room, cost, descend};
 use super::free::{ANGLE, Free, LOAD_CONSTANT, LOAD_FAN, SPEED, Target, Transform};
@@ -107,15 +107,11 @@ pub fn angle_on(machine: &Machine<f64>, e: &Experiment, start: &State<f64>) -> f
 /// A first idea of how an experiment starts: at rest where its first rows show neither speed nor a current that a voltage drives, else
 /// in motion at the speed shown, with unknown fluxes ([`start_on`] finds them).
 pub fn guess_start(e: &Experiment) -> Start {
-    let first = |k: usize| {
-        let c = &e.channels[k];
-        let rows: Vec<f64> = (0..c.values.len()).filter(|&k| c.is_valid(k)).take(FIRST_ROWS).map(|k| c.values[k]).collect();
-        let largest = c.values.iter().enumerate().filter(|(k, _)| c.is_valid(*k)).map(|(_, v)| v.abs()).fold(0.0, f64::max);
-        (rows.iter().sum::<f64>() / rows.len().max(1) as f64, largest)
-    };
     let shows = |k: usize| {
-        let (value, largest) = first(k);
-        value.abs() > 0.05 * largest && value.abs() > 5.0 * e.channels[k].sigma / (FIRST_ROWS as f64).sqrt()
+        let c = &e.channels[k];
+        let (value, noise) = first_value(c);
+        let largest = c.values.iter().enumerate().filter(|(k, _)| c.is_valid(*k)).map(|(_, v)| v.abs()).fold(0.0, f64::max);
+        value.abs() > 0.05 * largest && value.abs() > 5.0 * noise
     };
     if e.is_table() {
         return Start::Rest;
@@ -131,11 +127,28 @@ pub fn guess_start(e: &Experiment) -> Start {
     }
     let omega = match (&e.imposed_speed, speed) {
         (Some(w), _) => w.first().copied().unwrap_or(0.0),
-        (None, Some(c)) if shows(c) => first(c).0,
+        (None, Some(k)) if shows(k) => first_value(&e.channels[k]).0,
         _ => 0.0,
     };
     Start::Estimated(State::turning(omega))
 }
 
-/// Rows over which the first values are averaged.
+/// Rows by which the first value of a channel is told from noise.
 const FIRST_ROWS: usize = 5;
+
+/// The first value of a channel with its standard deviation: the mean of the first rows; of a current, which a voltage changes within them, where their
+/// line begins.
+fn first_value(c: &Channel) -> (f64, f64) {
+    let rows: Vec<(f64, f64)> =
+        (0..c.values.len()).filter(|&k| c.is_valid(k)).take(FIRST_ROWS).map(|k| (k as f64, c.values[k])).collect();
+    let n = rows.len().max(1) as f64;
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| rows.iter().map(of).sum::<f64>() / n;
+    let (row, value) = (mean(&|r| r.0), mean(&|r| r.1));
+    let spread = mean(&|r| (r.0 - row).powi(2));
+    if c.kind == ChannelKind::Speed || spread == 0.0 {
+        return (value, c.sigma / n.sqrt());
+    }
+    let back = row - rows[0].0;
+    let slope = mean(&|r| (r.0 - row) * r.1) / spread;
+    (value - back * slope, c.sigma * ((1.0 + back * back / spread) / n).sqrt())
+}

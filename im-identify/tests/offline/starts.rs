@@ -158,6 +158,12 @@ fn a_current_under_voltage_is_motion_at_the_speed_that_is_known() {
     {
         assert_eq!(speed(&with(volts, amperes)), moves.then_some(0.0), "{volts} V, {amperes} A");
     }
+    // A current that rises from none with the first row is no motion: it is what the voltage does to a machine at rest.
+    let mut rising = with(10.0, 3.0);
+    rising.channels[1].values = (0..n).map(|k| 0.3 * k.min(10) as f64).collect();
+    assert_eq!(guess_start(&rising), Start::Rest);
+    rising.channels[1].values.iter_mut().for_each(|i| *i += 0.5);
+    assert_eq!(speed(&rising), Some(0.0));
     // A speed below what counts is none, not its noise.
     let mut e = with(10.0, 3.0);
     e.channels[2].values = vec![0.05; n];

@@ -12,7 +12,7 @@ use crate::offline::experiment::Experiment;
 use crate::offline::load::Load;
 
 /// The variance that the noise of the voltage adds to the currents, over that of their sensors, from which on it is counted.
-const SEEN: f64 = 1e-3;
+pub(super) const SEEN: f64 = 1e-3;
 
 /// Over the noise of a current sensor, what that of the voltage may make of the current within a row. It is in the slopes as well, and a machine that passes
 /// less of it, by more leakage or a delay, fits better, true or not: estimates lean by the square of this part, and beyond it noise is not counted.
@@ -79,7 +79,7 @@ impl Experiment {
             Load::Unseen(found) => (found.unsure.unknown.speed.clone(), false),
         };
         let is_noisy = voltage.sigma_v > 0.0 || voltage.taken_v > 0.0;
-        let unknown = Unknown { speed, voltage, shaft_is_free };
+        let unknown = Unknown { speed, voltage, shaft_is_free, fluxes: 0.0 };
         let unsure = UnsureInputs::new(&self.channels, electrical, (omega_m.iter().copied(), psi), t, unknown);
         self.voltage_noise.seen = Some(Seen { omega_m, unsure });
         if is_noisy {

@@ -43,6 +43,8 @@ pub struct FoundSpeed {
     pub std: Vec<f64>,
     /// How much its slope was taken to wander before the data, (rad/s²)²/s.
     before: f64,
+    /// How much speed and fluxes wander where the machine that it is found by may be wrong.
+    wrong: Unknown,
     pub(super) unsure: UnsureInputs,
 }
 
@@ -67,17 +69,24 @@ pub(super) struct Unknown {
     pub voltage: Volts,
     /// Whether the torque moves the rotor; else it turns as its speed is said to.
     pub shaft_is_free: bool,
+    /// Variance that each row adds to each flux because the machine is not right yet, (Vs)²; 0 where it is judged.
+    pub fluxes: f64,
 }
 
 impl Unknown {
     /// Of a speed that is said, at an exact voltage.
     fn of_speed(speed: Wandering) -> Self {
-        Self { speed, voltage: Volts::default(), shaft_is_free: false }
+        Self { speed, voltage: Volts::default(), shaft_is_free: false, fluxes: 0.0 }
     }
 
     /// On every so many rows.
     fn every(&self, stride: usize) -> Self {
-        Self { speed: self.speed.every(stride), voltage: self.voltage.every(stride), ..*self }
+        Self {
+            speed: self.speed.every(stride),
+            voltage: self.voltage.every(stride),
+            fluxes: self.fluxes * stride as f64,
+            ..*self
+        }
     }
 }
 
@@ -151,6 +160,7 @@ impl<const N: usize> Filter<N> {
             gains.push(measured.collect());
             keep(&before, &p);
             p = step.carried(&p, sigma_v, mains.now());
+            (0..SPEED).for_each(|n| p[(n, n)] += unknown.fluxes);
         }
         let sigma = channels.iter().map(|c| c.sigma).collect();
         Self { sigma, shows, steps, gains, mains: unknown.voltage.mains.clone() }
@@ -268,7 +278,7 @@ impl FoundSpeed {
         let thin = |x: &[f64]| x.iter().step_by(stride).copied().collect::<Vec<f64>>();
         let omega_m = thin(&self.omega_m);
         let unsure = self.unsure.every(stride, channels, omega_m.iter().copied(), sample_time_s);
-        Self { std: thin(&self.std), omega_m, before: self.before, unsure }
+        Self { std: thin(&self.std), omega_m, before: self.before, wrong: self.wrong.every(stride), unsure }
     }
 }
 

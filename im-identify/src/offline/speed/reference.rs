@@ -21,13 +21,8 @@ const SETTLED: f64 = 0.3;
 /// What a speed leaves of the currents, χ²/N, from which on it may be lost; a search more is all that it costs.
 const LOST: f64 = 2.0;
 
-/// Times four that the torque may be found to wander more, or less, in one round.
+/// Times four that the torque may be found to wander more, or less, and the machine to be off, in one round.
 const WIDER: usize = 4;
-
-/// What the variance of that wandering may be found to be at most, over the one before the data, and the torque of the machine over what it is with the
-/// inertia of the motor file: more, and it is the machine that is wrong.
-const MOST_WANDERING: f64 = 64.0;
-const MOST_PUSH: f64 = 20.0;
 
 /// Before the data: the torque wanders by the rated one in a twentieth of a second.
 const STEPS_PER_S: f64 = 20.0;
@@ -128,8 +123,9 @@ fn searched(e: &Experiment, machine: &Machine<f64>, intensity: f64) -> (FoundSpe
     let begin = State { psi_s: psi(0), psi_r: psi(2), ..State::turning(omega_m[0]) };
     let speed = (omega_m.iter().copied(), psi_run);
     let unknown = Unknown::of_speed(Wandering::free(intensity, e.sample_time_s, n));
+    let wrong = Unknown { fluxes: wrong_fluxes(e), ..unknown.clone() };
     let unsure = UnsureInputs::new(&e.channels, electrical, speed, e.sample_time_s, unknown);
-    (FoundSpeed { std: vec![0.0; n], omega_m, before: intensity, unsure }, begin)
+    (FoundSpeed { std: vec![0.0; n], omega_m, before: intensity, wrong, unsure }, begin)
 }
 
 /// The speed smoothed on the run of `machine` from where it is. Where that leaves more than noise, another machine's speed may have lost the
@@ -137,31 +133,43 @@ fn searched(e: &Experiment, machine: &Machine<f64>, intensity: f64) -> (FoundSpe
 fn found_anew(e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> Experiment {
     let (on, cost) = refined(e, machine, start);
     let Load::Unseen(found) = &on.load else { return on };
-    if cost < LOST * on.count() as f64 {
+    if cost.chi2 < LOST * on.count() as f64 {
         return on;
     }
     let load = Load::Unseen(searched(&on, machine, found.before).0);
     let (anew, cost_anew) = refined(Experiment { load, ..on.clone() }, machine, start);
-    if cost_anew < cost { anew } else { on }
+    if cost_anew.deviance < cost.deviance { anew } else { on }
+}
+
+/// Root mean square over the rows of `e`, of these squares.
+fn rms(e: &Experiment, squares: impl Iterator<Item = f64>) -> f64 {
+    (squares.sum::<f64>() / e.len().max(1) as f64).sqrt()
+}
+
+fn voltage(e: &Experiment) -> f64 {
+    rms(e, e.u_s.iter().map(|u| u.norm_sqr()))
+}
+
+/// Variance that each row adds to each flux of a machine that is not known yet, (Vs)².
+fn wrong_fluxes(e: &Experiment) -> f64 {
+    (MODEL_ERROR * voltage(e) * e.sample_time_s).powi(2)
 }
 
 /// Extended Kalman filter of fluxes and speed on the linear circuit, whose fluxes are corrected, too.
 fn rough(e: &Experiment, electrical: &Electrical, intensity: f64) -> (Track, Vec<Fluxes>) {
     let n = e.len();
     let t = e.sample_time_s;
-    let rms = |x: &mut dyn Iterator<Item = f64>| (x.sum::<f64>() / n.max(1) as f64).sqrt();
-    let voltage = rms(&mut e.u_s.iter().map(|u| u.norm_sqr()));
+    let wandering = wrong_fluxes(e);
     let currents = e.channels.iter().filter(|c| matches!(c.kind, ChannelKind::Current { .. }));
     let noise: Vec<(Vector, f64)> =
-        currents.map(|c| (electrical.shown_by(c), c.sigma.max(MODEL_ERROR * rms(&mut c.values.iter().map(|i| i * i))))).collect();
-    let wandering = (MODEL_ERROR * voltage * t).powi(2);
+        currents.map(|c| (electrical.shown_by(c), c.sigma.max(MODEL_ERROR * rms(e, c.values.iter().map(|i| i * i))))).collect();
     let moving = matches!(e.start, Start::Estimated(_));
     let free = Onward::free(intensity, t);
     let mut p = unknown_speed(&Wandering::free(intensity, t, 0).first);
     let mut x = Vector::zeros();
     if moving {
         x[SPEED] = field_speed(e) / electrical.pole_pairs();
-        let flux = (voltage / (electrical.pole_pairs() * x[SPEED].abs()).max(1.0)).max(1e-3);
+        let flux = (voltage(e) / (electrical.pole_pairs() * x[SPEED].abs()).max(1.0)).max(1e-3);
         (0..4).for_each(|k| p[(k, k)] = flux * flux);
     } else {
         // At rest, to what a machine of any size runs up to in a tenth of a second.
@@ -201,8 +209,8 @@ fn field_speed(e: &Experiment) -> f64 {
     turned.arg() / e.sample_time_s
 }
 
-/// Smooths the speed on the run of `machine` itself until it settles; with the sum of squared innovations.
-fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> (Experiment, f64) {
+/// Smooths the speed on the run of `machine` itself until it settles.
+fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> (Experiment, Cost) {
     let mut best: Option<Round> = None;
     for _ in 0..ROUNDS {
         let Load::Unseen(found) = &e.load else { break };
@@ -218,9 +226,18 @@ fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> (Ex
         e.load = Load::Unseen(round.moved());
         best = Some(round);
     }
-    let Some(Round { chi2, found, .. }) = best else { return (e, f64::INFINITY) };
+    let Some(best) = best else { return (e, Cost { deviance: f64::INFINITY, chi2: f64::INFINITY }) };
+    let (found, cost) = best.judged(&e, machine);
     e.load = Load::Unseen(found);
-    (e, chi2)
+    (e, cost)
+}
+
+/// What a speed costs.
+struct Cost {
+    /// −2 log L of the currents, the machine as wrong as is likeliest.
+    deviance: f64,
+    /// Σ ε² of the innovations, the machine taken for right.
+    chi2: f64,
 }
 
 /// A run on the speed that drives it.
@@ -254,45 +271,26 @@ fn on_its_speed(e: &Experiment, machine: &Machine<f64>, start: &State<f64>) -> O
 
 /// A round of smoothing.
 struct Round {
-    /// Σ ε², and −2 log L = Σ (ε² + ln S), of innovations ε in their standard deviations and their variances S.
-    chi2: f64,
+    /// −2 log L = Σ (ε² + ln S), of innovations ε in their standard deviations and their variances S.
     deviance: f64,
     /// The speed as it was, and what is not known of it.
     found: FoundSpeed,
+    run: Run,
     /// How much the speed should change, rad/s.
     change: Vec<f64>,
 }
 
 impl Round {
-    /// On the speed that was found so far, which wanders as much as is likeliest.
+    /// On the speed that was found so far, which wanders as much as is likeliest, as does the machine.
     fn on(e: &Experiment, found: &FoundSpeed, machine: &Machine<f64>, start: &State<f64>) -> Option<Self> {
         let run = on_its_speed(e, machine, start)?;
         let electrical = Electrical::of(&e.machine_of(machine, 0));
-        let with = |factor: f64| {
-            let unknown = &found.unsure.unknown;
-            let speed = unknown.speed.scaled(factor);
-            Smoothing::of(e, &found.omega_m, &run, electrical, Unknown { speed, ..unknown.clone() })
-        };
-        let most = MOST_WANDERING * found.before / found.unsure.unknown.speed.intensity(e.sample_time_s);
-        let mut factor = 1.0;
-        let mut smoothing = with(factor);
-        for by in [4.0, 0.25] {
-            let from = factor;
-            for _ in 0..WIDER {
-                if factor * by > most {
-                    break;
-                }
-                let next = with(factor * by);
-                if next.deviance.is_nan() || next.deviance >= smoothing.deviance {
-                    break;
-                }
-                (factor, smoothing) = (factor * by, next);
-            }
-            if factor != from {
-                break;
-            }
-        }
-        smoothing.deviance.is_finite().then(|| smoothing.round(found, run.psi, electrical))
+        let with = |unknown: Unknown| Smoothing::of(e, &found.omega_m, &run, electrical, unknown);
+        let seen = electrical.fluxes_seen(e);
+        let mut smoothing = with(found.wrong.clone());
+        smoothing.likelier(with, |u, by| Unknown { fluxes: times(by * by, u.fluxes, seen), ..u.clone() });
+        smoothing.likelier(with, |u, by| Unknown { speed: u.speed.scaled(by), ..u.clone() });
+        smoothing.deviance.is_finite().then(|| smoothing.round(found, run))
     }
 
     /// The speed with the change.
@@ -300,6 +298,29 @@ impl Round {
         let mut moved = self.found.clone();
         moved.omega_m.iter_mut().zip(&self.change).for_each(|(w, d)| *w += d);
         moved
+    }
+
+    /// The speed as it was, which wanders as much as is likeliest if the machine is right.
+    fn judged(self, e: &Experiment, machine: &Machine<f64>) -> (FoundSpeed, Cost) {
+        let Self { deviance, mut found, run, .. } = self;
+        let electrical = Electrical::of(&e.machine_of(machine, 0));
+        let with = |unknown: Unknown| Smoothing::of(e, &found.omega_m, &run, electrical, unknown);
+        let mut right = with(Unknown { fluxes: 0.0, ..found.wrong.clone() });
+        right.likelier(with, |u, by| Unknown { speed: u.speed.scaled(by), ..u.clone() });
+        let Smoothing { filter, unknown, bends, chi2, .. } = right;
+        let filter = Arc::new(Either::Machine(filter));
+        found.unsure = UnsureInputs { psi: run.psi, electrical, unknown, bends: bends.into(), filter };
+        (found, Cost { deviance, chi2 })
+    }
+}
+
+/// So many times a variance of fluxes, which is none below what is `seen`.
+fn times(by: f64, variance: f64, seen: f64) -> f64 {
+    let changed = by * variance;
+    match changed < seen {
+        false => changed,
+        true if by > 1.0 => seen,
+        true => 0.0,
     }
 }
 
@@ -333,7 +354,7 @@ impl Smoothing {
         let pushes: Vec<f64> = electrical.pushes(&run.psi).collect();
         let by = innovations(vec![vec![0.0; n]; e.channels.len()], &pushes);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let push = (-dot(&without, &by) / dot(&by, &by).max(f64::MIN_POSITIVE)).clamp(0.0, MOST_PUSH);
+        let push = (-dot(&without, &by) / dot(&by, &by).max(f64::MIN_POSITIVE)).max(0.0);
         unknown.speed.push = Some(push);
         let bends = electrical.bends(omega_m, &run.psi, t, push);
         let mut left = run.residuals.clone();
@@ -347,13 +368,35 @@ impl Smoothing {
             }
             k += 1;
         });
-        let chi2 = left.iter().flatten().map(|r| r * r).sum();
+        let chi2: f64 = left.iter().flatten().map(|r| r * r).sum();
         let ln_s: f64 = filter.gains.iter().flatten().flatten().map(|(_, deviation)| 2.0 * deviation.ln()).sum();
         Self { before, after, filter, unknown, bends, chi2, deviance: chi2 + ln_s }
     }
 
-    fn round(self, found: &FoundSpeed, psi: Vec<Fluxes>, electrical: Electrical) -> Round {
-        let Self { before, after, filter, unknown, bends, chi2, deviance } = self;
+    /// The likeliest of what comes `with` other sizes, which `scaled` makes in factors of four up or down from these.
+    fn likelier(&mut self, with: impl Fn(Unknown) -> Self, scaled: impl Fn(&Unknown, f64) -> Unknown) {
+        for by in [4.0, 0.25] {
+            let mut found = false;
+            for _ in 0..WIDER {
+                let unknown = scaled(&self.unknown, by);
+                if unknown == self.unknown {
+                    break;
+                }
+                let next = with(unknown);
+                if next.deviance.is_nan() || next.deviance >= self.deviance {
+                    break;
+                }
+                *self = next;
+                found = true;
+            }
+            if found {
+                break;
+            }
+        }
+    }
+
+    fn round(self, found: &FoundSpeed, run: Run) -> Round {
+        let Self { before, after, filter, unknown, deviance, .. } = self;
         let n = found.omega_m.len();
         let (mut change, mut std) = (vec![0.0; n], vec![0.0; n]);
         let steps = filter.steps.iter().map(|s| s.matrix(&[])).collect();
@@ -361,7 +404,7 @@ impl Smoothing {
             change[k] = x[SPEED];
             std[k] = p[(SPEED, SPEED)].max(0.0).sqrt();
         });
-        let unsure = UnsureInputs { psi, electrical, unknown, bends: bends.into(), filter: Arc::new(Either::Machine(filter)) };
-        Round { chi2, deviance, found: FoundSpeed { std, unsure, ..found.clone() }, change }
+        let found = FoundSpeed { std, wrong: unknown, ..found.clone() };
+        Round { deviance, found, run, change }
     }
 }

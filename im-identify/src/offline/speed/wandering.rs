@@ -77,11 +77,6 @@ impl Wandering {
         Self { first: back * first * back, steps: steps.into(), push: None }
     }
 
-    /// With which the slope of a line that nothing shows wanders, over samples of `t` seconds, (rad/s²)²/s.
-    pub fn intensity(&self, t: f64) -> f64 {
-        self.steps[0].q[(1, 1)] / t
-    }
-
     /// The same, its slope wandering so many times as much.
     pub fn scaled(&self, factor: f64) -> Self {
         Self { steps: self.steps.iter().map(|s| Onward { q: s.q * factor, ..*s }).collect(), ..self.clone() }
