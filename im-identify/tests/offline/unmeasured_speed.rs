@@ -117,6 +117,29 @@ fn a_wrong_machine_does_not_ask_for_an_absurd_speed() {
         let fastest = omega.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
         let left = cost(&other, std::slice::from_ref(&e), &[e.start_state()]);
         println!("{resistance} {leakage} {magnetizing}: up to {fastest} rad/s, {}", left / e.count() as f64);
-        assert!(left.is_finite() && fastest < 3000.0, "{fastest} rad/s, {left}");
+        assert!(left.is_finite() && fastest < 1000.0, "{fastest} rad/s, {left}");
+    }
+}
+
+/// A motor file is off by ten or twenty per cent: what that does to the currents is not put into the speed.
+#[test]
+fn a_machine_that_is_somewhat_wrong_asks_for_about_the_right_speed() {
+    let r = recording(true);
+    let p = M.parameters();
+    for (r_s, r_r, leakage, magnetizing) in [(1.2, 0.85, 1.2, 0.8), (0.8, 1.2, 0.8, 1.2), (1.1, 1.1, 0.9, 0.7)] {
+        let other = im_model::TParameters {
+            stator_resistance_ohm: r_s * p.stator_resistance_ohm,
+            rotor_resistance_ohm: r_r * p.rotor_resistance_ohm,
+            stator_leakage_inductance_h: leakage * p.stator_leakage_inductance_h,
+            rotor_leakage_inductance_h: leakage * p.rotor_leakage_inductance_h,
+            magnetizing_inductance_h: magnetizing * p.magnetizing_inductance_h,
+            ..p
+        };
+        let e = unseen(&r, &truth().with_parameters(other).unwrap());
+        let off = found(&e).0[300..].iter().zip(&r.omega_m[300..]).map(|(a, b)| (a - b).abs());
+        let (sum, most) = off.clone().fold((0.0, 0.0), |(sum, most): (f64, f64), d| (sum + d * d, most.max(d)));
+        let rms = (sum / off.len() as f64).sqrt();
+        println!("{r_s} {r_r} {leakage} {magnetizing}: {rms} rad/s rms, {most} at most");
+        assert!(rms < 5.0 && most < 30.0, "{rms} rad/s rms, {most} at most");
     }
 }

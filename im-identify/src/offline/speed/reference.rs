@@ -138,7 +138,7 @@ fn found_anew(e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> Expe
     }
     let load = Load::Unseen(searched(&on, machine, found.before).0);
     let (anew, cost_anew) = refined(Experiment { load, ..on.clone() }, machine, start);
-    if cost_anew.deviance < cost.deviance { anew } else { on }
+    if cost_anew.run < cost.run { anew } else { on }
 }
 
 /// Root mean square over the rows of `e`, of these squares.
@@ -215,7 +215,7 @@ fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> (Ex
     for _ in 0..ROUNDS {
         let Load::Unseen(found) = &e.load else { break };
         let Some(round) = Round::on(&e, found, machine, start) else { break };
-        let better = best.as_ref().is_none_or(|best| round.deviance < best.deviance);
+        let better = best.as_ref().is_none_or(|best| round.run.chi2 < best.run.chi2);
         let settled = round.change.iter().zip(&round.found.std).all(|(d, s)| d.abs() < SETTLED * s);
         if settled || !better {
             if better {
@@ -226,7 +226,7 @@ fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> (Ex
         e.load = Load::Unseen(round.moved());
         best = Some(round);
     }
-    let Some(best) = best else { return (e, Cost { deviance: f64::INFINITY, chi2: f64::INFINITY }) };
+    let Some(best) = best else { return (e, Cost { run: f64::INFINITY, chi2: f64::INFINITY }) };
     let (found, cost) = best.judged(&e, machine);
     e.load = Load::Unseen(found);
     (e, cost)
@@ -234,9 +234,9 @@ fn refined(mut e: Experiment, machine: &Machine<f64>, start: &State<f64>) -> (Ex
 
 /// What a speed costs.
 struct Cost {
-    /// −2 log L of the currents, the machine as wrong as is likeliest.
-    deviance: f64,
-    /// Σ ε² of the innovations, the machine taken for right.
+    /// Σ r² of what the machine leaves when it is driven by it: what is linear in a change of speed is no measure of a large one.
+    run: f64,
+    /// Σ ε² of the innovations.
     chi2: f64,
 }
 
@@ -244,6 +244,8 @@ struct Cost {
 struct Run {
     /// Per channel and row, in σ.
     residuals: Vec<Vec<f64>>,
+    /// The sum of their squares.
+    chi2: f64,
     /// Fluxes, a pair per row.
     psi: Vec<Fluxes>,
 }
@@ -266,13 +268,12 @@ fn on_its_speed(e: &Experiment, machine: &Machine<f64>, start: &State<f64>) -> O
         let input = e.input(k, bench.plant());
         bench.advance(&input);
     }
-    residuals.iter().flatten().all(|r| r.is_finite()).then_some(Run { residuals, psi })
+    let chi2 = residuals.iter().flatten().map(|r| r * r).sum::<f64>();
+    chi2.is_finite().then_some(Run { residuals, chi2, psi })
 }
 
 /// A round of smoothing.
 struct Round {
-    /// −2 log L = Σ (ε² + ln S), of innovations ε in their standard deviations and their variances S.
-    deviance: f64,
     /// The speed as it was, and what is not known of it.
     found: FoundSpeed,
     run: Run,
@@ -302,7 +303,7 @@ impl Round {
 
     /// The speed as it was, which wanders as much as is likeliest if the machine is right.
     fn judged(self, e: &Experiment, machine: &Machine<f64>) -> (FoundSpeed, Cost) {
-        let Self { deviance, mut found, run, .. } = self;
+        let Self { mut found, run, .. } = self;
         let electrical = Electrical::of(&e.machine_of(machine, 0));
         let with = |unknown: Unknown| Smoothing::of(e, &found.omega_m, &run, electrical, unknown);
         let mut right = with(Unknown { fluxes: 0.0, ..found.wrong.clone() });
@@ -310,7 +311,7 @@ impl Round {
         let Smoothing { filter, unknown, bends, chi2, .. } = right;
         let filter = Arc::new(Either::Machine(filter));
         found.unsure = UnsureInputs { psi: run.psi, electrical, unknown, bends: bends.into(), filter };
-        (found, Cost { deviance, chi2 })
+        (found, Cost { run: run.chi2, chi2 })
     }
 }
 
@@ -331,6 +332,7 @@ struct Smoothing {
     filter: Filter<MACHINE>,
     unknown: Unknown,
     bends: Vec<f64>,
+    /// Σ ε², and −2 log L = Σ (ε² + ln S), of innovations ε in their standard deviations and their variances S.
     chi2: f64,
     deviance: f64,
 }
@@ -396,7 +398,7 @@ impl Smoothing {
     }
 
     fn round(self, found: &FoundSpeed, run: Run) -> Round {
-        let Self { before, after, filter, unknown, deviance, .. } = self;
+        let Self { before, after, filter, unknown, .. } = self;
         let n = found.omega_m.len();
         let (mut change, mut std) = (vec![0.0; n], vec![0.0; n]);
         let steps = filter.steps.iter().map(|s| s.matrix(&[])).collect();
@@ -405,6 +407,6 @@ impl Smoothing {
             std[k] = p[(SPEED, SPEED)].max(0.0).sqrt();
         });
         let found = FoundSpeed { std, wrong: unknown, ..found.clone() };
-        Round { deviance, found, run, change }
+        Round { found, run, change }
     }
 }
