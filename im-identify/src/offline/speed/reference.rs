@@ -1,12 +1,10 @@
 //! The speed that voltages and currents ask for: an extended Kalman filter finds it roughly, linear smoothing on the machine's own run refines it.
 
-use std::sync::Arc;
-
 use im_model::{Complex, Machine, Plant, Rating, State};
 
 use super::flux::{Electrical, Fluxes};
 use super::wandering::{Onward, Wandering};
-use super::{Either, Filter, FoundSpeed, MACHINE, Matrix, SLOPE, SPEED, Unknown, UnsureInputs, Vector, unknown_speed};
+use super::{Filter, FoundSpeed, MACHINE, Matrix, Of, SLOPE, SPEED, Unknown, UnsureInputs, Vector, unknown_speed};
 use crate::offline::channel::ChannelKind;
 use crate::offline::experiment::{Experiment, Start};
 use crate::offline::load::Load;
@@ -301,16 +299,16 @@ impl Round {
         moved
     }
 
-    /// The speed as it was, which wanders as much as is likeliest if the machine is right.
+    /// The speed as it was, beside which the machine is judged as if it were right.
     fn judged(self, e: &Experiment, machine: &Machine<f64>) -> (FoundSpeed, Cost) {
         let Self { mut found, run, .. } = self;
         let electrical = Electrical::of(&e.machine_of(machine, 0));
-        let with = |unknown: Unknown| Smoothing::of(e, &found.omega_m, &run, electrical, unknown);
-        let mut right = with(Unknown { fluxes: 0.0, ..found.wrong.clone() });
-        right.likelier(with, |u, by| Unknown { speed: u.speed.scaled(by), ..u.clone() });
-        let Smoothing { filter, unknown, bends, chi2, .. } = right;
-        let filter = Arc::new(Either::Machine(filter));
-        found.unsure = UnsureInputs { psi: run.psi, electrical, unknown, bends: bends.into(), filter };
+        let unknown = Unknown { fluxes: 0.0, ..found.wrong.clone() };
+        let speed = (found.omega_m.iter().copied(), run.psi);
+        found.unsure = UnsureInputs::new(&e.channels, electrical, speed, e.sample_time_s, unknown);
+        let mut left = run.residuals;
+        found.unsure.whiten(&mut left, &e.channels, Of::Residuals);
+        let chi2 = left.iter().flatten().map(|r| r * r).sum();
         (found, Cost { run: run.chi2, chi2 })
     }
 }
@@ -331,9 +329,7 @@ struct Smoothing {
     after: Vec<(Vector, Matrix)>,
     filter: Filter<MACHINE>,
     unknown: Unknown,
-    bends: Vec<f64>,
-    /// Σ ε², and −2 log L = Σ (ε² + ln S), of innovations ε in their standard deviations and their variances S.
-    chi2: f64,
+    /// −2 log L = Σ (ε² + ln S), of innovations ε in their standard deviations and their variances S.
     deviance: f64,
 }
 
@@ -372,7 +368,7 @@ impl Smoothing {
         });
         let chi2: f64 = left.iter().flatten().map(|r| r * r).sum();
         let ln_s: f64 = filter.gains.iter().flatten().flatten().map(|(_, deviation)| 2.0 * deviation.ln()).sum();
-        Self { before, after, filter, unknown, bends, chi2, deviance: chi2 + ln_s }
+        Self { before, after, filter, unknown, deviance: chi2 + ln_s }
     }
 
     /// The likeliest of what comes `with` other sizes, which `scaled` makes in factors of four up or down from these.
