@@ -8,8 +8,6 @@ use im_model::{Complex, Machine};
 use nalgebra::Vector4;
 
 use super::super::channel::{Channel, ChannelKind};
-use super::super::experiment::Experiment;
-use super::inputs::SEEN;
 use super::voltage::Wander;
 use super::wandering::Onward;
 use super::{MACHINE, Matrix, SLOPE, SPEED, Unknown, Vector};
@@ -87,14 +85,6 @@ impl Electrical {
     pub fn noise_by(&self, volts: f64, t: f64) -> f64 {
         let [l_r_over_delta, _] = self.current;
         (volts * l_r_over_delta).powi(2) * t / (2.0 * (self.decay[0] + self.decay[3]))
-    }
-
-    /// Variance that each row may add to the fluxes without its being seen in the currents of `e`, (Vs)².
-    pub fn fluxes_seen(&self, e: &Experiment) -> f64 {
-        let t = e.sample_time_s;
-        let by_one = self.noise_by(1.0 / t, t);
-        let currents = e.channels.iter().filter(|c| matches!(c.kind, ChannelKind::Current { .. }));
-        currents.map(|c| SEEN * c.sigma.powi(2) / by_one).fold(f64::INFINITY, f64::min)
     }
 
     /// A at this speed.

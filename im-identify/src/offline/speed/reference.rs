@@ -3,6 +3,7 @@
 use im_model::{Complex, Machine, Plant, Rating, State};
 
 use super::flux::{Electrical, Fluxes};
+use super::inputs::SEEN;
 use super::wandering::{Onward, Wandering};
 use super::{Filter, FoundSpeed, MACHINE, Matrix, Of, SLOPE, SPEED, Unknown, UnsureInputs, Vector, unknown_speed};
 use crate::offline::channel::ChannelKind;
@@ -153,6 +154,14 @@ fn wrong_fluxes(e: &Experiment) -> f64 {
     (MODEL_ERROR * voltage(e) * e.sample_time_s).powi(2)
 }
 
+/// Variance that each row may add to the fluxes before it is seen in the currents, (Vs)².
+fn seen_fluxes(e: &Experiment, electrical: &Electrical) -> f64 {
+    let t = e.sample_time_s;
+    let by_one = electrical.noise_by(1.0 / t, t);
+    let currents = e.channels.iter().filter(|c| matches!(c.kind, ChannelKind::Current { .. }));
+    currents.map(|c| SEEN * c.sigma.powi(2) / by_one).fold(f64::INFINITY, f64::min)
+}
+
 /// Extended Kalman filter of fluxes and speed on the linear circuit, whose fluxes are corrected, too.
 fn rough(e: &Experiment, electrical: &Electrical, intensity: f64) -> (Track, Vec<Fluxes>) {
     let n = e.len();
@@ -285,7 +294,7 @@ impl Round {
         let run = on_its_speed(e, machine, start)?;
         let electrical = Electrical::of(&e.machine_of(machine, 0));
         let with = |unknown: Unknown| Smoothing::of(e, &found.omega_m, &run, electrical, unknown);
-        let seen = electrical.fluxes_seen(e);
+        let seen = seen_fluxes(e, &electrical);
         let mut smoothing = with(found.wrong.clone());
         smoothing.likelier(with, |u, by| Unknown { fluxes: times(by * by, u.fluxes, seen), ..u.clone() });
         smoothing.likelier(with, |u, by| Unknown { speed: u.speed.scaled(by), ..u.clone() });
