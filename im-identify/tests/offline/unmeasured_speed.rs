@@ -13,6 +13,20 @@ fn found(e: &Experiment) -> (&[f64], &[f64]) {
     (&speed.omega_m, &speed.std)
 }
 
+/// The machine with so many times each resistance, both leakages and the magnetizing inductance.
+fn scaled(r_s: f64, r_r: f64, leakage: f64, magnetizing: f64) -> Machine<f64> {
+    let p = M.parameters();
+    let scaled = im_model::TParameters {
+        stator_resistance_ohm: r_s * p.stator_resistance_ohm,
+        rotor_resistance_ohm: r_r * p.rotor_resistance_ohm,
+        stator_leakage_inductance_h: leakage * p.stator_leakage_inductance_h,
+        rotor_leakage_inductance_h: leakage * p.rotor_leakage_inductance_h,
+        magnetizing_inductance_h: magnetizing * p.magnetizing_inductance_h,
+        ..p
+    };
+    truth().with_parameters(scaled).unwrap()
+}
+
 #[test]
 fn the_speed_is_found_within_its_band_where_the_machine_is_right() {
     let r = recording(true);
@@ -58,13 +72,7 @@ fn electrical_parameters_are_found_without_speed_and_load() {
 #[test]
 fn a_speed_that_was_lost_is_searched_anew() {
     let r = recording(true);
-    let p = M.parameters();
-    let other = im_model::TParameters {
-        stator_resistance_ohm: 3.0 * p.stator_resistance_ohm,
-        rotor_resistance_ohm: 0.2 * p.rotor_resistance_ohm,
-        ..p
-    };
-    let other = truth().with_parameters(other).unwrap();
+    let other = scaled(3.0, 0.2, 1.0, 1.0);
     let lost = unseen(&r, &other);
     let e = lost.clone().with_speed_found_by(&truth(), &lost.start_state());
     let off = |e: &Experiment| {
@@ -81,14 +89,8 @@ fn a_speed_that_was_lost_is_searched_anew() {
 #[test]
 fn no_machine_is_favoured_by_a_speed_that_it_found() {
     let r = recording(true);
-    let p = M.parameters();
     for (r_s, r_r) in [(1.03, 1.0), (0.97, 1.03), (1.0, 0.95)] {
-        let other = im_model::TParameters {
-            stator_resistance_ohm: r_s * p.stator_resistance_ohm,
-            rotor_resistance_ohm: r_r * p.rotor_resistance_ohm,
-            ..p
-        };
-        let other = truth().with_parameters(other).unwrap();
+        let other = scaled(r_s, r_r, 1.0, 1.0);
         let e = unseen(&r, &other);
         let of = |machine: &Machine<f64>| cost(machine, std::slice::from_ref(&e), &[e.start_state()]) / e.count() as f64;
         println!("{r_s} {r_r}: the other machine {:.4}, the true one {:.4}", of(&other), of(&truth()));
@@ -101,17 +103,8 @@ fn no_machine_is_favoured_by_a_speed_that_it_found() {
 #[test]
 fn a_wrong_machine_does_not_ask_for_an_absurd_speed() {
     let r = recording(true);
-    let p = M.parameters();
     for (resistance, leakage, magnetizing) in [(0.1, 0.3, 0.5), (5.0, 0.2, 3.0), (0.3, 5.0, 0.2), (8.0, 4.0, 1.0)] {
-        let other = im_model::TParameters {
-            stator_resistance_ohm: resistance * p.stator_resistance_ohm,
-            rotor_resistance_ohm: resistance * p.rotor_resistance_ohm,
-            stator_leakage_inductance_h: leakage * p.stator_leakage_inductance_h,
-            rotor_leakage_inductance_h: leakage * p.rotor_leakage_inductance_h,
-            magnetizing_inductance_h: magnetizing * p.magnetizing_inductance_h,
-            ..p
-        };
-        let other = truth().with_parameters(other).unwrap();
+        let other = scaled(resistance, resistance, leakage, magnetizing);
         let e = unseen(&r, &other);
         let (omega, _) = found(&e);
         let fastest = omega.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
@@ -125,17 +118,8 @@ fn a_wrong_machine_does_not_ask_for_an_absurd_speed() {
 #[test]
 fn a_machine_that_is_somewhat_wrong_asks_for_about_the_right_speed() {
     let r = recording(true);
-    let p = M.parameters();
     for (r_s, r_r, leakage, magnetizing) in [(1.2, 0.85, 1.2, 0.8), (0.8, 1.2, 0.8, 1.2), (1.1, 1.1, 0.9, 0.7)] {
-        let other = im_model::TParameters {
-            stator_resistance_ohm: r_s * p.stator_resistance_ohm,
-            rotor_resistance_ohm: r_r * p.rotor_resistance_ohm,
-            stator_leakage_inductance_h: leakage * p.stator_leakage_inductance_h,
-            rotor_leakage_inductance_h: leakage * p.rotor_leakage_inductance_h,
-            magnetizing_inductance_h: magnetizing * p.magnetizing_inductance_h,
-            ..p
-        };
-        let e = unseen(&r, &truth().with_parameters(other).unwrap());
+        let e = unseen(&r, &scaled(r_s, r_r, leakage, magnetizing));
         let off = found(&e).0[300..].iter().zip(&r.omega_m[300..]).map(|(a, b)| (a - b).abs());
         let (sum, most) = off.clone().fold((0.0, 0.0), |(sum, most): (f64, f64), d| (sum + d * d, most.max(d)));
         let rms = (sum / off.len() as f64).sqrt();
